@@ -1,0 +1,1 @@
+"""The Python interface: run campaigns and open their results."""

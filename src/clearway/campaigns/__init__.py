@@ -1,0 +1,1 @@
+"""Many trials: the list, the workers, progress, resume."""

@@ -1,0 +1,226 @@
+"""What passes between the rooms in a control period.
+
+    world --Sensing--> pilot = localiser + tracker + navigator --Decision--> world
+
+The world gives raw sensing only. A pilot (composed by a run, see `clearway.campaigns.pilot`) makes an
+`Observation` of it and asks the navigator for a `Command`. Frames follow REP-105: `map` (the floor plan's),
+`odom` (dead reckoning, drifts, starts at zero), `base_link` (x forward, y left). SI units, radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+
+from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.shapes import FloatArray
+from clearway.robots import Robot
+
+Need: TypeAlias = Literal["map", "scan", "obstacles"]
+"""What a navigator may ask for: the floor's map, lidar scans, obstacles with position and velocity."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Scan:
+    """One sweep of a 2-D lidar.
+
+    Attributes:
+        ranges: (n,) metres along beam i at `angle_min + i * angle_increment` in the sensor's frame; inf: no return.
+        angle_min: rad; angle_increment: rad.
+        range_min, range_max: metres; a return outside is never given.
+        mount: (3,) pose of the sensor in base_link.
+    """
+
+    ranges: FloatArray
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+    mount: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacles:
+    """Perceived obstacles as discs, in the map frame (in a `Sensing`: as measured; in an `Observation`: tracked).
+
+    Attributes:
+        position: (n, 2) m; velocity: (n, 2) m/s, NaN where unknown; radius: (n,) m.
+        error: (n,) bound on the position's error, m; identity: (n,) int64, the same over time for the same obstacle.
+    """
+
+    position: FloatArray
+    velocity: FloatArray
+    radius: FloatArray
+    error: FloatArray
+    identity: np.ndarray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goal:
+    """Where to go now. A new object in `Observation.goal` is a new goal.
+
+    Attributes:
+        pose: (3,) in the map frame. xy_tolerance: m. yaw_tolerance: rad; inf where the heading is free.
+        leg: index of the leg of the trial that it belongs to.
+    """
+
+    pose: FloatArray
+    xy_tolerance: float
+    yaw_tolerance: float
+    leg: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How much a navigator may think per control period: `iterations` (reproducible), `seconds`, or neither (no bound)."""
+
+    iterations: int | None = None
+    seconds: float | None = None
+
+
+Forecast: TypeAlias = Callable[[float], FloatArray]
+"""For a privileged navigator only: time [s] -> (n, 4) true x, y, radius [m] and presence (1 or 0) of each obstacle."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Task:
+    """What a navigator is told once, before it starts.
+
+    Attributes:
+        period: control period, s. speed_limit: the set speed of the test, m/s; the plant clips to it.
+        start: (3,) where the robot is believed to stand, map frame (placed by hand: the truth differs a little).
+        map: what is known of the floor, or None. budget: per control period.
+        time_limit: seconds for each leg. forecast: the truth, for privileged navigators only.
+    """
+
+    period: float
+    speed_limit: float
+    start: FloatArray
+    map: OccupancyGrid | None = None
+    budget: Budget = field(default_factory=Budget)
+    time_limit: float = float("inf")
+    forecast: Forecast | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sensing:
+    """What the robot's sensors gave at time `t` [s]: raw, before any estimation.
+
+    Attributes:
+        odom_pose: (3,) dead-reckoned pose in the odom frame. odom_velocity: (2,) measured v [m/s], omega [rad/s].
+        scan: the lidar's sweep, None without a lidar. obstacles: measured obstacles where the scenario perceives
+        them directly (map frame), else None. goal: where to go. truth: (3,) the true pose in the map frame; only
+        the localiser `truth` may read it, to show what localisation costs.
+    """
+
+    t: float
+    odom_pose: FloatArray
+    odom_velocity: FloatArray
+    scan: Scan | None
+    obstacles: Obstacles | None
+    goal: Goal
+    truth: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """What a navigator is told each control period.
+
+    Attributes:
+        t: s since the trial began. pose: (3,) estimated, map frame. velocity: (2,) estimated v [m/s], omega [rad/s].
+        odom_pose: (3,) smooth but drifting, odom frame (a rolling costmap lives there). goal: where to go.
+        scan, obstacles: as the navigator's `needs` asked for, else None.
+    """
+
+    t: float
+    pose: FloatArray
+    velocity: FloatArray
+    odom_pose: FloatArray
+    goal: Goal
+    scan: Scan | None = None
+    obstacles: Obstacles | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """What the base is to do in the next control period.
+
+    Attributes:
+        v: forward speed, m/s. omega: yaw rate, rad/s.
+        arrived: True or False where the navigator judges arrival itself (as move_base does); None leaves it to the
+        run's goal checker (within the goal's tolerances by the estimated pose).
+        gave_up: why the navigator can't go on; ends the trial as `aborted`.
+    """
+
+    v: float
+    omega: float
+    arrived: bool | None = None
+    gave_up: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Diagnostics:
+    """What a navigator shows of its thinking, in a fixed vocabulary (map frame); the report draws it, whoever made it.
+
+    Attributes:
+        polylines: name -> (n, 2), such as `global plan`, `local plan`. circles: name -> (n, 3) x, y, radius.
+        tube: (n, 3) x, y, radius along a plan. tree: (n, 4) edges x0, y0, x1, y1.
+        field: values of a potential or cost with the grid it lies on. status: a word. iterations: spent this period.
+    """
+
+    polylines: Mapping[str, FloatArray] = field(default_factory=dict)
+    circles: Mapping[str, FloatArray] = field(default_factory=dict)
+    tube: FloatArray | None = None
+    tree: FloatArray | None = None
+    field: OccupancyGrid | None = None
+    status: str = ""
+    iterations: int = 0
+
+
+@runtime_checkable
+class Navigator(Protocol):
+    """Decides. Register it under the entry-point group `clearway.navigators`, or name it `my_pkg:MyNavigator`.
+
+    `needs` says what observations must hold. A navigator may also have `diagnostics() -> Diagnostics`, asked for
+    now and then, and `privileged = True`, which gives it `Task.forecast` and a label in every table.
+    """
+
+    needs: ClassVar[frozenset[Need]]
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Forget everything and prepare for a new trial."""
+
+    def step(self, observation: Observation) -> Command:
+        """Decide for one control period. Must always return a finite command within the robot's limits."""
+
+
+class Localiser(Protocol):
+    """Says where the robot is: `clearway.perception` has `truth`, `odometry` and `amcl`."""
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Start at `task.start`, which is a little wrong."""
+
+    def update(self, sensing: Sensing) -> FloatArray:
+        """The estimated pose (3,) in the map frame."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """A pilot's answer: the command, the estimated pose (3,), and now and then what the navigator thought."""
+
+    command: Command
+    estimate: FloatArray
+    diagnostics: Diagnostics | None = None
+
+
+class Pilot(Protocol):
+    """Localiser, tracker and navigator as one: all that the world talks to."""
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Prepare for a new trial."""
+
+    def decide(self, sensing: Sensing) -> Decision:
+        """Turn one period's sensing into a command."""

@@ -1,0 +1,1 @@
+"""Ground floor: shapes, distances, ray casting, grids, motion, search. Imports nothing of Clearway's."""

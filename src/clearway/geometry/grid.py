@@ -1,0 +1,25 @@
+"""Occupancy grids: cells of a floor plan, in ROS's order (row 0 at the lowest y), map frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+FREE, OCCUPIED, UNKNOWN = 0, 100, -1
+"""The three values of a nav_msgs/OccupancyGrid that a trinary map holds."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OccupancyGrid:
+    """A map of cells, axis-aligned in its frame.
+
+    Attributes:
+        data: (rows, cols) int8; row r, column c covers y from origin[1] + r * resolution, x from origin[0] + c * resolution.
+        resolution: edge of a cell, m. origin: (x, y) of the lower-left corner of cell (0, 0), m.
+    """
+
+    data: npt.NDArray[np.int8]
+    resolution: float
+    origin: tuple[float, float]

@@ -1,0 +1,1 @@
+"""One pure function an indicator: Trial -> number with a unit, or not computable, because."""

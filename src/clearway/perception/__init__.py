@@ -1,0 +1,1 @@
+"""What the robot makes of its sensing: localisers (truth, odometry, AMCL) and mapping."""

@@ -1,0 +1,1 @@
+"""Tables, figures, the page, exports: drawn from a results directory alone."""

@@ -1,0 +1,198 @@
+"""The robot model and how it is read from a TOML file.
+
+A robot's file holds one table per part and a `[sources]` table that says where each value comes from. A preset
+(`[presets.NAME]`) overrides some values: `tiago` is the robot, `hosbot:vendor` the robot with its preset `vendor`.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import Circle, Polygon, Shape
+from clearway.validation import first_problem
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class CircleSpec(_Part):
+    """A round footprint."""
+
+    kind: Literal["circle"] = "circle"
+    radius: Positive = Field(description="m")
+
+    def shape(self) -> Shape:
+        return Circle(self.radius)
+
+
+class PolygonSpec(_Part):
+    """A polygonal footprint in base_link, counter-clockwise."""
+
+    kind: Literal["polygon"] = "polygon"
+    vertices: tuple[tuple[Finite, Finite], ...] = Field(min_length=3, description="m, in base_link")
+
+    @model_validator(mode="after")
+    def _counter_clockwise(self) -> PolygonSpec:
+        v = self.vertices
+        area = sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(v, v[1:] + v[:1], strict=True))
+        if area <= 0:
+            raise ValueError("vertices must run counter-clockwise around a positive area")
+        return self
+
+    def shape(self) -> Shape:
+        return Polygon(self.vertices)
+
+
+FootprintSpec = Annotated[CircleSpec | PolygonSpec, Field(discriminator="kind")]
+
+
+class Drive(_Part):
+    """Limits of a differential drive, as the base's own controller enforces them."""
+
+    v_max: Positive = Field(description="forward speed, m/s")
+    v_min: Finite = Field(description="most negative speed (reverse), m/s, at most 0", le=0)
+    acceleration: Positive = Field(description="m/s^2")
+    deceleration: Positive = Field(description="m/s^2")
+    omega_max: Positive = Field(description="yaw rate, rad/s")
+    angular_acceleration: Positive = Field(description="rad/s^2")
+    angular_deceleration: Positive = Field(description="rad/s^2")
+
+
+class Lidar(_Part):
+    """A 2-D lidar."""
+
+    beams: int = Field(ge=1, le=100_000)
+    angle_min: Finite = Field(description="rad, first beam")
+    angle_max: Finite = Field(description="rad, last beam")
+    range_min: NonNegative = Field(description="m")
+    range_max: Positive = Field(description="m")
+    sigma: NonNegative = Field(description="standard deviation of a range, m")
+    mount: tuple[Finite, Finite, Finite] = Field(default=(0.0, 0.0, 0.0), description="pose in base_link: m, m, rad")
+
+
+class Odometry(_Part):
+    """Wheel odometry's error: standard deviations that grow with motion, plus a fixed scale error drawn per trial."""
+
+    translation_per_metre: NonNegative = Field(description="m of error per sqrt(m) travelled")
+    rotation_per_metre: NonNegative = Field(description="rad of error per sqrt(m) travelled")
+    rotation_per_radian: NonNegative = Field(description="rad of error per sqrt(rad) turned")
+    scale: NonNegative = Field(default=0.0, description="standard deviation of the relative scale error of a trial")
+
+
+class Tolerances(_Part):
+    """When the robot's own navigation calls a goal reached, and what a test judges it by."""
+
+    xy: Positive = Field(description="m")
+    yaw: Positive = Field(description="rad")
+
+
+class Robot(_Part):
+    """A robot: everything that the world, the perception and the navigators need to know of it."""
+
+    name: str
+    title: str = Field(description="as it is printed")
+    d_base: Positive = Field(description="paper A's d_base: the gaps between double obstacles are multiples of it, m")
+    footprint: FootprintSpec = Field(description="contact shape, in base_link")
+    planner_footprint: FootprintSpec | None = Field(
+        default=None, description="what its planner believes; default: the footprint"
+    )
+    period: Positive = Field(description="control period, s")
+    drive: Drive
+    lidar: Lidar | None = None
+    odometry: Odometry
+    tolerances: Tolerances
+    navigators: dict[str, dict[str, Any]] = Field(
+        default_factory=dict, description="parameters by navigator, checked by it"
+    )
+    localisation: dict[str, dict[str, Any]] = Field(
+        default_factory=dict, description="parameters by localiser, checked by it"
+    )
+    mapping: dict[str, Any] = Field(default_factory=dict, description="parameters of the mapper, checked by it")
+    conditions: dict[str, str] = Field(default_factory=dict, description="for the report: make, load, floor, software")
+    sources: dict[str, str] = Field(
+        default_factory=dict, description="dotted field (or a prefix of it) -> where its value comes from"
+    )
+    presets: dict[str, dict[str, Any]] = Field(default_factory=dict, description="named overrides of the above")
+
+    @property
+    def shape(self) -> Shape:
+        """The contact shape."""
+        return self.footprint.shape()
+
+    @property
+    def planner_shape(self) -> Shape:
+        """The shape that its own planner keeps clear of obstacles."""
+        return (self.planner_footprint or self.footprint).shape()
+
+
+def robot_names() -> list[str]:
+    """Names of the robots that come with Clearway."""
+    folder = resources.files("clearway.robots")
+    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+
+
+def load_robot(which: str) -> Robot:
+    """Read a robot: a shipped name or a path to a TOML file, with `:PRESET` behind it if wanted.
+
+    Raises:
+        ClearwayError: no such robot or preset, or a field that is wrong; the message names file and field.
+    """
+    return _load(which)
+
+
+@cache
+def _load(which: str) -> Robot:
+    path, preset = _locate(which)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ClearwayError(f"not a TOML file: {error}", file=path) from error
+    if preset is not None:
+        presets = table.get("presets", {})
+        if preset not in presets:
+            raise unknown("preset", preset, presets, file=path)
+        table = _override(table, presets[preset]) | {"name": f"{table.get('name', path.stem)}:{preset}"}
+    try:
+        return Robot.model_validate(table)
+    except ValidationError as error:
+        raise first_problem(error, Robot, file=path) from error
+
+
+def _locate(which: str) -> tuple[Path, str | None]:
+    shipped = robot_names()
+    if which.endswith(".toml"):
+        name, preset = which, None
+    else:
+        name, _, rest = which.rpartition(":") if ":" in which else (which, "", "")
+        preset = rest or None
+    if name in shipped:
+        return Path(str(resources.files("clearway.robots") / f"{name}.toml")), preset
+    path = Path(name)
+    if name.endswith(".toml"):
+        if path.is_file():
+            return path, preset
+        raise ClearwayError("no such file", file=path)
+    raise unknown("robot", name, shipped)
+
+
+def _override(table: dict[str, Any], by: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(table)
+    for key, value in by.items():
+        old = merged.get(key)
+        replace = isinstance(value, dict) and value.get("kind") is not None  # a shape is replaced whole
+        merged[key] = (
+            _override(old, value) if isinstance(old, dict) and isinstance(value, dict) and not replace else value
+        )
+    return merged

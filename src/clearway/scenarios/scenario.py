@@ -1,0 +1,126 @@
+"""A scenario: one test, complete and ready to run. A suite makes many; a user writes one as TOML.
+
+Everything is in the floor plan's frame (map), SI units, radians.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+PoseSpec = tuple[Finite, Finite, Finite]
+"""x [m], y [m], theta [rad]."""
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class SquareSpec(_Part):
+    """A square, centred on its pose."""
+
+    kind: Literal["square"]
+    edge: Positive = Field(description="m")
+
+
+class DiscSpec(_Part):
+    """A disc."""
+
+    kind: Literal["disc"]
+    radius: Positive = Field(description="m")
+
+
+class OutlineSpec(_Part):
+    """A simple polygon, counter-clockwise, in its own frame."""
+
+    kind: Literal["polygon"]
+    vertices: tuple[tuple[Finite, Finite], ...] = Field(min_length=3, description="m")
+
+
+class RobotBodySpec(_Part):
+    """The footprint of another robot."""
+
+    kind: Literal["robot"]
+    robot: str = Field(description="name or file of the robot")
+
+
+ShapeSpec = Annotated[SquareSpec | DiscSpec | OutlineSpec | RobotBodySpec, Field(discriminator="kind")]
+
+
+class RunSpec(_Part):
+    """One pass of a mover along a line at constant speed, during one leg; it is absent outside its passes."""
+
+    leg: str = Field(description="name of the leg during which it moves")
+    path: tuple[tuple[Finite, Finite], ...] = Field(
+        min_length=2, description="way points, m; its heading follows the path"
+    )
+    speed: Positive = Field(description="m/s")
+    delay: Finite = Field(default=0.0, description="s after the leg begins; negative: already under way")
+
+
+class ObstacleSpec(_Part):
+    """An obstacle of the test: static with a `pose`, or moving with `runs`."""
+
+    name: str
+    shape: ShapeSpec
+    pose: PoseSpec | None = None
+    runs: tuple[RunSpec, ...] = ()
+
+
+class LegSpec(_Part):
+    """One goal."""
+
+    name: str
+    goal: PoseSpec
+    xy_tolerance: Positive | None = Field(default=None, description="m; default: the robot's")
+    yaw_tolerance: Annotated[float, Field(gt=0)] | None = Field(
+        default=None, description="rad; default: the robot's; inf: heading is free"
+    )
+    scored: bool = True
+    time_limit: Positive = Field(description="s")
+    arrival: Literal["declared", "measured"] = Field(
+        default="declared",
+        description="who ends the leg: the robot by its own estimate, or a judge by its true position within xy_tolerance",
+    )
+    clock_starts_after: NonNegative = Field(
+        default=0.0, description="the leg's clock starts when it has moved this far, m"
+    )
+
+
+class LabelSpec(_Part):
+    """Where the scenario stands in its suite; see `clearway.trials.Labels`."""
+
+    suite: str = "own"
+    batch: str = "own"
+    configuration: str = "own"
+    obstacle_speed: NonNegative | None = None
+    size: Positive | None = None
+    gap: Positive | None = None
+    repetition: int = Field(default=1, ge=1)
+
+
+class Scenario(_Part):
+    """One test."""
+
+    name: str = Field(min_length=1, description="unique in its suite")
+    plan: str = Field(description="floor plan: a shipped name, or the path of a plan or of a ROS map's yaml")
+    start: PoseSpec
+    legs: tuple[LegSpec, ...] = Field(min_length=1)
+    speed: Positive = Field(description="set speed, caps the robot's, m/s")
+    obstacles: tuple[ObstacleSpec, ...] = ()
+    labels: LabelSpec = LabelSpec()
+    reference_length: Positive | None = Field(default=None, description="of one leg, m: paper A's d_AB, BARN's path")
+    localisation: Literal["truth", "odometry", "amcl"] = Field(
+        default="amcl", description="unless the run says otherwise"
+    )
+    placement_xy: NonNegative = Field(
+        default=0.02, description="the robot is placed within this of its start, uniformly, m"
+    )
+    placement_yaw: NonNegative = Field(default=0.03, description="the same for its heading, rad")
+    seed: int = Field(
+        default=0, ge=0, description="of sensor noise, odometry and placement; one seed, one course of events"
+    )

@@ -1,0 +1,1 @@
+"""Paired tests, intervals, effect sizes, correlations, trial planning."""

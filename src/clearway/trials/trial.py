@@ -1,0 +1,162 @@
+"""One attempt at a task, with everything needed to score and to replay it, wherever it came from.
+
+What a recording doesn't know is None; an indicator that needs it answers "not computable", with the reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+from clearway.contract import Diagnostics
+from clearway.geometry.shapes import FloatArray, Shape
+
+
+class Outcome(StrEnum):
+    """How an attempt ended."""
+
+    REACHED = "reached"  # every leg was called reached (whether within tolerance by the truth is for the indicators)
+    COLLISION = "collision"
+    TIMEOUT = "timeout"
+    LIVELOCK = "livelock"
+    NAVIGATOR_FAILED = "navigator_failed"  # raised, or gave no finite command
+    ABORTED = "aborted"  # the navigator gave up, or a person stopped it
+
+
+@dataclass(frozen=True, slots=True)
+class Labels:
+    """Where a trial stands in its suite. None: does not apply.
+
+    Attributes:
+        suite, batch, configuration: names, such as `hospital`, `SO`, `parallel`. speed: set speed, m/s.
+        obstacle_speed: m/s. size: edge of the static obstacles, m. gap: in multiples of d_base. repetition: from 1.
+    """
+
+    suite: str
+    batch: str
+    configuration: str
+    speed: float
+    obstacle_speed: float | None = None
+    size: float | None = None
+    gap: float | None = None
+    repetition: int = 1
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leg:
+    """One goal of an attempt.
+
+    Attributes:
+        name: `forth`, `turn`, `back`. start, goal: (3,) poses, map frame. xy_tolerance: m. yaw_tolerance: rad (inf: free).
+        scored: whether it counts for the indicators (the turn at B does not). time_limit: s.
+    """
+
+    name: str
+    start: FloatArray
+    goal: FloatArray
+    xy_tolerance: float
+    yaw_tolerance: float
+    scored: bool = True
+    time_limit: float = float("inf")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """Something that the robot can hit.
+
+    Attributes:
+        kind: `wall`, `furniture`, `obstacle` (placed by the test) or `mover`. shape: in the body's frame.
+        pose: (3,) map frame; None for a mover, whose poses are a column of `Trial.movers`.
+    """
+
+    name: str
+    kind: str
+    shape: Shape
+    pose: FloatArray | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Attempt:
+    """What was attempted: frozen before the robot moves, so that a trial can be scored without its scenario.
+
+    Attributes:
+        robot, navigator, localisation: names as the user gave them (`recorded` where nobody knows).
+        footprint: contact shape in base_link; None if unknown. speed_limit: set speed, m/s, None if unknown.
+        period: control or sampling period, s. reference_length: of one leg, m (paper A's d_AB, BARN's path), None without.
+        plan: name of the floor plan. scenario: id in its suite, None for a recording. seed: of this attempt.
+        privileged: whether the navigator was given the truth.
+    """
+
+    labels: Labels
+    robot: str
+    navigator: str
+    localisation: str
+    footprint: Shape | None
+    legs: tuple[Leg, ...]
+    bodies: tuple[Body, ...]
+    speed_limit: float | None
+    period: float
+    reference_length: float | None = None
+    plan: str = ""
+    scenario: str | None = None
+    seed: int | None = None
+    privileged: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at time `t` [s]: kind `contact`, `recovery`, `timeout`, `error`, ...; detail for people."""
+
+    t: float
+    kind: str
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Span:
+    """When leg `leg` was driven: from `start` to `end` [s]; `reached`: whether it was called reached."""
+
+    leg: int
+    start: float
+    end: float
+    reached: bool
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snapshot:
+    """What the navigator showed of its thinking at time `t` [s]."""
+
+    t: float
+    diagnostics: Diagnostics
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trial:
+    """One attempt as it went.
+
+    Attributes:
+        t: (n,) s, increasing, from 0. pose: (n, 3) true pose, map frame. velocity: (n, 2) true v, omega, or None.
+        estimate: (n, 3) the robot's own belief, or None. command: (n, 2) given at t, or None.
+        leg: (n,) int index into attempt.legs of what was being driven at t.
+        movers: (n, m, 3) poses of the bodies whose pose is None, in their order; NaN while one is absent.
+        spans: one per leg begun, in order. outcome: how it ended, reason: why, for people.
+        provenance: what ran, on which version, from which file. timing: wall-clock figures [s], kept apart.
+    """
+
+    attempt: Attempt
+    t: FloatArray
+    pose: FloatArray
+    velocity: FloatArray | None
+    estimate: FloatArray | None
+    command: FloatArray | None
+    leg: Any
+    movers: FloatArray
+    spans: tuple[Span, ...]
+    events: tuple[Event, ...]
+    outcome: Outcome
+    reason: str = ""
+    snapshots: tuple[Snapshot, ...] = ()
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+    timing: Mapping[str, float] = field(default_factory=dict)

@@ -1,0 +1,56 @@
+"""Turns pydantic's findings into Clearway's one-sentence errors."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+
+from clearway.errors import ClearwayError
+
+
+def first_problem(error: ValidationError, model: type[BaseModel], *, file: object = None) -> ClearwayError:
+    """The first finding of `error` as a `ClearwayError` that names file, field, value and what would be right."""
+    return problems(error, model, file=file)[0]
+
+
+def problems(error: ValidationError, model: type[BaseModel], *, file: object = None) -> list[ClearwayError]:
+    """Every finding of `error`, each as a `ClearwayError`."""
+    return [_translate(e, model, file) for e in error.errors(include_url=False)]
+
+
+def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayError:
+    where = [p for p in finding["loc"] if not (isinstance(p, str) and p.startswith("function-"))]
+    field = ".".join(str(p) for p in where)
+    value = finding["input"]
+    match finding["type"]:
+        case "extra_forbidden":
+            known = _fields_at(model, where[:-1])
+            close = difflib.get_close_matches(str(where[-1]), known, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(sorted(known))}"
+            return ClearwayError(f"unknown key; {hint}", file=file, field=field)
+        case "missing":
+            return ClearwayError("is missing", file=file, field=field)
+        case "value_error":
+            return ClearwayError(finding["msg"].removeprefix("Value error, "), file=file, field=field)
+        case _:
+            message = finding["msg"][0].lower() + finding["msg"][1:]
+            return ClearwayError(f"{value!r} is wrong: {message}", file=file, field=field)
+
+
+def _fields_at(model: type[BaseModel], where: list[Any]) -> list[str]:
+    """Names of the fields of the (sub)model that the path `where` leads to."""
+    candidates: list[type[BaseModel]] = [model]
+    for step in where:
+        if isinstance(step, int):
+            continue
+        found = [m for c in candidates if step in c.model_fields for m in _models_in(c.model_fields[step].annotation)]
+        candidates = found or candidates  # a union's tag is a step that names no field
+    return sorted({name for c in candidates for name in c.model_fields})
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [m for part in get_args(annotation) for m in _models_in(part)]
