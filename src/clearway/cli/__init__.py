@@ -1,1 +1,63 @@
-"""One file a verb, no logic."""
+"""The command line: one file a verb, no logic. Heavy imports stand inside the verbs, so that help answers at once.
+
+Exit codes: 0 done; 1 done, but something is wrong with what was examined (a check found a problem, a navigator
+failed); 2 the input is wrong; 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated
+
+import typer
+
+from clearway.cli import check, compare, list_, map_, replay, report, run, samples, schema
+from clearway.errors import ClearwayError
+
+app = typer.Typer(
+    name="clearway",
+    help="Measure how well mobile robots find their way among people and obstacles.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for name, verb in {
+    "run": run.run,
+    "map": map_.map_,
+    "report": report.report,
+    "replay": replay.replay,
+    "compare": compare.compare,
+    "list": list_.list_,
+    "check": check.check,
+    "schema": schema.schema,
+    "samples": samples.samples,
+}.items():
+    app.command(name)(verb)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"clearway {version('clearway')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _top(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    pass
+
+
+def main() -> None:
+    """Entry point: shows the errors that a user can mend in one line, without a traceback."""
+    try:
+        app()
+    except ClearwayError as error:
+        typer.echo(f"clearway: {error}", err=True)
+        sys.exit(2)

@@ -1,0 +1,39 @@
+# make demo: a first report in minutes.  make test: everything that has to hold.  Both set themselves up.
+PYTHON ?= python3
+BIN := .venv/bin
+DEMO ?= results/demo
+
+.PHONY: demo test lint pytest clean
+
+demo: .venv/installed
+	@rm -rf $(DEMO)
+	$(BIN)/clearway run hospital --robot tiago --robot hosbot --repetitions 1 --speed 0.6 --size 0.30 --gap 1.5 \
+	  --obstacle-speed 0.6 --out $(DEMO)
+	@echo "All of it (672 trials): $(BIN)/clearway run hospital --robot tiago --robot hosbot --out results/hospital"
+
+test: lint pytest
+
+lint: .venv/developed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+pytest: .venv/developed
+	$(BIN)/python -m pytest
+
+.venv/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit("Clearway needs Python 3.11 or newer; try: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv .venv
+
+.venv/installed: pyproject.toml constraints.txt | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable .
+	@touch $@
+
+.venv/developed: pyproject.toml constraints.txt | .venv/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[dev]'
+	@touch $@ .venv/installed
+
+clean:
+	rm -rf .venv results
+	find . -name __pycache__ -prune -exec rm -rf {} +

@@ -1,0 +1,47 @@
+"""Progress of long work on stderr: one line that is rewritten in a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+
+
+class Progress:
+    """Call it with (done, total, note); it says how far the work is and how much time is left."""
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.live = sys.stderr.isatty()
+        self.began = self.spoke = time.monotonic()
+        self.started_at = 0
+        self.width = 0
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self.live and self.width:
+            print(file=sys.stderr)
+
+    def __call__(self, done: int, total: int, note: str = "") -> None:
+        now = time.monotonic()
+        if not self.live and done < total and now - self.spoke < 10 and not (note and done == 0):
+            return
+        self.spoke = now
+        left = ""
+        if 0 < done < total:
+            left = f", {_duration((now - self.began) / done * (total - done))} left"
+        text = f"{self.what}: {done}/{total}{left}" + (f"  {note}" if note else "")
+        if self.live:
+            print(f"\r{text:<{self.width}}", end="", file=sys.stderr, flush=True)
+            self.width = len(text)
+        else:
+            print(text, file=sys.stderr, flush=True)
+
+
+def _duration(seconds: float) -> str:
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest:02d} s" if minutes else f"{rest} s"

@@ -1,0 +1,48 @@
+"""`clearway check`: is this file, or this navigator, as it should be?"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from clearway.cli._options import Json, RobotName
+
+
+def check(
+    target: Annotated[str, typer.Argument(help="A TOML or map file, or a navigator (name or my_pkg:MyNavigator).")],
+    robot: RobotName = "tiago",
+    as_json: Json = False,
+) -> None:
+    """Say what is wrong with a scenario, suite, robot, plan or map file, or with a navigator."""
+    import json
+    from pathlib import Path
+
+    from clearway.errors import ClearwayError
+    from clearway.robots import load_robot
+
+    if Path(target).suffix in (".toml", ".yaml", ".yml"):
+        from clearway.scenarios.check import check_file
+
+        found = [str(problem) for problem in check_file(Path(target))]
+        passed: list[str] = []
+    else:
+        from clearway.navigators.conformance import check_navigator
+        from clearway.navigators.registry import make_navigator
+
+        def factory() -> object:
+            return make_navigator(target)
+
+        factory()  # a navigator that can't be made is an error of its own
+        findings = check_navigator(factory, load_robot(robot))
+        found = [str(ClearwayError(f.detail, field=f.name)) for f in findings if not f.passed]
+        passed = [f.name for f in findings if f.passed]
+    if as_json:
+        typer.echo(json.dumps({"target": target, "problems": found, "passed": passed}, indent=2))
+    else:
+        for name in passed:
+            typer.echo(f"ok       {name}")
+        for problem in found:
+            typer.echo(f"problem  {problem}", err=True)
+        typer.echo(f"{target}: {'nothing wrong' if not found else f'{len(found)} problem(s)'}")
+    raise typer.Exit(1 if found else 0)

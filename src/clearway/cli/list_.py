@@ -1,0 +1,45 @@
+"""`clearway list`: what there is."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from clearway.cli._options import Json
+
+
+def list_(
+    what: Annotated[
+        str, typer.Argument(help="suites, robots, plans, navigators or indicators; all by default.")
+    ] = "all",
+    as_json: Json = False,
+) -> None:
+    """List suites, robots, floor plans, navigators and indicators."""
+    import json
+
+    from clearway.errors import unknown
+    from clearway.indicators import INDICATORS
+    from clearway.navigators.registry import navigator_names
+    from clearway.robots import load_robot, robot_names
+    from clearway.scenarios.floorplan import plan_names
+    from clearway.scenarios.suites import load_suite, suite_names
+
+    tables = {
+        "suites": lambda: {n: load_suite(n).title for n in suite_names()},
+        "robots": lambda: {n: load_robot(n).title for n in robot_names()},
+        "plans": lambda: dict.fromkeys(plan_names(), ""),
+        "navigators": lambda: dict.fromkeys(navigator_names(), ""),
+        "indicators": lambda: {n: f"{i.title} [{i.unit}]" for n, i in INDICATORS.items()},
+    }
+    if what != "all" and what not in tables:
+        raise unknown("list", what, tables)
+    chosen = {name: table() for name, table in tables.items() if what in ("all", name)}
+    if as_json:
+        typer.echo(json.dumps(chosen, indent=2))
+        return
+    for kind, rows in chosen.items():
+        typer.echo(kind)
+        width = max(map(len, rows), default=0)
+        for name, title in rows.items():
+            typer.echo(f"  {name:<{width}}  {title}".rstrip())

@@ -1,0 +1,34 @@
+"""`clearway map`: let a robot build the map of a floor plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from clearway.cli._options import Json, RobotName
+
+
+def map_(
+    plan: Annotated[str, typer.Argument(help="A floor plan: a shipped name or a file.", show_default=False)],
+    robot: RobotName = "tiago",
+    out: Annotated[Path, typer.Option(help="Folder for the map: map.yaml and map.pgm.")] = Path("results/map"),
+    seed: Annotated[int, typer.Option(min=0, help="Of the sensor noise, the odometry's and the mapper's.")] = 0,
+    odometry_only: Annotated[bool, typer.Option(help="No scan matching: shows what it is worth.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Drive a tour through a floor plan and build its map as the robot would (grid-based Rao-Blackwellised filter)."""
+    import json
+    from dataclasses import asdict
+
+    from clearway.campaigns.mapping import build_map
+    from clearway.cli._progress import Progress
+    from clearway.robots import load_robot
+
+    with Progress("mapping") as progress:
+        made = build_map(plan, load_robot(robot), seed, out, progress, scan_matching=not odometry_only)
+    if as_json:
+        typer.echo(json.dumps(asdict(made), default=str))
+    else:
+        typer.echo(str(made))
