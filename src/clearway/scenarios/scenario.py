@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
+from clearway.robots import load_robot
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -26,12 +29,29 @@ class SquareSpec(_Part):
     kind: Literal["square"]
     edge: Positive = Field(description="m")
 
+    def shape(self) -> Shape:
+        return rectangle(self.edge, self.edge)
+
+
+class RectangleSpec(_Part):
+    """A rectangle, centred on its pose."""
+
+    kind: Literal["rectangle"]
+    length: Positive = Field(description="along x, m")
+    width: Positive = Field(description="along y, m")
+
+    def shape(self) -> Shape:
+        return rectangle(self.length, self.width)
+
 
 class DiscSpec(_Part):
     """A disc."""
 
     kind: Literal["disc"]
     radius: Positive = Field(description="m")
+
+    def shape(self) -> Shape:
+        return Circle(self.radius)
 
 
 class OutlineSpec(_Part):
@@ -40,6 +60,16 @@ class OutlineSpec(_Part):
     kind: Literal["polygon"]
     vertices: tuple[tuple[Finite, Finite], ...] = Field(min_length=3, description="m")
 
+    @model_validator(mode="after")
+    def _counter_clockwise(self) -> OutlineSpec:
+        v = self.vertices
+        if sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(v, v[1:] + v[:1], strict=True)) <= 0:
+            raise ValueError("vertices must run counter-clockwise around a positive area")
+        return self
+
+    def shape(self) -> Shape:
+        return Polygon(self.vertices)
+
 
 class RobotBodySpec(_Part):
     """The footprint of another robot."""
@@ -47,8 +77,11 @@ class RobotBodySpec(_Part):
     kind: Literal["robot"]
     robot: str = Field(description="name or file of the robot")
 
+    def shape(self) -> Shape:
+        return load_robot(self.robot).shape
 
-ShapeSpec = Annotated[SquareSpec | DiscSpec | OutlineSpec | RobotBodySpec, Field(discriminator="kind")]
+
+ShapeSpec = Annotated[SquareSpec | RectangleSpec | DiscSpec | OutlineSpec | RobotBodySpec, Field(discriminator="kind")]
 
 
 class RunSpec(_Part):

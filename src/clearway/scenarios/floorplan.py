@@ -1,0 +1,233 @@
+"""Floor plans: walls and furniture as vectors, the map that a robot is given, and the protocol's line A-B.
+
+A plan is one TOML file. Shipped plans have their ROS map (yaml + pgm) beside it; `python -m
+clearway.scenarios.floorplan` writes it anew from the TOML. A bare ROS map serves as a plan too: its occupied cells
+are then the walls.
+"""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.rasterise import boundaries, explored, outline, rasterise
+from clearway.geometry.ros_map import read_map, write_map
+from clearway.geometry.shapes import FloatArray, Polygon, Shape
+from clearway.scenarios.scenario import Finite, PoseSpec, ShapeSpec
+from clearway.validation import first_problem
+
+Box = tuple[Finite, Finite, Finite, Finite]
+"""x0, y0, x1, y1 [m], x0 < x1 and y0 < y1."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fixture:
+    """Something that stands in a plan for good.
+
+    Attributes:
+        kind: `wall` or `furniture`. shape: in its own frame. pose: (3,) map frame.
+    """
+
+    name: str
+    kind: str
+    shape: Shape
+    pose: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FloorPlan:
+    """Where a test takes place.
+
+    Attributes:
+        fixtures: walls and furniture, the truth. map: what a robot is given, None where nothing is known.
+        a, b: (3,) poses of the protocol's line, heading along it; None in a plan without.
+        clear: x0, y0, x1, y1 [m] of the area around the line that is free of fixtures, None without a line.
+        bounds: x0, y0, x1, y1 [m] around everything.
+    """
+
+    name: str
+    title: str
+    fixtures: tuple[Fixture, ...]
+    map: OccupancyGrid | None
+    a: FloatArray | None
+    b: FloatArray | None
+    clear: tuple[float, float, float, float] | None
+    bounds: tuple[float, float, float, float]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def _ordered(box: Box | None) -> None:
+    if box is not None and not (box[0] < box[2] and box[1] < box[3]):
+        raise ValueError(f"{list(box)} must be [x0, y0, x1, y1] with x0 < x1 and y0 < y1")
+
+
+class WallSpec(_Part):
+    """A wall: a `box` along the axes, or any polygon as `vertices`."""
+
+    name: str
+    box: Box | None = Field(default=None, description="x0, y0, x1, y1, m")
+    vertices: tuple[tuple[Finite, Finite], ...] | None = Field(default=None, min_length=3, description="m")
+
+    @model_validator(mode="after")
+    def _one_form(self) -> WallSpec:
+        if (self.box is None) == (self.vertices is None):
+            raise ValueError("a wall has either a box or vertices")
+        _ordered(self.box)
+        v = self.polygon.vertices
+        if sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(v, v[1:] + v[:1], strict=True)) <= 0:
+            raise ValueError("vertices must run counter-clockwise around a positive area")
+        return self
+
+    @property
+    def polygon(self) -> Polygon:
+        """The wall in the map frame."""
+        if self.vertices is not None:
+            return Polygon(self.vertices)
+        assert self.box is not None
+        x0, y0, x1, y1 = self.box
+        return Polygon(((x0, y0), (x1, y0), (x1, y1), (x0, y1)))
+
+
+class FurnitureSpec(_Part):
+    """A piece of furniture as the robot can touch it and its lidar sees it: one closed outline."""
+
+    name: str
+    shape: ShapeSpec
+    pose: PoseSpec
+
+
+class PlanSpec(_Part):
+    """A floor plan's file."""
+
+    name: str = Field(min_length=1)
+    title: str = Field(default="", description="as it is printed")
+    map: str | None = Field(default=None, description="ROS map yaml beside this file; default: drawn from the vectors")
+    resolution: Annotated[float, Field(ge=0.005, le=1.0)] = Field(default=0.05, description="of the drawn map, m")
+    a: PoseSpec | None = Field(default=None, description="start of the protocol's line, heading to b")
+    b: PoseSpec | None = Field(default=None, description="its end, same heading")
+    clear: Box | None = Field(default=None, description="x0, y0, x1, y1 of the area kept clear around the line, m")
+    walls: tuple[WallSpec, ...] = Field(min_length=1)
+    furniture: tuple[FurnitureSpec, ...] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> PlanSpec:
+        _ordered(self.clear)
+        if (self.a is None) != (self.b is None):
+            raise ValueError("a plan has both a and b, or neither")
+        if self.a is not None and self.b is not None:
+            along = math.atan2(self.b[1] - self.a[1], self.b[0] - self.a[0])
+            if max(abs(math.remainder(h - along, math.tau)) for h in (self.a[2], self.b[2])) > 1e-6:
+                raise ValueError(f"a and b must head along the line from a to b ({along:.4f} rad)")
+        names = [f.name for f in (*self.walls, *self.furniture)]
+        if twice := sorted({n for n in names if names.count(n) > 1}):
+            raise ValueError(f"the name {twice[0]!r} stands twice")
+        return self
+
+
+def plan_names() -> list[str]:
+    """Names of the plans that come with Clearway, without BARN's worlds (`barn-0`, `barn-2`, ... `barn-298`)."""
+    folder = resources.files("clearway.scenarios") / "plans"
+    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+
+
+def load_plan(which: str) -> FloorPlan:
+    """Read a floor plan: a shipped name, the path of a plan's TOML file or of a ROS map's yaml.
+
+    Raises:
+        ClearwayError: no such plan, or a file or field that is wrong.
+    """
+    return _load(str(which))
+
+
+@cache
+def _load(which: str) -> FloorPlan:
+    if which in plan_names():
+        return _from_toml(Path(str(resources.files("clearway.scenarios") / "plans" / f"{which}.toml")))
+    path = Path(which)
+    if path.suffix == ".toml":
+        return _from_toml(path)
+    if path.suffix in (".yaml", ".yml"):
+        return _from_map(path)
+    raise unknown("floor plan", which, plan_names())
+
+
+def read_plan(path: Path) -> PlanSpec:
+    """Read and validate a plan's TOML file."""
+    try:
+        return PlanSpec.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise ClearwayError("no such file" if not path.exists() else str(error), file=path) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ClearwayError(f"not a TOML file: {error}", file=path) from error
+    except ValidationError as error:
+        raise first_problem(error, PlanSpec, file=path) from error
+
+
+def draw_map(spec: PlanSpec, margin: float = 0.2) -> OccupancyGrid:
+    """The occupancy grid of a plan: what a perfect mapping run would give.
+
+    The origin lies half a cell off a multiple of the resolution, so that a face drawn on a multiple runs through the
+    middle of its cells and the map is unbiased.
+    """
+    fixtures = _fixtures(spec)
+    x0, y0, x1, y1 = _bounds(fixtures)
+    k = spec.resolution
+    left, low = (round((math.floor((v - margin) / k) - 0.5) * k, 9) for v in (x0, y0))
+    cols, rows = (math.ceil((high + margin - start) / k) for high, start in ((x1, left), (y1, low)))
+    occupied = rasterise([(f.shape, f.pose) for f in fixtures], (rows, cols), k, (left, low))
+    if spec.a is None:
+        return OccupancyGrid(np.where(occupied, 100, 0).astype(np.int8), k, (left, low))
+    seed = (int((spec.a[1] - low) / k), int((spec.a[0] - left) / k))
+    return OccupancyGrid(explored(occupied, [seed]), k, (left, low))
+
+
+def _fixtures(spec: PlanSpec) -> tuple[Fixture, ...]:
+    walls = [Fixture(w.name, "wall", w.polygon, np.zeros(3)) for w in spec.walls]
+    return (*walls, *(Fixture(f.name, "furniture", f.shape.shape(), np.array(f.pose)) for f in spec.furniture))
+
+
+def _bounds(fixtures: tuple[Fixture, ...]) -> tuple[float, float, float, float]:
+    points = np.concatenate([outline(f.shape, f.pose) for f in fixtures])
+    (x0, y0), (x1, y1) = points.min(0), points.max(0)
+    return float(x0), float(y0), float(x1), float(y1)
+
+
+def _from_toml(path: Path) -> FloorPlan:
+    spec = read_plan(path)
+    fixtures = _fixtures(spec)
+    grid = draw_map(spec) if spec.map is None else read_map(path.parent / spec.map)
+    a, b = (None if p is None else np.array(p) for p in (spec.a, spec.b))
+    return FloorPlan(spec.name, spec.title or spec.name, fixtures, grid, a, b, spec.clear, _bounds(fixtures))
+
+
+def _from_map(path: Path) -> FloorPlan:
+    grid = read_map(path)
+    fixtures = tuple(Fixture(f"cells-{i}", "wall", shape, np.zeros(3)) for i, shape in enumerate(boundaries(grid)))
+    x0, y0 = grid.origin
+    rows, cols = grid.data.shape
+    bounds = (x0, y0, x0 + cols * grid.resolution, y0 + rows * grid.resolution)
+    return FloorPlan(path.stem, path.stem, fixtures, grid, None, None, None, bounds)
+
+
+def write_shipped_maps() -> None:
+    """Draw the maps of the shipped plans anew from their TOML files."""
+    for name in plan_names():
+        path = Path(str(resources.files("clearway.scenarios") / "plans" / f"{name}.toml"))
+        write_map(path.with_suffix(".yaml"), draw_map(read_plan(path)))
+
+
+if __name__ == "__main__":
+    write_shipped_maps()

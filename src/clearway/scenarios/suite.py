@@ -1,0 +1,112 @@
+"""What a suite is: a list of scenarios that belong together, and how a part of it is selected."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+from clearway.errors import ClearwayError, unknown
+from clearway.robots import Robot
+from clearway.scenarios.scenario import Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class Selection:
+    """Which part of a suite to run; an empty tuple or None: all of it, as the suite has it.
+
+    Attributes:
+        batches, configurations: names. speeds, obstacle_speeds: m/s. sizes: edge of the static obstacles, m.
+        gaps: in multiples of d_base. repetitions: how many of each. worlds: numbers of BARN's worlds.
+        plan: floor plan to use instead of the suite's.
+    """
+
+    batches: tuple[str, ...] = ()
+    configurations: tuple[str, ...] = ()
+    speeds: tuple[float, ...] = ()
+    sizes: tuple[float, ...] = ()
+    gaps: tuple[float, ...] = ()
+    obstacle_speeds: tuple[float, ...] = ()
+    repetitions: int | None = None
+    worlds: tuple[int, ...] = ()
+    plan: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Suite:
+    """A named set of tests.
+
+    Attributes:
+        batches: names, in the order in which they run. configurations: names. repetitions: of each test by default.
+        make: builds every scenario for a robot: (robot, plan or None, repetitions or None) -> scenarios without seeds.
+        speeds, sizes, gaps, obstacle_speeds, worlds: the values that a selection may name.
+    """
+
+    name: str
+    title: str
+    description: str
+    batches: tuple[str, ...]
+    configurations: tuple[str, ...]
+    make: Callable[[Robot, Selection], Sequence[Scenario]]
+
+    def build(self, robot: Robot, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
+        """The selected scenarios for `robot`, in the suite's order.
+
+        A scenario's seed comes from the campaign's `seed` and its name alone: every navigator, every robot and every
+        selection meets the same.
+
+        Raises:
+            ClearwayError: a selected value that no scenario has (it names those that exist), or none is left.
+        """
+        chosen = selection or Selection()
+        made = [s.model_copy(update={"seed": scenario_seed(seed, s.name)}) for s in self.make(robot, chosen)]
+        kept = [s for s in made if _selects(chosen, s)]
+        _refuse_unknown(self, chosen, made)
+        if not kept:
+            raise ClearwayError(f"the selection leaves nothing of the suite {self.name!r}")
+        return kept
+
+
+def scenario_seed(seed: int, name: str) -> int:
+    """The seed of the scenario `name` in a campaign with `seed`: the first 63 bits of a SHA-256."""
+    return int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:8], "big") >> 1
+
+
+_FIELDS = (
+    ("batches", "batch"),
+    ("configurations", "configuration"),
+    ("obstacle_speeds", "obstacle_speed"),
+    ("sizes", "size"),
+    ("gaps", "gap"),
+)
+
+
+def _selects(selection: Selection, scenario: Scenario) -> bool:
+    if selection.speeds and scenario.speed not in selection.speeds:
+        return False
+    return all(
+        not getattr(selection, plural) or getattr(scenario.labels, field) in getattr(selection, plural)
+        for plural, field in _FIELDS
+    )
+
+
+def _refuse_unknown(suite: Suite, selection: Selection, scenarios: Sequence[Scenario]) -> None:
+    known_speeds = [s.speed for s in scenarios]
+    for asked, kind, known in (
+        (selection.batches, "batch", suite.batches),
+        (selection.configurations, "configuration", suite.configurations),
+    ):
+        for name in asked:
+            if name not in known:
+                raise unknown(kind, name, known)
+    _refuse_number("speed", selection.speeds, known_speeds, suite.name)
+    for plural, field in _FIELDS[2:]:
+        _refuse_number(field, getattr(selection, plural), [getattr(s.labels, field) for s in scenarios], suite.name)
+
+
+def _refuse_number(field: str, asked: Sequence[float], known: Iterable[float | None], suite: str) -> None:
+    values = sorted({v for v in known if v is not None})
+    for value in asked:
+        if value not in values:
+            listed = ", ".join(f"{v:g}" for v in values) or "none"
+            raise ClearwayError(f"no scenario of the suite {suite!r} has the {field} {value:g}; known: {listed}")
