@@ -1,0 +1,131 @@
+"""Composes a localiser and a navigator into the pilot that the world talks to."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from types import FrameType
+
+import numpy as np
+
+from clearway.contract import (
+    Decision,
+    Diagnostics,
+    Localiser,
+    Navigator,
+    Observation,
+    Pilot,
+    Sensing,
+    Task,
+)
+from clearway.errors import ClearwayError
+from clearway.robots import Robot
+
+SHOW_EVERY = 0.5
+"""s of simulated time between two looks at a navigator's diagnostics."""
+
+DECISION_LIMIT = 10.0
+"""s of wall clock after which a decision counts as hung."""
+
+
+class TookTooLong(Exception):
+    """A navigator or localiser did not answer within the hard limit."""
+
+
+class _Alarm(BaseException):
+    """Raised by the timer inside the navigator; not an `Exception`, so that the navigator's own handlers let it pass."""
+
+
+def compose(
+    navigator: Navigator, localiser: Localiser, localisation: str, *, decision_limit: float | None = DECISION_LIMIT
+) -> Pilot:
+    """A pilot of a navigator and a localiser.
+
+    Args:
+        navigator: gets what its `needs` asks for: the map, scans, obstacles; nothing else.
+        localiser: gives the pose that the navigator believes in.
+        localisation: its name, for messages.
+        decision_limit: wall-clock seconds after which a decision is broken off with `TookTooLong`; None: never.
+            It works in the main thread of a process, where signals arrive, and can't stop code that never comes
+            back to Python.
+    """
+    return _Composed(navigator, localiser, localisation, decision_limit)
+
+
+class _Composed:
+    def __init__(
+        self, navigator: Navigator, localiser: Localiser, localisation: str, decision_limit: float | None
+    ) -> None:
+        self._navigator, self._localiser, self._localisation = navigator, localiser, localisation
+        self._limit = decision_limit
+        needs = frozenset(getattr(navigator, "needs", frozenset()))
+        self._map, self._scan, self._obstacles = "map" in needs, "scan" in needs, "obstacles" in needs
+        self._diagnostics = getattr(navigator, "diagnostics", None)
+        self._shown = -np.inf
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Prepare both for a new trial, each with a random stream of its own."""
+        self._shown = -np.inf
+        key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that neither stream moves the other's
+        self._localiser.reset(task, robot, _stream(key, "localiser"))
+        told = task if self._map or task.map is None else replace(task, map=None)
+        with _limited(None if self._limit is None else max(self._limit, 60.0), "to prepare"):
+            self._navigator.reset(told, robot, _stream(key, "navigator"))
+
+    def decide(self, sensing: Sensing) -> Decision:
+        """Localise, then ask the navigator; now and then also what it thought."""
+        if self._obstacles and sensing.obstacles is None:
+            raise ClearwayError(
+                "the navigator needs obstacles with position and velocity, but this scenario gives scans only; "
+                "use a navigator that reads scans"
+            )
+        if self._scan and sensing.scan is None:
+            raise ClearwayError("the navigator needs scans, but the robot has no lidar")
+        pose = self._localiser.update(sensing)
+        observation = Observation(
+            t=sensing.t,
+            pose=pose,
+            velocity=sensing.odom_velocity,
+            odom_pose=sensing.odom_pose,
+            goal=sensing.goal,
+            scan=sensing.scan if self._scan else None,
+            obstacles=sensing.obstacles if self._obstacles else None,
+        )
+        with _limited(self._limit, "for a decision"):
+            command = self._navigator.step(observation)
+        return Decision(command, pose, self._show(sensing.t))
+
+    def _show(self, t: float) -> Diagnostics | None:
+        if self._diagnostics is None or t < self._shown + SHOW_EVERY - 1e-9:
+            return None
+        self._shown = t
+        shown: Diagnostics = self._diagnostics()
+        return shown
+
+
+def _stream(key: list[int], name: str) -> np.random.Generator:
+    return np.random.default_rng([*key, *name.encode()])
+
+
+@contextmanager
+def _limited(seconds: float | None, what: str) -> Iterator[None]:
+    """Break the block off after `seconds` of wall clock, where signals can do it."""
+    if seconds is None or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, _ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    except _Alarm:
+        raise TookTooLong(f"took longer than {seconds:g} s {what}") from None
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _ring(signum: int, frame: FrameType | None) -> None:
+    raise _Alarm
