@@ -7,23 +7,30 @@ Where the paper leaves something open, the reading chosen stands in docs/decisio
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 
 import numpy as np
 
 from clearway.errors import ClearwayError
-from clearway.robots import Robot
+from clearway.geometry.shapes import circumscribed_radius
+from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_plan
 from clearway.scenarios.scenario import (
     LabelSpec,
     LegSpec,
     ObstacleSpec,
     PoseSpec,
+    RobotBodySpec,
+    RunSpec,
     Scenario,
+    SquareSpec,
 )
-from clearway.scenarios.suite import Selection, Suite
+from clearway.scenarios.suite import Selection, Suite, draw, scenario_seed
 
+PLAN = "hall"
+"""Where it runs unless the selection names another plan with a line of 5 m, such as `ward`."""
 D_AB = 5.0
 """Distance of A and B, m (paper A)."""
 SPEEDS = (0.2, 0.6, 1.0)
@@ -54,15 +61,14 @@ TIMING = 0.5
 """A mover's start varies by this much either way, s."""
 
 
-def build(robot: Robot, selection: Selection) -> list[Scenario]:
-    """Every scenario of the protocol for `robot`; seeds are still zero."""
-    plan = selection.plan or "hall"
+def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
+    """Every scenario of the protocol for `robot`, on the selection's plan and with its repetitions."""
+    plan = selection.plan or PLAN
     line = _Line(plan)
-    repetitions = selection.repetitions or REPETITIONS
     return [
-        _scenario(robot, line, plan, *test, repetition)
-        for test in _tests(robot, line)
-        for repetition in range(1, repetitions + 1)
+        _scenario(robot, line, plan, test, repetition, seed)
+        for test in _tests()
+        for repetition in range(1, (selection.repetitions or REPETITIONS) + 1)
     ]
 
 
@@ -87,42 +93,110 @@ class _Line:
         return (*self.point(along, across), math.remainder(self.heading + heading, math.tau))
 
 
-Test = tuple[LabelSpec, float, tuple[ObstacleSpec, ...]]
-"""Labels without repetition, set speed, obstacles without their timing."""
+def _tests() -> Iterator[tuple[LabelSpec, float]]:
+    """Labels (without repetition) and set speed of each of the 112 tests, in the order of the paper."""
 
+    def label(batch: str, configuration: str, **at: float) -> LabelSpec:
+        return LabelSpec(suite="hospital", batch=batch, configuration=configuration, **at)
 
-def _tests(robot: Robot, line: _Line) -> Iterator[Test]:
     for v in SPEEDS:
-        yield LabelSpec(suite="hospital", batch="NO", configuration="free"), v, ()
+        yield label("NO", "free"), v
+    for v in SPEEDS:
+        for size in SIZES:
+            yield label("SO", "single", size=size), v
+            for configuration, gap in itertools.product(("parallel", "perpendicular"), GAPS):
+                yield label("SO", configuration, size=size, gap=gap), v
+    for configuration, v, moving in itertools.product(("passing", "crossing"), SPEEDS[:2], SPEEDS[:2]):
+        yield label("MO", configuration, obstacle_speed=moving), v
+    yield label("MO", "overtaking", obstacle_speed=SPEEDS[2]), SPEEDS[0]
+    for v, moving, size in itertools.product(SPEEDS[:2], SPEEDS[:2], SIZES):
+        yield label("CE", "complex", obstacle_speed=moving, size=size), v
 
 
 def _scenario(
-    robot: Robot,
-    line: _Line,
-    plan: str,
-    labels: LabelSpec,
-    speed: float,
-    obstacles: tuple[ObstacleSpec, ...],
-    repetition: int,
+    robot: Robot, line: _Line, plan: str, test: tuple[LabelSpec, float], repetition: int, seed: int
 ) -> Scenario:
-    parts = [labels.batch]
-    if len(CONFIGURATIONS[labels.batch]) > 1:
-        parts.append(labels.configuration)
-    parts.append(f"v{speed:g}")
-    for letter, value in (("o", labels.obstacle_speed), ("s", labels.size), ("d", labels.gap)):
-        if value is not None:
-            parts.append(f"{letter}{value:g}")
-    parts.append(f"r{repetition}")
+    labels, speed = test
+    name = _name(labels, speed, repetition)
+    own_seed = scenario_seed(seed, name)
     return Scenario(
-        name="-".join(parts),
+        name=name,
         plan=plan,
         start=line.pose(-D_AB / 2, 0.0, 0.0),
         legs=_legs(robot, line, speed),
         speed=speed,
-        obstacles=obstacles,
+        obstacles=(*_static(robot, line, labels), *_moving(robot, line, labels, speed, own_seed)),
         labels=labels.model_copy(update={"repetition": repetition}),
         reference_length=D_AB,
+        seed=own_seed,
     )
+
+
+def _name(labels: LabelSpec, speed: float, repetition: int) -> str:
+    several = len(CONFIGURATIONS[labels.batch]) > 1
+    values = (("v", speed), ("o", labels.obstacle_speed), ("s", labels.size), ("d", labels.gap))
+    parts = [labels.batch, *([labels.configuration] if several else [])]
+    parts += [f"{letter}{value:g}" for letter, value in values if value is not None]
+    return "-".join([*parts, f"r{repetition}"])
+
+
+def _static(robot: Robot, line: _Line, labels: LabelSpec) -> list[ObstacleSpec]:
+    """The square obstacles: one at the midpoint, or two about it, `gap * d_base` apart edge to edge."""
+    if labels.size is None:
+        return []
+    square = SquareSpec(kind="square", edge=labels.size)
+    if labels.gap is None:
+        return [ObstacleSpec(name="square", shape=square, pose=line.pose(0.0, 0.0, 0.0))]
+    off = (labels.gap * robot.d_base + labels.size) / 2
+    places = ((-off, 0.0), (off, 0.0)) if labels.configuration == "parallel" else ((0.0, -off), (0.0, off))
+    return [
+        ObstacleSpec(name=f"square {i}", shape=square, pose=line.pose(*place, 0.0)) for i, place in enumerate(places, 1)
+    ]
+
+
+def _moving(robot: Robot, line: _Line, labels: LabelSpec, speed: float, seed: int) -> list[ObstacleSpec]:
+    """The other robot's body on its path, once for each scored leg, turned by pi about the midpoint for the way back."""
+    if labels.obstacle_speed is None:
+        return []
+    other = "hosbot" if robot.name.partition(":")[0] == "tiago" else "tiago"
+    path, until, after = _path(robot, load_robot(other), labels, speed)
+    meeting = math.dist(path[0], until) / labels.obstacle_speed
+    runs = []
+    for leg, sign in (("forth", 1), ("back", -1)):
+        timing = TIMING * (2 * draw(seed, f"timing {leg}") - 1)
+        where = tuple(line.point(sign * x, sign * y) for x, y in path)
+        runs.append(RunSpec(leg=leg, path=where, speed=labels.obstacle_speed, delay=round(after - meeting + timing, 6)))
+    return [ObstacleSpec(name=other, shape=RobotBodySpec(kind="robot", robot=other), runs=tuple(runs))]
+
+
+Point = tuple[float, float]
+
+
+def _path(robot: Robot, other: Robot, labels: LabelSpec, speed: float) -> tuple[tuple[Point, Point], Point, float]:
+    """The mover's way on leg `forth` (along, across; from the midpoint), the point that it times and when it is there [s]."""
+    match labels.configuration:
+        case "passing":
+            return (
+                ((D_AB / 2 + RUN_UP, 0.0), (-D_AB / 2 - RUN_UP, 0.0)),
+                (0.0, 0.0),
+                undisturbed(robot, speed, D_AB / 2),
+            )
+        case "crossing":
+            return ((0.0, CROSSING_REACH), (0.0, -CROSSING_REACH)), (0.0, 0.0), undisturbed(robot, speed, D_AB / 2)
+        case "complex":
+            x = -CROSSING_BEFORE
+            return ((x, CROSSING_REACH), (x, -CROSSING_REACH)), (x, 0.0), undisturbed(robot, speed, D_AB / 2 + x)
+        case _:  # overtaking, in the lane to the left
+            y = circumscribed_radius(robot.shape) + circumscribed_radius(other.shape) + OVERTAKING_ROOM
+            start = (-D_AB / 2 - OVERTAKING_BEHIND, y)
+            return (start, (D_AB / 2 + OVERTAKING_BEHIND, y)), start, TIMING
+
+
+def undisturbed(robot: Robot, speed: float, distance: float) -> float:
+    """Seconds that the robot needs for `distance` [m] from rest, straight, at the set speed and its acceleration."""
+    v, a = min(speed, robot.drive.v_max), robot.drive.acceleration
+    ramp = v * v / (2 * a)
+    return math.sqrt(2 * distance / a) if distance < ramp else v / a + (distance - ramp) / v
 
 
 def _legs(robot: Robot, line: _Line, speed: float) -> tuple[LegSpec, ...]:

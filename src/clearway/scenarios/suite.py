@@ -37,9 +37,10 @@ class Suite:
     """A named set of tests.
 
     Attributes:
-        batches: names, in the order in which they run. configurations: names. repetitions: of each test by default.
-        make: builds every scenario for a robot: (robot, plan or None, repetitions or None) -> scenarios without seeds.
-        speeds, sizes, gaps, obstacle_speeds, worlds: the values that a selection may name.
+        batches: names, in the order in which they run. configurations: names.
+        make: builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered;
+        of the selection it heeds `plan`, `repetitions` and `worlds`.
+        file: where it was read from, None for one that comes with Clearway.
     """
 
     name: str
@@ -47,7 +48,8 @@ class Suite:
     description: str
     batches: tuple[str, ...]
     configurations: tuple[str, ...]
-    make: Callable[[Robot, Selection], Sequence[Scenario]]
+    make: Callable[[Robot, Selection, int], Sequence[Scenario]]
+    file: str | None = None
 
     def build(self, robot: Robot, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
         """The selected scenarios for `robot`, in the suite's order.
@@ -59,17 +61,24 @@ class Suite:
             ClearwayError: a selected value that no scenario has (it names those that exist), or none is left.
         """
         chosen = selection or Selection()
-        made = [s.model_copy(update={"seed": scenario_seed(seed, s.name)}) for s in self.make(robot, chosen)]
-        kept = [s for s in made if _selects(chosen, s)]
+        if chosen.repetitions is not None and chosen.repetitions < 1:
+            raise ClearwayError(f"{chosen.repetitions} repetitions make no trial; at least 1", field="repetitions")
+        made = self.make(robot, chosen, seed)
         _refuse_unknown(self, chosen, made)
+        kept = [s for s in made if _selects(chosen, s)]
         if not kept:
-            raise ClearwayError(f"the selection leaves nothing of the suite {self.name!r}")
+            raise ClearwayError(f"no scenario of the suite {self.name!r} has all that is selected together")
         return kept
 
 
 def scenario_seed(seed: int, name: str) -> int:
     """The seed of the scenario `name` in a campaign with `seed`: the first 63 bits of a SHA-256."""
     return int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:8], "big") >> 1
+
+
+def draw(seed: int, what: str) -> float:
+    """A number in [0, 1) that depends on `seed` and `what` alone, the same on every machine and version."""
+    return int.from_bytes(hashlib.sha256(f"{seed}:{what}".encode()).digest()[:8], "big") / 2**64
 
 
 _FIELDS = (
