@@ -1,0 +1,70 @@
+"""Exact motion of a body with constant forward speed and yaw rate: an arc, or a line where it doesn't turn."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.angles import wrap
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+
+@kernel
+def arc(x: float, y: float, theta: float, v: float, omega: float, dt: float) -> tuple[float, float, float]:
+    """Where a body ends that drives `dt` [s] from (x, y, theta) with `v` [m/s] and `omega` [rad/s]; theta is wrapped.
+
+    The chord of the arc has length v dt sin(a)/a and direction theta + a, with a = omega dt / 2: no case distinction
+    at omega = 0 is needed beyond sin(a)/a.
+    """
+    half = 0.5 * omega * dt
+    chord = v * dt * sinc(half)
+    return x + chord * math.cos(theta + half), y + chord * math.sin(theta + half), wrap(theta + 2.0 * half)
+
+
+@kernel
+def sinc(a: float) -> float:
+    """sin(a) / a, to the last digit near 0 as well."""
+    if abs(a) < 1e-4:
+        return 1.0 - a * a / 6.0
+    return math.sin(a) / a
+
+
+@kernel
+def step_arc(pose: FloatArray, v: float, omega: float, dt: float) -> FloatArray:
+    """`arc` on a pose (3,): returns a new pose (3,)."""
+    x, y, theta = arc(pose[0], pose[1], pose[2], v, omega, dt)
+    return np.array((x, y, theta))
+
+
+@kernel
+def ramp(now: float, target: float, faster: float, slower: float, dt: float) -> float:
+    """A velocity that heads for `target` from `now` during `dt` [s], with bounded acceleration.
+
+    `faster` [m/s^2 or rad/s^2] bounds the growth of its magnitude, `slower` its decline; to change its sign it slows
+    down to zero first and speeds up in what remains of `dt`.
+    """
+    if now * target < 0.0:
+        stop = abs(now) / slower
+        if stop >= dt:
+            return now - math.copysign(slower * dt, now)
+        return math.copysign(min(abs(target), faster * (dt - stop)), target)
+    if abs(target) > abs(now):
+        return math.copysign(min(abs(target), abs(now) + faster * dt), target)
+    return math.copysign(max(abs(target), abs(now) - slower * dt), now)
+
+
+@kernel
+def compose(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Pose `b` (3,), given in the frame whose pose is `a` (3,), in the frame that `a` is given in."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    return np.array((a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])))
+
+
+@kernel
+def relative(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Pose `b` (3,) seen from pose `a` (3,), both in one frame: compose(a, relative(a, b)) is b."""
+    c, s = math.cos(a[2]), math.sin(a[2])
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    return np.array((c * dx + s * dy, c * dy - s * dx, wrap(b[2] - a[2])))
