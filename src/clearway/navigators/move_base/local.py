@@ -19,7 +19,7 @@ from clearway.geometry.shapes import FloatArray
 
 CostArray = npt.NDArray[np.uint8]
 IDENTITY: FloatArray = np.zeros(3)
-IDENTITY.flags.writeable = False
+"""The transform between two frames that coincide. Not to be written to."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,0 +1,142 @@
+"""Parameters of the two local planners, under ROS's own names and defaults (noetic).
+
+A name that the real planner does not read is accepted only where a public file of a robot holds it, and says so.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class _Group(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class DWAPlannerROS(_Group):
+    """dwa_local_planner/cfg/DWAPlanner.cfg and base_local_planner's generic limits.
+
+    A differential base does not strafe: the y velocities and their samples are accepted and have no effect.
+    """
+
+    max_vel_trans: NonNegative = Field(default=0.55, description="m/s")
+    min_vel_trans: NonNegative = Field(default=0.1, description="m/s; slower samples are dropped unless they turn fast")
+    max_vel_x: Finite = Field(default=0.55, description="m/s")
+    min_vel_x: Finite = Field(default=0.0, description="m/s; negative allows reverse")
+    max_vel_y: Finite = Field(default=0.0, description="m/s; no effect on a differential base")
+    min_vel_y: Finite = Field(default=0.0, description="m/s; no effect on a differential base")
+    max_vel_theta: NonNegative = Field(default=1.0, description="rad/s")
+    min_vel_theta: NonNegative = Field(default=0.4, description="rad/s")
+    acc_lim_x: NonNegative = Field(default=2.5, description="m/s^2")
+    acc_lim_y: NonNegative = Field(default=2.5, description="m/s^2; no effect on a differential base")
+    acc_lim_theta: NonNegative = Field(default=3.2, description="rad/s^2")
+    acc_lim_trans: NonNegative = Field(default=0.1, description="m/s^2; read by nothing in the real planner either")
+    acc_lim_th: NonNegative | None = Field(
+        default=None,
+        description="rad/s^2; in PAL's public file, not a name that DWAPlanner.cfg reads: acc_lim_theta keeps its value",
+    )
+    xy_goal_tolerance: Positive = Field(default=0.1, description="m")
+    yaw_goal_tolerance: Positive = Field(default=0.1, description="rad")
+    latch_xy_goal_tolerance: bool = Field(default=False, description="once at the goal, only turn, even if pushed away")
+    trans_stopped_vel: NonNegative = Field(default=0.1, description="m/s at or below which the robot stands")
+    theta_stopped_vel: NonNegative = Field(default=0.1, description="rad/s at or below which the robot stands")
+    prune_plan: bool = Field(default=False, description="drop the plan's beginning once it is over 1 m behind")
+    use_dwa: bool = Field(
+        default=True, description="sample what is reachable in one period; else what is in sim_time, and accelerate"
+    )
+    sim_time: Positive = Field(default=1.7, description="s, horizon of a rollout")
+    sim_granularity: Positive = Field(default=0.025, description="m between checked points")
+    angular_sim_granularity: Positive = Field(default=0.1, description="rad between checked points")
+    path_distance_bias: NonNegative = Field(default=0.6, description="weight per metre from the plan")
+    goal_distance_bias: NonNegative = Field(default=0.8, description="weight per metre from the local goal")
+    occdist_scale: NonNegative = Field(default=0.01, description="weight of the highest cost on the way")
+    twirling_scale: NonNegative = Field(default=0.0, description="weight per rad/s of turning")
+    sum_scores: bool = Field(default=False, description="add costs up along the way instead of taking the highest")
+    stop_time_buffer: NonNegative = Field(default=0.2, description="s; read by nothing in the real planner either")
+    oscillation_reset_dist: NonNegative = Field(default=0.05, description="m")
+    oscillation_reset_angle: NonNegative = Field(default=0.2, description="rad")
+    forward_point_distance: Finite = Field(default=0.325, description="m from the centre to the nose that is scored")
+    cheat_factor: NonNegative = Field(default=1.0, description="the nose is not scored nearer than sqrt of it noses")
+    scaling_speed: NonNegative = Field(default=0.25, description="m/s from which the footprint grows")
+    max_scaling_factor: NonNegative = Field(default=0.2, description="how much the footprint has grown at full speed")
+    vx_samples: int = Field(default=3, ge=0, description="0 counts as 1; the real one takes at least 2")
+    vy_samples: int = Field(default=10, ge=0, description="no effect on a differential base")
+    vth_samples: int = Field(default=20, ge=0, description="0 counts as 1; the real one takes at least 2")
+    vtheta_samples: int | None = Field(
+        default=None,
+        description="in PAL's public file, not a name that DWAPlanner.cfg reads: vth_samples keeps its value",
+    )
+    controller_frequency: Positive | None = Field(default=None, description="Hz; default: move_base's")
+
+
+class TrajectoryPlannerROS(_Group):
+    """base_local_planner/cfg/BaseLocalPlanner.cfg, and what trajectory_planner_ros.cpp reads beside it.
+
+    Where the two have different defaults for one name, the .cfg's holds: dynamic_reconfigure sets it last.
+    `max_rotational_vel` bounds the final turn only; the rollouts are bounded by `max_vel_theta`.
+    """
+
+    acc_lim_x: NonNegative = Field(default=2.5, description="m/s^2")
+    acc_lim_y: NonNegative = Field(default=2.5, description="m/s^2; no effect on a differential base")
+    acc_lim_theta: NonNegative = Field(default=3.2, description="rad/s^2")
+    max_vel_x: NonNegative = Field(default=0.55, description="m/s")
+    min_vel_x: NonNegative = Field(default=0.0, description="m/s")
+    max_vel_theta: NonNegative = Field(default=1.0, description="rad/s")
+    min_vel_theta: Annotated[float, Field(le=0, allow_inf_nan=False)] = Field(default=-1.0, description="rad/s")
+    min_in_place_vel_theta: NonNegative = Field(default=0.4, description="rad/s")
+    max_rotational_vel: NonNegative = Field(default=1.0, description="rad/s, of the turn at the goal")
+    escape_vel: Finite = Field(default=-0.1, description="m/s, backing out when nothing else is legal")
+    holonomic_robot: bool = Field(default=False, description="only false: Clearway's bases are differential (ROS: true)")
+    xy_goal_tolerance: Positive = Field(default=0.10, description="m")
+    yaw_goal_tolerance: Positive = Field(default=0.05, description="rad")
+    latch_xy_goal_tolerance: bool = Field(default=False, description="once at the goal, only turn, even if pushed away")
+    prune_plan: bool = Field(default=True, description="drop the plan's beginning once it is over 1 m behind")
+    sim_time: Positive = Field(default=1.7, description="s, horizon of a rollout")
+    sim_granularity: Positive = Field(default=0.025, description="m between checked points")
+    angular_sim_granularity: Positive = Field(default=0.025, description="rad/s of the sample per checked point")
+    vx_samples: int = Field(default=20, ge=1)
+    vtheta_samples: int = Field(default=20, ge=1)
+    path_distance_bias: NonNegative = Field(default=0.6, description="weight per cell (or metre) from the plan")
+    goal_distance_bias: NonNegative = Field(default=0.8, description="weight per cell (or metre) from the local goal")
+    pdist_scale: NonNegative | None = Field(default=None, description="old name of path_distance_bias, used if that is not set")
+    gdist_scale: NonNegative | None = Field(default=None, description="old name of goal_distance_bias, used if that is not set")
+    occdist_scale: NonNegative = Field(default=0.01, description="weight of the highest cost on the way")
+    meter_scoring: bool = Field(
+        default=False,
+        description="the two biases are per metre. The real constructor never stores it, so what a real robot did with"
+        " it is unspecified; here it means what it says",
+    )
+    heading_lookahead: Finite = Field(default=0.325, description="m ahead of the robot that turns in place are compared at")
+    heading_scoring: bool = Field(default=False, description="score the heading at heading_scoring_timestep instead of the end")
+    heading_scoring_timestep: NonNegative = Field(default=0.1, description="s")
+    simple_attractor: bool = Field(default=False, description="goal distance is the squared distance to the plan's end")
+    dwa: bool = Field(default=False, description="sample what is reachable in one period, else in sim_time")
+    oscillation_reset_dist: NonNegative = Field(default=0.05, description="m")
+    escape_reset_dist: NonNegative = Field(default=0.10, description="m")
+    escape_reset_theta: NonNegative = Field(default=math.pi / 2, description="rad")
+    stop_time_buffer: NonNegative = Field(default=0.2, description="s; read by nothing in the real planner either")
+    controller_frequency: Positive | None = Field(default=None, description="Hz; default: move_base's")
+
+    @model_validator(mode="after")
+    def _differential(self) -> TrajectoryPlannerROS:
+        if self.holonomic_robot:
+            raise ValueError("holonomic_robot must be false: Clearway's bases are differential")
+        return self
+
+    @property
+    def path_bias(self) -> float:
+        """The path's weight, from whichever name was set."""
+        old = self.pdist_scale if "path_distance_bias" not in self.model_fields_set else None
+        return self.path_distance_bias if old is None else old
+
+    @property
+    def goal_bias(self) -> float:
+        """The goal's weight, from whichever name was set."""
+        old = self.gdist_scale if "goal_distance_bias" not in self.model_fields_set else None
+        return self.goal_distance_bias if old is None else old

@@ -1,0 +1,200 @@
+"""Wavefront distances on the local costmap: how many cells lie between a cell and the plan, or the local goal.
+
+Behaviour after base_local_planner/src/map_grid.cpp: four neighbours, one per step, cells at or above the
+inscribed cost (and unknown ones) stop the wave. With N the number of cells, a blocked cell that the wave touches
+is worth N, a cell that it never reaches N + 1.
+
+A grid is flat, int32, with a border of one cell, so that the wave needs no bounds: cell (row, col) stands at
+`(row + 1) * (cols + 2) + col + 1`. The wave stops early once every wanted cell is settled; the value of a wanted
+cell does not depend on that.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.move_base.local import CostArray
+
+GridArray = npt.NDArray[np.int32]
+
+BODY, NOSE = 1, 2
+"""Bits of `wanted`: cells that the robot's centre passes, cells that a point ahead of it ends in."""
+
+_BORDER = -1
+
+
+class Grids:
+    """Room for the waves of one planner, allocated once per size of costmap.
+
+    Attributes:
+        blank: a grid before any wave. path, goal, front: grids to let waves run on. queue: cells in a wave's order.
+        wanted: a byte of bits per cell.
+    """
+
+    def __init__(self) -> None:
+        self.shape = (0, 0)
+
+    def fit(self, shape: tuple[int, int]) -> None:
+        """Make room for a costmap of `shape` (rows, cols)."""
+        if shape != self.shape:
+            self.shape = shape
+            size = (shape[0] + 2) * (shape[1] + 2)
+            self.blank = np.empty(size, np.int32)
+            self.path, self.goal, self.front = (np.empty(size, np.int32) for _ in range(3))
+            self.queue = np.empty(size, np.int32)
+            self.wanted = np.zeros(size, np.uint8)
+
+
+@kernel
+def clear(cost: CostArray, blank: GridArray) -> int:
+    """Fill `blank`: unreached, and one more where the wave cannot pass. Returns N + 1, the worth of an unreached cell."""
+    rows, cols = cost.shape
+    unreached = rows * cols + 1
+    stride = cols + 2
+    blank[:stride] = _BORDER
+    blank[(rows + 1) * stride :] = _BORDER
+    for r in range(rows):
+        base = (r + 1) * stride + 1
+        blank[base - 1] = _BORDER
+        blank[base + cols] = _BORDER
+        for c in range(cols):
+            blank[base + c] = unreached + (1 if cost[r, c] >= 253 else 0)
+    return unreached
+
+
+@kernel
+def cell_of(x: float, y: float, origin: FloatArray, resolution: float, rows: int, cols: int) -> int:
+    """Index in a grid of the cell that holds a point, -1 off the map (costmap_2d's worldToMap)."""
+    if x < origin[0] or y < origin[1]:
+        return -1
+    c, r = int((x - origin[0]) / resolution), int((y - origin[1]) / resolution)
+    if c >= cols or r >= rows:
+        return -1
+    return (r + 1) * (cols + 2) + c + 1
+
+
+@kernel
+def lay_plan(
+    ahead: FloatArray,
+    last_x: float,
+    last_y: float,
+    cost: CostArray,
+    origin: FloatArray,
+    resolution: float,
+    grid: GridArray,
+    queue: GridArray,
+    mark: bool,
+) -> tuple[int, int]:
+    """Walk along a plan in steps of at most one cell, from where it enters the known map to where it leaves it.
+
+    Args:
+        ahead: (n, 3) plan, local frame; (last_x, last_y) replaces its last point. mark: make each cell a target.
+
+    Returns:
+        Number of targets in `queue`, and the last cell walked on (the local goal), -1 if the plan is nowhere on the map.
+    """
+    rows, cols = cost.shape
+    tail, last = 0, -1
+    from_x, from_y = 0.0, 0.0
+    for i in range(ahead.shape[0]):
+        if i == ahead.shape[0] - 1:
+            to_x, to_y = last_x, last_y
+        else:
+            to_x, to_y = ahead[i, 0], ahead[i, 1]
+        if i == 0:
+            from_x, from_y = to_x, to_y
+        squared = (to_x - from_x) ** 2 + (to_y - from_y) ** 2
+        steps = math.ceil(math.sqrt(squared) / resolution) if squared > resolution * resolution else 1
+        dx, dy = (to_x - from_x) / steps, (to_y - from_y) / steps
+        for j in range(1, steps + 1):
+            x, y = (to_x, to_y) if j == steps else (from_x + j * dx, from_y + j * dy)
+            cell = cell_of(x, y, origin, resolution, rows, cols)
+            if cell >= 0:
+                row, col = cell // (cols + 2) - 1, cell % (cols + 2) - 1
+                if cost[row, col] == 255:
+                    cell = -1
+            if cell < 0:
+                if last >= 0:
+                    return tail, last
+                continue
+            last = cell
+            if mark and grid[cell] != 0:
+                grid[cell] = 0
+                queue[tail] = cell
+                tail += 1
+        from_x, from_y = to_x, to_y
+    return tail, last
+
+
+@kernel
+def open_cells(cells: GridArray, count: int, grid: GridArray, wanted: npt.NDArray[np.uint8], mask: int, stride: int, unreached: int) -> int:
+    """How many of the first `count` cells are wanted for this wave, not settled, and not walled in (never to be settled)."""
+    pending = 0
+    for k in range(count):
+        i = cells[k]
+        if wanted[i] & mask and grid[i] >= unreached:
+            if grid[i] == unreached:
+                pending += 1
+            else:
+                for j in (i - 1, i + 1, i - stride, i + stride):
+                    if grid[j] == unreached or grid[j] == 0:
+                        pending += 1
+                        break
+    return pending
+
+
+@kernel
+def wave(
+    grid: GridArray,
+    queue: GridArray,
+    targets: int,
+    wanted: npt.NDArray[np.uint8],
+    mask: int,
+    pending: int,
+    stride: int,
+    unreached: int,
+) -> None:
+    """Spread distances from the first `targets` cells of `queue` until all `pending` wanted cells are settled."""
+    head, tail = 0, targets
+    blocked = unreached - 1
+    while head < tail and pending > 0:
+        i = queue[head]
+        head += 1
+        d = grid[i] + 1
+        for j in (i - 1, i + 1, i - stride, i + stride):
+            if grid[j] >= unreached:
+                if grid[j] == unreached:
+                    grid[j] = d
+                    queue[tail] = j
+                    tail += 1
+                else:
+                    grid[j] = blocked
+                if wanted[j] & mask:
+                    pending -= 1
+
+
+@kernel
+def distance_to(
+    cells: GridArray,
+    count: int,
+    mask: int,
+    blank: GridArray,
+    grid: GridArray,
+    queue: GridArray,
+    wanted: npt.NDArray[np.uint8],
+    target: int,
+    stride: int,
+    unreached: int,
+) -> None:
+    """Fill `grid` with the distances to one cell (-1: to nowhere), exact in the wanted cells."""
+    grid[:] = blank
+    if target < 0:
+        return
+    grid[target] = 0
+    queue[0] = target
+    wave(grid, queue, 1, wanted, mask, open_cells(cells, count, grid, wanted, mask, stride, unreached), stride, unreached)

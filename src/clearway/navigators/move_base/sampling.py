@@ -1,0 +1,93 @@
+"""Rolling one velocity sample out, and what the rollout costs where obstacles are: common to both local planners."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.move_base.footprint import footprint_cost
+from clearway.navigators.move_base.local import CostArray
+from clearway.navigators.move_base.mapgrid import cell_of
+
+
+@kernel
+def approach(target: float, now: float, acceleration: float, dt: float) -> float:
+    """The speed after `dt` seconds of accelerating from `now` towards `target`."""
+    if target >= now:
+        return min(target, now + acceleration * dt)
+    return max(target, now - acceleration * dt)
+
+
+@kernel
+def roll(
+    pose: FloatArray,
+    v_now: float,
+    w_now: float,
+    v: float,
+    w: float,
+    acc_v: float,
+    acc_w: float,
+    dt: float,
+    steps: int,
+    out: FloatArray,
+) -> None:
+    """Roll a sample (v, w) out with Euler steps, from the current speeds at the given accelerations.
+
+    Each step moves along the heading at its beginning, as simple_trajectory_generator.cpp and
+    trajectory_planner.cpp do. The first point is the pose itself; the last one lies a step before the horizon.
+
+    Args:
+        pose: (3,). out: (>= steps, 5) filled with x, y, yaw, cosine, sine.
+    """
+    x, y, yaw = pose[0], pose[1], pose[2]
+    c, s = math.cos(yaw), math.sin(yaw)
+    turn_c, turn_s = 1.0, 0.0
+    turned_at = 0.0
+    for i in range(steps):
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3], out[i, 4] = x, y, yaw, c, s
+        v_now = approach(v, v_now, acc_v, dt)
+        w_now = approach(w, w_now, acc_w, dt)
+        x += v_now * c * dt
+        y += v_now * s * dt
+        if w_now != 0.0:
+            if w_now != turned_at:  # at a constant rate, a turn by the same angle: no cosine per step
+                turned_at = w_now
+                turn_c, turn_s = math.cos(w_now * dt), math.sin(w_now * dt)
+            c, s = c * turn_c - s * turn_s, s * turn_c + c * turn_s
+            yaw += w_now * dt
+
+
+@kernel
+def occlusion(
+    points: FloatArray,
+    steps: int,
+    cost: CostArray,
+    origin: FloatArray,
+    resolution: float,
+    polygon: FloatArray,
+    scale: float,
+    total: bool,
+    bound: float,
+) -> float:
+    """The highest cost (or, if `total`, the sum) under outline and centre along a rollout; -1 where it is illegal.
+
+    Costs never fall along a rollout, so one that passes `bound` cannot win any more and stops being looked at; it
+    then returns what it had, above the bound.
+    """
+    rows, cols = cost.shape
+    worst = 0.0
+    for i in range(steps):
+        x, y = points[i, 0], points[i, 1]
+        here = footprint_cost(cost, origin, resolution, x, y, points[i, 3], points[i, 4], polygon, scale)
+        if here < 0:
+            return -1.0
+        cell = cell_of(x, y, origin, resolution, rows, cols)
+        centre = np.int64(cost[cell // (cols + 2) - 1, cell % (cols + 2) - 1])
+        both = float(max(here, centre))
+        worst = worst + both if total else max(worst, both)
+        if worst > bound:
+            return worst
+    return worst
