@@ -1,0 +1,49 @@
+"""The BARN Challenge's own score of a run, for its suite only."""
+
+from __future__ import annotations
+
+from clearway.indicators.indicator import Indicator, NotComputable, measure
+from clearway.indicators.legs import finished
+from clearway.indicators.success import failure
+from clearway.trials import Trial
+
+TOP_SPEED = 2.0
+"""m/s; the reference path's length over it is the optimal time T."""
+
+
+def _reference(trial: Trial) -> float:
+    if trial.attempt.labels.suite != "barn":
+        raise NotComputable("only for the suite barn")
+    if trial.attempt.reference_length is None:
+        raise NotComputable("the test has no reference length")
+    return trial.attempt.reference_length
+
+
+def _time(trial: Trial) -> float:
+    return sum(drive.span.end - drive.span.start for drive in finished(trial))
+
+
+@measure
+def barn_time(trial: Trial) -> float:
+    """Time of a successful run, s, from the first 0.1 m on."""
+    _reference(trial)
+    if why := failure(trial):
+        raise NotComputable(f"the run failed ({why})")
+    return _time(trial)
+
+
+@measure
+def barn_score(trial: Trial) -> float:
+    """success x T / clip(t, 2 T, 8 T) with T = L / 2 m/s: 0.5 at best."""
+    optimal = _reference(trial) / TOP_SPEED
+    if failure(trial):
+        return 0.0
+    return optimal / min(max(_time(trial), 2 * optimal), 8 * optimal)
+
+
+_SOURCE = "BARN Challenge, scoring of a run"
+
+ALL = (
+    Indicator("barn_score", "BARN score", "", _SOURCE, "higher", barn_score),
+    Indicator("barn_time", "BARN time", "s", _SOURCE, "lower", barn_time),
+)

@@ -1,0 +1,62 @@
+"""TCS, time at cruise speed: the share of CT that the robot moves at its set speed.
+
+Paper A leaves "at its cruise speed" open: here within a band of 10 % of the set speed, for at least 0.2 s at a
+stretch; 5 % and 20 % stand beside it to show how much the choice matters.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.geometry.shapes import FloatArray
+from clearway.indicators.indicator import Indicator, Measure, measure
+from clearway.indicators.legs import finished, speed, speed_limit
+from clearway.trials import Trial
+
+DWELL = 0.2
+"""s; a shorter stretch within the band does not count."""
+
+
+def time_within(t: FloatArray, v: FloatArray, low: float, high: float, dwell: float = DWELL) -> float:
+    """Seconds for which v, linear between samples, lies in [low, high], in stretches of at least `dwell`.
+
+    Args:
+        t: (n,) s, increasing. v: (n,) same unit as low and high.
+    """
+    low, high = low - 1e-9, high + 1e-9
+    rise = np.diff(v)
+    flat = np.abs(rise) < 1e-12
+    slope = np.where(flat, 1.0, rise)
+    at_low, at_high = (low - v[:-1]) / slope, (high - v[:-1]) / slope
+    inside = (v[:-1] >= low) & (v[:-1] <= high)
+    enter = np.where(flat, 0.0, np.clip(np.minimum(at_low, at_high), 0.0, 1.0))
+    leave = np.where(flat, np.where(inside, 1.0, 0.0), np.clip(np.maximum(at_low, at_high), 0.0, 1.0))
+    within = leave > enter
+    step = np.diff(t)
+    begin, end = (t[:-1] + enter * step)[within], (t[:-1] + leave * step)[within]
+    if not len(begin):
+        return 0.0
+    apart = np.flatnonzero(begin[1:] - end[:-1] > 1e-9)
+    begins, ends = begin[np.r_[0, apart + 1]], end[np.r_[apart, len(end) - 1]]
+    stretch = ends - begins
+    return float(stretch[stretch >= dwell - 1e-9].sum())
+
+
+def time_at_cruise_speed(band: float) -> Measure:
+    """TCS with a band of `band` times the set speed, %."""
+
+    @measure
+    def tcs(trial: Trial) -> float:
+        limit = speed_limit(trial)
+        drives = finished(trial)
+        cruising = sum(time_within(d.t, speed(d), (1 - band) * limit, (1 + band) * limit) for d in drives)
+        return 100.0 * cruising / sum(d.span.end - d.span.start for d in drives)
+
+    return tcs
+
+
+ALL = (
+    Indicator("TCS", "time at cruise speed", "%", "paper A, eq. 7, band 10 %", "higher", time_at_cruise_speed(0.10)),
+    Indicator("TCS_5", "TCS, band 5 %", "%", "paper A, eq. 7, band 5 %", "higher", time_at_cruise_speed(0.05)),
+    Indicator("TCS_20", "TCS, band 20 %", "%", "paper A, eq. 7, band 20 %", "higher", time_at_cruise_speed(0.20)),
+)

@@ -1,0 +1,58 @@
+"""What an indicator is: a pure function of a trial, with a name, a unit and a source."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from clearway.trials import Trial
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """What an indicator answers: a number, or None with the reason `why` it cannot be computed."""
+
+    value: float | None
+    why: str = ""
+
+
+class NotComputable(Exception):
+    """Raised inside an indicator's function: what the trial lacks, as a short phrase for people."""
+
+
+Measure: TypeAlias = Callable[[Trial], Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Indicator:
+    """An indicator of how well a trial went.
+
+    Attributes:
+        name: its column. title: as it is printed. unit: `s`, `m`, `rad`, `%` or `` (a ratio or a yes/no).
+        source: paper and equation, or where else it comes from. better: which way is better, `neither` if it only
+        describes. function: Trial -> Value; never raises for want of data.
+    """
+
+    name: str
+    title: str
+    unit: str
+    source: str
+    better: Literal["lower", "higher", "neither"]
+    function: Measure
+
+
+def measure(function: Callable[[Trial], float]) -> Measure:
+    """Turn a function that raises `NotComputable` into one that answers with a `Value`."""
+
+    @functools.wraps(function)
+    def answer(trial: Trial) -> Value:
+        try:
+            value = float(function(trial))
+        except NotComputable as reason:
+            return Value(None, str(reason))
+        return Value(value) if math.isfinite(value) else Value(None, "the trial holds a number that is not finite")
+
+    return answer

@@ -1,0 +1,138 @@
+"""The parts of a trial that count: its scored legs, cut out at exactly the span in which each was driven."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.geometry.shapes import FloatArray
+from clearway.indicators.indicator import NotComputable
+from clearway.trials import Leg, Span, Trial
+
+_SAME_INSTANT = 1e-9
+"""s; time stamps closer than this are one."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drive:
+    """One scored leg as it was driven: samples from the span's start to its end, both included (interpolated there).
+
+    Attributes:
+        t: (n,) s. pose: (n, 3) true pose. velocity: (n, 2) or None. estimate: (n, 3) or None. movers: (n, m, 3).
+    """
+
+    leg: Leg
+    span: Span
+    t: FloatArray
+    pose: FloatArray
+    velocity: FloatArray | None
+    estimate: FloatArray | None
+    movers: FloatArray
+
+
+def begun(trial: Trial) -> tuple[Drive, ...]:
+    """The scored legs that were begun, finished or not.
+
+    Raises:
+        NotComputable: none was, or a span lies outside the samples.
+    """
+    drives = tuple(_cut(trial, span) for span in trial.spans if trial.attempt.legs[span.leg].scored)
+    if not drives:
+        raise NotComputable("no scored leg was begun")
+    return drives
+
+
+def finished(trial: Trial) -> tuple[Drive, ...]:
+    """All scored legs, every one driven to its end.
+
+    Raises:
+        NotComputable: one was not begun or not reached.
+    """
+    reached = {span.leg for span in trial.spans if span.reached}
+    for index, leg in enumerate(trial.attempt.legs):
+        if leg.scored and index not in reached:
+            raise NotComputable(f"leg {leg.name} was not finished ({trial.outcome.value})")
+    return begun(trial)
+
+
+def named(trial: Trial, name: str) -> Drive:
+    """The scored leg called `name`, driven to its end.
+
+    Raises:
+        NotComputable: there is none, or it was not reached.
+    """
+    for index, leg in enumerate(trial.attempt.legs):
+        if leg.scored and leg.name == name:
+            for span in trial.spans:
+                if span.leg == index and span.reached:
+                    return _cut(trial, span)
+            raise NotComputable(f"leg {name} was not finished ({trial.outcome.value})")
+    raise NotComputable(f"the test has no scored leg {name}")
+
+
+def speed(drive: Drive) -> FloatArray:
+    """(n,) |v| in m/s.
+
+    Raises:
+        NotComputable: the trial has no velocity, or gaps in it.
+    """
+    if drive.velocity is None:
+        raise NotComputable("the trial has no velocity")
+    v = np.abs(drive.velocity[:, 0])
+    if not np.isfinite(v).all():
+        raise NotComputable("the velocity has gaps")
+    return v
+
+
+def track(drive: Drive) -> FloatArray:
+    """(n, 3) true poses without a gap.
+
+    Raises:
+        NotComputable: there is a gap.
+    """
+    if not np.isfinite(drive.pose).all():
+        raise NotComputable("the pose has gaps")
+    return drive.pose
+
+
+def speed_limit(trial: Trial) -> float:
+    """The set speed of the test, m/s.
+
+    Raises:
+        NotComputable: nobody knows it.
+    """
+    limit = trial.attempt.speed_limit
+    if limit is None or not limit > 0:
+        raise NotComputable("the set speed is unknown")
+    return limit
+
+
+def _cut(trial: Trial, span: Span) -> Drive:
+    t = trial.t
+    if not (len(t) and t[0] - _SAME_INSTANT <= span.start <= span.end <= t[-1] + _SAME_INSTANT):
+        raise NotComputable(f"leg {trial.attempt.legs[span.leg].name} lies outside the recorded time")
+    inner = t[(t > span.start + _SAME_INSTANT) & (t < span.end - _SAME_INSTANT)]
+    at = np.concatenate(([span.start], inner, [span.end]))
+    after = np.clip(np.searchsorted(t, at - _SAME_INSTANT), 0, len(t) - 1)
+    before = np.where(np.abs(t[after] - at) <= 2 * _SAME_INSTANT, after, np.maximum(after - 1, 0))
+    width = np.where(after > before, t[after] - t[before], 1.0)
+    share = np.where(after > before, (at - t[before]) / width, 0.0)
+
+    def cut(values: FloatArray, *, angle: bool = False) -> FloatArray:
+        values = np.asarray(values, dtype=np.float64)
+        low, step = values[before], values[after] - values[before]
+        if angle:
+            step[..., 2] = np.remainder(step[..., 2] + np.pi, 2 * np.pi) - np.pi
+        by = share.reshape(-1, *[1] * (values.ndim - 1))
+        return np.where(by > 0, low + by * step, low)
+
+    return Drive(
+        trial.attempt.legs[span.leg],
+        span,
+        at,
+        cut(trial.pose, angle=True),
+        None if trial.velocity is None else cut(trial.velocity),
+        None if trial.estimate is None else cut(trial.estimate, angle=True),
+        cut(trial.movers, angle=True),
+    )

@@ -1,0 +1,103 @@
+"""A trial as one row of `trials.parquet`: its labels, how it ended, every indicator, and what could not be computed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any, TypeAlias
+
+from clearway.indicators.indicator import Indicator, NotComputable
+from clearway.indicators.success import failure
+from clearway.trials import Trial
+
+Cell: TypeAlias = str | float | int | bool | None
+
+LABELS: dict[str, tuple[str, str]] = {
+    "scenario": ("string", ""),
+    "suite": ("string", ""),
+    "batch": ("string", ""),
+    "configuration": ("string", ""),
+    "robot": ("string", ""),
+    "navigator": ("string", ""),
+    "localisation": ("string", ""),
+    "privileged": ("bool", ""),
+    "plan": ("string", ""),
+    "speed": ("double", "m/s"),
+    "obstacle_speed": ("double", "m/s"),
+    "size": ("double", "m"),
+    "gap": ("double", "d_base"),
+    "repetition": ("int64", ""),
+    "seed": ("uint64", ""),
+    "outcome": ("string", ""),
+    "reason": ("string", ""),
+    "failure": ("string", ""),
+}
+"""Columns that are not indicators: name -> (Arrow type, unit)."""
+
+
+def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
+    """The row of `trial`: `LABELS`, then each of `indicators`, then `not_computable` (JSON: name -> why).
+
+    What does not apply or cannot be computed is None. `success` and `success_self` are True or False. `failure` is
+    empty for a success and None where nobody can tell.
+    """
+    attempt, labels = trial.attempt, trial.attempt.labels
+    try:
+        failed: str | None = failure(trial)
+    except NotComputable:
+        failed = None
+    row: dict[str, Cell] = {
+        "scenario": attempt.scenario,
+        "suite": labels.suite,
+        "batch": labels.batch,
+        "configuration": labels.configuration,
+        "robot": attempt.robot,
+        "navigator": attempt.navigator,
+        "localisation": attempt.localisation,
+        "privileged": attempt.privileged,
+        "plan": attempt.plan,
+        "speed": labels.speed,
+        "obstacle_speed": labels.obstacle_speed,
+        "size": labels.size,
+        "gap": labels.gap,
+        "repetition": labels.repetition,
+        "seed": attempt.seed,
+        "outcome": trial.outcome.value,
+        "reason": trial.reason,
+        "failure": failed,
+    }
+    why: dict[str, str] = {}
+    for name, indicator in indicators.items():
+        answer = indicator.function(trial)
+        if answer.value is None:
+            why[name] = answer.why
+        row[name] = bool(answer.value) if _is_bool(name) and answer.value is not None else answer.value
+    row["not_computable"] = json.dumps(why)
+    return row
+
+
+def schema(indicators: Mapping[str, Indicator]) -> Any:
+    """The Arrow schema of a table of such rows; each field's metadata holds its `unit`, an indicator's its `title` too."""
+    import pyarrow as pa
+
+    kinds = {
+        "string": pa.string(),
+        "double": pa.float64(),
+        "int64": pa.int64(),
+        "uint64": pa.uint64(),
+        "bool": pa.bool_(),
+    }
+    fields = [pa.field(name, kinds[kind], metadata={"unit": unit}) for name, (kind, unit) in LABELS.items()]
+    for name, indicator in indicators.items():
+        about = {
+            "unit": indicator.unit,
+            "title": indicator.title,
+            "source": indicator.source,
+            "better": indicator.better,
+        }
+        fields.append(pa.field(name, kinds["bool" if _is_bool(name) else "double"], metadata=about))
+    return pa.schema([*fields, pa.field("not_computable", pa.string())])
+
+
+def _is_bool(name: str) -> bool:
+    return name.startswith("success")

@@ -1,0 +1,60 @@
+"""Success of a trial, the ingredient of SR (paper A, eq. 5).
+
+The headline judges by the true pose, as motion capture can: every scored leg finished, DE and OE within their
+tolerances at its end, no contact, no timeout. `success_self` judges the ends by the robot's own estimate.
+"""
+
+from __future__ import annotations
+
+import math
+
+from clearway.indicators.goal_error import Whose, distance_error, orientation_error
+from clearway.indicators.indicator import Indicator, NotComputable, measure
+from clearway.indicators.legs import begun
+from clearway.trials import Outcome, Trial
+
+_ROUNDING = 1e-9
+"""m or rad; an error that exceeds its tolerance by less is within."""
+
+
+def failure(trial: Trial, whose: Whose = "true") -> str:
+    """Why the trial failed, in one word: how it ended (`collision`, `timeout`, ...), `unfinished`, `DE`, `OE` or `DE+OE`;
+    empty for a success.
+
+    Raises:
+        NotComputable: it ended well as far as is known, but the pose, the goal or a tolerance is unknown.
+    """
+    if trial.outcome is Outcome.COLLISION or any(event.kind == "contact" for event in trial.events):
+        return Outcome.COLLISION.value
+    if trial.outcome is not Outcome.REACHED:
+        return trial.outcome.value
+    reached = {span.leg for span in trial.spans if span.reached}
+    if any(i not in reached for i, leg in enumerate(trial.attempt.legs) if leg.scored):
+        return "unfinished"
+    excess = {"DE": False, "OE": False}
+    for drive in begun(trial):
+        leg = drive.leg
+        if math.isnan(leg.xy_tolerance) or math.isnan(leg.yaw_tolerance):
+            raise NotComputable(f"the tolerance of leg {leg.name} is unknown")
+        excess["DE"] |= distance_error(drive, whose) > leg.xy_tolerance + _ROUNDING
+        if not math.isinf(leg.yaw_tolerance):
+            excess["OE"] |= orientation_error(drive, whose) > leg.yaw_tolerance + _ROUNDING
+    return "+".join(name for name, found in excess.items() if found)
+
+
+@measure
+def success(trial: Trial) -> float:
+    """1 for a success by the true pose, else 0."""
+    return float(failure(trial) == "")
+
+
+@measure
+def success_self(trial: Trial) -> float:
+    """1 for a success by the robot's own estimate, else 0."""
+    return float(failure(trial, "own") == "")
+
+
+ALL = (
+    Indicator("success", "success", "", "paper A, eq. 5, by the true pose", "higher", success),
+    Indicator("success_self", "success by the robot's own estimate", "", "paper A, eq. 5", "higher", success_self),
+)
