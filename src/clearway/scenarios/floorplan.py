@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 import tomllib
-from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -22,47 +21,14 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.rasterise import boundaries, explored, outline, rasterise
 from clearway.geometry.ros_map import read_map, write_map
-from clearway.geometry.shapes import FloatArray, Polygon, Shape
+from clearway.geometry.shapes import Polygon
+from clearway.scenarios.barn import world_plan, worlds
+from clearway.scenarios.plan import Fixture, FloorPlan, Room
 from clearway.scenarios.scenario import Finite, PoseSpec, ShapeSpec
 from clearway.validation import first_problem
 
 Box = tuple[Finite, Finite, Finite, Finite]
 """x0, y0, x1, y1 [m], x0 < x1 and y0 < y1."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Fixture:
-    """Something that stands in a plan for good.
-
-    Attributes:
-        kind: `wall` or `furniture`. shape: in its own frame. pose: (3,) map frame.
-    """
-
-    name: str
-    kind: str
-    shape: Shape
-    pose: FloatArray
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class FloorPlan:
-    """Where a test takes place.
-
-    Attributes:
-        fixtures: walls and furniture, the truth. map: what a robot is given, None where nothing is known.
-        a, b: (3,) poses of the protocol's line, heading along it; None in a plan without.
-        clear: x0, y0, x1, y1 [m] of the area around the line that is free of fixtures, None without a line.
-        bounds: x0, y0, x1, y1 [m] around everything.
-    """
-
-    name: str
-    title: str
-    fixtures: tuple[Fixture, ...]
-    map: OccupancyGrid | None
-    a: FloatArray | None
-    b: FloatArray | None
-    clear: tuple[float, float, float, float] | None
-    bounds: tuple[float, float, float, float]
 
 
 class _Part(BaseModel):
@@ -109,6 +75,21 @@ class FurnitureSpec(_Part):
     pose: PoseSpec
 
 
+class RoomSpec(_Part):
+    """A room's name and floor, for people: nothing that a robot could touch."""
+
+    name: str
+    kind: str = ""
+    beds: int = Field(default=0, ge=0)
+    floor: tuple[Box, ...] = Field(min_length=1, description="disjoint boxes x0, y0, x1, y1, m")
+
+    @model_validator(mode="after")
+    def _boxes(self) -> RoomSpec:
+        for box in self.floor:
+            _ordered(box)
+        return self
+
+
 class PlanSpec(_Part):
     """A floor plan's file."""
 
@@ -121,6 +102,7 @@ class PlanSpec(_Part):
     clear: Box | None = Field(default=None, description="x0, y0, x1, y1 of the area kept clear around the line, m")
     walls: tuple[WallSpec, ...] = Field(min_length=1)
     furniture: tuple[FurnitureSpec, ...] = ()
+    rooms: tuple[RoomSpec, ...] = ()
 
     @model_validator(mode="after")
     def _consistent(self) -> PlanSpec:
@@ -156,12 +138,15 @@ def load_plan(which: str) -> FloorPlan:
 def _load(which: str) -> FloorPlan:
     if which in plan_names():
         return _from_toml(Path(str(resources.files("clearway.scenarios") / "plans" / f"{which}.toml")))
+    prefix, _, number = which.partition("barn-")
+    if not prefix and number.isdecimal() and int(number) in worlds():
+        return world_plan(int(number))
     path = Path(which)
     if path.suffix == ".toml":
         return _from_toml(path)
     if path.suffix in (".yaml", ".yml"):
         return _from_map(path)
-    raise unknown("floor plan", which, plan_names())
+    raise unknown("floor plan", which, [*plan_names(), "barn-0"])
 
 
 def read_plan(path: Path) -> PlanSpec:
@@ -210,7 +195,8 @@ def _from_toml(path: Path) -> FloorPlan:
     fixtures = _fixtures(spec)
     grid = draw_map(spec) if spec.map is None else read_map(path.parent / spec.map)
     a, b = (None if p is None else np.array(p) for p in (spec.a, spec.b))
-    return FloorPlan(spec.name, spec.title or spec.name, fixtures, grid, a, b, spec.clear, _bounds(fixtures))
+    rooms = tuple(Room(r.name, r.kind, r.beds, r.floor) for r in spec.rooms)
+    return FloorPlan(spec.name, spec.title or spec.name, fixtures, grid, a, b, spec.clear, _bounds(fixtures), rooms)
 
 
 def _from_map(path: Path) -> FloorPlan:

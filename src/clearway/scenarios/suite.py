@@ -39,7 +39,7 @@ class Suite:
     Attributes:
         batches: names, in the order in which they run. configurations: names.
         make: builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered;
-        of the selection it heeds `plan`, `repetitions` and `worlds`.
+        of the selection it heeds `plan`, `repetitions`, `worlds`.
         file: where it was read from, None for one that comes with Clearway.
     """
 
@@ -100,7 +100,6 @@ def _selects(selection: Selection, scenario: Scenario) -> bool:
 
 
 def _refuse_unknown(suite: Suite, selection: Selection, scenarios: Sequence[Scenario]) -> None:
-    known_speeds = [s.speed for s in scenarios]
     for asked, kind, known in (
         (selection.batches, "batch", suite.batches),
         (selection.configurations, "configuration", suite.configurations),
@@ -108,7 +107,7 @@ def _refuse_unknown(suite: Suite, selection: Selection, scenarios: Sequence[Scen
         for name in asked:
             if name not in known:
                 raise unknown(kind, name, known)
-    _refuse_number("speed", selection.speeds, known_speeds, suite.name)
+    _refuse_number("speed", selection.speeds, [s.speed for s in scenarios], suite.name)
     for plural, field in _FIELDS[2:]:
         _refuse_number(field, getattr(selection, plural), [getattr(s.labels, field) for s in scenarios], suite.name)
 

@@ -1,0 +1,172 @@
+"""The suite `barn`: static obstacle courses of the BARN Challenge, with its task, its timing and its outcome rules.
+
+Source: `Daffan/the-barn-challenge` (MIT), `run.py` and `test.sh`: start (-2.25, 3.0, 1.57), goal 10 m further along
++y; the clock starts once the robot has moved 0.1 m; success within 1 m of the goal by the true position, failure on
+contact or after 100 s. The official test set is every sixth world, ten runs each. There is no map.
+"""
+
+from __future__ import annotations
+
+import gzip
+import itertools
+import json
+import math
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import Circle
+from clearway.robots import Robot
+from clearway.scenarios.plan import Fixture, FloorPlan
+from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
+from clearway.scenarios.suite import Selection, Suite, scenario_seed
+
+RADIUS = 0.075
+"""Of every cylinder, m."""
+START = (-2.25, 3.0, 1.57)
+GOAL = (-2.25, 13.0, 0.0)
+"""As the runner sends it (`odom` frame, orientation 0); the heading never matters, as a run ends 1 m before."""
+ARRIVAL = 1.0
+CLOCK_STARTS_AFTER = 0.1
+TIME_LIMIT = 100.0
+SPEED = 0.5
+"""Set speed of the published runs, m/s; the Jackal itself can do 2 (select `--speed 2`)."""
+REPETITIONS = {"official": 10, "other": 1}
+PLACEMENT = 0.01
+"""m and rad; the runner places the robot exactly, and Gazebo's settling and timing make its runs differ."""
+
+
+@dataclass(frozen=True, slots=True)
+class World:
+    """One course: number, centres of its cylinders (x, y) [m], BARN's reference path without start and goal [m]."""
+
+    number: int
+    cylinders: tuple[tuple[float, float], ...]
+    path: tuple[tuple[float, float], ...]
+
+    @property
+    def official(self) -> bool:
+        """Whether it belongs to BARN's official test set."""
+        return self.number % 6 == 0
+
+    @property
+    def reference_length(self) -> float:
+        """Length of start + path + goal [m]: BARN's `path_length`."""
+        points = (START[:2], *self.path, GOAL[:2])
+        return sum(math.dist(p, q) for p, q in itertools.pairwise(points))
+
+
+@dataclass(frozen=True, slots=True)
+class PublishedRun:
+    """One published run of the real move_base; time in s."""
+
+    world: int
+    success: bool
+    collided: bool
+    timed_out: bool
+    time: float
+
+
+@cache
+def worlds() -> dict[int, World]:
+    """BARN's 150 even-numbered worlds by number."""
+    raw = gzip.decompress((resources.files("clearway.scenarios") / "barn_worlds" / "worlds.jsonl.gz").read_bytes())
+    found = {}
+    for line in raw.decode().splitlines():
+        table = json.loads(line)
+        cylinders, path = (tuple((float(x), float(y)) for x, y in table[key]) for key in ("cylinders", "path"))
+        found[table["world"]] = World(table["world"], cylinders, path)
+    return dict(sorted(found.items()))
+
+
+@cache
+def published_runs() -> tuple[PublishedRun, ...]:
+    """The runs of move_base with TrajectoryPlannerROS (`dwa: true`) at 0.5 m/s that BARN publishes (`res/dwa_out.txt`)."""
+    text = (resources.files("clearway.scenarios") / "barn_worlds" / "dwa_reference.txt").read_text("utf-8")
+    rows = (line.split() for line in text.splitlines() if line.strip())
+    return tuple(PublishedRun(int(r[0]), r[1] == "1", r[2] == "1", r[3] == "1", float(r[4])) for r in rows)
+
+
+def world_plan(number: int) -> FloorPlan:
+    """The world as a floor plan: cylinders only, no map."""
+    world = worlds()[number]
+    disc = Circle(RADIUS)
+    fixtures = tuple(
+        Fixture(f"cylinder-{i}", "wall", disc, np.array([x, y, 0.0])) for i, (x, y) in enumerate(world.cylinders)
+    )
+    points = np.array([*world.cylinders, START[:2], GOAL[:2]])
+    (x0, y0), (x1, y1) = points.min(0) - 1.0, points.max(0) + 1.0
+    bounds = (float(x0), float(y0), float(x1), float(y1))
+    return FloorPlan(f"barn-{number}", f"BARN world {number}", fixtures, None, None, None, None, bounds)
+
+
+def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
+    """Every selected world with its repetitions; `selection.speeds` sets the speed (default 0.5 m/s)."""
+    if selection.plan is not None:
+        raise ClearwayError(
+            "the worlds of the suite 'barn' are its floor plans; select them by number instead", field="plan"
+        )
+    for number in selection.worlds:
+        if number not in worlds():
+            raise ClearwayError(
+                f"no world {number} in the suite 'barn'; it has the even numbers 0 to 298", field="worlds"
+            )
+    for speed in selection.speeds:
+        if not 0 < speed <= robot.drive.v_max:
+            raise ClearwayError(
+                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
+                field="speeds",
+            )
+    chosen = [w for w in worlds().values() if not selection.worlds or w.number in selection.worlds]
+    ordered = sorted(chosen, key=lambda w: (not w.official, w.number))
+    return [
+        _scenario(world, speed, repetition, seed)
+        for world in ordered
+        for speed in selection.speeds or (SPEED,)
+        for repetition in range(1, (selection.repetitions or REPETITIONS[_batch(world)]) + 1)
+    ]
+
+
+def _batch(world: World) -> str:
+    return "official" if world.official else "other"
+
+
+def _scenario(world: World, speed: float, repetition: int, seed: int) -> Scenario:
+    name = f"barn-{world.number}-v{speed:g}-r{repetition}"
+    leg = LegSpec(
+        name="course",
+        goal=GOAL,
+        xy_tolerance=ARRIVAL,
+        yaw_tolerance=math.inf,
+        time_limit=TIME_LIMIT,
+        arrival="measured",
+        clock_starts_after=CLOCK_STARTS_AFTER,
+    )
+    return Scenario(
+        name=name,
+        plan=f"barn-{world.number}",
+        start=START,
+        legs=(leg,),
+        speed=speed,
+        labels=LabelSpec(
+            suite="barn", batch=_batch(world), configuration=f"world-{world.number}", repetition=repetition
+        ),
+        reference_length=world.reference_length,
+        localisation="odometry",
+        placement_xy=PLACEMENT,
+        placement_yaw=PLACEMENT,
+        seed=scenario_seed(seed, name),
+    )
+
+
+BARN = Suite(
+    name="barn",
+    title="BARN Challenge courses",
+    description="150 static obstacle courses for a Jackal without a map, under BARN's own task, timing and outcome rules",
+    batches=("official", "other"),
+    configurations=tuple(f"world-{n}" for n in range(0, 300, 2)),
+    make=build,
+)
