@@ -1,0 +1,313 @@
+"""Writes a results directory, trial by trial, so that a run killed at any moment can go on where it stopped.
+
+While a campaign runs, each finished trial is one file under `OUT/.partial/`, written whole or not at all. When all
+are there, the final files are assembled in the order of the trials: the same bytes, however the trials came in.
+See `clearway.trials.store_results` for reading.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.ipc
+import pyarrow.parquet as pq
+
+from clearway.errors import ClearwayError
+from clearway.trials.store_results import CAMPAIGN, PARTIAL, SCHEMA, Results, open_results, read_campaign
+from clearway.trials.store_tables import FILES, Tables, to_tables
+from clearway.trials.trial import Trial
+
+__all__ = ["Results", "TrialStore", "open_results", "write_partial"]
+
+TRIALS_A_GROUP = 32
+"""Trials in one row group of the Parquet files: fixed, so that the bytes don't depend on who wrote when."""
+
+_MAGIC = b"clearway trial 1\n"
+_DONE = ".finished"
+_PARQUET: dict[str, Any] = {"compression": "zstd", "compression_level": 3, "version": "2.6"}
+
+
+class TrialStore:
+    """An open results directory that trials are being written to; a context manager that holds its lock.
+
+    Args:
+        path: the directory, made if it isn't there.
+        asked: what was asked, as JSON: stored in campaign.json, and compared on resuming.
+        total: how many trials there will be, numbered from 0.
+        schema: Arrow schema of the rows (`clearway.indicators.row_schema()`), units in the fields' metadata.
+        run: who and where, as JSON: stored under `run`, not compared.
+        resume: go on with a campaign that was interrupted.
+
+    Raises:
+        ClearwayError: the directory is in use, holds results, something else or another campaign, or can't be written.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        asked: Mapping[str, Any],
+        total: int,
+        schema: Any,
+        *,
+        run: Mapping[str, Any] | None = None,
+        resume: bool = False,
+    ) -> None:
+        self.path, self.total = Path(path), total
+        self._schema, self._lock = schema, _lock(self.path)
+        try:
+            self.key = hashlib.sha256(json.dumps([SCHEMA, asked, total], sort_keys=True).encode()).hexdigest()
+            self._campaign = self._begin(dict(asked), dict(run or {}), resume)
+        except BaseException:
+            os.close(self._lock)
+            raise
+
+    @property
+    def partial(self) -> Path:
+        """Where the finished trials of an unfinished campaign lie."""
+        return self.path / PARTIAL
+
+    @property
+    def finished(self) -> bool:
+        """Whether the final files are all in place."""
+        return not self.partial.exists()
+
+    def missing(self) -> list[int]:
+        """Which trials are not there, or damaged, in order."""
+        if self.finished:
+            return []
+        return [i for i in range(self.total) if not _intact(_partial_file(self.partial, i), self.key)]
+
+    def add(self, index: int, trial: Trial, row: Mapping[str, Any]) -> None:
+        """Write one finished trial; `row` has the columns of the schema."""
+        write_partial(self.partial, self.key, index, trial, row)
+
+    def finish(self, run: Mapping[str, Any] | None = None) -> Results:
+        """Assemble the final files, put them in place, and drop the partial ones.
+
+        Raises:
+            ClearwayError: a trial is missing, or the disk is full; nothing is lost then.
+        """
+        if not self.finished:
+            new = self.partial / "final"
+            with _writing(self.path):
+                shutil.rmtree(new, ignore_errors=True)
+                for kind in FILES.values():
+                    (new / kind.path).parent.mkdir(parents=True, exist_ok=True)
+                self._assemble(new)
+                for file in sorted(p for p in new.rglob("*") if p.is_file()):
+                    _sync(file)
+                    place = self.path / file.relative_to(new)
+                    place.parent.mkdir(exist_ok=True)
+                    os.replace(file, place)
+                self._campaign["run"] |= dict(run or {})
+                _write_whole(self.path / CAMPAIGN, _pretty(self._campaign))
+                os.replace(self.partial, self.path / _DONE)
+        shutil.rmtree(self.path / _DONE, ignore_errors=True)
+        return open_results(self.path)
+
+    def close(self) -> None:
+        """Let go of the directory."""
+        if self._lock >= 0:
+            os.close(self._lock)
+        self._lock = -1
+
+    def __enter__(self) -> TrialStore:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def _begin(self, asked: dict[str, Any], run: dict[str, Any], resume: bool) -> dict[str, Any]:
+        campaign = {"format": "clearway results", "schema": SCHEMA, **asked, "trials": self.total, "run": run}
+        if not (self.path / CAMPAIGN).exists():
+            foreign = sorted(p.name for p in self.path.iterdir() if not p.name.startswith(PARTIAL))
+            if foreign:
+                raise ClearwayError(
+                    f"is not empty and holds no Clearway results ({foreign[0]} is there); choose another directory",
+                    file=self.path,
+                )
+            with _writing(self.path):
+                self.partial.mkdir(exist_ok=True)  # before campaign.json: one without the other means finished
+                _write_whole(self.path / CAMPAIGN, _pretty(campaign))
+            return campaign
+        old = read_campaign(self.path)
+        if not resume:
+            state = "the results of a campaign" if self.finished else "an unfinished campaign"
+            go_on = "" if self.finished else f"complete it with `clearway run --resume {self.path}`, or "
+            raise ClearwayError(f"already holds {state}; {go_on}choose another directory", file=self.path)
+        for name, value in (json.loads(json.dumps(asked)) | {"trials": self.total}).items():
+            if old.get(name) != value:
+                raise ClearwayError(
+                    f"cannot resume: its campaign differs in {_difference(name, old.get(name), value)}",
+                    file=self.path / CAMPAIGN,
+                )
+        return old
+
+    def _assemble(self, new: Path) -> None:
+        rows: list[dict[str, Any]] = []
+        fixtures: dict[str, pa.Table] = {}
+        writers = {
+            name: pq.ParquetWriter(new / file.path, file.schema, **_PARQUET)
+            for name, file in FILES.items()
+            if name != "fixtures"
+        }
+        try:
+            for first in range(0, self.total, TRIALS_A_GROUP):
+                group: list[Tables] = []
+                for i in range(first, min(first + TRIALS_A_GROUP, self.total)):
+                    tables, row = _read_partial(_partial_file(self.partial, i), self.key)
+                    fixtures.setdefault(tables["fixtures"].column("fixtures")[0].as_py(), tables["fixtures"])
+                    rows.append(row)
+                    group.append(tables)
+                for name, writer in writers.items():
+                    together = pa.concat_tables([g[name] for g in group]).combine_chunks()
+                    writer.write_table(together, row_group_size=max(1, together.num_rows))
+        finally:
+            for writer in writers.values():
+                writer.close()
+        plans = [fixtures[k] for k in sorted(fixtures)] or [FILES["fixtures"].schema.empty_table()]
+        pq.write_table(pa.concat_tables(plans).combine_chunks(), new / FILES["fixtures"].path, **_PARQUET)
+        trials = pa.Table.from_pylist(rows, schema=_row_schema(self._schema))
+        pq.write_table(trials, new / "trials.parquet", **_PARQUET)
+        pyarrow.csv.write_csv(trials, new / "trials.csv")
+
+
+def write_partial(folder: Path, key: str, index: int, trial: Trial, row: Mapping[str, Any]) -> None:
+    """Write one finished trial into the `partial` folder of the store with `key`; any process may.
+
+    Raises:
+        ClearwayError: it can't be written, such as on a full disk; nothing of it stays behind then.
+    """
+    tables = to_tables(index, trial)
+    duration = float(trial.t[-1]) if len(trial.t) else None
+    whole = {"trial": index, **row, "duration": duration}
+    blobs = {"row": json.dumps(whole).encode()} | {name: _to_bytes(table) for name, table in tables.items()}
+    head = json.dumps({"key": key, "index": index, "sizes": {n: len(b) for n, b in blobs.items()}}).encode()
+    body = b"".join([len(head).to_bytes(8, "little"), head, *blobs.values()])
+    file = _partial_file(folder, index)
+    with _writing(file):
+        _write_whole(file, _MAGIC + hashlib.sha256(body).digest() + body)
+
+
+def _read_partial(file: Path, key: str) -> tuple[Tables, dict[str, Any]]:
+    raw = _content(file, key)
+    if raw is None:
+        raise ClearwayError("this trial is missing or damaged; run the campaign again with --resume", file=file)
+    head, at = raw
+    blobs = {}
+    body = file.read_bytes()
+    for name, size in head["sizes"].items():
+        blobs[name] = body[at : at + size]
+        at += size
+    row = json.loads(blobs.pop("row"))
+    return {name: pyarrow.ipc.open_stream(pa.py_buffer(blob)).read_all() for name, blob in blobs.items()}, row
+
+
+def _content(file: Path, key: str) -> tuple[dict[str, Any], int] | None:
+    """The head of a partial file and where its tables begin; None if it is missing, damaged or of another campaign."""
+    try:
+        raw = file.read_bytes()
+    except FileNotFoundError:
+        return None
+    start = len(_MAGIC) + 32
+    if not raw.startswith(_MAGIC) or hashlib.sha256(raw[start:]).digest() != raw[len(_MAGIC) : start]:
+        return None
+    size = int.from_bytes(raw[start : start + 8], "little")
+    head: dict[str, Any] = json.loads(raw[start + 8 : start + 8 + size])
+    return (head, start + 8 + size) if head["key"] == key else None
+
+
+def _intact(file: Path, key: str) -> bool:
+    return _content(file, key) is not None
+
+
+def _partial_file(folder: Path, index: int) -> Path:
+    return folder / f"{index:06d}.trial"
+
+
+def _row_schema(schema: Any) -> Any:
+    first = [pa.field("trial", pa.int32()), pa.field("id", pa.string())]
+    duration = pa.field("duration", pa.float64(), metadata={"unit": "s"})
+    return pa.schema([*first, *(f for f in schema if f.name not in ("trial", "id")), duration])
+
+
+def _to_bytes(table: pa.Table) -> bytes:
+    sink = pa.BufferOutputStream()
+    with pyarrow.ipc.new_stream(sink, table.schema) as writer:
+        writer.write_table(table)
+    return bytes(sink.getvalue().to_pybytes())
+
+
+def _pretty(campaign: Mapping[str, Any]) -> bytes:
+    return (json.dumps(campaign, indent=2, ensure_ascii=False) + "\n").encode("utf-8", "backslashreplace")
+
+
+def _write_whole(file: Path, content: bytes) -> None:
+    """Put `content` into `file` whole or not at all, and on the disk for good."""
+    new = (
+        file.with_name(f"{PARTIAL}-{file.name}-{os.getpid()}")
+        if file.name == CAMPAIGN
+        else file.with_suffix(f".{os.getpid()}")
+    )
+    try:
+        with open(new, "wb") as f:
+            f.write(content)
+            f.flush()
+            os.fsync(f.fileno())
+        os.replace(new, file)
+    except BaseException:
+        new.unlink(missing_ok=True)
+        raise
+
+
+def _sync(file: Path) -> None:
+    with open(file, "rb") as f:
+        os.fsync(f.fileno())
+
+
+@contextmanager
+def _writing(what: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise ClearwayError(
+            f"cannot be written: {error.strerror or error}; what is finished is kept, --resume goes on from there",
+            file=error.filename or what,
+        ) from error
+
+
+def _lock(path: Path) -> int:
+    """Make the directory and lock it against other processes; the lock goes with the process, however it ends."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+        handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
+    except OSError as error:
+        raise ClearwayError(f"cannot be made: {error.strerror}", file=path) from error
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        os.close(handle)
+        raise ClearwayError(
+            "another process is writing to this directory; wait for it, or choose another", file=path
+        ) from error
+    return handle
+
+
+def _difference(name: str, old: Any, new: Any) -> str:
+    """The first difference of two JSON values, for people."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for key in [*new, *old]:
+            if old.get(key) != new.get(key):
+                return _difference(f"{name}.{key}", old.get(key), new.get(key))
+    return f"{name}: it has {json.dumps(old)}, now {json.dumps(new)} is asked"

@@ -1,0 +1,180 @@
+"""Reads a results directory: the table of trials, and any trial in full."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from clearway.errors import ClearwayError
+from clearway.trials.store_tables import FILES, Tables, from_tables
+from clearway.trials.trial import Trial
+
+SCHEMA = 1
+"""Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
+
+CAMPAIGN, PARTIAL = "campaign.json", ".partial"
+
+_READING = (pa.ArrowException, OSError, KeyError, ValueError, TypeError, IndexError)
+
+
+class Results:
+    """A finished results directory, read-only.
+
+    Attributes:
+        path: the directory.
+        campaign: what campaign.json holds: what was asked, versions, seeds, machine.
+    """
+
+    def __init__(self, path: Path, campaign: dict[str, Any]) -> None:
+        self.path, self.campaign = path, campaign
+        self._files: dict[str, _File] = {}
+
+    @cached_property
+    def trials(self) -> pa.Table:
+        """One row a trial, as in trials.parquet; a column's unit is in its field's metadata."""
+        return _reading(self.path / "trials.parquet", lambda file: pq.read_table(file, memory_map=False))
+
+    def __len__(self) -> int:
+        return int(self.campaign["trials"])
+
+    def __iter__(self) -> Iterator[Trial]:
+        return (self.trial(i) for i in range(len(self)))
+
+    def __repr__(self) -> str:
+        return f"<Results {self.path}: {len(self)} trials>"
+
+    def trial(self, index: int) -> Trial:
+        """Trial number `index` (the column `trial`) in full.
+
+        Raises:
+            ClearwayError: there is no such trial, or a file is damaged.
+        """
+        if not 0 <= index < len(self):
+            raise ClearwayError(f"there is no trial {index}; it holds 0 to {len(self) - 1}", file=self.path)
+        tables: Tables = {name: self._file(name).rows("trial", index) for name in FILES if name != "fixtures"}
+        attempts = self.path / FILES["attempts"].path
+        if tables["attempts"].num_rows != 1:
+            raise ClearwayError(f"is damaged: it has no trial {index}", file=attempts)
+        key = tables["attempts"].column("fixtures")[0].as_py()
+        tables["fixtures"] = self._file("fixtures").rows("fixtures", key)
+        trial: Trial = _reading(attempts, lambda _: from_tables(tables))
+        return trial
+
+    def _file(self, name: str) -> _File:
+        if name not in self._files:
+            path = self.path / FILES[name].path
+            self._files[name] = _File(path, FILES[name].schema)
+        return self._files[name]
+
+
+def open_results(path: str | Path) -> Results:
+    """Open a finished results directory.
+
+    Raises:
+        ClearwayError: not a results directory, unfinished, damaged, or written by a newer version of Clearway.
+    """
+    folder = Path(path)
+    campaign = read_campaign(folder)
+    if (folder / PARTIAL).exists():
+        done = sum(1 for _ in (folder / PARTIAL).glob("*.trial"))
+        raise ClearwayError(
+            f"unfinished: {done} of {campaign['trials']} trials are done; complete it with "
+            f"`clearway run --resume {folder}`",
+            file=folder,
+        )
+    for name in ("trials.parquet", *(file.path for file in FILES.values())):
+        if not (folder / name).is_file():
+            raise ClearwayError("is missing: the results directory is damaged", file=folder / name)
+    results = Results(folder, campaign)
+    rows = _reading(folder / "trials.parquet", lambda file: pq.read_metadata(file).num_rows)
+    if rows != len(results):
+        raise ClearwayError(f"is damaged: it has {rows} trials, not {len(results)}", file=folder / "trials.parquet")
+    for name in FILES:
+        results._file(name)
+    return results
+
+
+def read_campaign(folder: Path) -> dict[str, Any]:
+    """What campaign.json holds.
+
+    Raises:
+        ClearwayError: it is missing, damaged, not ours, or from a newer version.
+    """
+    file = folder / CAMPAIGN
+    if not folder.is_dir():
+        raise ClearwayError("no such directory" if not folder.exists() else "is not a directory", file=folder)
+    if not file.is_file():
+        raise ClearwayError("is not a Clearway results directory: it has no campaign.json", file=folder)
+    try:
+        campaign = json.loads(file.read_bytes())
+    except (OSError, ValueError) as error:
+        raise ClearwayError(f"is damaged: {error}", file=file) from error
+    if not isinstance(campaign, dict) or campaign.get("format") != "clearway results":
+        raise ClearwayError("was not written by Clearway", file=file)
+    schema = campaign.get("schema")
+    if not isinstance(schema, int) or not isinstance(campaign.get("trials"), int):
+        raise ClearwayError("is damaged: it lacks its schema or its number of trials", file=file)
+    if schema > SCHEMA:
+        raise ClearwayError(
+            f"was written by a newer Clearway ({campaign.get('clearway', '?')}, schema {schema}; this one reads up to "
+            f"schema {SCHEMA}); upgrade Clearway",
+            file=file,
+        )
+    return campaign
+
+
+class _File:
+    """A Parquet file whose rows are grouped by a sorted key column; reads the rows of one key."""
+
+    def __init__(self, path: Path, schema: Any) -> None:
+        self._path = path
+        self._file = _reading(path, lambda file: pq.ParquetFile(file, memory_map=False))
+        missing = [n for n in schema.names if n not in self._file.schema_arrow.names]
+        if missing:
+            raise ClearwayError(f"is damaged: it has no column {missing[0]!r}", file=path)
+        self._cached: tuple[int, pa.Table] = (-1, None)
+
+    def rows(self, column: str, key: Any) -> pa.Table:
+        """The rows whose `column` is `key`, in order."""
+        return _reading(self._path, lambda _: self._rows(column, key))
+
+    def _rows(self, column: str, key: Any) -> pa.Table:
+        import pyarrow.compute as pc
+
+        for group in self._groups(column, key):
+            if self._cached[0] != group:
+                self._cached = (group, self._file.read_row_group(group))
+            table = self._cached[1]
+            found = table.filter(pc.equal(table.column(column), key))
+            if found.num_rows:
+                return found.combine_chunks()
+        return self._file.schema_arrow.empty_table()
+
+    def _groups(self, column: str, key: Any) -> list[int]:
+        meta = self._file.metadata
+        at = self._file.schema_arrow.names.index(column)
+        at = next(i for i in range(meta.num_columns) if meta.schema.column(i).path == column) if at else 0
+        groups = []
+        for group in range(meta.num_row_groups):
+            if meta.row_group(group).num_rows == 0:
+                continue
+            seen = meta.row_group(group).column(at).statistics
+            if seen is None or not seen.has_min_max or seen.min <= key <= seen.max:
+                groups.append(group)
+        return groups
+
+
+def _reading(file: Path, read: Any) -> Any:
+    try:
+        return read(file)
+    except ClearwayError:
+        raise
+    except _READING as error:
+        text = " ".join(str(error).split())
+        raise ClearwayError(f"is damaged or not what it should be: {text[:200]}", file=file) from error

@@ -1,0 +1,373 @@
+"""A trial as Arrow tables and back, losslessly: what the files of a results directory hold.
+
+Numbers stay float64. What a trial doesn't know (None) is null, never NaN: NaN is a mover that is absent.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import pyarrow as pa
+
+from clearway.contract import Diagnostics
+from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape
+from clearway.trials.trial import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+
+Tables: TypeAlias = dict[str, pa.Table]
+"""By name, as in `FILES`: the rows of one trial or of several."""
+
+
+def _schema(**columns: tuple[Any, str]) -> pa.Schema:
+    return pa.schema(
+        [pa.field(n, kind, metadata={"unit": unit} if unit else None) for n, (kind, unit) in columns.items()]
+    )
+
+
+_F, _I, _S = pa.float64(), pa.int32(), pa.string()
+_POSE = {"x": (_F, "m"), "y": (_F, "m"), "theta": (_F, "rad")}
+_OPTIONAL = {"velocity": ("v", "omega"), "estimate": ("est_x", "est_y", "est_theta"), "command": ("cmd_v", "cmd_omega")}
+_UNITS = {"v": "m/s", "omega": "rad/s", "x": "m", "y": "m", "theta": "rad"}
+
+
+@dataclass(frozen=True, slots=True)
+class TableFile:
+    """Where a table lies in a results directory, and its columns."""
+
+    path: str
+    schema: Any
+
+
+FILES: dict[str, TableFile] = {
+    "robot": TableFile(
+        "trajectories/robot.parquet",
+        _schema(
+            trial=(_I, ""),
+            t=(_F, "s"),
+            **_POSE,
+            **{c: (_F, _UNITS[c.rpartition("_")[2]]) for columns in _OPTIONAL.values() for c in columns},
+            leg=(_I, ""),
+        ),
+    ),
+    "obstacles": TableFile(
+        "trajectories/obstacles.parquet", _schema(trial=(_I, ""), t=(_F, "s"), obstacle=(_I, ""), **_POSE)
+    ),
+    "attempts": TableFile(
+        "trajectories/attempts.parquet",
+        _schema(
+            trial=(_I, ""),
+            outcome=(_S, ""),
+            attempt=(_S, "JSON: robot, shapes, legs, goals, tolerances (m, rad, s)"),
+            fixtures=(_S, "key in fixtures.parquet"),
+            spans=(_S, "JSON: leg, start, end (s), reached"),
+            events=(_S, "JSON: t (s), kind, detail"),
+            provenance=(_S, "JSON"),
+        ),
+    ),
+    "fixtures": TableFile(
+        "trajectories/fixtures.parquet",
+        _schema(fixtures=(_S, ""), bodies=(_S, "JSON: walls and furniture of a floor plan (m, rad)")),
+    ),
+    "snapshots": TableFile(
+        "diagnostics/snapshots.parquet",
+        _schema(
+            trial=(_I, ""),
+            snapshot=(_I, ""),
+            t=(_F, "s"),
+            status=(_S, ""),
+            iterations=(pa.int64(), ""),
+            field=(pa.binary(), "int8 cells, row by row"),
+            rows=(_I, ""),
+            cols=(_I, ""),
+            resolution=(_F, "m"),
+            origin_x=(_F, "m"),
+            origin_y=(_F, "m"),
+        ),
+    ),
+    "drawings": TableFile(
+        "diagnostics/drawings.parquet",
+        _schema(
+            trial=(_I, ""),
+            snapshot=(_I, ""),
+            kind=(_S, "polyline: x, y; circles, tube: x, y, radius; tree: x0, y0, x1, y1"),
+            name=(_S, ""),
+            values=(pa.list_(_F), "m, point by point"),
+        ),
+    ),
+    "timing": TableFile("timing.parquet", _schema(trial=(_I, ""), name=(_S, ""), value=(_F, "s of wall clock"))),
+}
+"""The files of a results directory beside `trials.parquet`. `fixtures` has one row a floor plan, the others any
+number a trial, in order."""
+
+_WIDTH = {"polyline": 2, "circles": 3, "tube": 3, "tree": 4}
+
+
+def to_tables(index: int, trial: Trial) -> Tables:
+    """The trial as tables; `index` goes into their column `trial`."""
+    n, m = len(trial.t), trial.movers.shape[1]
+    known = [name for name in _OPTIONAL if getattr(trial, name) is not None]
+    robot: dict[str, Any] = {"trial": np.full(n, index, np.int32), "t": trial.t}
+    robot |= dict(zip(("x", "y", "theta"), _columns(trial.pose, 3), strict=True))
+    for name, columns in _OPTIONAL.items():
+        values = getattr(trial, name)
+        robot |= dict.fromkeys(columns, pa.nulls(n, _F)) if values is None else _named(columns, values)
+    robot["leg"] = np.asarray(trial.leg, dtype=np.int32)
+    movers = np.ascontiguousarray(trial.movers, dtype=np.float64).reshape(n * m, 3)
+    obstacles = {
+        "trial": np.full(n * m, index, np.int32),
+        "t": np.repeat(np.asarray(trial.t, dtype=np.float64), m),
+        "obstacle": np.tile(np.arange(m, dtype=np.int32), n),
+        **_named(("x", "y", "theta"), movers),
+    }
+    fixed = _fixed(trial.attempt.bodies)
+    bodies = _dumps([_body(b) for b in trial.attempt.bodies[:fixed]])
+    key = hashlib.sha256(bodies.encode()).hexdigest()[:16]
+    attempt = _attempt(trial.attempt, fixed) | {"known": known, "movers": m, "reason": trial.reason}
+    row = {
+        "trial": index,
+        "outcome": trial.outcome.value,
+        "attempt": _dumps(attempt),
+        "fixtures": key,
+        "spans": _dumps([[s.leg, _number(s.start), _number(s.end), s.reached] for s in trial.spans]),
+        "events": _dumps([[_number(e.t), e.kind, e.detail] for e in trial.events]),
+        "provenance": _dumps(_jsonable(trial.provenance)),
+    }
+    snapshots, drawings = _snapshots(index, trial.snapshots)
+    return {
+        "robot": pa.table(robot, schema=FILES["robot"].schema),
+        "obstacles": pa.table(obstacles, schema=FILES["obstacles"].schema),
+        "attempts": pa.Table.from_pylist([row], schema=FILES["attempts"].schema),
+        "fixtures": pa.Table.from_pylist([{"fixtures": key, "bodies": bodies}], schema=FILES["fixtures"].schema),
+        "snapshots": pa.Table.from_pylist(snapshots, schema=FILES["snapshots"].schema),
+        "drawings": pa.Table.from_pylist(drawings, schema=FILES["drawings"].schema),
+        "timing": pa.Table.from_pylist(
+            [{"trial": index, "name": k, "value": float(v)} for k, v in trial.timing.items()],
+            schema=FILES["timing"].schema,
+        ),
+    }
+
+
+def from_tables(tables: Tables) -> Trial:
+    """The trial again, of tables that hold the rows of one trial only."""
+    robot, row = tables["robot"], tables["attempts"].to_pylist()[0]
+    attempt = json.loads(row["attempt"])
+    n, m = robot.num_rows, attempt["movers"]
+    optional: dict[str, FloatArray | None] = {
+        name: _matrix(robot, columns) if name in attempt["known"] else None for name, columns in _OPTIONAL.items()
+    }
+    fixtures = json.loads(tables["fixtures"].column("bodies")[0].as_py())
+    return Trial(
+        attempt=_read_attempt(attempt, fixtures),
+        t=_vector(robot, "t"),
+        pose=_matrix(robot, ("x", "y", "theta")),
+        velocity=optional["velocity"],
+        estimate=optional["estimate"],
+        command=optional["command"],
+        leg=_vector(robot, "leg").astype(np.int64),
+        movers=_matrix(tables["obstacles"], ("x", "y", "theta")).reshape(n, m, 3),
+        spans=tuple(Span(leg, float(a), float(b), reached) for leg, a, b, reached in json.loads(row["spans"])),
+        events=tuple(Event(float(t), kind, detail) for t, kind, detail in json.loads(row["events"])),
+        outcome=Outcome(row["outcome"]),
+        reason=attempt["reason"],
+        snapshots=_read_snapshots(tables["snapshots"], tables["drawings"]),
+        provenance=json.loads(row["provenance"]),
+        timing={r["name"]: r["value"] for r in tables["timing"].to_pylist()},
+    )
+
+
+# --- attempt ---------------------------------------------------------------------------------------------------------
+
+_PLAIN = ("robot", "navigator", "localisation", "plan", "scenario", "seed", "privileged")
+_NUMBERS = ("speed_limit", "period", "reference_length")
+_LABEL_NUMBERS = ("speed", "obstacle_speed", "size", "gap")
+
+
+def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
+    labels = {name: getattr(a.labels, name) for name in ("suite", "batch", "configuration", "repetition")}
+    return {
+        **{name: getattr(a, name) for name in _PLAIN},
+        **{name: _number(getattr(a, name)) for name in _NUMBERS},
+        "labels": labels | {name: _number(getattr(a.labels, name)) for name in _LABEL_NUMBERS},
+        "footprint": None if a.footprint is None else _shape(a.footprint),
+        "legs": [_leg(leg) for leg in a.legs],
+        "bodies": [_body(b) for b in a.bodies[fixed:]],
+    }
+
+
+def _read_attempt(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
+    labels = dict(d["labels"]) | {name: _read_number(d["labels"][name]) for name in _LABEL_NUMBERS}
+    rest: dict[str, Any] = {name: d[name] for name in _PLAIN} | {name: _read_number(d[name]) for name in _NUMBERS}
+    return Attempt(
+        labels=Labels(**labels),
+        footprint=None if d["footprint"] is None else _read_shape(d["footprint"]),
+        legs=tuple(_read_leg(leg) for leg in d["legs"]),
+        bodies=tuple(_read_body(b) for b in (*fixtures, *d["bodies"])),
+        **rest,
+    )
+
+
+def _fixed(bodies: Sequence[Body]) -> int:
+    """How many bodies at the front belong to the floor plan: they are stored once a plan."""
+    return next((i for i, b in enumerate(bodies) if b.kind not in ("wall", "furniture")), len(bodies))
+
+
+def _shape(shape: Shape) -> dict[str, Any]:
+    if isinstance(shape, Circle):
+        return {"circle": _number(shape.radius)}
+    return {"polygon": [[_number(x), _number(y)] for x, y in shape.vertices]}
+
+
+def _read_shape(d: Mapping[str, Any]) -> Shape:
+    if "circle" in d:
+        return Circle(float(d["circle"]))
+    return Polygon(tuple((float(x), float(y)) for x, y in d["polygon"]))
+
+
+def _body(b: Body) -> dict[str, Any]:
+    pose = None if b.pose is None else [_number(v) for v in b.pose]
+    return {"name": b.name, "kind": b.kind, "shape": _shape(b.shape), "pose": pose}
+
+
+def _read_body(d: Mapping[str, Any]) -> Body:
+    pose = None if d["pose"] is None else np.array([float(v) for v in d["pose"]])
+    return Body(d["name"], d["kind"], _read_shape(d["shape"]), pose)
+
+
+def _leg(leg: Leg) -> dict[str, Any]:
+    return {
+        "name": leg.name,
+        "start": [_number(v) for v in leg.start],
+        "goal": [_number(v) for v in leg.goal],
+        "xy_tolerance": _number(leg.xy_tolerance),
+        "yaw_tolerance": _number(leg.yaw_tolerance),
+        "scored": leg.scored,
+        "time_limit": _number(leg.time_limit),
+    }
+
+
+def _read_leg(d: Mapping[str, Any]) -> Leg:
+    rest: dict[str, Any] = {name: np.array([float(v) for v in d[name]]) for name in ("start", "goal")}
+    rest |= {name: float(d[name]) for name in ("xy_tolerance", "yaw_tolerance", "time_limit")}
+    return Leg(name=d["name"], scored=d["scored"], **rest)
+
+
+# --- diagnostics -----------------------------------------------------------------------------------------------------
+
+
+def _snapshots(index: int, snapshots: Sequence[Snapshot]) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    rows: list[dict[str, Any]] = []
+    drawings: list[dict[str, Any]] = []
+    for k, snapshot in enumerate(snapshots):
+        d = snapshot.diagnostics
+        row = {"trial": index, "snapshot": k, "t": float(snapshot.t), "status": _text(d.status)}
+        row["iterations"] = int(d.iterations)
+        if (grid := d.field) is not None:
+            rows_, cols = grid.data.shape
+            row |= {"field": np.ascontiguousarray(grid.data, np.int8).tobytes(), "rows": rows_, "cols": cols}
+            row |= {"resolution": grid.resolution, "origin_x": grid.origin[0], "origin_y": grid.origin[1]}
+        rows.append(row)
+        drawn = [("polyline", name, line) for name, line in d.polylines.items()]
+        drawn += [("circles", name, discs) for name, discs in d.circles.items()]
+        drawn += [(kind, "", v) for kind, v in (("tube", d.tube), ("tree", d.tree)) if v is not None]
+        drawings += [
+            {
+                "trial": index,
+                "snapshot": k,
+                "kind": kind,
+                "name": _text(name),
+                "values": np.asarray(v, np.float64).ravel(),
+            }
+            for kind, name, v in drawn
+        ]
+    return rows, drawings
+
+
+def _read_snapshots(snapshots: pa.Table, drawings: pa.Table) -> tuple[Snapshot, ...]:
+    shown: list[dict[str, Any]] = [
+        {"polylines": {}, "circles": {}, "tube": None, "tree": None} for _ in range(snapshots.num_rows)
+    ]
+    drawn = drawings.select(["snapshot", "kind", "name"]).to_pylist()
+    values = drawings.column("values").combine_chunks()
+    flat, ends = values.values.to_numpy(zero_copy_only=False), values.offsets.to_numpy()
+    for i, row in enumerate(drawn):
+        array = flat[ends[i] : ends[i + 1]].reshape(-1, _WIDTH[row["kind"]]).copy()
+        into = shown[row["snapshot"]]
+        if row["kind"] == "polyline":
+            into["polylines"][row["name"]] = array
+        elif row["kind"] == "circles":
+            into["circles"][row["name"]] = array
+        else:
+            into[row["kind"]] = array
+    return tuple(
+        Snapshot(
+            row["t"],
+            Diagnostics(status=row["status"], iterations=row["iterations"], field=_read_field(row), **shown[k]),
+        )
+        for k, row in enumerate(snapshots.to_pylist())
+    )
+
+
+def _read_field(row: Mapping[str, Any]) -> OccupancyGrid | None:
+    if row["field"] is None:
+        return None
+    data = np.frombuffer(row["field"], dtype=np.int8).reshape(row["rows"], row["cols"])
+    return OccupancyGrid(data, row["resolution"], (row["origin_x"], row["origin_y"]))
+
+
+# --- numbers, text, columns ------------------------------------------------------------------------------------------
+
+
+def _dumps(value: Any) -> str:
+    return json.dumps(value, separators=(",", ":"), allow_nan=False)
+
+
+def _number(value: Any) -> float | str | None:
+    """A number that strict JSON can hold: inf and NaN become text, which float() reads back."""
+    if value is None:
+        return None
+    number = float(value)
+    return number if math.isfinite(number) else repr(number)
+
+
+def _read_number(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _jsonable(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {str(k): _jsonable(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_jsonable(v) for v in value]
+    if isinstance(value, str | bool | int | None):
+        return value
+    return _number(value) if isinstance(value, float) else str(value)
+
+
+def _text(text: str) -> str:
+    """Text that UTF-8 can hold."""
+    return text.encode("utf-8", "replace").decode()
+
+
+def _columns(values: FloatArray, width: int) -> FloatArray:
+    return np.ascontiguousarray(np.asarray(values, dtype=np.float64).reshape(-1, width).T)
+
+
+def _named(names: Sequence[str], values: FloatArray) -> dict[str, FloatArray]:
+    return dict(zip(names, _columns(values, len(names)), strict=True))
+
+
+def _vector(table: pa.Table, column: str) -> FloatArray:
+    return np.array(table.column(column).to_numpy())
+
+
+def _matrix(table: pa.Table, columns: Sequence[str]) -> FloatArray:
+    out = np.empty((table.num_rows, len(columns)))
+    for i, column in enumerate(columns):
+        out[:, i] = table.column(column).to_numpy()
+    return out
