@@ -12,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from indicator_trials import A, B, box, leg, moved, shuttle
 
+from clearway.geometry.distance import clearance
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import HEADLINE, INDICATORS, row_schema, score_row
 from clearway.indicators.cruise import time_within
@@ -182,6 +183,33 @@ def test_a_mover_counts_only_while_it_is_there_and_a_leg_is_driven():
     assert value("MDO_centre", beside) == pytest.approx(0.5)
 
 
+def test_distance_edge_to_edge():
+    # robot: a disc of 0.27 m on y = 0. Box at y = 0.8 with edge 0.3: 0.8 - 0.15 - 0.27. Turned by 45 degrees its
+    # corner points at the robot: 0.8 - 0.15 sqrt 2 - 0.27. The wall at y = 0.5 counts only among the walls.
+    wall = Body("wall", "wall", rectangle(10.0, 0.1), np.array([2.5, 0.5, 0.0]))
+    trial = shuttle(bodies=[box(2.5, 0.8), wall])
+    assert value("MDO", trial) == pytest.approx(0.38, abs=1e-3)
+    assert value("MDO_walls", trial) == pytest.approx(0.45 - 0.27, abs=1e-3)
+    assert value("MDO", shuttle(bodies=[box(2.5, 0.8, yaw=math.pi / 4)])) == pytest.approx(0.318, abs=1e-3)
+    assert value("MDO", shuttle(bodies=[box(2.5, 0.2)])) == 0.0
+
+
+def test_the_nearest_moment_between_two_samples_is_not_missed():
+    # a disc crosses the robot's lane at right angles; sampled once a second, it is nearest between samples
+    cart = Body("cart", "mover", Circle(0.1), None)
+    t = np.arange(6.0)
+    pose = np.stack([t, 0 * t, 0 * t], 1)
+    cross = np.stack([np.full(6, 2.5), 3.0 - t, 0 * t], 1)[:, None, :]  # at t: (2.5, 3 - t), robot at (t, 0)
+    trial = replace(
+        shuttle(bodies=[cart], movers=lambda t: np.empty((len(t), 1, 3)), legs=(leg("forth", A, B),)),
+        t=t, pose=pose, velocity=None, estimate=None, movers=cross, spans=(Span(0, 0.0, 5.0, True),),
+    )  # fmt: skip
+    # squared distance (2.5 - t)^2 + (3 - t)^2 is least at t = 2.75: 2 * 0.25^2, less both radii
+    assert value("MDO", trial) == pytest.approx(max(0.0, math.sqrt(0.125) - 0.27 - 0.1), abs=1e-3)
+    small = replace(trial, attempt=replace(trial.attempt, footprint=Circle(0.1)))
+    assert value("MDO", small) == pytest.approx(math.sqrt(0.125) - 0.2, abs=1.1e-3)
+
+
 def test_manoeuvring_space():
     trial = shuttle(footprint=rectangle(0.6, 0.6))
     assert value("space", trial) == pytest.approx(0.0, abs=1e-9)
@@ -274,6 +302,18 @@ def test_before_it_moved_nothing_is_computed_and_nothing_raises():
     assert row["success"] is False
     computed = {name for name in INDICATORS if row[name] is not None}
     assert computed == {"success", "success_self"}
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.5, 4.5), st.floats(-2, 2), st.floats(0.05, 0.6), st.floats(-3, 3))
+def test_distance_is_at_most_the_first_one_and_bounded_by_the_centres(x, y, edge, yaw):
+    trial = shuttle(bodies=[box(x, y, edge, yaw)])
+    nearest, centre = value("MDO", trial), value("MDO_centre", trial)
+    foot = trial.attempt.footprint
+    body = trial.attempt.bodies[0]
+    assert nearest <= clearance(foot, trial.pose[0], body.shape, body.pose) + 1e-9
+    assert nearest <= value("MDO_walls", trial) + 1e-9
+    assert max(0.0, centre - 0.27 - edge / math.sqrt(2)) - 1e-9 <= nearest <= max(0.0, centre - 0.27 - edge / 2) + 2e-3
 
 
 poses = st.floats(-20, 20)
