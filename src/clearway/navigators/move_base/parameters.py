@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError
+from clearway.navigators.move_base.local_parameters import DWAParameters, TrajectoryParameters
 from clearway.robots import Robot
 from clearway.validation import first_problem
 
@@ -65,7 +66,7 @@ class MoveBaseGroup(Group):
     planner_frequency: NonNegative = Field(default=0.0, description="Hz; 0: plan for a new goal or after a failure only")
     controller_frequency: Positive = Field(default=20.0, description="Hz (at most one command per control period)")
     planner_patience: NonNegative = Field(default=5.0, description="s without a plan before recovery")
-    controller_patience: NonNegative = Field(default=5.0, description="s without a valid command before recovery")
+    controller_patience: NonNegative = Field(default=15.0, description="s without a valid command before recovery")
     max_planning_retries: int = Field(default=-1, ge=-1, description="attempts to plan before recovery; -1: no bound")
     oscillation_timeout: NonNegative = Field(default=0.0, description="s without progress before recovery; 0: never")
     oscillation_distance: NonNegative = Field(default=0.5, description="what counts as progress, m")
@@ -160,6 +161,8 @@ class Parameters(Group):
     global_costmap: Costmap = Costmap()
     local_costmap: Costmap = Costmap(global_frame="odom", rolling_window=True)
     global_planner: GlobalPlannerGroup = GlobalPlannerGroup()
+    DWAPlannerROS: DWAParameters = DWAParameters()
+    TrajectoryPlannerROS: TrajectoryParameters = TrajectoryParameters()
 
     @model_validator(mode="before")
     @classmethod
