@@ -136,6 +136,14 @@ class Robot(_Part):
         """The shape that its own planner keeps clear of obstacles."""
         return (self.planner_footprint or self.footprint).shape()
 
+    def source(self, field: str) -> str | None:
+        """Where the value of the dotted `field` comes from: the entry of `sources` that is its longest prefix."""
+        parts = field.split(".")
+        for n in range(len(parts), 0, -1):
+            if found := self.sources.get(".".join(parts[:n])):
+                return found
+        return None
+
 
 def robot_names() -> list[str]:
     """Names of the robots that come with Clearway."""

@@ -1,0 +1,124 @@
+"""The shipped robots: every value has a source, and the values are those of the papers and of the vendors' files."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from importlib import resources
+from typing import Any
+
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
+from clearway.robots import load_robot, robot_names
+
+PRESETS = {"tiago": ["trajectory"], "hosbot": ["vendor", "literal", "dwa"], "jackal": []}
+
+
+def leaves(table: dict[str, Any], path: str = "") -> Iterator[str]:
+    for key, value in table.items():
+        where = f"{path}.{key}" if path else key
+        if isinstance(value, dict):
+            yield from leaves(value, where)
+        else:
+            yield where
+
+
+def file_of(name: str) -> dict[str, Any]:
+    return tomllib.loads((resources.files("clearway.robots") / f"{name}.toml").read_text("utf-8"))
+
+
+def test_the_three_robots_ship() -> None:
+    assert robot_names() == ["hosbot", "jackal", "tiago"]
+
+
+@pytest.mark.parametrize("name", ["hosbot", "jackal", "tiago"])
+def test_every_value_has_a_source(name: str) -> None:
+    robot = load_robot(name)
+    table = {k: v for k, v in file_of(name).items() if k not in ("name", "title", "sources")}
+    assert [f for f in leaves(table) if robot.source(f) is None] == []
+
+
+@pytest.mark.parametrize("name", ["hosbot", "jackal", "tiago"])
+def test_every_source_belongs_to_a_value(name: str) -> None:
+    table = file_of(name)
+    fields = list(leaves(table))
+    stray = [s for s in table["sources"] if not any(f == s or f.startswith(f"{s}.") for f in fields)]
+    assert stray == []
+
+
+@pytest.mark.parametrize("name", ["hosbot", "jackal", "tiago"])
+def test_sources_are_named_in_full(name: str) -> None:
+    for text in file_of(name)["sources"].values():
+        assert not text.startswith("the same")
+
+
+@pytest.mark.parametrize(("name", "preset"), [(n, p) for n, ps in PRESETS.items() for p in ps])
+def test_presets_load_and_change_something(name: str, preset: str) -> None:
+    changed, plain = load_robot(f"{name}:{preset}"), load_robot(name)
+    assert changed.name == f"{name}:{preset}"
+    assert changed.model_copy(update={"name": name}) != plain
+    assert sorted(plain.presets) == sorted(PRESETS[name])
+
+
+def test_table_3_of_paper_a() -> None:
+    hosbot, tiago = load_robot("hosbot"), load_robot("tiago")
+    h, t = (r.navigators["move-base"] for r in (hosbot, tiago))
+    assert (h["move_base"]["planner_frequency"], t["move_base"]["planner_frequency"]) == (5.0, 1.0)
+    assert (h["global_planner"]["default_tolerance"], t["global_planner"]["default_tolerance"]) == (0.3, 0.3)
+    assert (h["move_base"]["controller_frequency"], t["move_base"]["controller_frequency"]) == (10.0, 10.0)
+    assert (hosbot.period, tiago.period) == (0.1, 0.1)
+    samples = {k: h["DWAPlannerROS"][k] for k in ("vx_samples", "vy_samples", "vth_samples")}
+    assert samples == {"vx_samples": 3, "vy_samples": 3, "vth_samples": 10}
+    assert (h["TrajectoryPlannerROS"]["vx_samples"], h["TrajectoryPlannerROS"]["vtheta_samples"]) == (3, 10)
+    samples = {k: t["DWAPlannerROS"][k] for k in ("vx_samples", "vy_samples", "vtheta_samples")}
+    assert samples == {"vx_samples": 10, "vy_samples": 0, "vtheta_samples": 20}
+    assert (hosbot.tolerances.xy, tiago.tolerances.xy, tiago.tolerances.yaw) == (0.1, 0.2, 0.2)
+    assert load_robot("hosbot:literal").tolerances.yaw == 0.01
+    for planner in (h["TrajectoryPlannerROS"], t["DWAPlannerROS"]):
+        assert (planner["max_vel_x"], planner["max_vel_theta"]) == (1.5, 2.0)
+    for maps, rate, width, cell, ray in ((h, 5.0, 10.0, 0.05, 5.5), (t, 10.0, 5.0, 0.025, 4.0)):
+        local = maps["local_costmap"]
+        assert local["update_frequency"] == maps["global_costmap"]["update_frequency"] == rate
+        assert (local["width"], local["height"], local["resolution"]) == (width, width, cell)
+        assert local["obstacle_layer"]["raytrace_range"] == ray
+    assert t["local_costmap"]["obstacle_layer"]["obstacle_range"] == 3.5
+    literal = load_robot("hosbot:literal").navigators["move-base"]
+    assert literal["local_costmap"]["obstacle_layer"]["obstacle_range"] == 0.3
+
+
+@pytest.mark.parametrize("robot", ["tiago", "hosbot"])
+def test_the_planner_s_tolerances_are_the_robot_s(robot: str) -> None:
+    for preset in ["", *[f":{p}" for p in PRESETS[robot] if p != "trajectory"]]:
+        loaded = load_robot(robot + preset)
+        groups = loaded.navigators["move-base"]
+        chosen = groups[groups["move_base"]["base_local_planner"].split("/")[1]]
+        assert (chosen["xy_goal_tolerance"], chosen["yaw_goal_tolerance"]) == (
+            loaded.tolerances.xy,
+            loaded.tolerances.yaw,
+        )
+
+
+def test_bodies() -> None:
+    assert circumscribed_radius(load_robot("tiago").shape) == load_robot("tiago").d_base / 2
+    hosbot = load_robot("hosbot")
+    assert circumscribed_radius(hosbot.shape) == pytest.approx(0.4243, abs=1e-4)
+    assert inscribed_radius(hosbot.shape) == pytest.approx(hosbot.d_base / 2)
+    assert hosbot.planner_shape == hosbot.shape
+    assert circumscribed_radius(load_robot("hosbot:vendor").planner_shape) == 0.3
+    assert load_robot("hosbot:vendor").shape == hosbot.shape
+
+
+def test_the_longest_prefix_is_the_source() -> None:
+    robot = load_robot("tiago")
+    assert robot.source("drive.v_max") == robot.sources["drive"]
+    assert robot.source("drive.deceleration") == robot.sources["drive.deceleration"] != robot.sources["drive"]
+    assert robot.source("nothing.here") is None
+
+
+def test_unknown_robot_and_preset_name_what_exists() -> None:
+    with pytest.raises(ClearwayError, match=r"unknown robot 'tiagoo'; did you mean 'tiago'\?"):
+        load_robot("tiagoo")
+    with pytest.raises(ClearwayError, match=r"unknown preset 'vendors'; did you mean 'vendor'\?"):
+        load_robot("hosbot:vendors")
