@@ -1,1 +1,39 @@
-"""Clearway measures how well mobile robots find their way among people and obstacles."""
+"""Clearway measures how well mobile robots find their way among people and obstacles.
+
+    results = clearway.run("hospital", robots=["tiago"], navigators=["move-base"])
+    results = clearway.open_results("results/hospital")
+
+Importing this package is cheap: what the names below need is imported when they are first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from clearway.api import Results, open_results, run
+    from clearway.errors import ClearwayError
+
+    __version__: str
+
+__all__ = ["ClearwayError", "Results", "__version__", "open_results", "run"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in ("run", "open_results", "Results"):
+        from clearway import api
+
+        return getattr(api, name)
+    if name == "ClearwayError":
+        from clearway.errors import ClearwayError
+
+        return ClearwayError
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("clearway")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

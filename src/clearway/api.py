@@ -1,1 +1,166 @@
-"""The Python interface: run campaigns and open their results."""
+"""The Python interface: run campaigns and open their results.
+
+import clearway
+results = clearway.run("hospital", robots=["tiago"], navigators=["move-base"], batches=["NO"])
+results.trials                                   # an Arrow table; .to_pandas(), .to_polars() in one call
+results.figure("trajectories", batch="NO")       # a matplotlib figure
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from clearway.campaigns import CampaignPlan, run_campaign
+from clearway.campaigns.campaign import ProgressCallback
+from clearway.contract import Budget
+from clearway.errors import ClearwayError
+from clearway.scenarios.suites import Selection
+from clearway.trials import store
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["Results", "open_results", "run"]
+
+
+class Results(store.Results):
+    """A finished results directory.
+
+    Attributes:
+        path: the directory. campaign: what campaign.json holds: what was asked, versions, seeds, machine.
+        trials: pyarrow.Table, one row a trial; a column's unit is in its field's metadata.
+    """
+
+    def to_pandas(self) -> Any:
+        """The table of trials as a pandas.DataFrame."""
+        return self.trials.to_pandas()
+
+    def to_polars(self) -> Any:
+        """The table of trials as a polars.DataFrame."""
+        try:
+            import polars
+        except ImportError as error:
+            raise ClearwayError("polars is not installed; pip install 'clearway[polars]'") from error
+        return polars.from_arrow(self.trials)
+
+    def figure(self, name: str, **selection: Any) -> Figure:
+        """A figure of the report, drawn anew: `trajectories`, `bars`, ...; `selection` narrows it, as in `batch="CE"`.
+
+        Raises:
+            ClearwayError: no such figure, or a selection that selects nothing.
+        """
+        from clearway.reports import figure
+
+        drawn: Figure = figure(self, name, **selection)
+        return drawn
+
+    def report(self) -> Path:
+        """Write the report (a self-contained page, figures, tables) into the directory; returns the page's path."""
+        from clearway.reports import write_report
+
+        return Path(write_report(self.path))
+
+
+def run(
+    *suites: str,
+    robots: Iterable[str] = (),
+    navigators: Iterable[str] = ("move-base",),
+    batches: Iterable[str] = (),
+    configurations: Iterable[str] = (),
+    speeds: Iterable[float] = (),
+    obstacle_speeds: Iterable[float] = (),
+    sizes: Iterable[float] = (),
+    gaps: Iterable[float] = (),
+    worlds: Iterable[int] = (),
+    repetitions: int | None = None,
+    plan: str | None = None,
+    seed: int = 0,
+    localisation: str | None = None,
+    map: str | Path | None = None,
+    budget: Budget | None = None,
+    decision_limit: float | None = 10.0,
+    options: Mapping[str, Mapping[str, Any]] | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    resume: bool = False,
+    progress: ProgressCallback | None = None,
+) -> Results:
+    """Run suites with robots and navigators, and score every trial.
+
+    Args:
+        suites: names (`hospital`, `barn`), or paths of TOML files.
+        robots: names, presets (`hosbot:vendor`) or files; default: the suite's usual ones.
+        navigators: registered names, or addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`.
+        batches, configurations, speeds [m/s], obstacle_speeds [m/s], sizes [m], gaps [d_base], worlds: only these;
+            empty: all. repetitions: of each; None: as the suite has it. plan: another floor plan for the suite.
+        seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
+        map: None for the true map, or the ROS map (yaml) that a robot built.
+        budget: how much a navigator may think per control period.
+        decision_limit: s of wall clock after which a decision counts as hung; None: never.
+        options: navigator's name -> what its constructor is given.
+        workers: processes; None: one a core. The results don't depend on it.
+        out: the results directory; None: `results/SUITE`, numbered if that is taken.
+        resume: go on with a campaign in `out` that was interrupted.
+        progress: called with (done, total, note).
+
+    Raises:
+        ClearwayError: something that was given is wrong; one sentence says what and what would be right.
+    """
+    selection = Selection(
+        batches=_strings(batches, "batches"),
+        configurations=_strings(configurations, "configurations"),
+        speeds=tuple(float(v) for v in speeds),
+        sizes=tuple(float(v) for v in sizes),
+        gaps=tuple(float(v) for v in gaps),
+        obstacle_speeds=tuple(float(v) for v in obstacle_speeds),
+        repetitions=repetitions,
+        worlds=tuple(worlds),
+        plan=plan,
+    )
+    campaign = CampaignPlan(
+        suites=suites,
+        robots=_strings(robots, "robots"),
+        navigators=_strings(navigators, "navigators"),
+        selection=selection,
+        seed=seed,
+        localisation=localisation,
+        map=None if map is None else str(map),
+        budget=budget or Budget(),
+        decision_limit=decision_limit,
+        options=options or {},
+    )
+    folder = free_directory(suites) if out is None else Path(out)
+    done = run_campaign(campaign, folder, workers, resume, progress)
+    return Results(done.path, done.campaign)
+
+
+def open_results(path: str | Path) -> Results:
+    """Open a finished results directory.
+
+    Raises:
+        ClearwayError: not a results directory, unfinished, damaged, or written by a newer version of Clearway.
+    """
+    found = store.open_results(path)
+    return Results(found.path, found.campaign)
+
+
+def free_directory(suites: Iterable[str]) -> Path:
+    """Where results go when nobody says: `results/SUITE`, or `results/SUITE-2` and so on if that is taken."""
+    name = "-".join(Path(s).stem for s in suites)
+    number, path = 1, Path("results") / name
+    while path.exists():
+        number += 1
+        path = Path("results") / f"{name}-{number}"
+    return path
+
+
+def _strings(values: Iterable[str], field: str) -> tuple[str, ...]:
+    if isinstance(values, str):  # a lone name is meant as a list of one, not of its letters
+        return (values,)
+    found = tuple(values)
+    for value in found:
+        if not isinstance(value, str):
+            raise ClearwayError(f"{value!r} is not a name", field=field)
+    return found

@@ -1,0 +1,220 @@
+"""Runs a campaign: checks everything first, then many trials on many cores, each kept as soon as it is finished."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+import os
+import platform
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any, Protocol
+
+from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.campaigns.worker import Done, run_and_keep
+from clearway.errors import ClearwayError
+from clearway.indicators import row_schema
+from clearway.navigators.registry import make_navigator
+from clearway.perception import make_localiser
+from clearway.robots import load_robot
+from clearway.trials import Outcome
+from clearway.trials.store import Results, TrialStore
+from clearway.trials.store_results import read_campaign
+
+
+class ProgressCallback(Protocol):
+    """Told how far a campaign is: trials done, of how many, and a note for people."""
+
+    def __call__(self, done: int, total: int, note: str = "") -> None: ...
+
+
+class CampaignInterrupted(KeyboardInterrupt):
+    """Ctrl-C stopped a campaign; the message says how to go on. `path`, `done`, `total` say where it stands."""
+
+    def __init__(self, path: Path, done: int, total: int) -> None:
+        self.path, self.done, self.total = path, done, total
+        super().__init__(f"stopped after {done} of {total} trials; go on with `clearway run --resume {path}`")
+
+
+def run_campaign(
+    plan: CampaignPlan,
+    out: Path,
+    workers: int | None = None,
+    resume: bool = False,
+    progress: ProgressCallback | None = None,
+) -> Results:
+    """Run every trial of `plan` and store the results in `out`.
+
+    The results are the same bytes whatever the number of workers, and whether or not the campaign was interrupted;
+    wall-clock figures are kept apart in timing.parquet.
+
+    Args:
+        plan: what to run. out: the results directory, made if it isn't there. workers: processes; None: one a core.
+        resume: go on with a campaign in `out` that was interrupted. progress: told how far it is.
+
+    Raises:
+        ClearwayError: something in the plan is wrong (before anything runs), `out` can't be used, or the disk is full.
+        CampaignInterrupted: Ctrl-C; `out` can be resumed.
+    """
+    tell = progress or _silent
+    if workers is not None and workers < 1:
+        raise ClearwayError(f"{workers} is wrong: at least 1", field="workers")
+    specs = plan.specs()
+    check_plan(plan, specs)
+    asked = _asked(plan, specs)
+    run = _machine() | {"started": _now()}
+    with TrialStore(Path(out), asked, len(specs), row_schema(), run=run, resume=resume) as store:
+        while missing := store.missing():
+            _run_all(plan, [specs[i] for i in missing], store, workers or os.cpu_count() or 1, tell)
+        return store.finish({"finished": _now()})
+
+
+def resume_campaign(out: Path, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:
+    """Complete the campaign in `out` by the plan that its campaign.json holds.
+
+    Raises:
+        ClearwayError: as for `run_campaign`; or `out` holds no campaign.
+    """
+    plan = planned(Path(out))
+    return run_campaign(plan, Path(out), workers, resume=True, progress=progress)
+
+
+def planned(out: Path) -> CampaignPlan:
+    """The plan of the campaign in `out`, finished or not.
+
+    Raises:
+        ClearwayError: `out` holds none.
+    """
+    campaign = read_campaign(Path(out))
+    if not isinstance(campaign.get("plan"), dict):
+        raise ClearwayError("its results were not made by a campaign; there is nothing to run", file=out)
+    return CampaignPlan.from_json(campaign["plan"])
+
+
+def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
+    """Look at everything that can be wrong before the first trial runs.
+
+    Raises:
+        ClearwayError: the first thing that is wrong.
+    """
+    from clearway.scenarios.check import check_scenario
+
+    seen: set[tuple[str, str, str, bool]] = set()
+    checked: set[tuple[str, str]] = set()
+    for spec in specs:
+        scenario, robot = spec.scenario, load_robot(spec.robot)
+        if (spec.robot, scenario.name) not in checked:
+            checked.add((spec.robot, scenario.name))
+            for problem in check_scenario(scenario, robot):
+                raise problem
+        has_map = granted_map(plan.map, scenario) is not None
+        combination = (spec.robot, spec.navigator, spec.localisation, has_map)
+        if combination in seen:
+            continue
+        seen.add(combination)
+        make_localiser(spec.localisation, robot)
+        navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
+        needs = getattr(navigator, "needs", frozenset())
+        who = f"navigator {spec.navigator!r}"
+        if "obstacles" in needs:
+            raise ClearwayError(f"{who} needs obstacles with position and velocity; {scenario.name!r} gives scans only")
+        if "scan" in needs and robot.lidar is None:
+            raise ClearwayError(f"{who} needs scans, and the robot {spec.robot!r} has no lidar")
+        if spec.localisation == "amcl" and (robot.lidar is None or not has_map):
+            lacks = f"the robot {spec.robot!r} has no lidar" if robot.lidar is None else f"{scenario.plan!r} has no map"
+            raise ClearwayError(f"localisation 'amcl' cannot work: {lacks}; use 'odometry' or 'truth'")
+
+
+def _run_all(
+    plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore, workers: int, tell: ProgressCallback
+) -> None:
+    done, failed = store.total - len(specs), 0
+    tell(done, store.total, _first_note())
+    try:
+        with closing(_finished(plan, specs, store, min(workers, len(specs)))) as results:
+            for result in results:
+                done += 1
+                failed += result.outcome is Outcome.NAVIGATOR_FAILED
+                tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
+    except KeyboardInterrupt:
+        _stop_workers()
+        raise CampaignInterrupted(store.path, store.total - len(store.missing()), store.total) from None
+    except BaseException:
+        _stop_workers()
+        raise
+
+
+def _finished(plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore, workers: int) -> Iterator[Done]:
+    """Every trial's outcome, in the order in which they end."""
+    if workers == 1:
+        for spec in specs:
+            yield run_and_keep(plan, spec, store.partial, store.key)
+        return
+    from joblib import Parallel, delayed
+
+    job = delayed(run_and_keep)
+    parallel = Parallel(n_jobs=workers, backend="loky", batch_size=1, return_as="generator_unordered", max_nbytes=None)
+    yield from parallel(job(plan, spec, store.partial, store.key, os.getpid()) for spec in specs)
+
+
+def _stop_workers() -> None:
+    """End the worker processes now, wherever they are: what they have finished is on the disk."""
+    if "joblib.externals.loky.reusable_executor" in sys.modules:
+        from joblib.externals.loky import reusable_executor
+
+        if reusable_executor._executor is not None:
+            reusable_executor._executor.shutdown(wait=True, kill_workers=True)
+
+
+def _asked(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
+    """What campaign.json holds and resuming compares: the plan, and everything that decides the bits."""
+    robots = {name: load_robot(name).model_dump(mode="json") for name in plan.robots}
+    seen = hashlib.sha256()
+    for spec in specs:
+        seen.update(spec.id.encode("utf-8", "backslashreplace"))
+        seen.update(spec.scenario.model_dump_json().encode())
+    grid = None if plan.map in (None, "true") else granted_map(plan.map, specs[0].scenario)
+    if grid is not None:
+        seen.update(grid.data.tobytes())
+    return {
+        "clearway": _version("clearway"),
+        "versions": {"python": platform.python_version()} | {n: _version(n) for n in ("numba", "numpy", "scipy")},
+        "plan": json.loads(json.dumps(plan.to_json())),
+        "robots": json.loads(json.dumps(robots)),
+        "scenarios": seen.hexdigest(),
+    }
+
+
+def _machine() -> Mapping[str, Any]:
+    return {"system": platform.platform(), "processor": platform.machine(), "cores": os.cpu_count()}
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _now() -> str:
+    return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+
+
+def _first_note() -> str:
+    """Says so when the kernels have yet to be compiled."""
+    from clearway.geometry import compiled
+
+    package = Path(compiled.__file__).parent.parent
+    return "" if any(package.glob("world/__pycache__/*.nbi")) else "compiling once, about a minute"
+
+
+def _one_line(text: str) -> str:
+    return text.strip().splitlines()[-1][:120] if text.strip() else ""
+
+
+def _silent(done: int, total: int, note: str = "") -> None:
+    pass

@@ -1,0 +1,136 @@
+"""What a campaign is asked to do, and the list of trials that follows from it."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from clearway.contract import Budget
+from clearway.errors import ClearwayError
+from clearway.geometry.grid import OccupancyGrid
+from clearway.robots import load_robot
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suites import Selection, load_suite
+
+USUAL_ROBOTS: dict[str, tuple[str, ...]] = {"hospital": ("hosbot", "tiago"), "barn": ("jackal",)}
+"""Who drives a suite unless the user says otherwise: the robots of the paper and of the challenge."""
+
+
+@dataclass(frozen=True, slots=True)
+class CampaignPlan:
+    """Suites x robots x navigators, in this order. Everything that decides the results' bits is in here.
+
+    Attributes:
+        suites: names, or paths of TOML files. robots: names, presets or files; empty: the suites' usual ones.
+        navigators: registered names, or addresses such as `my_pkg:MyNavigator`. selection: which part of each suite.
+        seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
+        map: None for the floor plan's true map, or the path of a ROS map that a robot built.
+        budget: how much a navigator may think per control period.
+        decision_limit: s of wall clock after which a decision counts as hung and the trial as failed; None: never.
+        options: navigator's name -> what its constructor is given.
+    """
+
+    suites: tuple[str, ...]
+    robots: tuple[str, ...] = ()
+    navigators: tuple[str, ...] = ("move-base",)
+    selection: Selection = field(default_factory=Selection)
+    seed: int = 0
+    localisation: str | None = None
+    map: str | None = None
+    budget: Budget = field(default_factory=Budget)
+    decision_limit: float | None = 10.0
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("suites", "navigators"):
+            if not getattr(self, name):
+                raise ClearwayError("at least one is needed", field=name)
+        for name in ("suites", "robots", "navigators"):
+            values = getattr(self, name)
+            if len(set(values)) < len(values):
+                raise ClearwayError(f"{next(v for v in values if values.count(v) > 1)!r} stands twice", field=name)
+        if not self.robots:
+            object.__setattr__(self, "robots", _usual_robots(self.suites))
+
+    def to_json(self) -> dict[str, Any]:
+        """The plan as JSON values."""
+        return dataclasses.asdict(self)
+
+    @classmethod
+    def from_json(cls, values: Mapping[str, Any]) -> CampaignPlan:
+        """The plan again.
+
+        Raises:
+            ClearwayError: the values are not those of a plan.
+        """
+        given = dict(values)
+        try:
+            selection = {k: tuple(v) if isinstance(v, list) else v for k, v in given.pop("selection").items()}
+            budget = Budget(**given.pop("budget"))
+            lists = {k: tuple(given.pop(k)) for k in ("suites", "robots", "navigators")}
+            return cls(selection=Selection(**selection), budget=budget, **lists, **given)
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ClearwayError(f"this is not a campaign's plan: {error}", field="plan") from error
+
+    def specs(self) -> list[TrialSpec]:
+        """Every trial, in the order of the results.
+
+        Raises:
+            ClearwayError: an unknown suite or robot, or a selection that selects nothing.
+        """
+        built = []
+        for suite in map(load_suite, self.suites):
+            for robot in self.robots:
+                scenarios = suite.build(load_robot(robot), self.selection, self.seed)
+                built += [(robot, navigator, s) for navigator in self.navigators for s in scenarios]
+        return [
+            TrialSpec(i, s, robot, navigator, self.localisation or s.localisation)
+            for i, (robot, navigator, s) in enumerate(built)
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class TrialSpec:
+    """One trial to run: its number in the results, and who does what, by name."""
+
+    index: int
+    scenario: Scenario
+    robot: str
+    navigator: str
+    localisation: str
+
+    @property
+    def id(self) -> str:
+        """Readable, unique in its campaign."""
+        return f"{self.scenario.labels.suite}/{self.scenario.name}/{self.robot}/{self.navigator}"
+
+
+def granted_map(plan: str | None, scenario: Scenario) -> OccupancyGrid | None:
+    """The map that the task grants: the campaign's own if it names one, else the floor plan's; None where none is known.
+
+    Raises:
+        ClearwayError: a file is missing or wrong.
+    """
+    from clearway.scenarios.floorplan import load_plan
+
+    if plan in (None, "true"):
+        return load_plan(scenario.plan).map
+    return _read_map(str(plan)) if load_plan(scenario.plan).map is not None else None
+
+
+@cache
+def _read_map(path: str) -> OccupancyGrid:
+    from clearway.geometry.ros_map import read_map
+
+    return read_map(Path(path))
+
+
+def _usual_robots(suites: tuple[str, ...]) -> tuple[str, ...]:
+    usual = dict.fromkeys(robot for suite in suites for robot in USUAL_ROBOTS.get(suite, ()))
+    if not usual:
+        raise ClearwayError(f"say which robot is to drive the suite {suites[0]!r}", field="robots")
+    return tuple(usual)

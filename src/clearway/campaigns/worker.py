@@ -1,0 +1,144 @@
+"""What a worker process does: run one trial, score it, and leave it in the store's folder of finished trials."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+import traceback
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.campaigns.pilot import compose
+from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.errors import ClearwayError
+from clearway.indicators import score_row
+from clearway.navigators.registry import make_navigator, navigator_class
+from clearway.perception import make_localiser
+from clearway.robots import load_robot
+from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Trial
+from clearway.trials.store import write_partial
+
+
+@dataclass(frozen=True, slots=True)
+class Done:
+    """What a worker tells of a finished trial."""
+
+    index: int
+    outcome: Outcome
+    reason: str
+
+
+def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, parent: int | None = None) -> Done:
+    """Run the trial and write it to the store's `partial` folder.
+
+    Args:
+        plan, spec: what to do. folder, key: of the store. parent: process to end with, if this is a worker.
+
+    Raises:
+        ClearwayError: the disk is full, or a file that the trial needs has gone.
+    """
+    if parent is not None:
+        _settle(parent)
+    trial = run_trial(plan, spec)
+    row = {"id": spec.id} | score_row(trial)
+    write_partial(folder, key, spec.index, trial, row)
+    return Done(spec.index, trial.outcome, trial.reason)
+
+
+def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
+    """Run one trial. Whatever breaks in it, other than what the user gave, ends in a trial that says so."""
+    from clearway.world import simulate
+
+    robot = load_robot(spec.robot)
+    navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
+    localiser = make_localiser(spec.localisation, robot)
+    pilot = compose(navigator, localiser, spec.localisation, decision_limit=plan.decision_limit)
+    try:
+        return simulate(
+            spec.scenario,
+            robot,
+            pilot,
+            navigator=spec.navigator,
+            localisation=spec.localisation,
+            map=granted_map(plan.map, spec.scenario),
+            privileged=bool(getattr(navigator_class(spec.navigator), "privileged", False)),
+            budget=plan.budget,
+        )
+    except ClearwayError:
+        raise
+    except Exception as error:
+        return _broken(spec, f"{type(error).__name__}: {error}", traceback.format_exc())
+
+
+def _broken(spec: TrialSpec, reason: str, detail: str) -> Trial:
+    """A trial of which nothing is known but that it broke: one sample, at its start."""
+    robot, s = load_robot(spec.robot), spec.scenario
+    start = np.array(s.start, dtype=np.float64)
+    starts = [start, *(np.array(leg.goal, dtype=np.float64) for leg in s.legs)]
+    legs = tuple(
+        Leg(
+            name=leg.name,
+            start=starts[i],
+            goal=starts[i + 1],
+            xy_tolerance=leg.xy_tolerance or robot.tolerances.xy,
+            yaw_tolerance=leg.yaw_tolerance or robot.tolerances.yaw,
+            scored=leg.scored,
+            time_limit=leg.time_limit,
+        )
+        for i, leg in enumerate(s.legs)
+    )
+    labels: dict[str, Any] = s.labels.model_dump()
+    bodies: tuple[Body, ...] = ()
+    attempt = Attempt(
+        labels=Labels(speed=s.speed, **labels),
+        robot=robot.name,
+        navigator=spec.navigator,
+        localisation=spec.localisation,
+        footprint=robot.shape,
+        legs=legs,
+        bodies=bodies,
+        speed_limit=s.speed,
+        period=robot.period,
+        reference_length=s.reference_length,
+        plan=s.plan,
+        scenario=s.name,
+        seed=s.seed,
+    )
+    return Trial(
+        attempt=attempt,
+        t=np.zeros(1),
+        pose=start[None, :],
+        velocity=None,
+        estimate=None,
+        command=None,
+        leg=np.zeros(1, dtype=np.int64),
+        movers=np.empty((1, 0, 3)),
+        spans=(),
+        events=(Event(0.0, "error", detail),),
+        outcome=Outcome.NAVIGATOR_FAILED,
+        reason=reason,
+    )
+
+
+_settled: int | None = None
+
+
+def _settle(parent: int) -> None:
+    """Once a worker: leave Ctrl-C to the parent, and end when the parent has ended, however it did."""
+    global _settled
+    if _settled == parent:
+        return
+    _settled = parent
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+
+
+def _watch(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(0.5)
+    os._exit(1)
