@@ -7,7 +7,7 @@ A robot's file holds one table per part and a `[sources]` table that says where 
 from __future__ import annotations
 
 import tomllib
-from functools import cache
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -157,12 +157,12 @@ def load_robot(which: str) -> Robot:
     Raises:
         ClearwayError: no such robot or preset, or a field that is wrong; the message names file and field.
     """
-    return _load(which)
-
-
-@cache
-def _load(which: str) -> Robot:
     path, preset = _locate(which)
+    return _load(path, preset, path.stat().st_mtime_ns)  # read again once it has changed
+
+
+@lru_cache(maxsize=64)
+def _load(path: Path, preset: str | None, changed: int) -> Robot:
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:

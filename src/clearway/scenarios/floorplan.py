@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from functools import cache
+from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
 from typing import Annotated
@@ -119,10 +119,21 @@ class PlanSpec(_Part):
         return self
 
 
+@cache
+def _shipped() -> tuple[str, ...]:
+    folder = resources.files("clearway.scenarios") / "plans"
+    return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
+
+
 def plan_names() -> list[str]:
     """Names of the plans that come with Clearway, without BARN's worlds (`barn-0`, `barn-2`, ... `barn-298`)."""
-    folder = resources.files("clearway.scenarios") / "plans"
-    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    return list(_shipped())
+
+
+def is_shipped(name: str) -> bool:
+    """Whether a plan of this name comes with Clearway: one of `plan_names()`, or a world of BARN."""
+    prefix, _, number = name.partition("barn-")
+    return name in plan_names() or (not prefix and number.isdecimal() and int(number) in worlds())
 
 
 def load_plan(which: str) -> FloorPlan:
@@ -131,22 +142,24 @@ def load_plan(which: str) -> FloorPlan:
     Raises:
         ClearwayError: no such plan, or a file or field that is wrong.
     """
-    return _load(str(which))
+    if is_shipped(which):
+        return _load(which, 0)
+    path = Path(which)
+    if path.suffix not in (".toml", ".yaml", ".yml"):
+        raise unknown("floor plan", path.name, [*plan_names(), "barn-0"])
+    if not path.is_file():
+        raise ClearwayError("no such file", file=path)
+    return _load(which, path.stat().st_mtime_ns)  # read again once it has changed
 
 
-@cache
-def _load(which: str) -> FloorPlan:
+@lru_cache(maxsize=64)
+def _load(which: str, changed: int) -> FloorPlan:
     if which in plan_names():
         return _from_toml(Path(str(resources.files("clearway.scenarios") / "plans" / f"{which}.toml")))
-    prefix, _, number = which.partition("barn-")
-    if not prefix and number.isdecimal() and int(number) in worlds():
-        return world_plan(int(number))
+    if is_shipped(which):
+        return world_plan(int(which.removeprefix("barn-")))
     path = Path(which)
-    if path.suffix == ".toml":
-        return _from_toml(path)
-    if path.suffix in (".yaml", ".yml"):
-        return _from_map(path)
-    raise unknown("floor plan", which, [*plan_names(), "barn-0"])
+    return _from_toml(path) if path.suffix == ".toml" else _from_map(path)
 
 
 def read_plan(path: Path) -> PlanSpec:

@@ -98,22 +98,28 @@ class RunSpec(_Part):
 class ObstacleSpec(_Part):
     """An obstacle of the test: static with a `pose`, or moving with `runs`."""
 
-    name: str
+    name: str = Field(min_length=1)
     shape: ShapeSpec
-    pose: PoseSpec | None = None
-    runs: tuple[RunSpec, ...] = ()
+    pose: PoseSpec | None = Field(default=None, description="where a static one stands: m, m, rad")
+    runs: tuple[RunSpec, ...] = Field(default=(), description="when and where a moving one moves")
+
+    @model_validator(mode="after")
+    def _static_or_moving(self) -> ObstacleSpec:
+        if (self.pose is None) != bool(self.runs):
+            raise ValueError(f"the obstacle {self.name!r} needs either a pose (static) or runs (moving)")
+        return self
 
 
 class LegSpec(_Part):
     """One goal."""
 
-    name: str
-    goal: PoseSpec
+    name: str = Field(min_length=1, description="unique in its scenario")
+    goal: PoseSpec = Field(description="m, m, rad")
     xy_tolerance: Positive | None = Field(default=None, description="m; default: the robot's")
     yaw_tolerance: Annotated[float, Field(gt=0)] | None = Field(
         default=None, description="rad; default: the robot's; inf: heading is free"
     )
-    scored: bool = True
+    scored: bool = Field(default=True, description="whether it counts for the indicators")
     time_limit: Positive = Field(description="s")
     arrival: Literal["declared", "measured"] = Field(
         default="declared",
@@ -128,11 +134,11 @@ class LabelSpec(_Part):
     """Where the scenario stands in its suite; see `clearway.trials.Labels`."""
 
     suite: str = "own"
-    batch: str = "own"
-    configuration: str = "own"
-    obstacle_speed: NonNegative | None = None
-    size: Positive | None = None
-    gap: Positive | None = None
+    batch: str = Field(default="own", description="what the report groups by")
+    configuration: str = Field(default="own", description="the same test at other speeds has the same configuration")
+    obstacle_speed: NonNegative | None = Field(default=None, description="m/s")
+    size: Positive | None = Field(default=None, description="edge of the static obstacles, m")
+    gap: Positive | None = Field(default=None, description="between double obstacles, in multiples of d_base")
     repetition: int = Field(default=1, ge=1)
 
 
@@ -141,8 +147,8 @@ class Scenario(_Part):
 
     name: str = Field(min_length=1, description="unique in its suite")
     plan: str = Field(description="floor plan: a shipped name, or the path of a plan or of a ROS map's yaml")
-    start: PoseSpec
-    legs: tuple[LegSpec, ...] = Field(min_length=1)
+    start: PoseSpec = Field(description="m, m, rad")
+    legs: tuple[LegSpec, ...] = Field(min_length=1, description="goals, one after another")
     speed: Positive = Field(description="set speed, caps the robot's, m/s")
     obstacles: tuple[ObstacleSpec, ...] = ()
     labels: LabelSpec = LabelSpec()
@@ -155,5 +161,22 @@ class Scenario(_Part):
     )
     placement_yaw: NonNegative = Field(default=0.03, description="the same for its heading, rad")
     seed: int = Field(
-        default=0, ge=0, description="of sensor noise, odometry and placement; one seed, one course of events"
+        default=0,
+        ge=0,
+        lt=2**63,
+        description="of sensor noise, odometry and placement; one seed, one course of events (a suite draws its own)",
     )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scenario:
+        legs = [leg.name for leg in self.legs]
+        for kind, names in (("leg", legs), ("obstacle", [o.name for o in self.obstacles])):
+            if twice := sorted({n for n in names if names.count(n) > 1}):
+                raise ValueError(f"two {kind}s have the name {twice[0]!r}")
+        for obstacle in self.obstacles:
+            for run in obstacle.runs:
+                if run.leg not in legs:
+                    raise ValueError(
+                        f"the obstacle {obstacle.name!r} runs on a leg {run.leg!r}; legs: {', '.join(legs)}"
+                    )
+        return self

@@ -15,6 +15,9 @@ from clearway.scenarios.scenario import Scenario
 class Selection:
     """Which part of a suite to run; an empty tuple or None: all of it, as the suite has it.
 
+    A value bars only the tests to which it applies: `gaps=(1.5,)` leaves out other double obstacles, and keeps the
+    single ones, which have no gap.
+
     Attributes:
         batches, configurations: names. speeds, obstacle_speeds: m/s. sizes: edge of the static obstacles, m.
         gaps: in multiples of d_base. repetitions: how many of each. worlds: numbers of BARN's worlds.
@@ -91,12 +94,14 @@ _FIELDS = (
 
 
 def _selects(selection: Selection, scenario: Scenario) -> bool:
+    """Whether every label that the scenario has is among the selected; one that it hasn't (a gap in NO) is no bar."""
     if selection.speeds and scenario.speed not in selection.speeds:
         return False
-    return all(
-        not getattr(selection, plural) or getattr(scenario.labels, field) in getattr(selection, plural)
-        for plural, field in _FIELDS
-    )
+    for plural, field in _FIELDS:
+        chosen, value = getattr(selection, plural), getattr(scenario.labels, field)
+        if chosen and value is not None and value not in chosen:
+            return False
+    return True
 
 
 def _refuse_unknown(suite: Suite, selection: Selection, scenarios: Sequence[Scenario]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from clearway.errors import unknown
 from clearway.scenarios.barn import BARN
+from clearway.scenarios.files import load_suite_file
 from clearway.scenarios.hospital import HOSPITAL
 from clearway.scenarios.suite import Selection, Suite, scenario_seed
 
@@ -25,4 +26,6 @@ def load_suite(which: str) -> Suite:
     """
     if which in _SUITES:
         return _SUITES[which]
+    if which.endswith(".toml"):
+        return load_suite_file(which)
     raise unknown("suite", which, suite_names())

@@ -1,0 +1,200 @@
+"""Scenarios and suites that a user writes as TOML files, and the JSON Schemas of everything that can be written.
+
+A scenario's file holds the fields of `Scenario`. A suite's file holds the fields of `SuiteSpec`: scenarios of its own
+under `[[scenario]]`, others by `files`, each run at every one of `speeds` and `repetitions` times.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from clearway.errors import ClearwayError
+from clearway.robots import Robot
+from clearway.scenarios.floorplan import PlanSpec, is_shipped
+from clearway.scenarios.scenario import Positive, RobotBodySpec, Scenario
+from clearway.scenarios.suite import Selection, Suite, scenario_seed
+from clearway.validation import problems
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class SuiteSpec(BaseModel):
+    """A suite's file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str = Field(min_length=1)
+    title: str = Field(default="", description="as it is printed")
+    description: str = ""
+    repetitions: int = Field(default=1, ge=1, description="how often each test is run, with another seed each time")
+    speeds: tuple[Positive, ...] = Field(
+        default=(), description="set speeds at which each test is run, m/s; default: each scenario's own"
+    )
+    files: tuple[str, ...] = Field(default=(), description="files of scenarios, seen from this file's folder")
+    scenario: tuple[Scenario, ...] = Field(default=(), description="scenarios in place")
+
+    @model_validator(mode="after")
+    def _not_empty(self) -> SuiteSpec:
+        if not self.files and not self.scenario:
+            raise ValueError("a suite needs at least one scenario: under [[scenario]], or a file of one in files")
+        return self
+
+
+def scenario_schema() -> dict[str, Any]:
+    """JSON Schema of a scenario's file."""
+    return _schema(Scenario)
+
+
+def suite_schema() -> dict[str, Any]:
+    """JSON Schema of a suite's file."""
+    return _schema(SuiteSpec)
+
+
+def robot_schema() -> dict[str, Any]:
+    """JSON Schema of a robot's file."""
+    return _schema(Robot)
+
+
+def plan_schema() -> dict[str, Any]:
+    """JSON Schema of a floor plan's file."""
+    return _schema(PlanSpec)
+
+
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | model.model_json_schema()
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """The table of a TOML file.
+
+    Raises:
+        ClearwayError: it can't be read, or a syntax error with its line.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ClearwayError(f"not a TOML file: {error}", file=path) from error
+    except OSError as error:
+        raise ClearwayError("no such file" if not path.exists() else str(error.strerror), file=path) from error
+
+
+def parse(model: type[Model], table: dict[str, Any], path: Path) -> tuple[Model | None, list[ClearwayError]]:
+    """The table as a model, or everything that is wrong with it."""
+    try:
+        return model.model_validate(table), []
+    except ValidationError as error:
+        return None, problems(error, model, file=path)
+
+
+def load_scenario(path: str | Path) -> Scenario:
+    """Read a scenario's file; names of plans and robots in it that are files are seen from its folder.
+
+    Raises:
+        ClearwayError: it can't be read, or a field is wrong.
+    """
+    return _first(Scenario, Path(path))
+
+
+def load_suite_file(path: str | Path) -> Suite:
+    """Read a suite's file, or a scenario's as a suite of one.
+
+    Raises:
+        ClearwayError: it or a file that it names can't be read, a field is wrong, or two tests have one name.
+    """
+    path = Path(path)
+    if kind_of(read_toml(path)) is Scenario:
+        one = load_scenario(path)
+        spec = SuiteSpec(name=path.stem, title=one.name, scenario=(one,))
+    else:
+        spec = _first(SuiteSpec, path)
+    scenarios = scenarios_of(spec, path)
+    configurations = dict.fromkeys(s.labels.configuration for s in scenarios)
+    return Suite(
+        name=spec.name,
+        title=spec.title or spec.name,
+        description=spec.description,
+        batches=tuple(dict.fromkeys(s.labels.batch for s in scenarios)),
+        configurations=tuple(configurations),
+        make=_Maker(spec, tuple(scenarios)),
+        file=str(path),
+    )
+
+
+def scenarios_of(spec: SuiteSpec, path: Path) -> list[Scenario]:
+    """The scenarios of a suite, in place and in files, labelled as its own.
+
+    Raises:
+        ClearwayError: a file is wrong, or two scenarios have one name.
+    """
+    found = [_located(s, path) for s in spec.scenario] + [load_scenario(path.parent / f) for f in spec.files]
+    names = [s.name for s in found]
+    if twice := sorted({n for n in names if names.count(n) > 1}):
+        raise ClearwayError(f"two scenarios have the name {twice[0]!r}", file=path)
+    return [_labelled(s, spec.name) for s in found]
+
+
+class _Maker:
+    """Builds a user's suite: every scenario at every speed, repeated."""
+
+    def __init__(self, spec: SuiteSpec, scenarios: tuple[Scenario, ...]) -> None:
+        self._spec, self._scenarios = spec, scenarios
+
+    def __call__(self, robot: Robot, selection: Selection, seed: int) -> Sequence[Scenario]:
+        repetitions = selection.repetitions or self._spec.repetitions
+        made = []
+        for scenario in self._scenarios:
+            for speed in self._spec.speeds or (scenario.speed,):
+                for repetition in range(1, repetitions + 1):
+                    name = f"{scenario.name}-v{speed:g}-r{repetition}"
+                    change: dict[str, Any] = {"name": name, "speed": speed, "seed": scenario_seed(seed, name)}
+                    change["labels"] = scenario.labels.model_copy(update={"repetition": repetition})
+                    if selection.plan is not None:
+                        change["plan"] = selection.plan
+                    made.append(scenario.model_copy(update=change))
+        return made
+
+
+def kind_of(table: dict[str, Any]) -> type[BaseModel]:
+    """Which kind of file has most of these keys: `Scenario`, `SuiteSpec`, `Robot` or `PlanSpec`."""
+    kinds: tuple[type[BaseModel], ...] = (Scenario, SuiteSpec, Robot, PlanSpec)
+    common = {"name", "title", "description"}
+    return max(kinds, key=lambda kind: len(set(table) & (set(kind.model_fields) - common)))
+
+
+def _first(model: type[Model], path: Path) -> Model:
+    found, wrong = parse(model, read_toml(path), path)
+    if found is None:
+        raise wrong[0]
+    return _located(found, path) if isinstance(found, Scenario) else found
+
+
+def _located(scenario: Any, path: Path) -> Any:
+    """The scenario with the files that it names seen from the folder of its own file."""
+    change: dict[str, Any] = {}
+    if not is_shipped(scenario.plan):
+        change["plan"] = _beside(scenario.plan, path)
+    obstacles = tuple(
+        o.model_copy(update={"shape": o.shape.model_copy(update={"robot": _beside(o.shape.robot, path)})})
+        if isinstance(o.shape, RobotBodySpec) and ".toml" in o.shape.robot
+        else o
+        for o in scenario.obstacles
+    )
+    return scenario.model_copy(update=change | {"obstacles": obstacles})
+
+
+def _beside(name: str, path: Path) -> str:
+    return name if Path(name).is_absolute() else str(path.parent / name)
+
+
+def _labelled(scenario: Scenario, suite: str) -> Scenario:
+    """Labels that the user left open: the suite's name, and the scenario's as its configuration."""
+    labels = scenario.labels
+    configuration = scenario.name if labels.configuration == "own" else labels.configuration
+    return scenario.model_copy(
+        update={"labels": labels.model_copy(update={"suite": suite, "configuration": configuration})}
+    )
