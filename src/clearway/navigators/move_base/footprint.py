@@ -7,12 +7,30 @@ looked at, drawn cell by cell; a lethal or unknown cell on it makes the pose ill
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import Circle, FloatArray, Shape
-from clearway.navigators.move_base.local import CostArray
+
+CostArray = npt.NDArray[np.uint8]
+"""A costmap: (rows, cols), C-contiguous, row r at y = origin[1] + r * resolution."""
+
+
+class Scene(NamedTuple):
+    """Where a robot plans: a costmap and the robot's outline.
+
+    Attributes:
+        cost: (rows, cols). origin: (2,) its lower-left corner, m. resolution: m. polygon: (m, 2) in base_link, m.
+    """
+
+    cost: CostArray
+    origin: FloatArray
+    resolution: float
+    polygon: FloatArray
+
 
 LETHAL, INSCRIBED, NO_INFORMATION = 254, 253, 255
 """costmap_2d's cost values: an obstacle, a centre that certainly collides, never seen."""
@@ -70,22 +88,13 @@ def line_cost(cost: CostArray, c0: int, r0: int, c1: int, r1: int) -> int:
 
 
 @kernel
-def footprint_cost(
-    cost: CostArray,
-    origin: FloatArray,
-    resolution: float,
-    x: float,
-    y: float,
-    cosine: float,
-    sine: float,
-    polygon: FloatArray,
-    scale: float,
-) -> int:
-    """The highest cost under the outline of `scale * polygon` (m, 2) at a pose given by cosine and sine of its yaw.
+def footprint_cost(scene: Scene, x: float, y: float, cosine: float, sine: float, scale: float) -> int:
+    """The highest cost under the outline, `scale` times its size, at a pose given by cosine and sine of its yaw.
 
     Returns:
         0 .. 253, or -1 (on an obstacle), -2 (on unknown ground), -3 (centre or a corner off the map).
     """
+    cost, origin, resolution, polygon = scene
     rows, cols = cost.shape
     ox, oy = origin[0], origin[1]
     if x < ox or y < oy or int((x - ox) / resolution) >= cols or int((y - oy) / resolution) >= rows:
@@ -117,7 +126,7 @@ def footprint_cost(
 
 
 @kernel
-def _span_line(left: np.ndarray, right: np.ndarray, c0: int, r0: int, c1: int, r1: int) -> None:
+def _span_line(left: npt.NDArray[np.int64], right: npt.NDArray[np.int64], c0: int, r0: int, c1: int, r1: int) -> None:
     """Widen the row span of each column by the cells of a line (the same line as `line_cost` draws)."""
     dc, dr = abs(c1 - c0), abs(r1 - r0)
     sc = 1 if c1 >= c0 else -1
@@ -144,23 +153,16 @@ def _span_line(left: np.ndarray, right: np.ndarray, c0: int, r0: int, c1: int, r
 
 
 @kernel
-def free_under_robot(
-    grid: np.ndarray,
-    free: int,
-    rows: int,
-    cols: int,
-    origin: FloatArray,
-    resolution: float,
-    pose: FloatArray,
-    polygon: FloatArray,
-) -> None:
+def free_under_robot(scene: Scene, pose: FloatArray, grid: npt.NDArray[np.int32], free: int) -> None:
     """Set blocked cells (> free) of a padded map grid to `free` where the robot stands (footprint_helper.cpp).
 
     Outline and inside, column by column. Nothing is done where a corner lies off the map: a rolling window holds it.
 
     Args:
-        grid: ((rows + 2) * (cols + 2),) int32, see `clearway.navigators.move_base.mapgrid`. pose: (3,). polygon: (m, 2).
+        grid: ((rows + 2) * (cols + 2),) int32, see `clearway.navigators.move_base.mapgrid`. pose: (3,).
     """
+    cost, origin, resolution, polygon = scene
+    rows, cols = cost.shape
     left = np.full(cols, rows, np.int64)
     right = np.full(cols, -1, np.int64)
     c, s = math.cos(pose[2]), math.sin(pose[2])

@@ -19,7 +19,7 @@ class _Group(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class DWAPlannerROS(_Group):
+class DWAParameters(_Group):
     """dwa_local_planner/cfg/DWAPlanner.cfg and base_local_planner's generic limits.
 
     A differential base does not strafe: the y velocities and their samples are accepted and have no effect.
@@ -75,7 +75,7 @@ class DWAPlannerROS(_Group):
     controller_frequency: Positive | None = Field(default=None, description="Hz; default: move_base's")
 
 
-class TrajectoryPlannerROS(_Group):
+class TrajectoryParameters(_Group):
     """base_local_planner/cfg/BaseLocalPlanner.cfg, and what trajectory_planner_ros.cpp reads beside it.
 
     Where the two have different defaults for one name, the .cfg's holds: dynamic_reconfigure sets it last.
@@ -92,7 +92,9 @@ class TrajectoryPlannerROS(_Group):
     min_in_place_vel_theta: NonNegative = Field(default=0.4, description="rad/s")
     max_rotational_vel: NonNegative = Field(default=1.0, description="rad/s, of the turn at the goal")
     escape_vel: Finite = Field(default=-0.1, description="m/s, backing out when nothing else is legal")
-    holonomic_robot: bool = Field(default=False, description="only false: Clearway's bases are differential (ROS: true)")
+    holonomic_robot: bool = Field(
+        default=False, description="only false: Clearway's bases are differential (ROS: true)"
+    )
     xy_goal_tolerance: Positive = Field(default=0.10, description="m")
     yaw_goal_tolerance: Positive = Field(default=0.05, description="rad")
     latch_xy_goal_tolerance: bool = Field(default=False, description="once at the goal, only turn, even if pushed away")
@@ -104,16 +106,24 @@ class TrajectoryPlannerROS(_Group):
     vtheta_samples: int = Field(default=20, ge=1)
     path_distance_bias: NonNegative = Field(default=0.6, description="weight per cell (or metre) from the plan")
     goal_distance_bias: NonNegative = Field(default=0.8, description="weight per cell (or metre) from the local goal")
-    pdist_scale: NonNegative | None = Field(default=None, description="old name of path_distance_bias, used if that is not set")
-    gdist_scale: NonNegative | None = Field(default=None, description="old name of goal_distance_bias, used if that is not set")
+    pdist_scale: NonNegative | None = Field(
+        default=None, description="old name of path_distance_bias, used if that is not set"
+    )
+    gdist_scale: NonNegative | None = Field(
+        default=None, description="old name of goal_distance_bias, used if that is not set"
+    )
     occdist_scale: NonNegative = Field(default=0.01, description="weight of the highest cost on the way")
     meter_scoring: bool = Field(
         default=False,
         description="the two biases are per metre. The real constructor never stores it, so what a real robot did with"
         " it is unspecified; here it means what it says",
     )
-    heading_lookahead: Finite = Field(default=0.325, description="m ahead of the robot that turns in place are compared at")
-    heading_scoring: bool = Field(default=False, description="score the heading at heading_scoring_timestep instead of the end")
+    heading_lookahead: Finite = Field(
+        default=0.325, description="m ahead of the robot that turns in place are compared at"
+    )
+    heading_scoring: bool = Field(
+        default=False, description="score the heading at heading_scoring_timestep instead of the end"
+    )
     heading_scoring_timestep: NonNegative = Field(default=0.1, description="s")
     simple_attractor: bool = Field(default=False, description="goal distance is the squared distance to the plan's end")
     dwa: bool = Field(default=False, description="sample what is reachable in one period, else in sim_time")
@@ -124,7 +134,7 @@ class TrajectoryPlannerROS(_Group):
     controller_frequency: Positive | None = Field(default=None, description="Hz; default: move_base's")
 
     @model_validator(mode="after")
-    def _differential(self) -> TrajectoryPlannerROS:
+    def _differential(self) -> TrajectoryParameters:
         if self.holonomic_robot:
             raise ValueError("holonomic_robot must be false: Clearway's bases are differential")
         return self

@@ -5,20 +5,21 @@ inscribed cost (and unknown ones) stop the wave. With N the number of cells, a b
 is worth N, a cell that it never reaches N + 1.
 
 A grid is flat, int32, with a border of one cell, so that the wave needs no bounds: cell (row, col) stands at
-`(row + 1) * (cols + 2) + col + 1`. The wave stops early once every wanted cell is settled; the value of a wanted
-cell does not depend on that.
+`(row + 1) * (cols + 2) + col + 1`. A wave stops once every sought cell has its distance, which does not
+depend on that.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.local import CostArray
+from clearway.navigators.move_base.footprint import CostArray, Scene
 
 GridArray = npt.NDArray[np.int32]
 
@@ -28,26 +29,33 @@ BODY, NOSE = 1, 2
 _BORDER = -1
 
 
-class Grids:
-    """Room for the waves of one planner, allocated once per size of costmap.
+class Room(NamedTuple):
+    """Arrays that a planner's waves work in, one entry per cell of a padded grid.
 
     Attributes:
         blank: a grid before any wave. path, goal, front: grids to let waves run on. queue: cells in a wave's order.
-        wanted: a byte of bits per cell.
+        wanted: bits of who wants to know a cell's distance; zero between two searches.
     """
 
-    def __init__(self) -> None:
-        self.shape = (0, 0)
+    blank: GridArray
+    path: GridArray
+    goal: GridArray
+    front: GridArray
+    queue: GridArray
+    wanted: npt.NDArray[np.uint8]
 
-    def fit(self, shape: tuple[int, int]) -> None:
-        """Make room for a costmap of `shape` (rows, cols)."""
-        if shape != self.shape:
-            self.shape = shape
-            size = (shape[0] + 2) * (shape[1] + 2)
-            self.blank = np.empty(size, np.int32)
-            self.path, self.goal, self.front = (np.empty(size, np.int32) for _ in range(3))
-            self.queue = np.empty(size, np.int32)
-            self.wanted = np.zeros(size, np.uint8)
+
+class Seek(NamedTuple):
+    """The first `count` of `cells`: the distinct ones that have a bit in `Room.wanted`."""
+
+    cells: GridArray
+    count: int
+
+
+def make_room(shape: tuple[int, ...]) -> Room:
+    """Room for a costmap of `shape` (rows, cols)."""
+    size = (shape[0] + 2) * (shape[1] + 2)
+    return Room(*(np.empty(size, np.int32) for _ in range(5)), wanted=np.zeros(size, np.uint8))
 
 
 @kernel
@@ -68,11 +76,12 @@ def clear(cost: CostArray, blank: GridArray) -> int:
 
 
 @kernel
-def cell_of(x: float, y: float, origin: FloatArray, resolution: float, rows: int, cols: int) -> int:
+def cell_of(scene: Scene, x: float, y: float) -> int:
     """Index in a grid of the cell that holds a point, -1 off the map (costmap_2d's worldToMap)."""
-    if x < origin[0] or y < origin[1]:
+    if x < scene.origin[0] or y < scene.origin[1]:
         return -1
-    c, r = int((x - origin[0]) / resolution), int((y - origin[1]) / resolution)
+    rows, cols = scene.cost.shape
+    c, r = int((x - scene.origin[0]) / scene.resolution), int((y - scene.origin[1]) / scene.resolution)
     if c >= cols or r >= rows:
         return -1
     return (r + 1) * (cols + 2) + c + 1
@@ -80,15 +89,7 @@ def cell_of(x: float, y: float, origin: FloatArray, resolution: float, rows: int
 
 @kernel
 def lay_plan(
-    ahead: FloatArray,
-    last_x: float,
-    last_y: float,
-    cost: CostArray,
-    origin: FloatArray,
-    resolution: float,
-    grid: GridArray,
-    queue: GridArray,
-    mark: bool,
+    scene: Scene, ahead: FloatArray, last_x: float, last_y: float, grid: GridArray, queue: GridArray, mark: bool
 ) -> tuple[int, int]:
     """Walk along a plan in steps of at most one cell, from where it enters the known map to where it leaves it.
 
@@ -98,7 +99,8 @@ def lay_plan(
     Returns:
         Number of targets in `queue`, and the last cell walked on (the local goal), -1 if the plan is nowhere on the map.
     """
-    rows, cols = cost.shape
+    cols = scene.cost.shape[1]
+    resolution = scene.resolution
     tail, last = 0, -1
     from_x, from_y = 0.0, 0.0
     for i in range(ahead.shape[0]):
@@ -113,10 +115,10 @@ def lay_plan(
         dx, dy = (to_x - from_x) / steps, (to_y - from_y) / steps
         for j in range(1, steps + 1):
             x, y = (to_x, to_y) if j == steps else (from_x + j * dx, from_y + j * dy)
-            cell = cell_of(x, y, origin, resolution, rows, cols)
+            cell = cell_of(scene, x, y)
             if cell >= 0:
                 row, col = cell // (cols + 2) - 1, cell % (cols + 2) - 1
-                if cost[row, col] == 255:
+                if scene.cost[row, col] == 255:
                     cell = -1
             if cell < 0:
                 if last >= 0:
@@ -132,11 +134,13 @@ def lay_plan(
 
 
 @kernel
-def open_cells(cells: GridArray, count: int, grid: GridArray, wanted: npt.NDArray[np.uint8], mask: int, stride: int, unreached: int) -> int:
-    """How many of the first `count` cells are wanted for this wave, not settled, and not walled in (never to be settled)."""
+def _open_cells(
+    seek: Seek, grid: GridArray, wanted: npt.NDArray[np.uint8], mask: int, stride: int, unreached: int
+) -> int:
+    """How many of the sought cells are not settled yet, and not walled in either (those never will be)."""
     pending = 0
-    for k in range(count):
-        i = cells[k]
+    for k in range(seek.count):
+        i = seek.cells[k]
         if wanted[i] & mask and grid[i] >= unreached:
             if grid[i] == unreached:
                 pending += 1
@@ -149,19 +153,15 @@ def open_cells(cells: GridArray, count: int, grid: GridArray, wanted: npt.NDArra
 
 
 @kernel
-def wave(
-    grid: GridArray,
-    queue: GridArray,
-    targets: int,
-    wanted: npt.NDArray[np.uint8],
-    mask: int,
-    pending: int,
-    stride: int,
-    unreached: int,
-) -> None:
-    """Spread distances from the first `targets` cells of `queue` until all `pending` wanted cells are settled."""
+def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: int, stride: int, unreached: int) -> None:
+    """Let distances spread over `grid` from the first `targets` cells of the queue until every sought cell has its own.
+
+    Args:
+        mask: bits of `wanted` that this wave is for.
+    """
+    queue, wanted = room.queue, room.wanted
+    pending = _open_cells(seek, grid, wanted, mask, stride, unreached)
     head, tail = 0, targets
-    blocked = unreached - 1
     while head < tail and pending > 0:
         i = queue[head]
         head += 1
@@ -173,28 +173,16 @@ def wave(
                     queue[tail] = j
                     tail += 1
                 else:
-                    grid[j] = blocked
+                    grid[j] = unreached - 1
                 if wanted[j] & mask:
                     pending -= 1
 
 
 @kernel
-def distance_to(
-    cells: GridArray,
-    count: int,
-    mask: int,
-    blank: GridArray,
-    grid: GridArray,
-    queue: GridArray,
-    wanted: npt.NDArray[np.uint8],
-    target: int,
-    stride: int,
-    unreached: int,
-) -> None:
-    """Fill `grid` with the distances to one cell (-1: to nowhere), exact in the wanted cells."""
-    grid[:] = blank
-    if target < 0:
-        return
-    grid[target] = 0
-    queue[0] = target
-    wave(grid, queue, 1, wanted, mask, open_cells(cells, count, grid, wanted, mask, stride, unreached), stride, unreached)
+def spread_from(room: Room, grid: GridArray, target: int, seek: Seek, mask: int, stride: int, unreached: int) -> None:
+    """Fill `grid` with the distances to one cell (-1: to nowhere), exact in the sought cells."""
+    grid[:] = room.blank
+    if target >= 0:
+        grid[target] = 0
+        room.queue[0] = target
+        spread(room, grid, 1, seek, mask, stride, unreached)

@@ -8,8 +8,7 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.footprint import footprint_cost
-from clearway.navigators.move_base.local import CostArray
+from clearway.navigators.move_base.footprint import Scene, footprint_cost
 from clearway.navigators.move_base.mapgrid import cell_of
 
 
@@ -61,31 +60,21 @@ def roll(
 
 
 @kernel
-def occlusion(
-    points: FloatArray,
-    steps: int,
-    cost: CostArray,
-    origin: FloatArray,
-    resolution: float,
-    polygon: FloatArray,
-    scale: float,
-    total: bool,
-    bound: float,
-) -> float:
+def occlusion(scene: Scene, points: FloatArray, steps: int, scale: float, total: bool, bound: float) -> float:
     """The highest cost (or, if `total`, the sum) under outline and centre along a rollout; -1 where it is illegal.
 
     Costs never fall along a rollout, so one that passes `bound` cannot win any more and stops being looked at; it
     then returns what it had, above the bound.
     """
-    rows, cols = cost.shape
+    cols = scene.cost.shape[1]
     worst = 0.0
     for i in range(steps):
         x, y = points[i, 0], points[i, 1]
-        here = footprint_cost(cost, origin, resolution, x, y, points[i, 3], points[i, 4], polygon, scale)
+        here = footprint_cost(scene, x, y, points[i, 3], points[i, 4], scale)
         if here < 0:
             return -1.0
-        cell = cell_of(x, y, origin, resolution, rows, cols)
-        centre = np.int64(cost[cell // (cols + 2) - 1, cell % (cols + 2) - 1])
+        cell = cell_of(scene, x, y)
+        centre = np.int64(scene.cost[cell // (cols + 2) - 1, cell % (cols + 2) - 1])
         both = float(max(here, centre))
         worst = worst + both if total else max(worst, both)
         if worst > bound:
