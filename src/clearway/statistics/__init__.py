@@ -1,1 +1,76 @@
-"""Paired tests, intervals, effect sizes, correlations, trial planning."""
+"""Paired tests, intervals, effect sizes, correlations, trial planning.
+
+Everything here works on numpy arrays or on a results table (`trials.parquet` as Arrow), never on a trial.
+"""
+
+from __future__ import annotations
+
+from clearway.statistics.comparison import Comparison, compare, compare_all
+from clearway.statistics.correlation import (
+    PAPER_A,
+    PAPER_A_PAIRS,
+    POOLED,
+    Correlation,
+    Correlations,
+    Reduced,
+    correlation_table,
+    correlations,
+    correlations_by_robot,
+    pearson,
+    reduced_set,
+    spearman,
+    strength,
+)
+from clearway.statistics.describe import bootstrap_interval, describe, mean_interval, normality, success_rates
+from clearway.statistics.multiple import asterisks, holm
+from clearway.statistics.proportions import (
+    Interval,
+    PairedSuccess,
+    mcnemar,
+    paired_success,
+    success_interval,
+    watched_interval,
+    wilson_interval,
+)
+from clearway.statistics.samples import reliability_shown, samples_needed
+from clearway.statistics.signed_rank import SignedRank, signed_rank
+from clearway.statistics.speeds import ANALYSES, wilcoxon_between_speeds
+
+__all__ = [
+    "ANALYSES",
+    "PAPER_A",
+    "PAPER_A_PAIRS",
+    "POOLED",
+    "Comparison",
+    "Correlation",
+    "Correlations",
+    "Interval",
+    "PairedSuccess",
+    "Reduced",
+    "SignedRank",
+    "asterisks",
+    "bootstrap_interval",
+    "compare",
+    "compare_all",
+    "correlation_table",
+    "correlations",
+    "correlations_by_robot",
+    "describe",
+    "holm",
+    "mcnemar",
+    "mean_interval",
+    "normality",
+    "paired_success",
+    "pearson",
+    "reduced_set",
+    "reliability_shown",
+    "samples_needed",
+    "signed_rank",
+    "spearman",
+    "strength",
+    "success_interval",
+    "success_rates",
+    "watched_interval",
+    "wilcoxon_between_speeds",
+    "wilson_interval",
+]

@@ -1,0 +1,146 @@
+"""Two results side by side, test by test: paired differences with intervals, and paired successes.
+
+Trials are paired by suite and scenario (every navigator and robot meets the same, with the same seed). Robot and
+navigator are part of the pair where both results share any; two results with one robot each are thus compared across
+robots, two with one navigator each across navigators.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from clearway.errors import ClearwayError
+from clearway.indicators import HEADLINE, Indicator
+from clearway.statistics.columns import findings, groups, indicators_in, numbers, schema, values
+from clearway.statistics.describe import bootstrap_interval
+from clearway.statistics.multiple import asterisks, holm
+from clearway.statistics.proportions import PairedSuccess, paired_success
+from clearway.statistics.signed_rank import signed_rank
+
+_LABELS = ("batch", "configuration", "speed", "obstacle_speed", "size", "gap", "repetition")
+
+_DIFFERENCES = schema(
+    batch=str, indicator=str, unit=str, better=str, n=int, dropped=int, mean_a=float, mean_b=float,
+    mean_difference=float, boot_low=float, boot_high=float, median_difference=float, low=float, high=float,
+    p=float, stars=str, p_holm=float, stars_holm=str, smallest_p=float, effect=float, favours=str,
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparison:
+    """B against A.
+
+    Attributes:
+        a, b: names. pairs: tests that both ran. only_a, only_b: trials without a partner.
+        differences: one row an indicator and batch (batch null: all of them), B - A over complete pairs: mean with a
+        bootstrap interval, median (Hodges-Lehmann) with its exact interval, Wilcoxon's p, Holm's over the rows of the
+        same kind (all batches together; batch by batch), effect, and whom it `favours` (`A`, `B` or empty: p_holm > 0.05).
+        success: by batch (None: all); a batch without a known success is left out.
+    """
+
+    a: str
+    b: str
+    pairs: int
+    only_a: int
+    only_b: int
+    differences: pa.Table
+    success: Mapping[str | None, PairedSuccess]
+
+
+def compare(
+    a: pa.Table, b: pa.Table, *, names: tuple[str, str] = ("A", "B"), indicators: Sequence[str] | None = None,
+    confidence: float = 0.95, seed: int = 0,
+) -> Comparison:  # fmt: skip
+    """Compare results B with results A, test by test.
+
+    Raises:
+        ClearwayError: nothing to pair, or a test that occurs twice in one of them.
+    """
+    keys = _key_columns(a, b)
+    first, second = _index(a, keys, names[0]), _index(b, keys, names[1])
+    shared = [key for key in first if key in second]
+    if not shared:
+        raise ClearwayError(f"{names[0]} and {names[1]} have no test in common (paired by {', '.join(keys)})")
+    left, right = a.take(pa.array([first[k] for k in shared])), b.take(pa.array([second[k] for k in shared]))
+    common = [i.name for i in indicators_in(a, indicators, HEADLINE) if i.name in b.column_names]
+    chosen = indicators_in(a, common, HEADLINE)
+    parts: dict[str | None, np.ndarray] = {None: np.arange(len(shared))}
+    parts |= {key[0]: rows for key, rows in groups(left, ("batch",)).items()}
+    rows: list[dict[str, Any]] = []
+    for batch, members in parts.items():
+        for indicator in chosen:
+            row = _difference(indicator, left, right, members, confidence, seed)
+            rows.append({"batch": batch} | row)
+    for family in ([r for r in rows if r["batch"] is None], [r for r in rows if r["batch"] is not None]):
+        for row, p in zip(family, holm([np.nan if r["p"] is None else r["p"] for r in family]).tolist(), strict=True):
+            row["p_holm"] = None if np.isnan(p) else p
+            row["stars"], row["stars_holm"] = asterisks(row["p"]), asterisks(row["p_holm"])
+            row["favours"] = _favoured(row)
+    succeeded = np.stack([numbers(left, "success"), numbers(right, "success")], axis=1)
+    success = {}
+    for batch, members in parts.items():
+        known = members[~np.isnan(succeeded[members]).any(axis=1)]
+        if len(known):
+            success[batch] = paired_success(succeeded[known, 0], succeeded[known, 1], confidence)
+    return Comparison(
+        *names, len(shared), len(first) - len(shared), len(second) - len(shared), findings(rows, _DIFFERENCES), success
+    )
+
+
+def compare_all(tables: Mapping[str, pa.Table], **options: Any) -> list[Comparison]:
+    """Compare every two of several named results, the later one with the earlier one. Options as for `compare`.
+
+    Raises:
+        ClearwayError: fewer than two, or as for `compare`.
+    """
+    if len(tables) < 2:
+        raise ClearwayError(f"a comparison needs at least two results, got {len(tables)}")
+    return [compare(tables[x], tables[y], names=(x, y), **options) for x, y in combinations(tables, 2)]
+
+
+def _key_columns(a: pa.Table, b: pa.Table) -> list[str]:
+    named = all(None not in values(t, "scenario") for t in (a, b))
+    keys = ["suite", "scenario"] if named else ["suite", *_LABELS]
+    for column in ("robot", "navigator"):
+        if set(values(a, column)) & set(values(b, column)):
+            keys.append(column)
+    return keys
+
+
+def _index(table: pa.Table, keys: list[str], name: str) -> dict[tuple[Any, ...], int]:
+    found: dict[tuple[Any, ...], int] = {}
+    for row, key in enumerate(zip(*[values(table, column) for column in keys], strict=True)):
+        if key in found:
+            what = ", ".join(f"{column} {value}" for column, value in zip(keys, key, strict=True))
+            raise ClearwayError(f"{name}: two trials for {what}; choose one robot and one navigator of each")
+        found[key] = row
+    return found
+
+
+def _difference(
+    indicator: Indicator, left: pa.Table, right: pa.Table, members: np.ndarray, confidence: float, seed: int
+) -> dict[str, Any]:
+    one, two = numbers(left, indicator.name)[members], numbers(right, indicator.name)[members]
+    complete = ~np.isnan(one) & ~np.isnan(two)
+    row: dict[str, Any] = {"indicator": indicator.name, "unit": indicator.unit, "better": indicator.better}
+    row |= {"n": int(complete.sum()), "dropped": int((~complete).sum()), "p": None}
+    if not complete.any():
+        return row
+    one, two = one[complete], two[complete]
+    test, boot = signed_rank(two - one, confidence=confidence), bootstrap_interval(two - one, confidence, seed)
+    row |= {"mean_a": float(one.mean()), "mean_b": float(two.mean()), "mean_difference": float((two - one).mean())}
+    row |= {"median_difference": test.shift, "low": test.low, "high": test.high, "effect": test.effect}
+    row |= {"p": test.p, "smallest_p": test.smallest_p}
+    return row | ({"boot_low": boot.low, "boot_high": boot.high} if boot else {})
+
+
+def _favoured(row: Mapping[str, Any]) -> str:
+    if row["p_holm"] is None or row["p_holm"] > 0.05 or row["better"] == "neither":
+        return ""
+    return "B" if (row["effect"] < 0) == (row["better"] == "lower") else "A"

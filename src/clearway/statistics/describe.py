@@ -1,0 +1,161 @@
+"""Describing a sample: centre, spread, intervals, and whether it looks normal; per group and indicator of a table."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pyarrow as pa
+from scipy import stats
+
+from clearway.geometry.shapes import FloatArray
+from clearway.indicators import INDICATORS
+from clearway.statistics.columns import findings, groups, indicators_in, numbers, reasons, schema
+from clearway.statistics.proportions import Interval, checked_probability, success_interval, wilson_interval
+
+GROUP = ("robot", "navigator", "batch", "speed")
+"""Paper A's groups: Fig. 6 shows a bar for each batch and speed of a robot."""
+RESAMPLES = 2000
+"""Bootstrap resamples of a mean."""
+
+_DESCRIPTION = schema(
+    robot=str, navigator=str, batch=str, speed=float, indicator=str, unit=str,
+    n=int, missing=int, reasons=str, mean=float, sd=float, t_low=float, t_high=float, boot_low=float, boot_high=float,
+    median=float, minimum=float, maximum=float, shapiro_p=float, normal=bool,
+    range_low=float, range_high=float, norm_mean=float, norm_low=float, norm_high=float,
+)  # fmt: skip
+
+_SUCCESS = schema(
+    robot=str, navigator=str, batch=str, speed=float, n=int, successes=int, unknown=int, SR=float, low=float, high=float,
+    wilson_low=float, wilson_high=float, self_successes=int, SR_self=float, failures=str,
+)  # fmt: skip
+
+
+def mean_interval(sample: FloatArray, confidence: float = 0.95) -> Interval | None:
+    """Student's t interval of the mean of (n,) values; None below two of them."""
+    n = len(sample)
+    if n < 2:
+        return None
+    half = float(stats.t.ppf((1 + checked_probability("confidence", confidence)) / 2, n - 1) * stats.sem(sample))
+    mean = float(np.mean(sample))
+    return Interval(mean, mean - half, mean + half)
+
+
+def bootstrap_interval(sample: FloatArray, confidence: float = 0.95, seed: int = 0) -> Interval | None:
+    """Bootstrap (BCa) interval of the mean of (n,) values, the same for the same seed; None below two of them."""
+    checked_probability("confidence", confidence)
+    if len(sample) < 2:
+        return None
+    mean = float(np.mean(sample))
+    if np.ptp(sample) <= 1e-12 * max(1.0, abs(mean)):
+        return Interval(mean, mean, mean)
+    found = stats.bootstrap(
+        (sample,), np.mean, n_resamples=RESAMPLES, confidence_level=confidence, method="BCa",
+        rng=np.random.default_rng(seed),
+    ).confidence_interval  # fmt: skip
+    return Interval(mean, float(found.low), float(found.high))
+
+
+@dataclass(frozen=True, slots=True)
+class Normality:
+    """Shapiro and Wilk's test: `normal` says that it does not reject at 0.05."""
+
+    n: int
+    p: float
+
+    @property
+    def normal(self) -> bool:
+        return self.p > 0.05
+
+
+def normality(sample: FloatArray) -> Normality | None:
+    """Test whether (n,) values may come from a normal distribution; None below three, or if all are the same."""
+    if len(sample) < 3 or np.ptp(sample) <= 1e-12 * max(1.0, float(np.abs(sample).max())):
+        return None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # scipy warns that p is rough beyond 5000 values
+        return Normality(len(sample), float(stats.shapiro(sample).pvalue))
+
+
+def describe(
+    table: pa.Table, indicators: Sequence[str] | None = None, *, confidence: float = 0.95, seed: int = 0
+) -> pa.Table:
+    """Every indicator (default: all that the table has) per robot, navigator, batch and speed.
+
+    A row has the sample's size and what is missing with the reasons, mean, standard deviation, both intervals of the
+    mean, median, range, Shapiro-Wilk, and paper A's normalised mean and t interval: by the range of the indicator over
+    all speeds within robot, navigator and batch (Fig. 6), 0 where that range is nil.
+    """
+    rows = []
+    chosen = [i for i in indicators_in(table, indicators, INDICATORS) if not i.name.startswith("success")]
+    data = {i.name: numbers(table, i.name) for i in chosen}
+    wide = groups(table, GROUP[:3])
+    for (robot, navigator, batch, speed), members in groups(table, GROUP).items():
+        for indicator in chosen:
+            everything = data[indicator.name][wide[robot, navigator, batch]]
+            everything = everything[~np.isnan(everything)]
+            if not len(everything):
+                continue  # does not apply to this batch at all (MDO without obstacles)
+            low, high = float(everything.min()), float(everything.max())
+            sample = data[indicator.name][members]
+            sample = sample[~np.isnan(sample)]
+            row = {"robot": robot, "navigator": navigator, "batch": batch, "speed": speed}
+            row |= {"indicator": indicator.name, "unit": indicator.unit, "range_low": low, "range_high": high}
+            row |= {"n": len(sample), "missing": len(members) - len(sample)}
+            row |= {"reasons": reasons(table, members, indicator.name)}
+            rows.append(row | _summary(sample, low, high, confidence, seed))
+    return findings(rows, _DESCRIPTION)
+
+
+def _summary(sample: FloatArray, low: float, high: float, confidence: float, seed: int) -> dict[str, float | bool]:
+    if not len(sample):
+        return {}
+    mean = float(sample.mean())
+    row: dict[str, float | bool] = {"mean": mean, "median": float(np.median(sample))}
+    row |= {"minimum": float(sample.min()), "maximum": float(sample.max())}
+
+    def normalise(value: float) -> float:
+        return (value - low) / (high - low) if high > low else 0.0
+
+    row["norm_mean"] = normalise(mean)
+    if len(sample) > 1:
+        row["sd"] = float(sample.std(ddof=1))
+    if t := mean_interval(sample, confidence):
+        row |= {"t_low": t.low, "t_high": t.high, "norm_low": normalise(t.low), "norm_high": normalise(t.high)}
+    if boot := bootstrap_interval(sample, confidence, seed):
+        row |= {"boot_low": boot.low, "boot_high": boot.high}
+    if found := normality(sample):
+        row |= {"shapiro_p": found.p, "normal": found.normal}
+    return row
+
+
+def success_rates(table: pa.Table, by: Sequence[str] = GROUP, *, confidence: float = 0.95) -> pa.Table:
+    """SR in per cent (paper A, eq. 5) with the exact and Wilson's interval, by some of `robot`, `navigator`, `batch`, `speed`.
+
+    `n` counts the trials of which the success is known, `unknown` the others; `failures` says how trials failed.
+    """
+    judged, own = numbers(table, "success"), numbers(table, "success_self")
+    failure = table["failure"].to_pylist()
+    rows = []
+    for key, members in groups(table, by).items():
+        known = judged[members][~np.isnan(judged[members])]
+        believed = own[members][~np.isnan(own[members])]
+        why: dict[str, int] = {}
+        for member in members:
+            if failure[member]:
+                why[failure[member]] = why.get(failure[member], 0) + 1
+        row = dict(zip(by, key, strict=True)) | {"n": len(known), "successes": int(known.sum())}
+        row |= {"unknown": len(members) - len(known), "self_successes": int(believed.sum())}
+        row["failures"] = "; ".join(f"{w} ({c})" for w, c in sorted(why.items(), key=lambda item: (-item[1], item[0])))
+        if len(believed):
+            row["SR_self"] = 100 * float(believed.mean())
+        if len(known):
+            exact = success_interval(int(known.sum()), len(known), confidence)
+            wilson = wilson_interval(int(known.sum()), len(known), confidence)
+            row |= {"SR": 100 * exact.estimate, "low": 100 * exact.low, "high": 100 * exact.high}
+            row |= {"wilson_low": 100 * wilson.low, "wilson_high": 100 * wilson.high}
+        rows.append(row)
+    kept = [field for field in _SUCCESS if field.name in by or field.name not in GROUP]
+    return findings(rows, pa.schema(kept))
