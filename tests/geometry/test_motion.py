@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.geometry.angles import turn_between, wrap
-from clearway.geometry.motion import arc, compose, ramp, relative, step_arc
+from clearway.geometry.motion import arc, ramp, step_arc
 
 angles = st.floats(-100.0, 100.0)
 poses = st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-3, 3)).map(np.array)
@@ -50,12 +50,6 @@ def test_two_steps_make_one(pose: np.ndarray, v: float, omega: float, a: float, 
 
 def test_a_quarter_circle_by_hand() -> None:
     assert arc(0.0, 0.0, 0.0, math.pi / 2, math.pi / 2, 1.0) == pytest.approx((1.0, 1.0, math.pi / 2))
-
-
-@given(poses, poses)
-def test_relative_undoes_compose(a: np.ndarray, b: np.ndarray) -> None:
-    assert compose(a, relative(a, b))[:2] == pytest.approx(b[:2], abs=1e-9)
-    assert wrap(compose(a, relative(a, b))[2] - b[2]) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_ramp_by_hand() -> None:

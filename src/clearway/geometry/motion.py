@@ -53,18 +53,3 @@ def ramp(now: float, target: float, faster: float, slower: float, dt: float) -> 
     if abs(target) > abs(now):
         return math.copysign(min(abs(target), abs(now) + faster * dt), target)
     return math.copysign(max(abs(target), abs(now) - slower * dt), now)
-
-
-@kernel
-def compose(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Pose `b` (3,), given in the frame whose pose is `a` (3,), in the frame that `a` is given in."""
-    c, s = math.cos(a[2]), math.sin(a[2])
-    return np.array((a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], wrap(a[2] + b[2])))
-
-
-@kernel
-def relative(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Pose `b` (3,) seen from pose `a` (3,), both in one frame: compose(a, relative(a, b)) is b."""
-    c, s = math.cos(a[2]), math.sin(a[2])
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    return np.array((c * dx + s * dy, c * dy - s * dx, wrap(b[2] - a[2])))

@@ -156,6 +156,9 @@ class Scenario(_Part):
     localisation: Literal["truth", "odometry", "amcl"] = Field(
         default="amcl", description="unless the run says otherwise"
     )
+    livelock: bool = Field(
+        default=False, description="whether a robot that has not come 0.5 m away from where it was 20 s ago has failed"
+    )
     placement_xy: NonNegative = Field(
         default=0.02, description="the robot is placed within this of its start, uniformly, m"
     )

@@ -1,0 +1,29 @@
+"""What stands and moves around the robot in a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearway.scenarios.plan import Fixture
+from clearway.scenarios.scenario import ObstacleSpec, Scenario
+from clearway.trials import Body
+
+
+def bodies_of(fixtures: Sequence[Fixture], scenario: Scenario) -> tuple[Body, ...]:
+    """Everything that the robot can hit: the plan's fixtures, then the scenario's obstacles in their order."""
+    fixed = [Body(f.name, f.kind, f.shape, np.array(f.pose, dtype=np.float64)) for f in fixtures]
+    return (*fixed, *(_body(o) for o in scenario.obstacles))
+
+
+def movers_of(scenario: Scenario) -> tuple[ObstacleSpec, ...]:
+    """The moving ones among the scenario's obstacles: those without a pose."""
+    return tuple(o for o in scenario.obstacles if o.pose is None)
+
+
+def _body(obstacle: ObstacleSpec) -> Body:
+    shape = obstacle.shape.shape()
+    if obstacle.pose is None:
+        return Body(obstacle.name, "mover", shape, None)
+    return Body(obstacle.name, "obstacle", shape, np.array(obstacle.pose, dtype=np.float64))

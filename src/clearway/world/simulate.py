@@ -1,0 +1,250 @@
+"""Runs one trial: the world on one side, a pilot on the other, a referee between them."""
+
+from __future__ import annotations
+
+import math
+import traceback
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from time import perf_counter
+
+import numpy as np
+
+from clearway.contract import Budget, Command, Decision, Pilot, Sensing, Task
+from clearway.errors import ClearwayError
+from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.shapes import FloatArray
+from clearway.geometry.streams import stream, uniform
+from clearway.robots import Robot
+from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.scenario import Scenario
+from clearway.trials import Attempt, Body, Labels, Leg, Outcome, Snapshot, Trial
+from clearway.world.bodies import bodies_of, movers_of
+from clearway.world.log import Log
+from clearway.world.referee import Referee
+from clearway.world.tracks import Tracks, tracks
+from clearway.world.world import World
+
+
+def simulate(
+    scenario: Scenario,
+    robot: Robot,
+    pilot: Pilot,
+    *,
+    navigator: str,
+    localisation: str,
+    map: OccupancyGrid | None,
+    privileged: bool = False,
+    budget: Budget | None = None,
+) -> Trial:
+    """Run `scenario` with `robot`, driven by `pilot`.
+
+    Args:
+        navigator, localisation: what the pilot is made of, by name, for the record.
+        map: what the robot is told of the floor, None for nothing. privileged: whether it is told the truth about
+            the obstacles' future. budget: of a decision; default: none.
+
+    Returns:
+        The trial. A pilot that raises, or whose command isn't finite, ends it as `navigator_failed`.
+
+    Raises:
+        ClearwayError: the scenario can't be built, or the pilot says that it can't do this task at all.
+    """
+    bodies = bodies_of(load_plan(scenario.plan).fixtures, scenario)
+    return simulate_in(
+        bodies, tracks(movers_of(scenario), [leg.name for leg in scenario.legs]), scenario, robot, pilot,
+        navigator=navigator, localisation=localisation, map=map, privileged=privileged, budget=budget,
+    )  # fmt: skip
+
+
+def simulate_in(
+    bodies: Sequence[Body],
+    tracks: Tracks,
+    scenario: Scenario,
+    robot: Robot,
+    pilot: Pilot,
+    *,
+    navigator: str,
+    localisation: str,
+    map: OccupancyGrid | None = None,
+    privileged: bool = False,
+    budget: Budget | None = None,
+) -> Trial:
+    """As `simulate`, among `bodies` wherever they come from; `tracks` of those without a pose, in their order."""
+    begun = perf_counter()
+    start = np.array(scenario.start, dtype=np.float64)
+    attempt = _attempt(bodies, scenario, robot, navigator, localisation, privileged)
+    world = World(robot, _placed(start, scenario), scenario.speed, bodies, tracks, scenario.seed)
+    referee = Referee(attempt.legs, scenario.legs, scenario.livelock, world.pose)
+    task = Task(
+        period=robot.period,
+        speed_limit=scenario.speed,
+        start=start,
+        map=map,
+        budget=budget or Budget(),
+        time_limit=max(leg.time_limit for leg in scenario.legs),
+        forecast=world.forecast if privileged else None,
+    )
+    drive = _Drive(world, referee, pilot, robot)
+    outcome = drive.to_the_end(task, np.random.default_rng([scenario.seed, *b"pilot"]))
+    return Trial(
+        attempt=attempt,
+        **{name: drive.log.take(name) for name in ("t", "pose", "velocity", "estimate", "command", "leg", "movers")},
+        spans=tuple(referee.spans),
+        events=tuple(referee.events),
+        outcome=outcome,
+        reason=referee.reason,
+        snapshots=tuple(drive.snapshots),
+        provenance={"source": "simulation", "clearway": _version(), "scenario": scenario.name, "seed": scenario.seed},
+        timing=_timing(perf_counter() - begun, drive.thinking),
+    )
+
+
+class _Drive:
+    """The loop over control periods, and what it leaves behind."""
+
+    def __init__(self, world: World, referee: Referee, pilot: Pilot, robot: Robot) -> None:
+        self._world, self._referee, self._pilot, self._robot = world, referee, pilot, robot
+        self.log = Log(len(world.movers))
+        self.snapshots: list[Snapshot] = []
+        self.thinking: list[float] = []
+
+    def to_the_end(self, task: Task, rng: np.random.Generator) -> Outcome:
+        """Drive until the referee ends the trial."""
+        world, referee, log, thinking = self._world, self._referee, self.log, self.thinking
+        decide, period = self._pilot.decide, self._robot.period
+        estimate, command, leg = task.start, Command(0.0, 0.0), 0
+        count, t = 0, 0.0
+        touched = world.touching()
+        if touched is not None:
+            return self._contact(0.0, touched, estimate, command, " where it was placed")
+        try:
+            self._pilot.reset(task, self._robot, rng)
+        except ClearwayError:
+            raise
+        except Exception as error:
+            return self._failed(0.0, error, estimate, command)
+        while True:
+            t = count * period
+            pose, leg = world.pose, referee.leg
+            sensing = Sensing(
+                t, world.odom_pose, world.odom_velocity, world.sense(), None, referee.goal, pose.copy()
+            )  # fmt: skip
+            before = perf_counter()
+            try:
+                decision = decide(sensing)
+                thinking.append(perf_counter() - before)
+                estimate, command = _sound(decision, estimate)
+            except ClearwayError:
+                raise
+            except Exception as error:
+                return self._failed(t, error, estimate, command)
+            if decision.diagnostics is not None:
+                self.snapshots.append(Snapshot(t, decision.diagnostics))
+            log.add(t, pose, world.velocity, estimate, command, leg, world.movers)
+            outcome = referee.judge(t, pose, estimate, command)
+            if outcome is not None:
+                return outcome
+            if referee.leg != leg:
+                world.begin_leg(referee.leg, t)
+            driven, touched = world.advance(command.v, command.omega, t)
+            if touched is not None:
+                return self._contact(t + driven, touched, estimate, command)
+            count += 1
+
+    def _contact(self, t: float, body: Body, estimate: FloatArray, command: Command, where: str = "") -> Outcome:
+        self._record(t, estimate, command)
+        own, other = abs(float(self._world.velocity[0])), self._world.speed_of(body, t)
+        return self._referee.stop(
+            t, Outcome.COLLISION, "contact",
+            f"{body.kind} {body.name!r} at {other:.3f} m/s, robot at {own:.3f} m/s",
+            f"contact with {body.kind} {body.name!r}{where}",
+        )  # fmt: skip
+
+    def _failed(self, t: float, error: Exception, estimate: FloatArray, command: Command) -> Outcome:
+        self._record(t, estimate, command)
+        frames = traceback.extract_tb(error.__traceback__)
+        place = f" ({frames[-1].filename}:{frames[-1].lineno})" if len(frames) > 1 else ""
+        return self._referee.stop(
+            t, Outcome.NAVIGATOR_FAILED, "error", "".join(traceback.format_exception(error)).rstrip(),
+            f"{type(error).__name__}: {error}{place}",
+        )  # fmt: skip
+
+    def _record(self, t: float, estimate: FloatArray, command: Command) -> None:
+        """The last instant, with the estimate and the command that were in force."""
+        world = self._world
+        self.log.add(t, world.pose, world.velocity, estimate, command, self._referee.leg, world.movers)
+
+
+def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]:
+    """The estimate and the command of a decision that is what it should be.
+
+    Raises:
+        TypeError, ValueError: it isn't.
+    """
+    command, estimate = decision.command, decision.estimate
+    if not isinstance(command, Command):
+        raise TypeError(f"the navigator answered {command!r}; a Command is expected")
+    if not (math.isfinite(command.v) and math.isfinite(command.omega)):
+        raise ValueError(f"the command v = {command.v}, omega = {command.omega} is not finite")
+    if np.shape(estimate) != before.shape or not np.isfinite(estimate).all():
+        raise ValueError(f"the estimated pose {estimate!r} is not three finite numbers")
+    return estimate, command
+
+
+def _placed(start: FloatArray, scenario: Scenario) -> FloatArray:
+    """Where the robot truly stands: uniformly within the placement error of its start, drawn from the seed."""
+    key = stream(scenario.seed, "placement")
+    radius = scenario.placement_xy * math.sqrt(uniform(key, 0, 0))
+    angle = 2.0 * math.pi * uniform(key, 0, 1)
+    turn = scenario.placement_yaw * (2.0 * uniform(key, 0, 2) - 1.0)
+    return start + np.array([radius * math.cos(angle), radius * math.sin(angle), turn])
+
+
+def _attempt(
+    bodies: Sequence[Body], scenario: Scenario, robot: Robot, navigator: str, localisation: str, privileged: bool
+) -> Attempt:
+    legs: list[Leg] = []
+    at = np.array(scenario.start, dtype=np.float64)
+    for spec in scenario.legs:
+        goal = np.array(spec.goal, dtype=np.float64)
+        xy = robot.tolerances.xy if spec.xy_tolerance is None else spec.xy_tolerance
+        yaw = robot.tolerances.yaw if spec.yaw_tolerance is None else spec.yaw_tolerance
+        legs.append(Leg(spec.name, at, goal, xy, yaw, spec.scored, spec.time_limit))
+        at = goal
+    return Attempt(
+        labels=Labels(speed=scenario.speed, **scenario.labels.model_dump()),
+        robot=robot.name,
+        navigator=navigator,
+        localisation=localisation,
+        footprint=robot.shape,
+        legs=tuple(legs),
+        bodies=tuple(bodies),
+        speed_limit=scenario.speed,
+        period=robot.period,
+        reference_length=scenario.reference_length,
+        plan=scenario.plan,
+        scenario=scenario.name,
+        seed=scenario.seed,
+        privileged=privileged,
+    )
+
+
+def _timing(wall: float, thinking: Sequence[float]) -> dict[str, float]:
+    if not thinking:
+        return {"wall": wall}
+    p50, p99 = np.percentile(thinking, [50, 99])
+    return {
+        "wall": wall,
+        "decide_mean": float(np.mean(thinking)),
+        "decide_p50": float(p50),
+        "decide_p99": float(p99),
+        "decide_max": max(thinking),
+    }
+
+
+def _version() -> str:
+    try:
+        return version("clearway")
+    except PackageNotFoundError:
+        return "unknown"

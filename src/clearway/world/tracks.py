@@ -1,0 +1,130 @@
+"""Where the moving bodies are: knots in time, interpolated in compiled code.
+
+A track is a table of knots (time since the leg began, x, y, theta). Between two knots a body moves on a line at
+constant speed and turns the shorter way; it is absent before its first knot, after its last one, and between a knot
+and one that is NaN. A way along a polyline has two knots at each corner, so that the heading follows the path; any
+other motion arrives as dense knots.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.errors import ClearwayError
+from clearway.geometry.angles import wrap
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+from clearway.scenarios.scenario import ObstacleSpec, RunSpec
+
+
+class Tracks(NamedTuple):
+    """The tracks of m bodies in l legs.
+
+    Attributes:
+        knots: (k, 4) s since the leg began, x, y [m], theta [rad], all tracks one after another.
+        rows: (l, m, 2) int64; the knots of body j in leg i are knots[rows[i, j, 0]:rows[i, j, 1]]; none: absent.
+        speed: (m,) m/s, the most that each ever does; inf for one that jumps.
+    """
+
+    knots: FloatArray
+    rows: npt.NDArray[np.int64]
+    speed: FloatArray
+
+
+def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str]) -> Tracks:
+    """The tracks of the moving ones among `obstacles` in the legs with these names.
+
+    Raises:
+        ClearwayError: a run is for a leg that doesn't exist, or two runs of an obstacle overlap in time.
+    """
+    for obstacle in obstacles:
+        for run in obstacle.runs:
+            if run.leg not in legs:
+                problem = f"{run.leg!r} is not a leg of this scenario; legs: {', '.join(legs)}"
+                raise ClearwayError(problem, field=f"obstacles.{obstacle.name}.runs.leg")
+    return stack([[_knots(o, [r for r in o.runs if r.leg == leg]) for o in obstacles] for leg in legs])
+
+
+def stack(parts: Sequence[Sequence[FloatArray]]) -> Tracks:
+    """Tracks from `parts`: by leg, by body, (k, 4) knots with times that don't fall."""
+    flat = [p for leg in parts for p in leg]
+    ends = np.cumsum([len(p) for p in flat], dtype=np.int64)
+    rows = (
+        np.stack([ends - [len(p) for p in flat], ends], axis=1).astype(np.int64) if flat else np.zeros((0, 2), np.int64)
+    )
+    bodies = len(parts[0]) if parts else 0
+    speed = np.array([max((_top_speed(leg[j]) for leg in parts), default=0.0) for j in range(bodies)], dtype=np.float64)
+    return Tracks(
+        np.ascontiguousarray(np.concatenate([np.zeros((0, 4)), *flat])), rows.reshape(len(parts), bodies, 2), speed
+    )
+
+
+def line(run: RunSpec) -> FloatArray:
+    """Knots (k, 4) of one pass along `run.path`."""
+    path = np.array(run.path, dtype=np.float64)
+    steps = np.diff(path, axis=0)
+    length = np.hypot(steps[:, 0], steps[:, 1])
+    keep = length > 0.0
+    steps, length, start, end = steps[keep], length[keep], path[:-1][keep], path[1:][keep]
+    if len(length) == 0:
+        raise ClearwayError(f"the path {list(run.path)} has no length", field="runs.path")
+    times = run.delay + np.concatenate([[0.0], np.cumsum(length)]) / run.speed
+    heading = np.arctan2(steps[:, 1], steps[:, 0])
+    begin = np.column_stack([times[:-1], start, heading])
+    finish = np.column_stack([times[1:], end, heading])
+    return np.ascontiguousarray(np.stack([begin, finish], axis=1).reshape(-1, 4))
+
+
+def _knots(obstacle: ObstacleSpec, runs: Iterable[RunSpec]) -> FloatArray:
+    parts = sorted((line(r) for r in runs), key=lambda p: float(p[0, 0]))
+    joined = [np.zeros((0, 4))]
+    for i, part in enumerate(parts):
+        if i and part[0, 0] < parts[i - 1][-1, 0]:
+            raise ClearwayError("two runs overlap in time", field=f"obstacles.{obstacle.name}.runs")
+        if i:
+            joined.append(np.array([[parts[i - 1][-1, 0], np.nan, np.nan, np.nan]]))
+        joined.append(part)
+    return np.concatenate(joined)
+
+
+def _top_speed(knots: FloatArray) -> float:
+    if len(knots) < 2:
+        return 0.0
+    step = np.diff(knots, axis=0)
+    way = np.hypot(step[:, 1], step[:, 2])
+    if np.isnan(way).any() or (way[step[:, 0] <= 0.0] > 0.0).any():
+        return math.inf  # it comes back somewhere else
+    moving = step[:, 0] > 0.0
+    return float((way[moving] / step[moving, 0]).max(initial=0.0))
+
+
+@kernel
+def pose_at(knots: FloatArray, begin: int, end: int, t: float, out: FloatArray) -> bool:
+    """Write the pose at time `t` [s since the leg began] of the track knots[begin:end] to `out` (3,), NaN if absent.
+
+    Returns:
+        Whether the body is present.
+    """
+    out[:] = math.nan
+    if end - begin < 1 or t < knots[begin, 0] or t > knots[end - 1, 0]:
+        return False
+    low, high = begin, end - 1  # knots[low] is not after t
+    while low < high:
+        middle = (low + high + 1) // 2
+        if knots[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle - 1
+    if low == end - 1:
+        out[:] = knots[low, 1:]
+    else:
+        s = (t - knots[low, 0]) / (knots[low + 1, 0] - knots[low, 0])
+        out[0] = knots[low, 1] + s * (knots[low + 1, 1] - knots[low, 1])
+        out[1] = knots[low, 2] + s * (knots[low + 1, 2] - knots[low, 2])
+        out[2] = wrap(knots[low, 3] + s * wrap(knots[low + 1, 3] - knots[low, 3]))
+    return math.isfinite(out[0])

@@ -1,0 +1,169 @@
+"""The world of one robot: bodies that stand and move, the base, the lidar, the odometry."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearway.contract import Scan
+from clearway.geometry.distance import clearance
+from clearway.geometry.packing import boxes, pack, place
+from clearway.geometry.raycast import beams, scene
+from clearway.geometry.shapes import FloatArray
+from clearway.geometry.streams import stream
+from clearway.robots import Robot
+from clearway.trials import Body
+from clearway.world import plant
+from clearway.world.tracks import Tracks, pose_at
+
+
+class World:
+    """Holds the truth and moves it on by one control period at a time.
+
+    Args:
+        robot: who moves. start: (3,) true pose, map frame. speed: set speed of the test, m/s; caps the robot's.
+        bodies: what it can hit. tracks: of the bodies without a pose, in their order.
+        seed: of the odometry's and the lidar's errors.
+
+    Attributes:
+        movers: (m, 3) poses now of the moving bodies; NaN: absent.
+    """
+
+    def __init__(
+        self, robot: Robot, start: FloatArray, speed: float, bodies: Sequence[Body], tracks: Tracks, seed: int
+    ) -> None:
+        self.bodies = tuple(bodies)
+        self._still = [b for b in bodies if b.pose is not None]
+        self._moving = [b for b in bodies if b.pose is None]
+        self._robot, self._tracks, self._period = robot, tracks, robot.period
+        self._state = np.zeros(plant.STATE)
+        self._state[:3] = start
+        self._count = 0
+
+        foot = pack([robot.shape])
+        poses = np.array([b.pose for b in self._still], dtype=np.float64).reshape(-1, 3)
+        still = place(pack([b.shape for b in self._still]), poses)
+        moving = pack([b.shape for b in self._moving])
+        self._reach = float(foot.reach[0]), still.reach.tolist(), moving.reach.tolist()
+        key = stream(seed, "odometry")
+        self._boxes = boxes(still)
+        self._slack = np.zeros(len(self._moving))
+        self.movers = np.full((len(self._moving), 3), np.nan)
+        self._tick = (
+            robot.period, plant.drive_limits(robot.drive, speed), plant.odometry_errors(robot.odometry, key), key,
+            foot.points, float(foot.radius[0]), float(foot.reach[0]),
+            still.points, still.first, still.radius, self._boxes, np.zeros(len(self._still)),
+            moving.points, moving.first, moving.radius, moving.reach, tracks.knots, tracks.speed, self._slack,
+        )  # fmt: skip
+        self._rows = tracks.rows[0]
+        self._leg_begin = 0.0
+        self._place_movers(0.0)
+
+        self._scan = None
+        if robot.lidar is not None:
+            lidar = robot.lidar
+            rays = beams(lidar.beams, lidar.angle_min, lidar.angle_max, lidar.range_min, lidar.range_max)
+            mount = np.array(lidar.mount, dtype=np.float64)
+            mount.flags.writeable = False
+            optics = np.array([rays.angle_min, rays.increment, rays.range_min, rays.range_max, lidar.sigma])
+            fixed, movable = scene([b.shape for b in self._still], poses), scene([b.shape for b in self._moving])
+            self._scan = (
+                mount.copy(), fixed.segments, fixed.circles, movable.segments, movable.segment_owner, movable.circles,
+                movable.circle_owner, self.movers, rays.directions, optics, stream(seed, "lidar"),
+            )  # fmt: skip
+            self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
+
+    @property
+    def pose(self) -> FloatArray:
+        """(3,) true pose, map frame."""
+        return self._state[0:3].copy()
+
+    @property
+    def velocity(self) -> FloatArray:
+        """(2,) true v [m/s], omega [rad/s]."""
+        return self._state[3:5].copy()
+
+    @property
+    def odom_pose(self) -> FloatArray:
+        """(3,) dead-reckoned pose since the start, odom frame."""
+        return self._state[5:8].copy()
+
+    @property
+    def odom_velocity(self) -> FloatArray:
+        """(2,) measured v [m/s], omega [rad/s]."""
+        return self._state[8:10].copy()
+
+    def begin_leg(self, leg: int, t: float) -> None:
+        """From `t` [s] on the moving bodies follow their tracks of leg `leg`."""
+        self._rows, self._leg_begin = self._tracks.rows[leg], t
+        self._slack[:] = 0.0
+        self._place_movers(0.0)
+
+    def sense(self) -> Scan | None:
+        """The lidar's sweep from here; None without a lidar."""
+        if self._scan is None:
+            return None
+        x, y, theta = self._state[0:3].tolist()
+        mount, *scene_args, key = self._scan
+        ranges = np.empty(len(scene_args[-2]))
+        plant.scan(x, y, theta, mount, *scene_args, key, self._count, ranges)
+        return Scan(ranges, *self._about)
+
+    def advance(self, v: float, omega: float, t: float) -> tuple[float, Body | None]:
+        """Drive on command (v [m/s], omega [rad/s]) from time `t` [s] for one control period, or until contact.
+
+        Returns:
+            The time driven [s], and the body that was touched, if any.
+        """
+        period, *rest = self._tick
+        hit = plant.tick(
+            self._state, v, omega, period, self._count, *rest, self._rows, t - self._leg_begin, self.movers
+        )
+        self._count += 1
+        if hit < 0:
+            return period, None
+        return float(self._state[plant.ELAPSED]), (self._still + self._moving)[hit]
+
+    def touching(self) -> Body | None:
+        """A body that the robot touches where it stands now, None if there is none."""
+        shape, pose = self._robot.shape, self._state[0:3]
+        near, moving = self._within(pose[:2])
+        for body, at in [(self._still[i], self._still[i].pose) for i in near] + moving:
+            if at is not None and clearance(shape, pose, body.shape, at) <= plant.TOUCH:
+                return body
+        return None
+
+    def _within(self, centre: FloatArray) -> tuple[list[int], list[tuple[Body, FloatArray]]]:
+        """The static bodies that the robot's reach around `centre` (2,) may meet, and the moving ones that are present."""
+        outside = np.maximum(np.maximum(self._boxes[:, :2] - centre, centre - self._boxes[:, 2:]), 0.0)
+        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + plant.TOUCH)
+        return near.tolist(), [(b, at) for b, at in zip(self._moving, self.movers, strict=True) if math.isfinite(at[0])]
+
+    def speed_of(self, body: Body, t: float) -> float:
+        """How fast `body` moves at time `t` [s], m/s."""
+        if body.pose is not None:
+            return 0.0
+        begin, end = self._rows[self._moving.index(body)].tolist()
+        before, now, h = np.empty(3), np.empty(3), 1e-3
+        pose_at(self._tracks.knots, begin, end, t - self._leg_begin - h, before)
+        pose_at(self._tracks.knots, begin, end, t - self._leg_begin, now)
+        moved = math.dist(before[:2], now[:2])
+        return moved / h if math.isfinite(moved) else 0.0
+
+    def forecast(self, t: float) -> FloatArray:
+        """(n, 4) x, y, radius [m] and presence (1 or 0) at time `t` [s] of every obstacle of the test, as planned now."""
+        _, still, moving = self._reach
+        rows = [(b.pose[0], b.pose[1], r, 1.0) for b, r in zip(self._still, still, strict=True)
+                if b.kind == "obstacle" and b.pose is not None]  # fmt: skip
+        at = np.empty(3)
+        for (begin, end), reach in zip(self._rows.tolist(), moving, strict=True):
+            there = pose_at(self._tracks.knots, begin, end, t - self._leg_begin, at)
+            rows.append((at[0], at[1], reach, float(there)))
+        return np.array(rows, dtype=np.float64).reshape(-1, 4)
+
+    def _place_movers(self, leg_time: float) -> None:
+        for m in range(len(self._moving)):
+            begin, end = self._rows[m].tolist()
+            pose_at(self._tracks.knots, begin, end, leg_time, self.movers[m])
