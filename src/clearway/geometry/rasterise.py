@@ -36,11 +36,23 @@ def rasterise(
     """
     cells = np.zeros(size, dtype=np.bool_)
     for shape, pose in bodies:
+        if isinstance(shape, Circle):
+            _disc(cells, (np.asarray(pose[:2]) - np.asarray(origin)) / resolution, shape.radius / resolution)
+            continue
         points = (outline(shape, pose) - np.asarray(origin)) / resolution
         _trace(cells, points)
         if len(points) > 2:
             _fill(cells, points)
     return cells
+
+
+def _disc(cells: BoolArray, centre: FloatArray, radius: float) -> None:
+    """Mark the cells whose nearest point is within `radius` of `centre`, both in cells."""
+    low = np.clip(np.floor(centre - radius), 0, cells.shape[::-1]).astype(np.int64)
+    high = np.clip(np.ceil(centre + radius), 0, cells.shape[::-1]).astype(np.int64)
+    x, y = (np.arange(a, b) for a, b in zip(low, high, strict=True))
+    dx, dy = (np.maximum(np.maximum(k - c, c - k - 1), 0.0) for k, c in ((x, centre[0]), (y, centre[1])))
+    cells[low[1] : high[1], low[0] : high[0]] |= dx[None, :] ** 2 + dy[:, None] ** 2 < radius**2
 
 
 def _trace(cells: BoolArray, points: FloatArray) -> None:

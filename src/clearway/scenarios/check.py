@@ -1,0 +1,267 @@
+"""Says what is wrong with a scenario, and with any file that a user writes or brings."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.distance import clearance, min_clearance
+from clearway.geometry.shapes import FloatArray, Shape, inscribed_radius, rectangle
+from clearway.robots import Robot, load_robot
+from clearway.scenarios.files import (
+    SuiteSpec,
+    kind_of,
+    load_scenario,
+    parse,
+    plan_schema,
+    read_toml,
+    robot_schema,
+    scenario_schema,
+    scenarios_of,
+    suite_schema,
+)
+from clearway.scenarios.floorplan import PlanSpec, load_plan
+from clearway.scenarios.plan import Fixture, FloorPlan
+from clearway.scenarios.scenario import ObstacleSpec, PoseSpec, RunSpec, Scenario
+from clearway.scenarios.way import widest_way
+
+__all__ = [
+    "check_file",
+    "check_scenario",
+    "load_scenario",
+    "plan_schema",
+    "robot_schema",
+    "scenario_schema",
+    "suite_schema",
+]
+
+STEP = 0.05
+"""How densely a mover's path is checked against what stands in it, m."""
+ROBOT = "tiago"
+"""The robot that a scenario is checked for if none is named."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Standing:
+    """Something that stands in a scenario: a fixture or a static obstacle."""
+
+    name: str
+    shape: Shape
+    pose: FloatArray
+
+
+def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
+    """Everything about `scenario` that would make it meaningless for `robot`; empty if there is nothing.
+
+    Contact is exact; whether the robot fits through is judged on a grid of 0.05 m in the robot's favour.
+    """
+    try:
+        plan = load_plan(scenario.plan)
+    except ClearwayError as error:
+        return [ClearwayError(str(error), field="plan")]
+    fixtures = [_Standing(f.name, f.shape, f.pose) for f in plan.fixtures]
+    static, found = _static(scenario, plan, fixtures)
+    standing = fixtures + static
+    starts = [scenario.start, *(leg.goal for leg in scenario.legs)]
+    fits = True
+    for i, pose in enumerate(starts):
+        field, what = (
+            ("start", "the start") if i == 0 else (f"legs.{i - 1}.goal", f"the goal {scenario.legs[i - 1].name!r}")
+        )
+        problem = _place(what, pose, robot, plan, standing)
+        if problem is not None:
+            fits = False
+            found.append(ClearwayError(problem, field=field))
+    found += _movers(scenario, robot, starts, standing)
+    found += _time_limits(scenario, robot, starts)
+    if fits:
+        found += _ways(scenario, robot, plan, starts, standing)
+    return found
+
+
+def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayError]:
+    """Everything that is wrong with a file: scenario, suite, robot, floor plan (TOML) or ROS map (yaml).
+
+    Args:
+        path: of the file; its keys say which kind it is.
+        robot: for which scenarios are checked; default: TIAGo.
+    """
+    path = Path(path)
+    robot = robot or load_robot(ROBOT)
+    try:
+        if path.suffix in (".yaml", ".yml"):
+            load_plan(str(path))
+            return []
+        table = read_toml(path)
+        kind = kind_of(table)
+        model, wrong = parse(kind, table, path)
+        if model is None:
+            return wrong
+        if kind is Scenario:
+            return _in(path, check_scenario(load_scenario(path), robot))
+        if isinstance(model, SuiteSpec):
+            return [
+                ClearwayError(e.problem, file=path, field=f"scenario {s.name!r}: {e.field}")
+                for s in scenarios_of(model, path)
+                for e in check_scenario(s, robot)
+            ]
+        if isinstance(model, PlanSpec):
+            return _in(path, _plan(load_plan(str(path))))
+        return list(_presets(path, table))
+    except ClearwayError as error:
+        return [error]
+
+
+def _in(path: Path, errors: Sequence[ClearwayError]) -> list[ClearwayError]:
+    return [ClearwayError(e.problem, file=path, field=e.field) for e in errors]
+
+
+def _presets(path: Path, table: dict[str, dict[str, object]]) -> Iterator[ClearwayError]:
+    for preset in ["", *(f":{name}" for name in table.get("presets", {}))]:
+        try:
+            load_robot(f"{path}{preset}")
+        except ClearwayError as error:
+            yield error
+
+
+def _plan(plan: FloorPlan) -> list[ClearwayError]:
+    """A plan's line A-B and the area that it promises to keep clear."""
+    found = []
+    for name, pose in (("a", plan.a), ("b", plan.b)):
+        for fixture in plan.fixtures if pose is not None else ():
+            if _covers(fixture, pose):
+                found.append(ClearwayError(f"lies in {fixture.name!r}", field=name))
+    if plan.clear is not None:
+        x0, y0, x1, y1 = plan.clear
+        middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2, 0.0])
+        area = rectangle(x1 - x0, y1 - y0)
+        found += [
+            ClearwayError(f"{f.name!r} stands in the area that is to be clear", field="clear")
+            for f in plan.fixtures
+            if clearance(area, middle, f.shape, f.pose) <= 0
+        ]
+    return found
+
+
+def _static(
+    scenario: Scenario, plan: FloorPlan, fixtures: Sequence[_Standing]
+) -> tuple[list[_Standing], list[ClearwayError]]:
+    static: list[_Standing] = []
+    found = []
+    for i, obstacle in enumerate(scenario.obstacles):
+        if obstacle.pose is None:
+            continue
+        here = _Standing(obstacle.name, _shape(obstacle), np.array(obstacle.pose))
+        field = f"obstacles.{i}.pose"
+        if not _inside(obstacle.pose, plan):
+            found.append(ClearwayError(f"{_at(obstacle.pose)} is outside the floor plan {_extent(plan)}", field=field))
+        elif hit := _first_hit(here.shape, here.pose, [*fixtures, *static]):
+            found.append(ClearwayError(f"{obstacle.name!r} at {_at(obstacle.pose)} overlaps {hit!r}", field=field))
+        static.append(here)
+    return static, found
+
+
+def _place(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Sequence[_Standing]) -> str | None:
+    if not _inside(pose, plan):
+        return f"{what} {_at(pose)} is outside the floor plan {_extent(plan)}"
+    if hit := _first_hit(robot.shape, np.array(pose), standing):
+        return f"{robot.name} at {what} {_at(pose)} would stand in {hit!r}"
+    return None
+
+
+def _movers(
+    scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec], standing: Sequence[_Standing]
+) -> Iterator[ClearwayError]:
+    legs = [leg.name for leg in scenario.legs]
+    for i, obstacle in enumerate(scenario.obstacles):
+        for j, run in enumerate(obstacle.runs):
+            field = f"obstacles.{i}.runs.{j}"
+            shape, poses = _shape(obstacle), _sampled_path(run)
+            gaps = min_clearance(shape, poses, list(standing), np.zeros((len(poses), 0, 3))) if standing else None
+            if gaps is not None and gaps.min() <= 0:
+                where = poses[int(gaps.argmin())]
+                hit = _first_hit(shape, where, standing)
+                yield ClearwayError(f"{obstacle.name!r} would run into {hit!r} at {_at(where)}", field=f"{field}.path")
+            begin = poses[min(int(max(0.0, -run.delay) * run.speed / STEP), len(poses) - 1)]
+            if -run.delay * run.speed < _length(run) and (
+                clearance(robot.shape, np.array(starts[legs.index(run.leg)]), shape, begin) <= 0
+            ):
+                yield ClearwayError(
+                    f"{obstacle.name!r} touches {robot.name} when it appears at {_at(begin)}; give it a longer run-up",
+                    field=f"{field}.path",
+                )
+
+
+def _time_limits(scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec]) -> Iterator[ClearwayError]:
+    speed = min(scenario.speed, robot.drive.v_max)
+    for i, leg in enumerate(scenario.legs):
+        least = max(0.0, math.dist(starts[i][:2], leg.goal[:2]) - (leg.xy_tolerance or robot.tolerances.xy)) / speed
+        if least > leg.time_limit:
+            yield ClearwayError(
+                f"{leg.time_limit:g} s can't do: the straight way takes {least:.1f} s at {speed:g} m/s",
+                field=f"legs.{i}.time_limit",
+            )
+
+
+def _ways(
+    scenario: Scenario, robot: Robot, plan: FloorPlan, starts: Sequence[PoseSpec], standing: Sequence[_Standing]
+) -> Iterator[ClearwayError]:
+    needed = inscribed_radius(robot.shape)
+    bodies = [(s.shape, s.pose) for s in standing]
+    widths = widest_way(bodies, plan.bounds, [p[:2] for p in starts], needed)
+    for i, (leg, width) in enumerate(zip(scenario.legs, widths, strict=True)):
+        if width is not None:
+            yield ClearwayError(
+                f"{robot.name} is {2 * needed:.2f} m wide, but the widest way to the goal {leg.name!r} is about {width:.2f} m",
+                field=f"legs.{i}.goal",
+            )
+
+
+def _shape(obstacle: ObstacleSpec) -> Shape:
+    return obstacle.shape.shape()
+
+
+def _covers(fixture: Fixture, pose: FloatArray | None) -> bool:
+    return pose is not None and clearance(rectangle(1e-6, 1e-6), pose, fixture.shape, fixture.pose) <= 0
+
+
+def _first_hit(shape: Shape, pose: FloatArray, standing: Sequence[_Standing]) -> str | None:
+    """Name of what `shape` at `pose` touches."""
+    if not standing or min_clearance(shape, pose[None, :], list(standing), np.zeros((1, 0, 3)))[0] > 0:
+        return None
+    return next((s.name for s in standing if clearance(shape, pose, s.shape, s.pose) <= 0), None)
+
+
+def _sampled_path(run: RunSpec) -> FloatArray:
+    """Poses (n, 3) every `STEP` along the path, heading along it."""
+    parts = []
+    for (x0, y0), (x1, y1) in itertools.pairwise(run.path):
+        n = max(1, math.ceil(math.dist((x0, y0), (x1, y1)) / STEP))
+        s = np.linspace(0.0, 1.0, n + 1)
+        heading = np.full(n + 1, math.atan2(y1 - y0, x1 - x0))
+        parts.append(np.stack([x0 + s * (x1 - x0), y0 + s * (y1 - y0), heading], axis=1))
+    return np.concatenate(parts)
+
+
+def _length(run: RunSpec) -> float:
+    return sum(math.dist(p, q) for p, q in itertools.pairwise(run.path))
+
+
+def _inside(pose: Sequence[float], plan: FloorPlan) -> bool:
+    x0, y0, x1, y1 = plan.bounds
+    return x0 <= pose[0] <= x1 and y0 <= pose[1] <= y1
+
+
+def _at(pose: Sequence[float] | FloatArray) -> str:
+    return f"({pose[0]:g}, {pose[1]:g})"
+
+
+def _extent(plan: FloorPlan) -> str:
+    x0, y0, x1, y1 = plan.bounds
+    return f"{plan.name!r} (x {x0:g} to {x1:g}, y {y0:g} to {y1:g})"

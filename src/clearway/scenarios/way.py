@@ -1,0 +1,51 @@
+"""How wide is the widest way from place to place?"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from scipy import ndimage
+
+from clearway.geometry.rasterise import rasterise
+from clearway.geometry.shapes import FloatArray, Shape
+
+CELL = 0.05
+"""Edge of the grid's cells, m."""
+
+
+def widest_way(
+    bodies: Sequence[tuple[Shape, FloatArray]],
+    bounds: tuple[float, float, float, float],
+    places: Sequence[tuple[float, float]],
+    needed: float,
+) -> list[float | None]:
+    """For each place after the first: None if a disc of radius `needed` [m] gets there from the one before, else how
+    wide [m] the widest way is (0: there is none at all).
+
+    Judged on a grid in the disc's favour: an opening counts as up to two cells wider than it is.
+    """
+    x0, y0, x1, y1 = bounds
+    size = int(np.ceil((y1 - y0) / CELL)) + 1, int(np.ceil((x1 - x0) / CELL)) + 1
+    origin = (x0 - CELL / 2, y0 - CELL / 2)
+    occupied = rasterise(bodies, size, CELL, origin)
+    room = ndimage.distance_transform_edt(np.pad(~occupied, 1, constant_values=True))[1:-1, 1:-1] * CELL
+    cells = [(int((y - origin[1]) / CELL), int((x - origin[0]) / CELL)) for x, y in places]
+    regions, _ = ndimage.label(room >= needed - CELL)
+    return [None if _same(regions, p, q) else 2 * _bottleneck(room, p, q, needed) for p, q in itertools.pairwise(cells)]
+
+
+def _same(regions: npt.NDArray[np.int32], p: tuple[int, int], q: tuple[int, int]) -> bool:
+    return bool(regions[p] == regions[q] != 0)
+
+
+def _bottleneck(room: FloatArray, p: tuple[int, int], q: tuple[int, int], needed: float) -> float:
+    """The largest radius that gets from p to q, by bisection."""
+    low, high = 0.0, needed
+    for _ in range(8):
+        middle = (low + high) / 2
+        regions, _ = ndimage.label(room > max(middle - CELL / 2, 0.0))
+        low, high = (middle, high) if _same(regions, p, q) else (low, middle)
+    return low
