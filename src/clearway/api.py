@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clearway.campaigns import CampaignPlan, run_campaign
-from clearway.campaigns.campaign import ProgressCallback
+from clearway.campaigns.campaign import ProgressCallback, resume_campaign
 from clearway.contract import Budget
 from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection
@@ -22,7 +22,7 @@ from clearway.trials import store
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Results", "open_results", "run"]
+__all__ = ["Results", "open_results", "resume", "run"]
 
 
 class Results(store.Results):
@@ -133,6 +133,16 @@ def run(
     )
     folder = free_directory(suites) if out is None else Path(out)
     done = run_campaign(campaign, folder, workers, resume, progress)
+    return Results(done.path, done.campaign)
+
+
+def resume(out: str | Path, *, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:
+    """Complete the campaign in `out`, which was interrupted, by the plan that it holds.
+
+    Raises:
+        ClearwayError: `out` holds no campaign, or as for `run`.
+    """
+    done = resume_campaign(Path(out), workers, progress)
     return Results(done.path, done.campaign)
 
 

@@ -30,13 +30,10 @@ def check(
         from clearway.navigators.conformance import check_navigator
         from clearway.navigators.registry import make_navigator
 
-        def factory() -> object:
-            return make_navigator(target)
-
-        factory()  # a navigator that can't be made is an error of its own
-        findings = check_navigator(factory, load_robot(robot))
+        make_navigator(target)  # a navigator that can't be made is an error of its own
+        findings = check_navigator(lambda: make_navigator(target), load_robot(robot))
         found = [str(ClearwayError(f.detail, field=f.name)) for f in findings if not f.passed]
-        passed = [f.name for f in findings if f.passed]
+        passed = [f"{f.name}: {f.detail}" if f.detail else f.name for f in findings if f.passed]
     if as_json:
         typer.echo(json.dumps({"target": target, "problems": found, "passed": passed}, indent=2))
     else:

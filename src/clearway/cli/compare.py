@@ -12,13 +12,30 @@ from clearway.cli._options import Json
 
 def compare(
     directories: Annotated[
-        list[Path], typer.Argument(help="Two or more results directories; the first is the reference.")
+        list[Path], typer.Argument(help="Two or more results directories; each is compared with those before it.")
     ],
+    indicators: Annotated[
+        list[str] | None, typer.Option("--indicator", help="Only these indicators; default: paper A's.")
+    ] = None,
+    confidence: Annotated[float, typer.Option(help="Of the intervals, in (0, 1).")] = 0.95,
     as_json: Json = False,
 ) -> None:
     """Compare results directories: paired differences per indicator, with intervals."""
-    from clearway.errors import ClearwayError
+    import json
+    from dataclasses import asdict
 
-    if len(directories) < 2:
-        raise ClearwayError("compare needs at least two results directories")
-    raise NotImplementedError
+    from clearway.reports.text import comparison
+    from clearway.statistics import compare_all
+    from clearway.trials.store import open_results
+
+    tables = {str(path): open_results(path).trials for path in directories}
+    found = compare_all(tables, indicators=indicators, confidence=confidence)
+    if not as_json:
+        typer.echo("\n\n".join(comparison(c) for c in found))
+        return
+    whole = []
+    for c in found:
+        success = {batch or "all": asdict(s) for batch, s in c.success.items()}
+        rows = {"differences": c.differences.to_pylist(), "success": success}
+        whole.append({"a": c.a, "b": c.b, "pairs": c.pairs, "only_a": c.only_a, "only_b": c.only_b} | rows)
+    typer.echo(json.dumps(whole, indent=2))

@@ -39,9 +39,59 @@ def run(
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; default: one a core.")] = None,
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME.")] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Complete a campaign that was interrupted.")] = False,
+    resume: Annotated[
+        Path | None, typer.Option(help="Complete the campaign in this directory, which was interrupted.")
+    ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Only the results, no page.")] = False,
     as_json: Json = False,
 ) -> None:
     """Run suites with robots and navigators, score every trial, and write the report."""
-    raise NotImplementedError
+    import json
+
+    from clearway import api
+    from clearway.cli._progress import Progress
+    from clearway.errors import ClearwayError
+    from clearway.reports.text import headline
+
+    if official:
+        if suites != ["barn"]:
+            raise ClearwayError("--official belongs to the suite barn", field="--official")
+        batches = ["official"]
+    with Progress("trials") as progress:
+        if resume and not suites:
+            results = api.resume(resume, workers=workers, progress=progress)
+        else:
+            if not suites:
+                raise ClearwayError("say which suite to run; `clearway list suites` shows them")
+            results = api.run(
+                *suites,
+                robots=robots or (),
+                navigators=navigators or ("move-base",),
+                batches=batches or (),
+                configurations=configurations or (),
+                speeds=speeds or (),
+                obstacle_speeds=obstacle_speeds or (),
+                sizes=sizes or (),
+                gaps=gaps or (),
+                worlds=worlds or (),
+                repetitions=repetitions,
+                plan=plan,
+                seed=seed,
+                localisation=localisation,
+                map=map_,
+                workers=workers,
+                out=resume or out,
+                resume=resume is not None,
+                progress=progress,
+            )
+    page = None if no_report else results.report()
+    failed = sum(outcome == "navigator_failed" for outcome in results.trials["outcome"].to_pylist())
+    if as_json:
+        about = {"results": str(results.path), "report": page and str(page), "trials": len(results), "failed": failed}
+        typer.echo(json.dumps(about))
+    else:
+        typer.echo(headline(results.trials))
+        typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
+    if failed:
+        typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)
+        raise typer.Exit(1)

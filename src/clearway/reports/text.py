@@ -1,0 +1,75 @@
+"""Tables for a terminal: the headline numbers of results, and a comparison of two."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import pyarrow as pa
+
+from clearway.indicators import HEADLINE, INDICATORS
+from clearway.statistics import Comparison, describe, success_rates
+
+
+def headline(table: pa.Table) -> str:
+    """SR with its exact interval and the mean of each of paper A's indicators, per robot, navigator, batch and speed."""
+    means = {
+        (r["robot"], r["navigator"], r["batch"], r["speed"], r["indicator"]): r["mean"]
+        for r in describe(table, HEADLINE).to_pylist()
+    }
+    heads = ["robot", "navigator", "batch", "v [m/s]", "n", "SR [%] (95 %)"]
+    heads += [f"{name} [{INDICATORS[name].unit}]" for name in HEADLINE]
+    rows = []
+    for r in success_rates(table).to_pylist():
+        rate = "unknown" if r["SR"] is None else f"{r['SR']:.0f} ({r['low']:.0f}-{r['high']:.0f})"
+        group = (r["robot"], r["navigator"], r["batch"], r["speed"])
+        numbers = [_number(means.get((*group, name))) for name in HEADLINE]
+        rows.append([*map(str, group[:3]), f"{r['speed']:g}", str(r["n"] + r["unknown"]), rate, *numbers])
+    return columns(heads, rows)
+
+
+def comparison(found: Comparison) -> str:
+    """Paired differences of two results, all batches together and batch by batch."""
+    heads = ["batch", "indicator", "n", found.a, found.b, "difference (95 %)", "p", "p Holm", "effect", "favours"]
+    rows = []
+    for r in found.differences.to_pylist():
+        if r["n"] == 0:
+            continue
+        spread = "" if r["boot_low"] is None else f" ({r['boot_low']:+.3g} to {r['boot_high']:+.3g})"
+        favours = {"A": found.a, "B": found.b}.get(r["favours"], "")
+        cells = [r["batch"] or "all", f"{r['indicator']} [{r['unit']}]", str(r["n"])]
+        cells += [_number(r["mean_a"]), _number(r["mean_b"]), f"{r['mean_difference']:+.3g}{spread}"]
+        rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), f"{r['effect']:+.2f}", favours])
+    lines = [
+        f"{found.b} against {found.a}: {found.pairs} pairs, {found.only_a} + {found.only_b} trials without a partner"
+    ]
+    for batch, s in found.success.items():
+        a, b, d = s.both + s.only_a, s.both + s.only_b, s.difference
+        lines.append(
+            f"  success {batch or 'in all'}: {b} against {a} of {s.n}, difference {100 * d.estimate:+.1f} points "
+            f"({100 * d.low:+.1f} to {100 * d.high:+.1f}), p = {_p(s.p)}"
+        )
+    return "\n".join([*lines, columns(heads, rows)])
+
+
+def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Cells under their heads, text to the left and numbers to the right."""
+    cells = [list(heads), *map(list, rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(heads))]
+    right = [all(_numeric(row[i]) for row in cells[1:]) for i in range(len(heads))]
+    lines = (
+        "  ".join(c.rjust(w) if r else c.ljust(w) for c, w, r in zip(row, widths, right, strict=True)) for row in cells
+    )
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def _number(value: Any) -> str:
+    return "-" if value is None else f"{value:.3f}" if abs(value) < 10 else f"{value:.2f}"
+
+
+def _p(value: float | None) -> str:
+    return "-" if value is None else f"{value:.2g}"
+
+
+def _numeric(text: str) -> bool:
+    return not text or text[0] in "+-0123456789"
