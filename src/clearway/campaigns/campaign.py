@@ -8,7 +8,7 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Sequence
 from contextlib import closing
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -118,7 +118,7 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
         seen.add(combination)
         make_localiser(spec.localisation, robot)
         navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
-        needs = getattr(navigator, "needs", frozenset())
+        needs: frozenset[str] = getattr(navigator, "needs", frozenset())
         who = f"navigator {spec.navigator!r}"
         if "obstacles" in needs:
             raise ClearwayError(f"{who} needs obstacles with position and velocity; {scenario.name!r} gives scans only")
@@ -148,7 +148,7 @@ def _run_all(
         raise
 
 
-def _finished(plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore, workers: int) -> Iterator[Done]:
+def _finished(plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore, workers: int) -> Generator[Done]:
     """Every trial's outcome, in the order in which they end."""
     if workers == 1:
         for spec in specs:
@@ -189,7 +189,7 @@ def _asked(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
     }
 
 
-def _machine() -> Mapping[str, Any]:
+def _machine() -> dict[str, Any]:
     return {"system": platform.platform(), "processor": platform.machine(), "cores": os.cpu_count()}
 
 

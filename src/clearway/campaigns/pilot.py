@@ -10,6 +10,7 @@ from dataclasses import replace
 from types import FrameType
 
 import numpy as np
+from numba.core import event
 
 from clearway.contract import (
     Decision,
@@ -112,11 +113,20 @@ def _stream(key: list[int], name: str) -> np.random.Generator:
 
 @contextmanager
 def _limited(seconds: float | None, what: str) -> Iterator[None]:
-    """Break the block off after `seconds` of wall clock, where signals can do it."""
+    """Break the block off after `seconds` of wall clock, where signals can do it. Compiling kernels doesn't count."""
     if seconds is None or threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = signal.signal(signal.SIGALRM, _ring)
+    compiled = _compiling.count
+
+    def ring(signum: int, frame: FrameType | None) -> None:
+        nonlocal compiled
+        if _compiling.count == compiled and not _compiling.running:
+            raise _Alarm
+        compiled = _compiling.count
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+
+    before = signal.signal(signal.SIGALRM, ring)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
@@ -127,5 +137,18 @@ def _limited(seconds: float | None, what: str) -> Iterator[None]:
         signal.signal(signal.SIGALRM, before)
 
 
-def _ring(signum: int, frame: FrameType | None) -> None:
-    raise _Alarm
+class _Compiling(event.Listener):  # type: ignore[misc]
+    """Counts Numba's compilations in this process: how many began or ended, and how many are running."""
+
+    def __init__(self) -> None:
+        self.count = self.running = 0
+        event.register("numba:compile", self)  # type: ignore[no-untyped-call]
+
+    def on_start(self, event: event.Event) -> None:
+        self.count, self.running = self.count + 1, self.running + 1
+
+    def on_end(self, event: event.Event) -> None:
+        self.count, self.running = self.count + 1, self.running - 1
+
+
+_compiling = _Compiling()

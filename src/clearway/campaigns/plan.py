@@ -69,10 +69,12 @@ class CampaignPlan:
         """
         given = dict(values)
         try:
-            selection = {k: tuple(v) if isinstance(v, list) else v for k, v in given.pop("selection").items()}
+            selection: dict[str, Any] = {
+                k: tuple(v) if isinstance(v, list) else v for k, v in given.pop("selection").items()
+            }
             budget = Budget(**given.pop("budget"))
             lists = {k: tuple(given.pop(k)) for k in ("suites", "robots", "navigators")}
-            return cls(selection=Selection(**selection), budget=budget, **lists, **given)
+            return cls(selection=Selection(**selection), budget=budget, **(given | lists))
         except (KeyError, TypeError, AttributeError) as error:
             raise ClearwayError(f"this is not a campaign's plan: {error}", field="plan") from error
 

@@ -1,0 +1,148 @@
+"""The pilot gives the navigator what it needs and no more, keyed random streams, and a limit to its thinking."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+
+from clearway.campaigns.pilot import TookTooLong, compose
+from clearway.contract import Command, Diagnostics, Goal, Observation, Obstacles, Scan, Sensing, Task
+from clearway.errors import ClearwayError
+from clearway.geometry.grid import OccupancyGrid
+from clearway.robots import load_robot
+
+ROBOT = load_robot("tiago")
+GRID = OccupancyGrid(np.zeros((2, 2), np.int8), 0.05, (0.0, 0.0))
+GOAL = Goal(np.zeros(3), 0.1, 0.1)
+SCAN = Scan(np.ones(3), 0.0, 0.1, 0.0, 5.0, np.zeros(3))
+DISCS = Obstacles(np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1), np.zeros(1), np.zeros(1, np.int64))
+
+
+class Recorder:
+    """Keeps what it was told."""
+
+    needs: frozenset[Any] = frozenset()
+
+    def reset(self, task: Task, robot: Any, rng: np.random.Generator) -> None:
+        self.task, self.drawn = task, rng.uniform(size=3)
+
+    def step(self, observation: Observation) -> Command:
+        self.seen = observation
+        return Command(0.1, 0.2)
+
+
+class Here:
+    """A localiser that draws `draws` numbers and knows where it is."""
+
+    def __init__(self, draws: int = 0) -> None:
+        self.draws = draws
+
+    def reset(self, task: Task, robot: Any, rng: np.random.Generator) -> None:
+        self.task, self.drawn = task, rng.uniform(size=self.draws)
+
+    def update(self, sensing: Sensing) -> np.ndarray:
+        return np.array([1.0, 2.0, 3.0])
+
+
+def needing(*needs: str) -> Recorder:
+    recorder = Recorder()
+    recorder.needs = frozenset(needs)
+    return recorder
+
+
+def sensing(t: float = 0.0, scan: Scan | None = SCAN, obstacles: Obstacles | None = DISCS) -> Sensing:
+    return Sensing(t, np.full(3, 0.5), np.array([0.1, 0.2]), scan, obstacles, GOAL, np.full(3, 9.0))
+
+
+def start(pilot: Any, seed: int = 1) -> None:
+    pilot.reset(Task(0.1, 0.5, np.zeros(3), map=GRID), ROBOT, np.random.default_rng(seed))
+
+
+def test_it_gives_only_what_is_needed() -> None:
+    nothing, everything = needing(), needing("map", "scan", "obstacles")
+    for navigator in (nothing, everything):
+        localiser = Here()
+        pilot = compose(navigator, localiser, "truth")
+        start(pilot)
+        decision = pilot.decide(sensing())
+        assert localiser.task.map is GRID  # a localiser may always have it
+        assert decision.command == Command(0.1, 0.2)
+        assert decision.estimate.tolist() == navigator.seen.pose.tolist() == [1.0, 2.0, 3.0]
+        assert navigator.seen.velocity.tolist() == [0.1, 0.2]
+        assert navigator.seen.odom_pose.tolist() == [0.5] * 3
+    assert (nothing.task.map, nothing.seen.scan, nothing.seen.obstacles) == (None, None, None)
+    assert (everything.task.map, everything.seen.scan, everything.seen.obstacles) == (GRID, SCAN, DISCS)
+
+
+def test_what_is_needed_and_not_there_is_an_error() -> None:
+    for need, gone in (("obstacles", {"obstacles": None}), ("scan", {"scan": None})):
+        pilot = compose(needing(need), Here(), "truth")
+        start(pilot)
+        with pytest.raises(ClearwayError, match=f"needs {need}"):
+            pilot.decide(sensing(**gone))
+
+
+def test_random_streams_are_keyed_by_name() -> None:
+    """The localiser's draws don't move the navigator's, and the two streams differ."""
+    draws = []
+    for n in (1, 7):
+        navigator, localiser = needing(), Here(n)
+        start(compose(navigator, localiser, "truth"))
+        draws.append(navigator.drawn.tolist())
+        assert navigator.drawn[0] != localiser.drawn[0]
+    assert draws[0] == draws[1]
+    other = needing()
+    start(compose(other, Here(), "truth"), seed=2)
+    assert other.drawn.tolist() != draws[0]
+
+
+def test_diagnostics_are_asked_for_every_half_second() -> None:
+    class Shows(Recorder):
+        def diagnostics(self) -> Diagnostics:
+            return Diagnostics(status="on")
+
+    pilot = compose(Shows(), Here(), "truth")
+    for _ in range(2):  # a new trial begins anew
+        start(pilot)
+        shown = [i for i in range(21) if pilot.decide(sensing(0.1 * i)).diagnostics is not None]
+        assert shown == [0, 5, 10, 15, 20]
+
+
+def test_a_decision_that_hangs_is_broken_off() -> None:
+    class Hangs(Recorder):
+        def step(self, observation: Observation) -> Command:
+            try:
+                while True:
+                    time.sleep(0.01)
+            except Exception:  # a navigator that swallows everything can't swallow this
+                return Command(0.0, 0.0)
+
+    pilot = compose(Hangs(), Here(), "truth", decision_limit=0.1)
+    start(pilot)
+    began = time.perf_counter()
+    with pytest.raises(TookTooLong, match=r"took longer than 0.1 s"):
+        pilot.decide(sensing())
+    assert time.perf_counter() - began < 2.0
+    time.sleep(0.15)  # no alarm is left behind
+
+
+def test_compiling_does_not_count_as_hanging() -> None:
+    class Compiles(Recorder):
+        def step(self, observation: Observation) -> Command:
+            @numba.njit
+            def slow(x: float) -> float:
+                for i in range(3):
+                    x += np.linalg.norm(np.full(i + 1, x))
+                return x
+
+            return Command(float(slow(0.0)), 0.0)
+
+    pilot = compose(Compiles(), Here(), "truth", decision_limit=0.05)
+    start(pilot)
+    began = time.perf_counter()
+    assert pilot.decide(sensing()).command.v == 0.0
+    assert time.perf_counter() - began > 0.05  # or it proves nothing
