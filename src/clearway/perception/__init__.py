@@ -1,1 +1,43 @@
-"""What the robot makes of its sensing: localisers (truth, odometry, AMCL) and mapping."""
+"""What the robot makes of its sensors: localisers (`truth`, `odometry`, `amcl`) and mapping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from clearway.contract import Localiser
+from clearway.errors import unknown
+from clearway.perception.amcl import Amcl
+from clearway.perception.localisers import Odometry, Truth
+from clearway.perception.parameters import AmclParameters, MappingParameters, amcl_parameters, mapping_parameters
+from clearway.robots import Robot
+
+LOCALISERS: dict[str, Callable[[Robot], Localiser]] = {
+    "amcl": lambda robot: Amcl(amcl_parameters(robot)),
+    "odometry": lambda robot: Odometry(),
+    "truth": lambda robot: Truth(),
+}
+"""Name -> maker."""
+
+
+def make_localiser(name: str, robot: Robot) -> Localiser:
+    """The localiser `name` with the robot's parameters for it.
+
+    Raises:
+        ClearwayError: no such localiser, or a parameter in the robot's file is wrong.
+    """
+    if name not in LOCALISERS:
+        raise unknown("localisation", name, LOCALISERS)
+    return LOCALISERS[name](robot)
+
+
+__all__ = [
+    "LOCALISERS",
+    "Amcl",
+    "AmclParameters",
+    "MappingParameters",
+    "Odometry",
+    "Truth",
+    "amcl_parameters",
+    "make_localiser",
+    "mapping_parameters",
+]

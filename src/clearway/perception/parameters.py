@@ -1,0 +1,144 @@
+"""Parameters of the localiser `amcl` and of the mapper, under the names that ROS gives them."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from clearway.errors import ClearwayError
+from clearway.robots import Robot
+from clearway.validation import first_problem
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class AmclParameters(BaseModel):
+    """Parameters of AMCL; names and defaults are those of ROS's `amcl` node (`amcl_node.cpp`, `AMCL.cfg`).
+
+    Two defaults differ: the initial covariance is that of a robot which is already localised when it is placed at
+    its start (the node's 0.5 m and 15 deg are those of a robot that was just switched on), and the recovery by random
+    poses is off, as the node's own documentation recommends.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    min_particles: int = Field(default=100, ge=1)
+    max_particles: int = Field(default=5000, ge=1, le=1_000_000)
+    kld_err: Positive = Field(default=0.01, description="bound on the error between true and estimated distribution")
+    kld_z: NonNegative = Field(default=0.99, description="upper standard normal quantile for that bound")
+    update_min_d: NonNegative = Field(default=0.2, description="motion along x or y before an update, m")
+    update_min_a: NonNegative = Field(default=math.pi / 6, description="turn before an update, rad")
+    resample_interval: int = Field(default=2, ge=1, description="updates for each resampling")
+    selective_resampling: bool = Field(default=False, description="resample only if N_eff is below half")
+    recovery_alpha_slow: NonNegative = 0.0
+    recovery_alpha_fast: NonNegative = 0.0
+    initial_cov_xx: NonNegative = Field(default=0.05**2, description="m^2")
+    initial_cov_yy: NonNegative = Field(default=0.05**2, description="m^2")
+    initial_cov_aa: NonNegative = Field(default=0.05**2, description="rad^2")
+
+    odom_model_type: Literal["diff", "diff-corrected"] = "diff"
+    odom_alpha1: NonNegative = Field(default=0.2, description="rotation's noise from rotation")
+    odom_alpha2: NonNegative = Field(default=0.2, description="rotation's noise from translation")
+    odom_alpha3: NonNegative = Field(default=0.2, description="translation's noise from translation")
+    odom_alpha4: NonNegative = Field(default=0.2, description="translation's noise from rotation")
+    odom_alpha5: NonNegative = Field(default=0.2, description="of the omni model; not used by a differential drive")
+
+    laser_model_type: Literal["likelihood_field", "likelihood_field_prob"] = "likelihood_field"
+    laser_min_range: Finite = Field(default=-1.0, description="m; not above 0: the sensor's own")
+    laser_max_range: Finite = Field(default=-1.0, description="m; not above 0: the sensor's own")
+    laser_max_beams: int = Field(default=30, ge=2)
+    laser_z_hit: Annotated[float, Field(ge=0, le=1)] = 0.95
+    laser_z_short: NonNegative = Field(default=0.1, description="of the beam model; not used")
+    laser_z_max: NonNegative = Field(default=0.05, description="of the beam model; not used")
+    laser_z_rand: Annotated[float, Field(gt=0, le=1)] = 0.05
+    laser_sigma_hit: Positive = Field(default=0.2, description="m")
+    laser_lambda_short: NonNegative = Field(default=0.1, description="of the beam model; not used")
+    laser_likelihood_max_dist: Positive = Field(default=2.0, description="m")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> AmclParameters:
+        if self.max_particles < self.min_particles:
+            raise ValueError(f"max_particles {self.max_particles} must be at least min_particles {self.min_particles}")
+        return self
+
+
+class MappingParameters(BaseModel):
+    """Parameters of the mapper; names and defaults are those of ROS's `slam_gmapping` node.
+
+    The extent is only where the map begins: it grows as the robot sees more.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    maxUrange: Positive | None = Field(
+        default=None, description="range up to which beams are used, m; default: maxRange"
+    )
+    maxRange: Positive | None = Field(
+        default=None, description="beams beyond it are dropped, m; default: the sensor's less 0.01"
+    )
+    sigma: Positive = Field(default=0.05, description="of the score that the scan matching climbs, m^2")
+    kernelSize: int = Field(default=1, ge=0, description="cells around a beam's end that are searched for a wall")
+    lstep: Positive = Field(default=0.05, description="first step of the climb, m")
+    astep: Positive = Field(default=0.05, description="first step of the climb, rad")
+    iterations: int = Field(default=5, ge=1, description="halvings of the step")
+    lsigma: Positive = Field(default=0.075, description="of a beam's likelihood, m^2")
+    ogain: Positive = Field(default=3.0, description="smooths the particles' weights")
+    lskip: int = Field(default=0, ge=0, description="beams left out after each one used for matching")
+    minimumScore: NonNegative = Field(default=0.0, description="below it the odometry is believed")
+    llsamplerange: NonNegative = Field(default=0.01, description="half width of the sampled proposal, m")
+    llsamplestep: Positive = Field(default=0.01, description="m")
+    lasamplerange: NonNegative = Field(default=0.005, description="rad")
+    lasamplestep: Positive = Field(default=0.005, description="rad")
+    srr: NonNegative = Field(default=0.1, description="odometry's error: m per m")
+    srt: NonNegative = Field(default=0.2, description="odometry's error: rad per m")
+    str: NonNegative = Field(default=0.1, description="odometry's error: m per rad")
+    stt: NonNegative = Field(default=0.2, description="odometry's error: rad per rad")
+    linearUpdate: NonNegative = Field(default=1.0, description="motion before a scan is used, m")
+    angularUpdate: NonNegative = Field(default=0.5, description="turn before a scan is used, rad")
+    resampleThreshold: Annotated[float, Field(ge=0, le=1)] = Field(default=0.5, description="of N_eff / particles")
+    particles: int = Field(default=30, ge=1, le=1000)
+    delta: Positive = Field(default=0.05, description="edge of a cell, m")
+    occ_thresh: Annotated[float, Field(ge=0, le=1)] = Field(default=0.25, description="share of hits of a wall's cell")
+    xmin: Finite = Field(default=-10.0, description="where the map begins, m from the start")
+    ymin: Finite = Field(default=-10.0, description="m from the start")
+    xmax: Finite = Field(default=10.0, description="m from the start")
+    ymax: Finite = Field(default=10.0, description="m from the start")
+
+    @model_validator(mode="after")
+    def _extent(self) -> MappingParameters:
+        if self.xmax <= self.xmin or self.ymax <= self.ymin:
+            raise ValueError("xmax and ymax must lie above xmin and ymin")
+        return self
+
+
+def amcl_parameters(robot: Robot) -> AmclParameters:
+    """The robot file's table `[localisation.amcl]`, checked.
+
+    Raises:
+        ClearwayError: a key is unknown or a value is wrong.
+    """
+    return _checked(AmclParameters, robot.localisation.get("amcl", {}), f"robot {robot.name}: localisation.amcl")
+
+
+def mapping_parameters(robot: Robot) -> MappingParameters:
+    """The robot file's table `[mapping]`, checked.
+
+    Raises:
+        ClearwayError: a key is unknown or a value is wrong.
+    """
+    return _checked(MappingParameters, robot.mapping, f"robot {robot.name}: mapping")
+
+
+_Model = TypeVar("_Model", bound=BaseModel)
+
+
+def _checked(model: type[_Model], table: dict[str, Any], where: str) -> _Model:
+    try:
+        return model.model_validate(table)
+    except ValidationError as error:
+        problem: ClearwayError = first_problem(error, model, file=where)
+        raise problem from error
