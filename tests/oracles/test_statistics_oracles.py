@@ -124,3 +124,24 @@ def test_mean_interval_against_scipy():
     assert boot == bootstrap_interval(sample)
     assert boot.low == pytest.approx(found.low, abs=0.15)
     assert boot.high == pytest.approx(found.high, abs=0.25)
+
+
+def test_difference_of_paired_rates_covers_the_truth():
+    """Simulated: 60 tests, the same hard ones for both (correlated), true difference -0.1."""
+    rng = np.random.default_rng(8)
+    covered = 0
+    for _ in range(400):
+        hard, luck = rng.uniform(size=60), rng.uniform(size=(2, 60))
+        a = (0.5 * (hard < 0.8) + 0.5 * (luck[0] < 0.8)) > 0.4  # P = 1 - 0.2 * 0.2
+        b = a & (luck[1] < 1 - 0.1 / 0.96)
+        found = paired_success(a, b).difference
+        covered += found.low <= -0.1 <= found.high
+    assert covered / 400 >= 0.93
+
+
+def test_newcombe_s_own_example():
+    """Newcombe 1998, Stat. Med. 17, 2635: 20, 12, 2, 16 of 50 pairs; method 10 gives 0.0562 to 0.3292."""
+    first = np.repeat([1, 1, 0, 0], [20, 12, 2, 16])
+    second = np.repeat([1, 0, 1, 0], [20, 12, 2, 16])
+    found = paired_success(second, first).difference
+    assert (found.estimate, found.low, found.high) == pytest.approx((0.2, 0.0562, 0.3292), abs=5e-5)

@@ -20,6 +20,8 @@ from clearway.trials import Body, Trial
 
 PLACED = frozenset({"obstacle", "mover"})
 """Kinds of bodies that the test placed."""
+TOUCH = 1e-5
+"""m; a smaller gap is contact and counts as 0 (no measurement tells them apart; the simulated world stops there)."""
 
 
 def _bodies(trial: Trial, kinds: Iterable[str] | None) -> tuple[list[Body], list[int]]:
@@ -50,7 +52,8 @@ def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
 
 def _nearest(footprint: Shape, drive: Drive, fixed: list[Body], moving: list[Body], columns: list[int]) -> float:
     movers = np.ascontiguousarray(drive.movers[:, columns])
-    return float(path_clearance(footprint, track(drive), [*fixed, *moving], movers).min())
+    nearest = float(path_clearance(footprint, track(drive), [*fixed, *moving], movers).min())
+    return 0.0 if nearest < TOUCH else nearest
 
 
 @measure

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -108,7 +109,9 @@ def speed_limit(trial: Trial) -> float:
     return limit
 
 
+@lru_cache(maxsize=8)
 def _cut(trial: Trial, span: Span) -> Drive:
+    """Cached, as some thirty indicators ask for the same legs of the same trial in turn (a trial's hash is its identity)."""
     t = trial.t
     if not (len(t) and t[0] - _SAME_INSTANT <= span.start <= span.end <= t[-1] + _SAME_INSTANT):
         raise NotComputable(f"leg {trial.attempt.legs[span.leg].name} lies outside the recorded time")
