@@ -35,8 +35,8 @@ class Workspace:
     def __init__(self, rows: int, columns: int) -> None:
         self.rows, self.columns = rows, columns
         self.potential: PotentialGrid = np.full(rows * columns, HIGH, np.float32)
-        closed = np.zeros((rows, columns), np.uint8)
-        closed[0], closed[-1], closed[:, 0], closed[:, -1] = 1, 1, 1, 1
+        closed = np.ones((rows, columns), np.uint8)
+        closed[1:-1, 1:-1] = 0
         self.pending: ByteGrid = closed.reshape(-1)  # the outermost ring stays closed for ever
         self.blocks = np.empty((3, BLOCK), np.int32)
         self.extent = np.array([0, -1], np.int64)  # first and last cell whose potential was written
@@ -214,6 +214,18 @@ def best_first(  # type: ignore[no-untyped-def]
             size += 1
     extent[0], extent[1] = first, last
     return reached
+
+
+@kernel
+def fill_around(potential, costmap, columns, centre, neutral, quadratic):  # type: ignore[no-untyped-def]
+    """Give unreached cells within two of `centre` a potential from their neighbours, whatever they cost."""
+    for across in range(-2, 3):
+        for up in range(-2, 3):
+            n = centre + across + up * columns
+            if potential[n] >= HIGH:
+                step = np.float32((np.int64(costmap[n]) + neutral) % 256)  # a byte, which may overflow, in ROS
+                left, right, above, below = potential[n - 1], potential[n + 1], potential[n - columns], potential[n + columns]
+                potential[n] = _potential(left, right, above, below, step, quadratic)
 
 
 @kernel

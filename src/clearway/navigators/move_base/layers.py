@@ -1,0 +1,325 @@
+"""The costmap layers' inner loops, on uint8 grids (rows, columns) whose row 0 lies at the lowest y.
+
+A grid's frame is the costmap's; `origin` is the lower-left corner of cell (0, 0), `resolution` the edge of a cell,
+both in metres. A window is the half-open range of cells [r0, r1) x [c0, c1). Behaviour read from
+ros-planning/navigation: costmap_2d/plugins/{static,obstacle,inflation}_layer.cpp, costmap_2d/src/costmap_2d.cpp,
+costmap_2d/src/costmap_layer.cpp.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.compiled import kernel
+
+FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
+"""Costs with a meaning of their own (costmap_2d/cost_values.h)."""
+
+NO_BOUND = 3.4e38
+"""A bound that holds any map (FLT_MAX, as in the inflation layer)."""
+
+
+@kernel
+def shift(grid, across, up, fill):  # type: ignore[no-untyped-def]
+    """Move the grid's window by (across, up) cells; what was outside of it becomes `fill`."""
+    rows, columns = grid.shape
+    moved = np.full((rows, columns), np.uint8(fill))
+    r0, r1 = max(0, -up), min(rows, rows - up)
+    c0, c1 = max(0, -across), min(columns, columns - across)
+    for r in range(r0, r1):
+        for c in range(c0, c1):
+            moved[r, c] = grid[r + up, c + across]
+    grid[:, :] = moved
+
+
+@kernel
+def scan_points(ranges, beams, range_min, range_max, sensor, inf_is_valid, points):  # type: ignore[no-untyped-def]
+    """Project a scan as laser_geometry does: a range outside [range_min, range_max) gives no point.
+
+    Args:
+        ranges: (n,) m. beams: (n, 2) unit vectors in the sensor's frame. sensor: (3,) its pose in the costmap's frame.
+        inf_is_valid: an infinite range counts as range_max less 0.1 mm.
+        points: (n, 2) the points, written; the rest stays as it is.
+
+    Returns:
+        how many points there are.
+    """
+    x, y = sensor[0], sensor[1]
+    cosine, sine = math.cos(sensor[2]), math.sin(sensor[2])
+    count = 0
+    for i in range(ranges.size):
+        r = ranges[i]
+        if inf_is_valid and r == np.inf:
+            r = range_max - 0.0001
+        if range_min <= r < range_max:
+            bx, by = beams[i, 0], beams[i, 1]
+            points[count, 0] = x + r * (cosine * bx - sine * by)
+            points[count, 1] = y + r * (sine * bx + cosine * by)
+            count += 1
+    return count
+
+
+@kernel
+def clear_rays(grid, origin, resolution, points, x, y, reach, bounds, cleared_by, number):  # type: ignore[no-untyped-def]
+    """Free the cells along the rays from the sensor at (x, y) to the points, at most `reach` metres (Bresenham).
+
+    Args:
+        bounds: (4,) smallest x, y, largest x, y that changed; widened.
+        cleared_by: (rows, columns) int32, takes the scan's `number` where a ray passes; of size 0 if nobody asks.
+    """
+    rows, columns = grid.shape
+    ox, oy = origin[0], origin[1]
+    if x < ox or y < oy:
+        return
+    c0, r0 = int((x - ox) / resolution), int((y - oy) / resolution)
+    if c0 >= columns or r0 >= rows:
+        return
+    far_x, far_y = ox + columns * resolution, oy + rows * resolution
+    low_x, low_y = min(bounds[0], x), min(bounds[1], y)
+    high_x, high_y = max(bounds[2], x), max(bounds[3], y)
+    cells = grid.reshape(rows * columns)
+    keep = cleared_by.size > 0
+    stamps = cleared_by.reshape(cleared_by.size)
+    longest = math.ceil(reach / resolution)
+    last = -1
+    for i in range(points.shape[0]):
+        px, py = points[i, 0], points[i, 1]
+        a, b = px - x, py - y
+        if px < ox:
+            px, py = ox, y + b * ((ox - x) / a)
+        if py < oy:
+            px, py = x + a * ((oy - y) / b), oy
+        if px > far_x:
+            px, py = far_x - 0.001, y + b * ((far_x - x) / a)
+        if py > far_y:
+            px, py = x + a * ((far_y - y) / b), far_y - 0.001
+        if px < ox or py < oy:
+            continue
+        c1, r1 = int((px - ox) / resolution), int((py - oy) / resolution)
+        if c1 >= columns or r1 >= rows:
+            continue
+        length = math.hypot(px - x, py - y)
+        scale = min(1.0, reach / length) if length > 0 else 1.0
+        ex, ey = x + (px - x) * scale, y + (py - y) * scale
+        low_x, low_y, high_x, high_y = min(low_x, ex), min(low_y, ey), max(high_x, ex), max(high_y, ey)
+        end = r1 * columns + c1
+        if end == last:
+            continue  # the same line again
+        last = end
+        dx, dy = c1 - c0, r1 - r0
+        nx, ny = abs(dx), abs(dy)
+        step_x = 1 if dx > 0 else -1
+        step_y = columns if dy > 0 else -columns
+        distance = math.hypot(dx, dy)
+        part = min(1.0, longest / distance) if distance > 0 else 1.0
+        if nx >= ny:
+            major, minor, step_major, step_minor = nx, ny, step_x, step_y
+        else:
+            major, minor, step_major, step_minor = ny, nx, step_y, step_x
+        error = major // 2
+        cell = r0 * columns + c0
+        for _ in range(min(int(part * major), major)):
+            cells[np.uint32(cell)] = FREE
+            if keep:
+                stamps[np.uint32(cell)] = number
+            cell += step_major
+            error += minor
+            if error >= major:
+                cell += step_minor
+                error -= major
+        cells[np.uint32(cell)] = FREE
+        if keep:
+            stamps[np.uint32(cell)] = number
+    bounds[0], bounds[1], bounds[2], bounds[3] = low_x, low_y, high_x, high_y
+
+
+@kernel
+def mark_points(grid, origin, resolution, points, x, y, reach, bounds):  # type: ignore[no-untyped-def]
+    """Make the points' cells lethal where they are nearer than `reach` to the sensor at (x, y); widens `bounds`."""
+    rows, columns = grid.shape
+    for i in range(points.shape[0]):
+        px, py = points[i, 0], points[i, 1]
+        if (px - x) ** 2 + (py - y) ** 2 >= reach * reach or px < origin[0] or py < origin[1]:
+            continue
+        c, r = int((px - origin[0]) / resolution), int((py - origin[1]) / resolution)
+        if c >= columns or r >= rows:
+            continue
+        grid[r, c] = LETHAL
+        bounds[0], bounds[1] = min(bounds[0], px), min(bounds[1], py)
+        bounds[2], bounds[3] = max(bounds[2], px), max(bounds[3], py)
+
+
+@kernel
+def expire_points(grid, origin, resolution, points, cleared_by, oldest, bounds):  # type: ignore[no-untyped-def]
+    """Free the cells that the points of a forgotten scan had marked, where a ray of a scan still kept has passed."""
+    rows, columns = grid.shape
+    for i in range(points.shape[0]):
+        px, py = points[i, 0], points[i, 1]
+        if px < origin[0] or py < origin[1]:
+            continue
+        c, r = int((px - origin[0]) / resolution), int((py - origin[1]) / resolution)
+        if c < columns and r < rows and cleared_by[r, c] >= oldest:
+            grid[r, c] = FREE
+            bounds[0], bounds[1] = min(bounds[0], px), min(bounds[1], py)
+            bounds[2], bounds[3] = max(bounds[2], px), max(bounds[3], py)
+
+
+@kernel
+def fill_polygon(grid, origin, resolution, polygon, value):  # type: ignore[no-untyped-def]
+    """Set the cells of a convex polygon (n, 2), outline included, unless a vertex lies off the grid."""
+    rows, columns = grid.shape
+    n = polygon.shape[0]
+    vertex = np.empty((n, 2), np.int64)
+    for i in range(n):
+        if polygon[i, 0] < origin[0] or polygon[i, 1] < origin[1]:
+            return
+        vertex[i, 0] = int((polygon[i, 0] - origin[0]) / resolution)
+        vertex[i, 1] = int((polygon[i, 1] - origin[1]) / resolution)
+        if vertex[i, 0] >= columns or vertex[i, 1] >= rows:
+            return
+    left, right = vertex[:, 0].min(), vertex[:, 0].max()
+    low = np.full(right - left + 1, rows)
+    high = np.full(right - left + 1, -1)
+    for i in range(n):
+        c, r = vertex[i]
+        dx, dy = vertex[(i + 1) % n] - vertex[i]
+        nx, ny = abs(dx), abs(dy)
+        step_c, step_r = (1 if dx > 0 else -1), (1 if dy > 0 else -1)
+        major, minor = max(nx, ny), min(nx, ny)
+        error = major // 2
+        for _ in range(major + 1):
+            low[c - left], high[c - left] = min(low[c - left], r), max(high[c - left], r)
+            error += minor
+            turn = error >= major
+            if turn:
+                error -= major
+            if nx >= ny or turn:
+                c += step_c
+            if nx < ny or turn:
+                r += step_r
+    for c in range(left, right + 1):
+        for r in range(low[c - left], high[c - left] + 1):
+            grid[r, c] = value
+
+
+@kernel
+def compose(master, window, fill, below, obstacles, overwrite):  # type: ignore[no-untyped-def]
+    """Rebuild a window of the master grid: the static layer (or `fill`), then the obstacle layer.
+
+    Args:
+        window: (4,) r0, r1, c0, c1. below: the static layer's grid, or one of size 0. obstacles: likewise.
+        overwrite: the obstacle layer overwrites wherever it knows; else the larger cost wins.
+    """
+    r0, r1, c0, c1 = window[0], window[1], window[2], window[3]
+    if below.size:
+        master[r0:r1, c0:c1] = below[r0:r1, c0:c1]
+    else:
+        master[r0:r1, c0:c1] = fill
+    if obstacles.size == 0:
+        return
+    for r in range(r0, r1):
+        for c in range(c0, c1):
+            new, old = obstacles[r, c], master[r, c]
+            if new != UNKNOWN and (overwrite or old == UNKNOWN or old < new):
+                master[r, c] = new
+
+
+@kernel
+def project_static(static, origin, resolution, transform, target, target_origin, target_resolution, fill):  # type: ignore[no-untyped-def]
+    """Lay a static map under a rolling window in another frame: each cell's centre takes the map's cost there.
+
+    Args:
+        static: (rows, columns) in the map's frame, with `origin` and `resolution`. target: written.
+        transform: (3,) pose of the target's frame in the map's. fill: where the map does not reach.
+    """
+    cosine, sine = math.cos(transform[2]), math.sin(transform[2])
+    for r in range(target.shape[0]):
+        y = target_origin[1] + (r + 0.5) * target_resolution
+        for c in range(target.shape[1]):
+            x = target_origin[0] + (c + 0.5) * target_resolution
+            mx = transform[0] + cosine * x - sine * y - origin[0]
+            my = transform[1] + sine * x + cosine * y - origin[1]
+            target[r, c] = fill
+            if mx >= 0 and my >= 0:
+                mc, mr = int(mx / resolution), int(my / resolution)
+                if mc < static.shape[1] and mr < static.shape[0]:
+                    target[r, c] = static[mr, mc]
+
+
+@kernel
+def forget(grid, c0, r0, c1, r1, inside):  # type: ignore[no-untyped-def]
+    """Make cells unknown: those outside of the open range (c0, c1) x (r0, r1), or those inside (CostmapLayer::clearArea)."""
+    for r in range(grid.shape[0]):
+        for c in range(grid.shape[1]):
+            if (c0 < c < c1 and r0 < r < r1) == inside:
+                grid[r, c] = UNKNOWN
+
+
+@kernel
+def inflate(grid, window, reach, bin_of, cost_of, unknown_too, seen, stamp, head, tail, after, node):  # type: ignore[no-untyped-def]
+    """Spread the cost of lethal cells around them, each cell from the source that reaches it first.
+
+    Cells are visited in the order of their Euclidean distance to their source, through four-neighbours, as ROS does.
+
+    Args:
+        window: (4,) r0, r1, c0, c1 of what changed; sources up to `reach` cells around it count.
+        bin_of: (reach + 2, reach + 2) int32 rank of the distance (dx, dy), -1 beyond reach; cost_of: uint8, its cost.
+        seen: (cells,) uint8, equal to `stamp` where visited. head, tail: (bins,) int32; after: (nodes,) int32 and
+        node: (nodes, 4) int16 hold the queue, a list per distance.
+    """
+    rows, columns = grid.shape
+    r0, r1 = max(0, window[0] - reach), min(rows, window[1] + reach)
+    c0, c1 = max(0, window[2] - reach), min(columns, window[3] + reach)
+    head[:] = -1
+    count = 0
+    for r in range(r0, r1):
+        for c in range(c0, c1):
+            if grid[r, c] == LETHAL:
+                node[count, 0], node[count, 1], node[count, 2], node[count, 3] = c, r, c, r
+                after[count] = count + 1
+                count += 1
+    if count == 0:
+        return
+    after[count - 1] = -1
+    head[0], tail[0] = 0, count - 1
+    for b in range(head.size):
+        current = head[b]
+        while current >= 0:
+            c, r = np.int64(node[current, 0]), np.int64(node[current, 1])
+            sc, sr = np.int64(node[current, 2]), np.int64(node[current, 3])
+            cell = r * columns + c
+            if seen[cell] != stamp:
+                seen[cell] = stamp
+                cost = cost_of[abs(c - sc), abs(r - sr)]
+                old = grid[r, c]
+                if old != UNKNOWN:
+                    if cost > old:
+                        grid[r, c] = cost
+                elif cost >= INSCRIBED or (unknown_too and cost > FREE):
+                    grid[r, c] = cost
+                for k in range(4):
+                    nc, nr = c, r
+                    if k == 0:
+                        nc -= 1
+                    elif k == 1:
+                        nr -= 1
+                    elif k == 2:
+                        nc += 1
+                    else:
+                        nr += 1
+                    if nc < 0 or nr < 0 or nc >= columns or nr >= rows or seen[nr * columns + nc] == stamp:
+                        continue
+                    rank = bin_of[abs(nc - sc), abs(nr - sr)]
+                    if rank < 0:
+                        continue
+                    node[count, 0], node[count, 1], node[count, 2], node[count, 3] = nc, nr, sc, sr
+                    after[count] = -1
+                    if head[rank] < 0:
+                        head[rank] = count
+                    else:
+                        after[tail[rank]] = count
+                    tail[rank] = count
+                    count += 1
+            current = after[current]
