@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -29,8 +29,8 @@ def clearance(shape_a: Shape, pose_a: FloatArray, shape_b: Shape, pose_b: FloatA
     """Gap between `shape_a` at `pose_a` (3,) and `shape_b` at `pose_b` (3,), in metres; 0.0 where they overlap."""
     a, b = pack([shape_a]), pack([shape_b])
     at_a, at_b = np.empty_like(a.points), np.empty_like(b.points)
-    transform(a.points, *(float(p) for p in pose_a), at_a)
-    transform(b.points, *(float(p) for p in pose_b), at_b)
+    transform(a.points, float(pose_a[0]), float(pose_a[1]), float(pose_a[2]), at_a)
+    transform(b.points, float(pose_b[0]), float(pose_b[1]), float(pose_b[2]), at_b)
     return float(gap(at_a, a.radius[0], at_b, b.radius[0]))
 
 
@@ -45,12 +45,7 @@ def min_clearance(footprint: Shape, poses: FloatArray, bodies: Sequence[Placed],
     Returns:
         (n,) metres; inf where there is no body.
     """
-    shapes, at, moving = _prepare(bodies, poses, movers)
-    foot = pack([footprint])
-    return np.asarray(
-        _sampled(foot.points, foot.radius[0], foot.reach[0], np.ascontiguousarray(poses, dtype=np.float64),
-                 *shapes, at, moving)
-    )  # fmt: skip
+    return np.asarray(_sampled(*_arguments(footprint, poses, bodies, movers)))
 
 
 def path_clearance(
@@ -64,37 +59,30 @@ def path_clearance(
     Returns:
         (n,) metres; entry i holds over [sample i, sample i + 1], the last one at the last sample.
     """
-    shapes, at, moving = _prepare(bodies, poses, movers)
-    foot = pack([footprint])
-    return np.asarray(
-        _between(foot.points, foot.radius[0], foot.reach[0], np.ascontiguousarray(poses, dtype=np.float64),
-                 *shapes, at, moving, tolerance, False)
-    )  # fmt: skip
+    return np.asarray(_between(tolerance, False, *_arguments(footprint, poses, bodies, movers)))
 
 
 def closest_approach(
     footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], movers: FloatArray, tolerance: float = 1e-3
 ) -> float:
     """The smallest of `path_clearance`, in a fraction of its time; inf where there is no body."""
-    shapes, at, moving = _prepare(bodies, poses, movers)
-    foot = pack([footprint])
-    least = _between(foot.points, foot.radius[0], foot.reach[0], np.ascontiguousarray(poses, dtype=np.float64),
-                     *shapes, at, moving, tolerance, True)  # fmt: skip
+    least = _between(tolerance, True, *_arguments(footprint, poses, bodies, movers))
     return float(least.min(initial=math.inf))
 
 
-def _prepare(bodies: Sequence[Placed], poses: FloatArray, movers: FloatArray) -> tuple[tuple, FloatArray, FloatArray]:  # type: ignore[type-arg]
-    """The packed bodies, static ones first; poses of the static ones (k, 3); of the moving ones (n, m, 3)."""
+def _arguments(footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], movers: FloatArray) -> Any:
+    """What `_sampled` takes."""
     static = [b for b in bodies if b.pose is not None]
     moving = [b for b in bodies if b.pose is None]
-    packed = pack([b.shape for b in static + moving])
     at = np.array([b.pose for b in static], dtype=np.float64).reshape(-1, 3)
     track = np.ascontiguousarray(movers, dtype=np.float64)
     if track.size == 0:
         track = np.full((len(poses), len(moving), 3), np.nan)
     if track.shape != (len(poses), len(moving), 3):
         raise ValueError(f"movers has shape {track.shape}; {(len(poses), len(moving), 3)} goes with poses and bodies")
-    return tuple(packed), at, track
+    foot = pack([footprint])
+    way = np.ascontiguousarray(poses, dtype=np.float64)
+    return foot.points, foot.radius[0], foot.reach[0], way, *pack([b.shape for b in static + moving]), at, track
 
 
 @kernel
@@ -196,7 +184,7 @@ def _sampled(
     foot: FloatArray, foot_radius: float, foot_reach: float, poses: FloatArray,
     points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, movers: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """`min_clearance` on packed shapes."""
+    """`min_clearance` on packed shapes, the static ones at `at` (k, 3) first."""
     n, still = poses.shape[0], at.shape[0]
     best = np.full(n, math.inf)
     robot, body = np.empty_like(foot), np.empty_like(points)
@@ -220,9 +208,9 @@ def _sampled(
 
 @kernel
 def _between(
+    tolerance: float, whole: bool,
     foot: FloatArray, foot_radius: float, foot_reach: float, poses: FloatArray,
     points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, movers: FloatArray,
-    tolerance: float, whole: bool,
 ) -> FloatArray:  # fmt: skip
     """`path_clearance` on packed shapes: bisects each interval until motion bounds leave no room below the best.
 

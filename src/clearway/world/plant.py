@@ -8,7 +8,6 @@ an appointment on the robot's odometer, which counts the metres that no point of
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -36,28 +35,6 @@ ODOMETER, APPOINTMENT, ELAPSED = 10, 11, 12  # m; the first reading at which a s
 STATE = 13
 
 
-class Still(NamedTuple):
-    """Bodies that stand still: packed points in the map frame, (n, 4) boxes, (n,) appointments on the odometer."""
-
-    points: FloatArray
-    first: np.ndarray
-    radius: FloatArray
-    boxes: FloatArray
-    due: FloatArray
-
-
-class Moving(NamedTuple):
-    """Moving bodies: packed points in their own frames, tracks, (m,) metres for which each needs no look."""
-
-    points: FloatArray
-    first: np.ndarray
-    radius: FloatArray
-    reach: FloatArray
-    knots: FloatArray
-    speed: FloatArray
-    slack: FloatArray
-
-
 def drive_limits(drive: Drive, speed: float) -> FloatArray:
     """(7,) v_min, v_max, acceleration, deceleration, omega_max, angular acceleration, angular deceleration."""
     return np.array(
@@ -76,17 +53,22 @@ def odometry_errors(odometry: Odometry, key: np.uint64) -> FloatArray:
 
 @kernel
 def tick(
-    state: FloatArray, v: float, omega: float, period: float, count: int,
+    state: FloatArray, v: float, omega: float, count: int, rows: np.ndarray, leg_time: float, mover_poses: FloatArray,
+    period: float,
     drive: FloatArray, errors: FloatArray, odometry_key: np.uint64,
     foot: FloatArray, foot_radius: float, foot_reach: float,
     still_points: FloatArray, still_first: np.ndarray, still_radius: FloatArray, boxes: FloatArray, due: FloatArray,
     points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, knots: FloatArray, speed: FloatArray,
-    slack: FloatArray, rows: np.ndarray, leg_time: float, mover_poses: FloatArray,
+    slack: FloatArray,
 ) -> int:  # fmt: skip
     """Drive for one control period, or until contact.
 
     Args:
         state: (STATE,), updated; ELAPSED is the time driven. v, omega: the command. count: of control periods so far.
+        drive, errors: see `drive_limits`, `odometry_errors`. foot...: the footprint, packed.
+        still_...: bodies that stand still, packed in the map frame, with their boxes (n, 4), and when each is due: the
+        reading of the odometer up to which it needs no look. points...: moving bodies, packed in their own frames,
+        with their tracks; slack: metres for which each needs no look.
         rows: (m, 2) of the current leg's tracks. leg_time: s since it began. mover_poses: (m, 3), filled for the end.
 
     Returns:
@@ -196,11 +178,11 @@ def tick(
 
 @kernel
 def scan(
-    x: float, y: float, theta: float, mount: FloatArray,
-    segments: FloatArray, circles: FloatArray,
+    ranges: FloatArray, x: float, y: float, theta: float, count: int,
+    mount: FloatArray, segments: FloatArray, circles: FloatArray,
     moving_segments: FloatArray, segment_owner: np.ndarray, moving_circles: FloatArray, circle_owner: np.ndarray,
     mover_poses: FloatArray,
-    directions: FloatArray, optics: FloatArray, key: np.uint64, count: int, ranges: FloatArray,
+    directions: FloatArray, optics: FloatArray, key: np.uint64,
 ) -> None:  # fmt: skip
     """One sweep of the lidar into `ranges` (n,), with noise; inf: no return.
 

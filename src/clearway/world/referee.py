@@ -29,6 +29,8 @@ class Referee:
         self.spans: list[Span] = []
         self.events: list[Event] = []
         self.reason = ""
+        self._clock: float | None = None
+        self._baseline = (0.0, 0.0, 0.0)
         self._begin(0, 0.0, pose)
 
     def judge(self, t: float, pose: FloatArray, estimate: FloatArray, command: Command) -> Outcome | None:
@@ -79,7 +81,7 @@ class Referee:
         self.leg = leg
         self.goal = Goal(now.goal, now.xy_tolerance, now.yaw_tolerance, leg)
         self._since = t
-        self._clock: float | None = t if self._rules[leg].clock_starts_after == 0.0 else None
+        self._clock = t if self._rules[leg].clock_starts_after == 0.0 else None
         self._from = float(pose[0]), float(pose[1])
         self._baseline = (t, *self._from)
 

@@ -198,7 +198,8 @@ def _placed(start: FloatArray, scenario: Scenario) -> FloatArray:
     radius = scenario.placement_xy * math.sqrt(uniform(key, 0, 0))
     angle = 2.0 * math.pi * uniform(key, 0, 1)
     turn = scenario.placement_yaw * (2.0 * uniform(key, 0, 2) - 1.0)
-    return start + np.array([radius * math.cos(angle), radius * math.sin(angle), turn])
+    error = (radius * math.cos(angle), radius * math.sin(angle), turn)
+    return np.array([a + b for a, b in zip(start.tolist(), error, strict=True)])
 
 
 def _attempt(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class World:
         self._boxes = boxes(still)
         self._slack = np.zeros(len(self._moving))
         self.movers = np.full((len(self._moving), 3), np.nan)
-        self._tick = (
+        self._tick: Any = (
             robot.period, plant.drive_limits(robot.drive, speed), plant.odometry_errors(robot.odometry, key), key,
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
             still.points, still.first, still.radius, self._boxes, np.zeros(len(self._still)),
@@ -61,7 +62,7 @@ class World:
         self._leg_begin = 0.0
         self._place_movers(0.0)
 
-        self._scan = None
+        self._scan: Any = None
         if robot.lidar is not None:
             lidar = robot.lidar
             rays = beams(lidar.beams, lidar.angle_min, lidar.angle_max, lidar.range_min, lidar.range_max)
@@ -73,6 +74,7 @@ class World:
                 mount.copy(), fixed.segments, fixed.circles, movable.segments, movable.segment_owner, movable.circles,
                 movable.circle_owner, self.movers, rays.directions, optics, stream(seed, "lidar"),
             )  # fmt: skip
+            self._beams = lidar.beams
             self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
 
     @property
@@ -106,9 +108,8 @@ class World:
         if self._scan is None:
             return None
         x, y, theta = self._state[0:3].tolist()
-        mount, *scene_args, key = self._scan
-        ranges = np.empty(len(scene_args[-2]))
-        plant.scan(x, y, theta, mount, *scene_args, key, self._count, ranges)
+        ranges = np.empty(self._beams)
+        plant.scan(ranges, x, y, theta, self._count, *self._scan)
         return Scan(ranges, *self._about)
 
     def advance(self, v: float, omega: float, t: float) -> tuple[float, Body | None]:
@@ -117,13 +118,11 @@ class World:
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
-        period, *rest = self._tick
-        hit = plant.tick(
-            self._state, v, omega, period, self._count, *rest, self._rows, t - self._leg_begin, self.movers
-        )
+        leg_time = t - self._leg_begin
+        hit = plant.tick(self._state, v, omega, self._count, self._rows, leg_time, self.movers, *self._tick)
         self._count += 1
         if hit < 0:
-            return period, None
+            return self._period, None
         return float(self._state[plant.ELAPSED]), (self._still + self._moving)[hit]
 
     def touching(self) -> Body | None:
