@@ -110,7 +110,8 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
         if (spec.robot, scenario.name) not in checked:
             checked.add((spec.robot, scenario.name))
             for problem in check_scenario(scenario, robot):
-                raise problem
+                file = spec.suite if spec.suite.endswith(".toml") else problem.file
+                raise ClearwayError(problem.problem, file=file, field=problem.field)
         has_map = granted_map(plan.map, scenario) is not None
         combination = (spec.robot, spec.navigator, spec.localisation, has_map)
         if combination in seen:

@@ -85,25 +85,27 @@ class CampaignPlan:
             ClearwayError: an unknown suite or robot, or a selection that selects nothing.
         """
         built = []
-        for suite in map(load_suite, self.suites):
+        for name in self.suites:
+            suite = load_suite(name)
             for robot in self.robots:
                 scenarios = suite.build(load_robot(robot), self.selection, self.seed)
-                built += [(robot, navigator, s) for navigator in self.navigators for s in scenarios]
+                built += [(robot, navigator, s, name) for navigator in self.navigators for s in scenarios]
         return [
-            TrialSpec(i, s, robot, navigator, self.localisation or s.localisation)
-            for i, (robot, navigator, s) in enumerate(built)
+            TrialSpec(i, s, robot, navigator, self.localisation or s.localisation, suite)
+            for i, (robot, navigator, s, suite) in enumerate(built)
         ]
 
 
 @dataclass(frozen=True, slots=True)
 class TrialSpec:
-    """One trial to run: its number in the results, and who does what, by name."""
+    """One trial to run: its number in the results, and who does what, by name; `suite` as the user named it."""
 
     index: int
     scenario: Scenario
     robot: str
     navigator: str
     localisation: str
+    suite: str
 
     @property
     def id(self) -> str:
@@ -132,6 +134,8 @@ def _read_map(path: str) -> OccupancyGrid:
 
 
 def _usual_robots(suites: tuple[str, ...]) -> tuple[str, ...]:
+    for suite in suites:
+        load_suite(suite)  # an unknown suite is the better complaint
     usual = dict.fromkeys(robot for suite in suites for robot in USUAL_ROBOTS.get(suite, ()))
     if not usual:
         raise ClearwayError(f"say which robot is to drive the suite {suites[0]!r}", field="robots")

@@ -57,7 +57,7 @@ def _top(
 def main() -> None:
     """Entry point: shows the errors that a user can mend in one line, without a traceback."""
     try:
-        app()
+        app(prog_name="clearway")
     except ClearwayError as error:
         typer.echo(f"clearway: {error}", err=True)
         sys.exit(2)

@@ -37,6 +37,9 @@ def run(
     map_: Annotated[
         Path | None, typer.Option("--map", help="A map that the robot built (map.yaml) instead of the true one.")
     ] = None,
+    decision_limit: Annotated[
+        float, typer.Option(help="Seconds of wall clock after which a navigator's decision counts as hung.")
+    ] = 10.0,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; default: one a core.")] = None,
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME.")] = None,
     resume: Annotated[
@@ -79,6 +82,7 @@ def run(
                 seed=seed,
                 localisation=localisation,
                 map=map_,
+                decision_limit=decision_limit,
                 workers=workers,
                 out=resume or out,
                 resume=resume is not None,
