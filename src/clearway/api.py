@@ -12,8 +12,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from clearway.campaigns import CampaignPlan, run_campaign
-from clearway.campaigns.campaign import ProgressCallback, resume_campaign
+from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
+from clearway.campaigns.campaign import ProgressCallback
 from clearway.contract import Budget
 from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection
@@ -137,10 +137,10 @@ def run(
 
 
 def resume(out: str | Path, *, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:
-    """Complete the campaign in `out`, which was interrupted, by the plan that it holds.
+    """Complete the campaign in `out` by the plan that it holds; a finished one is opened as it is.
 
     Raises:
-        ClearwayError: `out` holds no campaign, or as for `run`.
+        ClearwayError: `out` holds no campaign, or its suite, robots or versions have changed since.
     """
     done = resume_campaign(Path(out), workers, progress)
     return Results(done.path, done.campaign)
