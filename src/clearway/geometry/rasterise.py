@@ -22,7 +22,7 @@ def outline(shape: Shape, pose: FloatArray, *, sides: int = 48) -> FloatArray:
     else:
         points = shape.array
     c, s = math.cos(pose[2]), math.sin(pose[2])
-    return points @ np.array([[c, s], [-s, c]]) + np.asarray(pose[:2])
+    return np.asarray(points @ np.array([[c, s], [-s, c]]) + np.asarray(pose[:2]))
 
 
 def rasterise(

@@ -7,6 +7,7 @@ below `free_thresh`, unknown between (ROS wiki, map_server, trinary mode; the de
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from pathlib import Path
@@ -17,6 +18,7 @@ import yaml
 
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from clearway.geometry.shapes import FloatArray
 
 PIXEL = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
 """What `map_saver` writes for each value."""
@@ -78,11 +80,11 @@ def write_map(path: str | Path, grid: OccupancyGrid) -> None:
     pixels = np.full(grid.data.shape, PIXEL[UNKNOWN], dtype=np.uint8)
     pixels[grid.data == OCCUPIED] = PIXEL[OCCUPIED]
     pixels[grid.data == FREE] = PIXEL[FREE]
-    rows, cols = pixels.shape
+    rows, cols = (int(n) for n in grid.data.shape)
     image.write_bytes(f"P5\n{cols} {rows}\n255\n".encode() + pixels[::-1].tobytes())
 
 
-def read_pgm(path: str | Path) -> np.ndarray:
+def read_pgm(path: str | Path) -> FloatArray:
     """The pixels (rows, cols) of a PGM image, plain (P2) or raw (P5), scaled to 0..255 float64; first row on top.
 
     Raises:
@@ -104,8 +106,9 @@ def read_pgm(path: str | Path) -> np.ndarray:
         values = np.array(words[: rows * cols], dtype=np.float64)
     else:
         comment = re.match(rb"(?:[ \t]*#[^\n]*)?\s", body)  # one white space ends the header
-        values = np.frombuffer(body[comment.end() if comment else 0 :], dtype=">u2" if top > 255 else np.uint8)
-        values = values[: rows * cols].astype(np.float64)
+        start, wide = comment.end() if comment else 0, 2 if top > 255 else 1
+        end = start + min(rows * cols, (len(body) - start) // wide) * wide
+        values = np.frombuffer(body[start:end], dtype=">u2" if wide == 2 else np.uint8).astype(np.float64)
     if values.size < rows * cols:
         raise ClearwayError(f"is cut short: {values.size} of {rows * cols} pixels", file=path)
     if values.max() > top:
@@ -127,10 +130,8 @@ def _read_yaml(path: Path) -> dict[str, Any]:
 
 def _number(value: object, path: Path, field: str) -> float:
     if isinstance(value, str):  # YAML 1.1 reads 1e-3 as text
-        try:
+        with contextlib.suppress(ValueError):
             value = float(value)
-        except ValueError:
-            pass
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         raise ClearwayError(f"{value!r} must be a number", file=path, field=field)
     return float(value)

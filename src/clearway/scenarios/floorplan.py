@@ -113,7 +113,7 @@ class PlanSpec(_Part):
             along = math.atan2(self.b[1] - self.a[1], self.b[0] - self.a[0])
             if max(abs(math.remainder(h - along, math.tau)) for h in (self.a[2], self.b[2])) > 1e-6:
                 raise ValueError(f"a and b must head along the line from a to b ({along:.4f} rad)")
-        names = [f.name for f in (*self.walls, *self.furniture)]
+        names = [w.name for w in self.walls] + [f.name for f in self.furniture]
         if twice := sorted({n for n in names if names.count(n) > 1}):
             raise ValueError(f"the name {twice[0]!r} stands twice")
         return self
