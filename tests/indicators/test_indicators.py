@@ -210,6 +210,18 @@ def test_the_nearest_moment_between_two_samples_is_not_missed():
     assert value("MDO", small) == pytest.approx(math.sqrt(0.125) - 0.2, abs=1.1e-3)
 
 
+def test_an_obstacle_that_is_put_back_between_legs_does_not_sweep_over_the_robot():
+    cart = Body("cart", "mover", Circle(0.1), None)
+    both = (leg("forth", A, B), leg("turn", B, B), leg("back", B, A))
+
+    def put_back(t):  # across the lane at x = 4.9, right where the robot stands at 11.3 s
+        y = np.where(t < 11.35, -2.0, 2.0)
+        return np.stack([np.full_like(t, 4.9), y, 0 * t], 1)[:, None, :]
+
+    trial = shuttle(bodies=[cart], movers=put_back, legs=both)
+    assert value("MDO", trial) == pytest.approx(2.0 - 0.27 - 0.1)
+
+
 def test_manoeuvring_space():
     trial = shuttle(footprint=rectangle(0.6, 0.6))
     assert value("space", trial) == pytest.approx(0.0, abs=1e-9)

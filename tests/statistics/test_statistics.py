@@ -442,6 +442,14 @@ def test_compare_needs_something_in_common():
     assert compare(a, a).differences["p"].to_pylist()[0] == 1.0
 
 
+def test_a_table_without_trials_gives_tables_without_rows():
+    nothing = table([])
+    for function in (describe, success_rates, wilcoxon_between_speeds, correlation_table):
+        assert function(nothing).num_rows == 0
+    assert correlations(nothing).pairs["CT", "PL"].r is None
+    assert reduced_set(correlations(nothing)).dropped == ()
+
+
 def test_every_column_that_a_table_lacks_is_named():
     with pytest.raises(ClearwayError, match="unknown column 'success'"):
         success_rates(so(lambda v, s, r: 1.0).drop_columns(["success"]))
