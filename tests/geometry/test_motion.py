@@ -53,18 +53,27 @@ def test_a_quarter_circle_by_hand() -> None:
 
 
 def test_ramp_by_hand() -> None:
-    assert ramp(0.0, 1.0, 0.5, 2.0, 0.1) == pytest.approx(0.05)
-    assert ramp(1.0, 0.0, 0.5, 2.0, 0.1) == pytest.approx(0.8)
-    assert ramp(-1.0, 0.0, 0.5, 2.0, 0.1) == pytest.approx(-0.8)
-    assert ramp(0.1, 0.0, 0.5, 2.0, 0.1) == 0.0
-    assert ramp(0.1, -1.0, 0.5, 2.0, 0.1) == pytest.approx(-0.025)  # 0.05 s to stop, 0.05 s backwards at 0.5
-    assert ramp(0.3, 0.3, 0.5, 2.0, 0.1) == 0.3
+    assert ramp(0.0, 1.0, 0.5, 2.0, 0.1) == pytest.approx((0.05, 0.025))
+    assert ramp(1.0, 0.0, 0.5, 2.0, 0.1) == pytest.approx((0.8, 0.9))
+    assert ramp(-1.0, 0.0, 0.5, 2.0, 0.1) == pytest.approx((-0.8, -0.9))
+    assert ramp(0.1, 0.0, 0.5, 2.0, 0.1) == pytest.approx((0.0, 0.025))  # 0.05 s to stop
+    assert ramp(0.1, -1.0, 0.5, 2.0, 0.1) == pytest.approx((-0.025, (0.1 - 0.025) / 4))  # and 0.05 s backwards
+    assert ramp(0.3, 0.3, 0.5, 2.0, 0.1) == (0.3, 0.3)
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(0.1, 3), st.floats(0.1, 3), st.floats(0.001, 0.5))
 def test_ramp_never_overshoots_nor_exceeds_the_limits(
     now: float, target: float, up: float, down: float, dt: float
 ) -> None:
-    then = ramp(now, target, up, down, dt)
-    assert min(now, target) - 1e-12 <= then <= max(now, target) + 1e-12
+    then, mean = ramp(now, target, up, down, dt)
+    assert min(now, target) - 1e-12 <= min(then, mean) <= max(then, mean) <= max(now, target) + 1e-12
     assert abs(then - now) <= max(up, down) * dt + 1e-12
+
+
+@given(st.floats(-2, 2), st.floats(-2, 2), st.floats(0.1, 3), st.floats(0.1, 3))
+def test_ramp_in_two_parts_goes_as_far_as_in_one(now: float, target: float, up: float, down: float) -> None:
+    half, first = ramp(now, target, up, down, 0.2)
+    end, second = ramp(half, target, up, down, 0.3)
+    whole, mean = ramp(now, target, up, down, 0.5)
+    assert end == pytest.approx(whole, abs=1e-12)
+    assert 0.2 * first + 0.3 * second == pytest.approx(0.5 * mean, abs=1e-12)

@@ -39,17 +39,29 @@ def step_arc(pose: FloatArray, v: float, omega: float, dt: float) -> FloatArray:
 
 
 @kernel
-def ramp(now: float, target: float, faster: float, slower: float, dt: float) -> float:
+def ramp(now: float, target: float, faster: float, slower: float, dt: float) -> tuple[float, float]:
     """A velocity that heads for `target` from `now` during `dt` [s], with bounded acceleration.
 
     `faster` [m/s^2 or rad/s^2] bounds the growth of its magnitude, `slower` its decline; to change its sign it slows
     down to zero first and speeds up in what remains of `dt`.
+
+    Returns:
+        The velocity at the end, and its mean over `dt`.
     """
     if now * target < 0.0:
         stop = abs(now) / slower
         if stop >= dt:
-            return now - math.copysign(slower * dt, now)
-        return math.copysign(min(abs(target), faster * (dt - stop)), target)
-    if abs(target) > abs(now):
-        return math.copysign(min(abs(target), abs(now) + faster * dt), target)
-    return math.copysign(max(abs(target), abs(now) - slower * dt), now)
+            return _approach(now, 0.0, slower, dt)
+        end, mean = _approach(0.0, target, faster, dt - stop)
+        return end, (0.5 * now * stop + mean * (dt - stop)) / dt
+    return _approach(now, target, faster if abs(target) > abs(now) else slower, dt)
+
+
+@kernel
+def _approach(now: float, target: float, rate: float, dt: float) -> tuple[float, float]:
+    """`ramp` with one acceleration `rate` throughout."""
+    gap = target - now
+    if abs(gap) <= rate * dt:  # there in time: at the target from then on
+        return target, target - 0.5 * gap * abs(gap) / (rate * dt)
+    end = now + math.copysign(rate * dt, gap)
+    return end, 0.5 * (now + end)

@@ -85,8 +85,8 @@ def tick(
     done = 0.0
     for i in range(n):
         v0, w0 = state[V], state[OMEGA]
-        v1, w1 = ramp(v0, v_goal, drive[2], drive[3], h), ramp(w0, w_goal, drive[5], drive[6], h)
-        vm, wm = 0.5 * (v0 + v1), 0.5 * (w0 + w1)
+        v1, vm = ramp(v0, v_goal, drive[2], drive[3], h)
+        w1, wm = ramp(w0, w_goal, drive[5], drive[6], h)
         x, y, theta = state[X], state[Y], state[THETA]
         rate = abs(vm) + abs(wm) * foot_reach
         until = h  # contact, or the end of the step

@@ -1,0 +1,268 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from worlds import Pilot, body, constant, make_robot, make_scenario, mover, run, steer
+
+from clearway.contract import Budget, Command, Decision, Diagnostics, Sensing
+from clearway.errors import ClearwayError
+from clearway.geometry.raycast import beams, scene, sweep
+from clearway.geometry.shapes import Circle, rectangle
+from clearway.robots import load_robot
+from clearway.scenarios.suite import Selection
+from clearway.scenarios.suites import load_suite
+from clearway.trials import Outcome, Trial
+from clearway.world import simulate
+
+NOISY = {
+    "odometry": {"translation_per_metre": 0.02, "rotation_per_metre": 0.02, "rotation_per_radian": 0.02, "scale": 0.01},
+    "lidar": {"beams": 31, "angle_min": -1.5, "angle_max": 1.5, "range_min": 0.05, "range_max": 10.0, "sigma": 0.02},
+}
+THERE_AND_BACK = [
+    {"name": "forth", "goal": (2.0, 0.0, 0.0), "time_limit": 30.0},
+    {"name": "turn", "goal": (2.0, 0.0, math.pi), "time_limit": 30.0, "scored": False},
+    {"name": "back", "goal": (0.0, 0.0, math.pi), "time_limit": 30.0, "xy_tolerance": 0.05},
+]
+
+
+def same_bits(a: Trial, b: Trial) -> bool:
+    names = ("t", "pose", "velocity", "estimate", "command", "leg", "movers")
+    return all(getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in names) and (
+        (a.spans, a.events, a.outcome, a.reason) == (b.spans, b.events, b.outcome, b.reason)
+    )
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_seed_does_not() -> None:
+    def once(seed: int) -> tuple[Trial, bytes]:
+        scenario = make_scenario(
+            seed=seed, placement_xy=0.05, placement_yaw=0.1, legs=THERE_AND_BACK,
+            obstacles=[{"name": "m", "shape": {"kind": "square", "edge": 0.3},
+                        "runs": [{"leg": "forth", "path": [(1, 3), (1, 1)], "speed": 0.5}]}],
+        )  # fmt: skip
+        pilot = Pilot(steer)
+        trial = run(pilot, [body(rectangle(1, 1), 5, 0), mover(rectangle(0.3, 0.3))], scenario, make_robot(**NOISY))
+        seen = b"".join(s.scan.ranges.tobytes() + s.odom_pose.tobytes() for s in pilot.seen if s.scan)
+        return trial, seen
+
+    (a, seen_a), (b, seen_b), (c, seen_c) = once(3), once(3), once(4)
+    assert same_bits(a, b)
+    assert seen_a == seen_b
+    assert a.pose[0].tolist() != c.pose[0].tolist()
+    assert seen_a != seen_c
+    assert a.outcome is Outcome.REACHED
+
+
+def test_legs_follow_each_other() -> None:
+    pilot = Pilot(steer)
+    trial = run(pilot, scenario=make_scenario(legs=THERE_AND_BACK))
+    assert trial.outcome is Outcome.REACHED
+    assert [s.leg for s in trial.spans] == [0, 1, 2]
+    assert all(s.reached for s in trial.spans)
+    assert trial.spans[0].start == 0.0
+    for a, b in zip(trial.spans, trial.spans[1:], strict=False):
+        assert a.end == b.start
+    assert trial.spans[-1].end == trial.t[-1]
+    # one goal object a leg, and the sample at the end of a leg still belongs to it
+    goals = [s.goal for s in pilot.seen]
+    assert len({id(g) for g in goals}) == 3
+    assert [g.leg for g in goals] == trial.leg.tolist()
+    assert trial.t[trial.leg == 0][-1] == trial.spans[0].end
+    # the robot was within tolerance whenever it said so
+    for span, leg in zip(trial.spans, trial.attempt.legs, strict=True):
+        at = trial.pose[np.searchsorted(trial.t, span.end)]
+        assert math.dist(at[:2], leg.goal[:2]) <= leg.xy_tolerance
+        assert abs(math.remainder(at[2] - leg.goal[2], 2 * math.pi)) <= leg.yaw_tolerance
+    assert trial.attempt.legs[0].xy_tolerance == 0.1
+    assert trial.attempt.legs[2].xy_tolerance == 0.05
+    assert trial.attempt.legs[2].start.tolist() == [2.0, 0.0, math.pi]
+    assert trial.t == pytest.approx(0.1 * np.arange(len(trial.t)))
+
+
+def test_who_says_that_a_goal_is_reached() -> None:
+    here = make_scenario(legs=[{"name": "forth", "goal": (0.0, 0.0, 2.0), "time_limit": 1.0}])
+    assert run(constant(0.0), scenario=here).outcome is Outcome.TIMEOUT  # the heading is wrong
+    free = make_scenario(legs=[{"name": "f", "goal": (0, 0, 2.0), "time_limit": 1.0, "yaw_tolerance": math.inf}])
+    assert run(constant(0.0), scenario=free).outcome is Outcome.REACHED
+    assert run(Pilot(lambda _: Command(0, 0, arrived=False)), scenario=free).outcome is Outcome.TIMEOUT
+    far = make_scenario(legs=[{"name": "f", "goal": (3, 0, 0), "time_limit": 9.0}])
+    early = run(Pilot(lambda s: Command(1, 0, arrived=s.t > 1)), scenario=far)
+    assert early.outcome is Outcome.REACHED  # the robot says so; whether it is true is for the indicators
+    assert early.t[-1] == pytest.approx(1.1)
+    judged = make_scenario(
+        legs=[{"name": "f", "goal": (2, 0, 3.0), "time_limit": 9, "arrival": "measured", "xy_tolerance": 1}]
+    )
+    trial = run(Pilot(lambda _: Command(1, 0, arrived=False)), scenario=judged)
+    assert trial.outcome is Outcome.REACHED
+    assert trial.pose[-1, 0] >= 1.0 > trial.pose[-2, 0]
+
+
+def test_the_clock_may_wait_for_the_robot() -> None:
+    legs = [{"name": "f", "goal": (9, 0, 0), "time_limit": 5.0, "clock_starts_after": 0.1}]
+    trial = run(Pilot(lambda s: Command(1.0 if s.t > 2 else 0.0, 0)), scenario=make_scenario(legs=legs))
+    span = trial.spans[0]
+    moved = int(np.searchsorted(trial.t, span.start))
+    assert trial.pose[moved, 0] >= 0.1 > trial.pose[moved - 1, 0]
+    assert span.end == pytest.approx(span.start + 5.0)
+    assert trial.outcome is Outcome.TIMEOUT
+    assert "'f' took longer than 5 s" in trial.reason
+    lazy = run(constant(0.0), scenario=make_scenario(legs=legs))
+    assert (lazy.outcome, lazy.spans[0].start, lazy.t[-1]) == (Outcome.TIMEOUT, 0.0, pytest.approx(5.0))
+
+
+def test_livelock_only_if_asked_for() -> None:
+    legs = [{"name": "f", "goal": (9, 0, 0), "time_limit": 60.0}]
+    circling = constant(0.2, 1.0)  # a circle of radius 0.2 m
+    assert run(circling, scenario=make_scenario(legs=legs)).outcome is Outcome.TIMEOUT
+    trial = run(circling, scenario=make_scenario(legs=legs, livelock=True))
+    assert trial.outcome is Outcome.LIVELOCK
+    assert trial.t[-1] == pytest.approx(20.0)
+    slow = run(constant(0.03), scenario=make_scenario(legs=legs, livelock=True))
+    assert slow.outcome is Outcome.TIMEOUT  # 0.6 m in 20 s
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [
+        (lambda _: Command(math.nan, 0.0), "not finite"),
+        (lambda _: Command(0.0, math.inf), "not finite"),
+        (lambda _: None, "a Command is expected"),
+        (lambda _: Command("fast", 0.0), "TypeError"),
+        (lambda _: 1 / 0, "ZeroDivisionError: division by zero"),
+    ],
+)
+def test_a_navigator_that_fails(answer: Any, said: str) -> None:
+    trial = run(Pilot(lambda s: answer(s) if s.t > 0.45 else Command(1.0, 0.0)))
+    assert trial.outcome is Outcome.NAVIGATOR_FAILED
+    assert said in trial.reason
+    assert trial.events[-1].kind == "error"
+    assert "Traceback" in trial.events[-1].detail
+    assert len(trial.t) == 6
+    assert np.isfinite(trial.command).all()  # type: ignore[arg-type]
+    assert not trial.spans[-1].reached
+
+
+def test_failures_outside_a_decision() -> None:
+    class Broken(Pilot):
+        def reset(self, *_: Any) -> None:
+            raise RuntimeError("no model")
+
+    trial = run(Broken(steer))
+    assert (trial.outcome, len(trial.t)) == (Outcome.NAVIGATOR_FAILED, 1)
+    assert "RuntimeError: no model" in trial.reason
+
+    class Lost(Pilot):
+        def decide(self, sensing: Sensing) -> Decision:
+            return Decision(Command(0, 0), np.array([math.nan, 0, 0]))
+
+    assert "not three finite numbers" in run(Lost(steer)).reason
+
+    class Unable(Pilot):
+        def reset(self, *_: Any) -> None:
+            raise ClearwayError("needs obstacles")
+
+    with pytest.raises(ClearwayError):  # the user's to mend, not a result
+        run(Unable(steer))
+
+
+def test_giving_up_and_starting_in_contact() -> None:
+    trial = run(Pilot(lambda s: Command(0, 0, gave_up="no plan" if s.t > 0.25 else None)))
+    assert (trial.outcome, trial.reason, trial.t[-1]) == (Outcome.ABORTED, "no plan", pytest.approx(0.3))
+    trial = run(Pilot(steer), [body(rectangle(1, 1), 0.7, 0, name="bed")])
+    assert (trial.outcome, len(trial.t)) == (Outcome.COLLISION, 1)
+    assert "'bed'" in trial.reason
+    assert "placed" in trial.reason
+    on_it = [np.array([[-1.0, -1.0, 0.0, 0.0], [9.0, 9.0, 0.0, 0.0]])]
+    assert run(Pilot(steer), [mover(Circle(0.1))], knots=on_it).outcome is Outcome.COLLISION
+
+
+def test_what_the_pilot_is_told_and_what_it_shows() -> None:
+    class Shows(Pilot):
+        def decide(self, sensing: Sensing) -> Decision:
+            decision = super().decide(sensing)
+            shown = Diagnostics(status="rolling") if sensing.t in (0.0, 1.0) else None
+            return Decision(decision.command, decision.estimate, shown)
+
+    pilot = Shows(steer)
+    scenario = make_scenario(placement_xy=0.1, placement_yaw=0.2, speed=0.7)
+    trial = run(pilot, scenario=scenario, budget=Budget(iterations=9))
+    assert pilot.task is not None
+    task: Any = pilot.task
+    assert (task.period, task.speed_limit, task.budget, task.time_limit) == (0.1, 0.7, Budget(iterations=9), 30.0)
+    assert task.start.tolist() == [0, 0, 0]  # the intended pose; the true one differs
+    assert trial.pose[0].tolist() != [0, 0, 0]
+    assert pilot.seen[0].odom_pose.tolist() == [0, 0, 0]
+    assert task.forecast is None
+    assert [s.t for s in trial.snapshots] == [0.0, 1.0]
+    assert {"wall", "decide_mean", "decide_p50", "decide_p99", "decide_max"} == set(trial.timing)
+    assert trial.attempt.labels.speed == 0.7
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=50)
+def test_placement_stays_within_its_error(seed: int) -> None:
+    scenario = make_scenario(
+        seed=seed, placement_xy=0.1, placement_yaw=0.2, legs=[{"name": "f", "goal": (9, 9, 0), "time_limit": 0.05}]
+    )
+    x, y, theta = run(constant(0.0), scenario=scenario, robot=make_robot(lidar=None)).pose[0]
+    assert math.hypot(x, y) <= 0.1
+    assert abs(theta) <= 0.2
+
+
+def test_the_truth_as_a_forecast_for_the_privileged() -> None:
+    pilot = constant(0.0)
+    knots = np.array([[1.0, 5.0, -2.0, 1.57], [5.0, 5.0, 2.0, 1.57]])
+    bodies = [body(Circle(0.2), 0, 3, kind="obstacle"), body(rectangle(9, 1), 0, 9), mover(rectangle(0.6, 0.8))]
+    run(pilot, bodies, knots=[knots], privileged=True)
+    task: Any = pilot.task
+    assert task.forecast(2.0) == pytest.approx(np.array([[0, 3, 0.2, 1], [5, -1, 0.5, 1]]))
+    assert task.forecast(0.5)[1, 3] == 0.0
+
+
+def test_scans_are_what_stands_there() -> None:
+    lidar = {"beams": 181, "angle_min": -1.5, "angle_max": 1.5, "range_min": 0.3, "range_max": 6.0, "sigma": 0.0,
+             "mount": (0.2, 0.1, 0.3)}  # fmt: skip
+    pilot = Pilot(steer)
+    knots = np.array([[0.0, 4.0, -2.0, 0.0], [20.0, 4.0, 2.0, 0.0]])
+    bodies = [body(rectangle(1, 1), 5, 2), body(Circle(0.3), 2, -1), mover(rectangle(0.5, 0.5))]
+    trial = run(pilot, bodies, knots=[knots], robot=make_robot(lidar=lidar))
+    rays = beams(181, -1.5, 1.5, 0.3, 6.0)
+    for i in (0, 10, len(trial.t) - 1):
+        scan = pilot.seen[i].scan
+        assert scan is not None
+        x, y, theta = trial.pose[i]
+        c, s = math.cos(theta), math.sin(theta)
+        at = np.array([x + c * 0.2 - s * 0.1, y + s * 0.2 + c * 0.1, theta + 0.3])
+        poses = np.array([bodies[0].pose, bodies[1].pose, trial.movers[i, 0]])
+        expected = sweep(scene([b.shape for b in bodies], poses), rays, at)
+        assert np.isclose(scan.ranges, expected, atol=1e-9).sum() >= 179
+        assert scan.mount.tolist() == [0.2, 0.1, 0.3]
+    assert scan.angle_min + 180 * scan.angle_increment == pytest.approx(1.5)
+
+
+def test_noise_of_the_lidar() -> None:
+    robot = make_robot(lidar=NOISY["lidar"])
+    pilot = constant(0.0)
+    run(pilot, [body(rectangle(0.1, 90), 2.05, 0)], robot=robot)
+    ranges = np.array([s.scan.ranges for s in pilot.seen if s.scan])
+    middle = ranges[:, 15]
+    assert middle.mean() == pytest.approx(2.0, abs=4 * 0.02 / math.sqrt(len(middle)))
+    assert middle.std() == pytest.approx(0.02, rel=0.2)
+    assert abs(np.corrcoef(ranges[:, 14], ranges[:, 15])[0, 1]) < 0.25
+    edge = ranges[:, 0]  # 2 / cos(1.5) = 28 m away
+    assert np.isinf(edge).all()
+
+
+def test_a_test_of_the_hospital_from_its_suite() -> None:
+    robot = load_robot("tiago")
+    scenario = load_suite("hospital").build(robot, Selection(batches=("NO",), speeds=(0.6,), repetitions=1), 1)[0]
+    trial = simulate(scenario, robot, Pilot(steer), navigator="steer", localisation="truth", map=None)
+    assert trial.outcome is Outcome.REACHED
+    assert trial.attempt.plan == scenario.plan
+    assert len(trial.attempt.bodies) > 3
+    assert trial.velocity is not None
+    assert trial.velocity[:, 0].max() == pytest.approx(0.6)

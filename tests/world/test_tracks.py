@@ -1,0 +1,65 @@
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.scenarios.scenario import ObstacleSpec
+from clearway.world.tracks import pose_at, tracks
+
+
+def obstacle(*runs: dict[str, Any]) -> ObstacleSpec:
+    return ObstacleSpec.model_validate({"name": "o", "shape": {"kind": "disc", "radius": 0.1}, "runs": runs})
+
+
+def at(way: Any, leg: int, body: int, t: float) -> list[float]:
+    out = np.empty(3)
+    present = pose_at(way.knots, *way.rows[leg, body].tolist(), t, out)
+    assert present == math.isfinite(out[0])
+    return out.tolist()
+
+
+def test_a_way_round_a_corner() -> None:
+    way = tracks([obstacle({"leg": "forth", "path": [(0, 0), (2, 0), (2, 1)], "speed": 0.5, "delay": 1.0})], ["forth"])
+    assert math.isnan(at(way, 0, 0, 0.99)[0])
+    assert at(way, 0, 0, 1.0) == [0, 0, 0]
+    assert at(way, 0, 0, 3.0) == pytest.approx([1, 0, 0])
+    assert at(way, 0, 0, 5.0) == pytest.approx([2, 0, math.pi / 2])
+    assert at(way, 0, 0, 6.0) == pytest.approx([2, 0.5, math.pi / 2])
+    assert at(way, 0, 0, 7.0) == pytest.approx([2, 1, math.pi / 2])
+    assert math.isnan(at(way, 0, 0, 7.01)[0])
+    assert way.speed.tolist() == pytest.approx([0.5])
+
+
+def test_under_way_already_and_legs_of_ones_own() -> None:
+    runs = [{"leg": "forth", "path": [(0, 0), (4, 0)], "speed": 1.0, "delay": -2.0},
+            {"leg": "back", "path": [(4, 0), (0, 0)], "speed": 2.0}]  # fmt: skip
+    way = tracks([obstacle(runs[1]), obstacle(*runs)], ["forth", "turn", "back"])
+    assert at(way, 0, 1, 0.0) == pytest.approx([2, 0, 0])
+    assert math.isnan(at(way, 1, 1, 0.0)[0])
+    assert at(way, 2, 1, 1.0) == pytest.approx([2, 0, math.pi])
+    assert math.isnan(at(way, 0, 0, 0.0)[0])
+    assert way.speed.tolist() == pytest.approx([2.0, 2.0])
+
+
+def test_two_passes_in_one_leg() -> None:
+    runs = [{"leg": "forth", "path": [(9, 0), (10, 0)], "speed": 1.0, "delay": 5.0},
+            {"leg": "forth", "path": [(0, 0), (1, 0)], "speed": 1.0}]  # fmt: skip
+    way = tracks([obstacle(*runs)], ["forth"])
+    assert at(way, 0, 0, 0.5) == pytest.approx([0.5, 0, 0])
+    assert math.isnan(at(way, 0, 0, 3.0)[0])
+    assert at(way, 0, 0, 5.5) == pytest.approx([9.5, 0, 0])
+    assert way.speed.tolist() == [math.inf]
+
+
+def test_what_cannot_be() -> None:
+    with pytest.raises(ClearwayError, match="'fort' is not a leg"):
+        tracks([obstacle({"leg": "fort", "path": [(0, 0), (1, 0)], "speed": 1.0})], ["forth"])
+    with pytest.raises(ClearwayError, match="overlap"):
+        tracks([obstacle({"leg": "a", "path": [(0, 0), (1, 0)], "speed": 1.0},
+                         {"leg": "a", "path": [(5, 0), (6, 0)], "speed": 1.0, "delay": 0.5})], ["a"])  # fmt: skip
+    with pytest.raises(ClearwayError, match="no length"):
+        tracks([obstacle({"leg": "a", "path": [(1, 0), (1, 0)], "speed": 1.0})], ["a"])
