@@ -201,31 +201,30 @@ def write_partial(folder: Path, key: str, index: int, trial: Trial, row: Mapping
 
 
 def _read_partial(file: Path, key: str) -> tuple[Tables, dict[str, Any]]:
-    raw = _content(file, key)
-    if raw is None:
+    """The tables and the row of one trial."""
+    found = _content(file, key)
+    if found is None:
         raise ClearwayError("this trial is missing or damaged; run the campaign again with --resume", file=file)
-    head, at = raw
-    blobs = {}
-    body = file.read_bytes()
-    for name, size in head["sizes"].items():
-        blobs[name] = body[at : at + size]
-        at += size
-    row = json.loads(blobs.pop("row"))
+    sizes, body = found
+    blobs: dict[str, memoryview] = {}
+    for name, size in sizes.items():
+        blobs[name], body = body[:size], body[size:]
+    row = json.loads(bytes(blobs.pop("row")))
     return {name: pyarrow.ipc.open_stream(pa.py_buffer(blob)).read_all() for name, blob in blobs.items()}, row
 
 
-def _content(file: Path, key: str) -> tuple[dict[str, Any], int] | None:
-    """The head of a partial file and where its tables begin; None if it is missing, damaged or of another campaign."""
+def _content(file: Path, key: str) -> tuple[dict[str, int], memoryview] | None:
+    """Names and sizes of what a partial file holds, and the bytes; None if it is missing, damaged or not this trial's."""
     try:
-        raw = file.read_bytes()
+        raw = memoryview(file.read_bytes())
     except FileNotFoundError:
         return None
     start = len(_MAGIC) + 32
-    if not raw.startswith(_MAGIC) or hashlib.sha256(raw[start:]).digest() != raw[len(_MAGIC) : start]:
+    if raw[: len(_MAGIC)] != _MAGIC or hashlib.sha256(raw[start:]).digest() != raw[len(_MAGIC) : start]:
         return None
-    size = int.from_bytes(raw[start : start + 8], "little")
-    head: dict[str, Any] = json.loads(raw[start + 8 : start + 8 + size])
-    return (head, start + 8 + size) if head["key"] == key else None
+    at = start + 8 + int.from_bytes(raw[start : start + 8], "little")
+    head = json.loads(bytes(raw[start + 8 : at]))
+    return (head["sizes"], raw[at:]) if (head["key"], head["index"]) == (key, int(file.stem)) else None
 
 
 def _intact(file: Path, key: str) -> bool:

@@ -1,0 +1,62 @@
+"""Trials made of thin air, the same every time, for the tests of the store."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyarrow as pa
+
+from clearway.contract import Diagnostics
+from clearway.geometry.shapes import Circle, rectangle
+from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+
+SCHEMA = pa.schema(
+    [
+        pa.field("scenario", pa.string()),
+        pa.field("speed", pa.float64(), metadata={"unit": "m/s"}),
+        pa.field("success", pa.bool_()),
+    ]
+)
+
+
+def make_trial(i: int, n: int = 40) -> Trial:
+    """Trial number i, with n samples; every third has a mover, every fifth fails."""
+    rng = np.random.default_rng(i)
+    m = int(i % 3 == 0)
+    bodies = [Body("wall", "wall", rectangle(4.0, 0.1), np.array([0.0, 2.0, 0.0]))]
+    bodies += [Body("cart", "mover", Circle(0.3), None)] * m
+    leg = Leg("forth", np.zeros(3), np.array([5.0, 0.0, 0.0]), 0.1, np.inf)
+    attempt = Attempt(
+        labels=Labels("made", "M", "free", 0.6),
+        robot="tiago",
+        navigator="none",
+        localisation="truth",
+        footprint=Circle(0.27),
+        legs=(leg,),
+        bodies=tuple(bodies),
+        speed_limit=0.6,
+        period=0.1,
+        reference_length=5.0,
+        plan="hall",
+        scenario=f"made-{i}",
+        seed=i,
+    )
+    line = rng.normal(size=(6, 2))
+    return Trial(
+        attempt=attempt,
+        t=0.1 * np.arange(n),
+        pose=rng.normal(size=(n, 3)),
+        velocity=rng.normal(size=(n, 2)),
+        estimate=rng.normal(size=(n, 3)),
+        command=rng.normal(size=(n, 2)),
+        leg=np.zeros(n, np.int64),
+        movers=rng.normal(size=(n, m, 3)),
+        spans=(Span(0, 0.0, 0.1 * (n - 1), i % 5 != 0),),
+        events=(Event(0.5, "recovery", "clear"),),
+        outcome=Outcome.TIMEOUT if i % 5 == 0 else Outcome.REACHED,
+        snapshots=(Snapshot(0.5, Diagnostics({"global plan": line}, status="driving")),),
+        provenance={"source": "made"},
+    )
+
+
+def make_row(i: int) -> dict[str, object]:
+    return {"id": f"made/{i}", "scenario": f"made-{i}", "speed": 0.6, "success": i % 5 != 0}

@@ -1,0 +1,314 @@
+"""A results directory: the same bytes however it came about, and a clear word where something is wrong with it."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pyarrow.parquet as pq
+import pytest
+from made_trials import SCHEMA, make_row, make_trial
+
+from clearway.errors import ClearwayError
+from clearway.trials import Trial
+from clearway.trials.store import Results, TrialStore, open_results
+from clearway.trials.store_tables import FILES
+
+TOTAL = 40  # more than a row group
+ASKED = {"clearway": "0.1.0", "plan": {"seed": 1, "suites": ["made"]}}
+
+
+def store(path: Path, total: int = TOTAL, asked: dict[str, Any] | None = None, **options: Any) -> TrialStore:
+    return TrialStore(path, asked or ASKED, total, SCHEMA, **options)
+
+
+def write(path: Path, total: int = TOTAL, order: list[int] | None = None) -> Results:
+    with store(path, total) as open_store:
+        for i in order or range(total):
+            open_store.add(i, make_trial(i), make_row(i))
+        return open_store.finish()
+
+
+def contents(path: Path) -> dict[str, bytes]:
+    """Every file but the wall clock's."""
+    return {
+        str(p.relative_to(path)): p.read_bytes()
+        for p in sorted(path.rglob("*"))
+        if p.is_file() and p.name != "timing.parquet"
+    }
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("whole") / "out"
+    write(path)
+    return path
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    path = tmp_path / "small"
+    write(path, 3)
+    return path
+
+
+def test_the_layout_is_as_designed(whole: Path) -> None:
+    names = {"campaign.json", "trials.parquet", "trials.csv", *(f.path for f in FILES.values())}
+    assert {str(p.relative_to(whole)) for p in whole.rglob("*") if p.is_file()} == names
+    table = open_results(whole).trials
+    assert table.column_names == ["trial", "id", "scenario", "speed", "success", "duration"]
+    assert table.column("trial").to_pylist() == list(range(TOTAL))
+    assert table.column("duration")[0].as_py() == pytest.approx(3.9)
+    assert table.schema.field("speed").metadata == {b"unit": b"m/s"}
+    robot = pq.read_table(whole / "trajectories/robot.parquet")
+    assert robot.num_rows == 40 * TOTAL
+    assert robot.schema.field("cmd_omega").metadata == {b"unit": b"rad/s"}
+    assert pq.read_metadata(whole / "trajectories/robot.parquet").num_row_groups == 2
+    assert (whole / "trials.csv").read_text().splitlines()[1] == '0,"made/0","made-0",0.6,false,3.9000000000000004'
+    assert pq.read_table(whole / "trajectories/fixtures.parquet").num_rows == 1  # one floor plan, stored once
+
+
+def test_the_order_of_the_trials_leaves_no_trace(whole: Path, tmp_path: Path) -> None:
+    order = list(range(TOTAL))
+    random.Random(3).shuffle(order)
+    write(tmp_path / "out", order=order)
+    assert contents(tmp_path / "out") == contents(whole)
+
+
+def test_no_trials_are_results_too(tmp_path: Path) -> None:
+    assert list(write(tmp_path / "out", 0)) == []
+
+
+class _Crash(BaseException):
+    pass
+
+
+def test_a_crash_at_any_step_is_made_good(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every call that changes the disk crashes once, before it or after it."""
+    real = {name: getattr(os, name) for name in ("replace", "fsync", "mkdir", "unlink", "rmdir")}
+    state = {"left": 0, "after": False}
+
+    def breaking(name: str) -> Any:
+        def call(*args: Any, **kwargs: Any) -> Any:
+            state["left"] -= 1
+            if state["left"] == 0 and not state["after"]:
+                raise _Crash
+            try:
+                return real[name](*args, **kwargs)
+            finally:
+                if state["left"] == 0:
+                    raise _Crash
+
+        return call
+
+    for name in real:
+        monkeypatch.setattr(os, name, breaking(name))
+    crashes = 0
+    for step in range(1, 200):
+        before = crashes
+        for after in (False, True):
+            out = tmp_path / f"{step}-{after}"
+            state.update(left=step, after=after)
+            try:
+                write(out, 3)
+            except _Crash:
+                crashes += 1
+            state["left"] = 0
+            with store(out, 3, resume=True) as again:
+                for i in again.missing():
+                    again.add(i, make_trial(i), make_row(i))
+                again.finish()
+            assert contents(out) == contents(small), f"step {step}"
+            assert not (out / ".partial").exists()
+        if crashes == before:
+            break
+    assert crashes > 40
+
+
+WRITER = """
+import sys
+sys.path[:0] = [{folder!r}]
+from pathlib import Path
+from made_trials import *
+from clearway.trials.store import TrialStore
+import json
+with TrialStore(Path(sys.argv[1]), json.loads(sys.argv[2]), 40, SCHEMA, resume=True) as store:
+    print("begun", flush=True)
+    for i in store.missing():
+        store.add(i, make_trial(i), make_row(i))
+    store.finish()
+"""
+
+
+def test_sigkill_at_random_moments_is_made_good(whole: Path, tmp_path: Path) -> None:
+    moments, killed = random.Random(7), 0
+    command = [sys.executable, "-c", WRITER.format(folder=str(Path(__file__).parent)), str(tmp_path / "out")]
+    for _ in range(4):
+        process = subprocess.Popen([*command, json.dumps(ASKED)], stdout=subprocess.PIPE)
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(moments.uniform(0.0, 0.1))
+        process.send_signal(signal.SIGKILL)
+        killed += process.wait() == -signal.SIGKILL
+        process.stdout.close()
+    subprocess.run([*command, json.dumps(ASKED)], check=True, stdout=subprocess.DEVNULL)
+    assert killed
+    assert contents(tmp_path / "out") == contents(whole)
+    assert not (tmp_path / "out" / ".partial").exists()
+
+
+@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "swap"])
+def test_a_damaged_partial_file_is_done_again(tmp_path: Path, small: Path, harm: str) -> None:
+    out = tmp_path / "out"
+    with store(out, 3) as open_store:
+        for i in range(3):
+            open_store.add(i, make_trial(i), make_row(i))
+        file = sorted(open_store.partial.glob("*.trial"))[1]
+        raw = bytearray(file.read_bytes())
+        if harm == "cut":
+            raw = raw[:-7]
+        elif harm == "flip":
+            raw[-100] ^= 1
+        elif harm == "empty":
+            raw = bytearray()
+        else:
+            raw = bytearray(sorted(open_store.partial.glob("*.trial"))[0].read_bytes())  # whole, but of another trial
+        file.write_bytes(raw)
+    with store(out, 3, resume=True) as again:
+        assert again.missing() == [1]
+        again.add(1, make_trial(1), make_row(1))
+        again.finish()
+    assert contents(out) == contents(small)
+
+
+def test_a_second_process_is_refused(tmp_path: Path) -> None:
+    with store(tmp_path), pytest.raises(ClearwayError, match="another process is writing"):
+        store(tmp_path, resume=True)
+    store(tmp_path, resume=True).close()  # the lock goes with its holder
+
+
+def test_results_are_never_overwritten(small: Path, tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match="already holds the results of a campaign"):
+        store(small, 3)
+    store(tmp_path / "half").close()
+    with pytest.raises(ClearwayError, match=r"unfinished campaign; complete it with `clearway run --resume"):
+        store(tmp_path / "half")
+    with store(small, 3, resume=True) as finished:
+        assert finished.missing() == []
+        assert len(finished.finish()) == 3
+
+
+def test_resuming_something_else_says_what_differs(tmp_path: Path) -> None:
+    store(tmp_path).close()
+    with pytest.raises(ClearwayError, match=r"differs in plan\.seed: it has 1, now 2 is asked"):
+        store(tmp_path, asked={**ASKED, "plan": {"seed": 2, "suites": ["made"]}}, resume=True)
+    with pytest.raises(ClearwayError, match=r"differs in trials: it has 40, now 41"):
+        store(tmp_path, 41, resume=True)
+
+
+def test_a_full_directory_of_something_else_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "thesis.tex").write_text("important")
+    with pytest.raises(ClearwayError, match=r"thesis\.tex is there"):
+        store(tmp_path)
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ClearwayError, match="File exists"):
+        store(tmp_path / "file")
+
+
+@pytest.mark.parametrize("when", ["while adding", "while finishing"])
+def test_a_full_disk_is_one_line_and_loses_nothing(
+    tmp_path: Path, small: Path, monkeypatch: pytest.MonkeyPatch, when: str
+) -> None:
+    def full(*_: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    out = tmp_path / "out"
+    with store(out, 3) as open_store:
+        for i in range(2 if when == "while adding" else 3):
+            open_store.add(i, make_trial(i), make_row(i))
+        work = partial(open_store.add, 2, make_trial(2), make_row(2)) if when == "while adding" else open_store.finish
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "fsync", full)
+            with pytest.raises(ClearwayError, match=r"No space left on device; what is finished is kept") as caught:
+                work()
+        assert "\n" not in str(caught.value)
+        assert not [p for p in open_store.partial.iterdir() if p.suffix not in (".trial", "")]
+    with store(out, 3, resume=True) as again:
+        for i in again.missing():
+            again.add(i, make_trial(i), make_row(i))
+        again.finish()
+    assert contents(out) == contents(small)
+
+
+def test_unfinished_results_say_how_to_finish(tmp_path: Path) -> None:
+    with store(tmp_path) as half:
+        half.add(0, make_trial(0), make_row(0))
+    with pytest.raises(ClearwayError, match=r"1 of 40 trials are done; complete it with `clearway run --resume"):
+        open_results(tmp_path)
+    with store(tmp_path, resume=True) as half, pytest.raises(ClearwayError, match=r"000001\.trial: .*missing"):
+        half.finish()
+
+
+def _campaign(path: Path, **change: Any) -> None:
+    file = path / "campaign.json"
+    file.write_text(json.dumps(json.loads(file.read_text()) | change))
+
+
+@pytest.mark.parametrize(
+    ("harm", "says"),
+    [
+        (
+            lambda p: _campaign(p, schema=99, clearway="7.0"),
+            "campaign.json: was written by a newer Clearway .7.0, schema",
+        ),
+        (lambda p: (p / "campaign.json").write_text("{"), "campaign.json: is damaged"),
+        (lambda p: (p / "campaign.json").write_text("[1]"), "campaign.json: was not written by Clearway"),
+        (lambda p: (p / "campaign.json").unlink(), "is not a Clearway results directory"),
+        (lambda p: _campaign(p, trials=4), "trials.parquet: is damaged: it has 3 trials, not 4"),
+        (lambda p: _campaign(p, trials=None), "campaign.json: is damaged"),
+        (lambda p: (p / "timing.parquet").unlink(), "timing.parquet: is missing"),
+        *(
+            (lambda p, f=f: (p / f).write_bytes((p / f).read_bytes()[:-9]), f"{Path(f).name}: is damaged")
+            for f in ("trials.parquet", *(file.path for file in FILES.values()))
+        ),
+    ],
+)
+def test_what_is_wrong_with_a_directory_is_named(small: Path, harm: Any, says: str) -> None:
+    harm(small)
+    with pytest.raises(ClearwayError, match=says) as caught:
+        open_results(small)
+    assert "\n" not in str(caught.value)
+
+
+def test_damage_inside_a_file_is_named_when_it_is_met(small: Path) -> None:
+    file = small / "trajectories/robot.parquet"
+    raw = bytearray(file.read_bytes())
+    raw[4:2000] = bytes(1996)
+    file.write_bytes(raw)
+    with pytest.raises(ClearwayError, match=r"robot\.parquet: is damaged"):
+        open_results(small).trial(0)
+
+
+def test_there_is_no_trial_beyond_the_last(small: Path) -> None:
+    with pytest.raises(ClearwayError, match="no trial 3; it holds 0 to 2"):
+        open_results(small).trial(3)
+
+
+def test_a_directory_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match="no such directory"):
+        open_results(tmp_path / "none")
+
+
+def test_trials_are_read_one_by_one(whole: Path) -> None:
+    results: Iterator[Trial] = iter(open_results(whole))
+    assert [t.attempt.seed for t in results] == list(range(TOTAL))
