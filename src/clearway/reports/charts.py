@@ -1,0 +1,178 @@
+"""Charts of what statistics found: normalised bars (paper A's Fig. 6) and correlation matrices (Fig. 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from clearway.indicators import HEADLINE
+from clearway.reports import theme
+from clearway.statistics import describe, success_rates, wilcoxon_between_speeds
+from clearway.statistics.correlation import Correlations
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+SHOWN = ("CT", "PL", "DE", "OE", "SR", "MDO", "TCS")
+"""Paper A's seven, in its order."""
+_SAME, _ABOVE, _BELOW = "#f3f5f7", "#c8590c", "#1f6099"  # a step off the theme's inks: cells keep their colour in the dark
+_DARK_TEXT, _LIGHT_TEXT = "#10181f", "#ffffff"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Bars:
+    """What the bars of one robot with one navigator show: rows of `describe`, `success_rates`, the speed tests."""
+
+    descriptions: list[dict[str, Any]]
+    rates: list[dict[str, Any]]
+    tests: list[dict[str, Any]]
+
+    @classmethod
+    def of(cls, table: Any) -> Bars:
+        """Compute them from rows of the trials' table."""
+        return cls(
+            describe(table, HEADLINE).to_pylist(),
+            success_rates(table).to_pylist(),
+            wilcoxon_between_speeds(table).to_pylist(),
+        )
+
+
+def bars(data: Bars) -> Figure:
+    """A panel a batch: each indicator at each set speed, normalised by its range over the batch, 95 % intervals."""
+    batches = list(dict.fromkeys(r["batch"] for r in data.rates))
+    speeds = sorted({r["speed"] for r in data.rates})
+    colours = _shades(len(speeds))
+    lines = -(-len(batches) // 2)
+    figure = theme.new_figure(10.0, 0.45 + 2.45 * lines)
+    for i, batch in enumerate(batches):
+        ax = figure.add_subplot(lines, min(2, len(batches)), i + 1)
+        theme.panel_grid(ax)
+        for k, name in enumerate(SHOWN):
+            _group(ax, k, name, batch, speeds, colours, data)
+        ax.set_title(f"{batch}   n = {_counts(data, batch, speeds)}")
+        ax.set(xlim=(-0.55, len(SHOWN) - 0.45), ylim=(0, 1.42), xticks=range(len(SHOWN)), yticks=[0, 0.5, 1.0])
+        ax.set_xticklabels(SHOWN, color=theme.INK)
+        ax.spines["left"].set_visible(False)
+    from matplotlib.patches import Patch
+
+    handles = [Patch(facecolor=c, label=f"{s:g} m/s") for s, c in zip(speeds, colours, strict=True)]
+    figure.legend(handles=handles, loc="outside upper right", ncols=len(speeds), handlelength=1, handleheight=1)
+    return figure
+
+
+def _shades(count: int) -> Sequence[str]:
+    return theme.SPEEDS[-1:] if count == 1 else (theme.SPEEDS * (1 + count // len(theme.SPEEDS)))[:count]
+
+
+def _counts(data: Bars, batch: str, speeds: Sequence[float]) -> str:
+    found = {r["speed"]: r["n"] for r in data.rates if r["batch"] == batch}
+    return ", ".join(str(found[s]) for s in speeds if s in found)
+
+
+def _group(
+    ax: Axes, place: int, name: str, batch: str, speeds: Sequence[float], colours: Sequence[str], data: Bars
+) -> None:
+    width = 0.78 / len(speeds)
+    at = {s: place + (i - (len(speeds) - 1) / 2) * width for i, s in enumerate(speeds)}
+    tops: dict[float, float] = {}
+    for speed, colour in zip(speeds, colours, strict=True):
+        found = _bar(name, batch, speed, data)
+        if found is None:
+            continue
+        mean, low, high = found
+        ax.bar(at[speed], max(mean, 0.008), width * 0.9, color=colour, zorder=2)
+        ax.plot([at[speed]] * 2, [max(low, 0.0), min(high, 1.12)], color=theme.INK, linewidth=0.8, zorder=3)
+        tops[speed] = min(max(high, mean), 1.12)
+    if not tops:
+        ax.text(place, 0.03, "n/a", ha="center", color=theme.MUTED, fontsize=7)
+        return
+    level = max(tops.values()) + 0.05
+    for a, b in combinations(sorted(tops), 2):
+        test = next((t for t in data.tests if _is(t, name, batch, a, b)), None)
+        if test is None or not test["stars"]:
+            continue
+        kept = bool(test["stars_holm"])
+        colour = theme.INK if kept else theme.MUTED
+        ax.plot([at[a], at[a], at[b], at[b]], [level - 0.015, level, level, level - 0.015], color=colour, linewidth=0.6)
+        ax.text((at[a] + at[b]) / 2, level - 0.012, test["stars"], ha="center", va="bottom", fontsize=6.5, color=colour)
+        level += 0.085
+
+
+def _bar(name: str, batch: str, speed: float, data: Bars) -> tuple[float, float, float] | None:
+    if name == "SR":
+        rate = next((r for r in data.rates if (r["batch"], r["speed"]) == (batch, speed)), None)
+        return None if rate is None or rate["SR"] is None else (rate["SR"] / 100, rate["low"] / 100, rate["high"] / 100)
+    key = (batch, speed, name)
+    row = next((r for r in data.descriptions if (r["batch"], r["speed"], r["indicator"]) == key), None)
+    if row is None or row["norm_mean"] is None:
+        return None
+    mean = row["norm_mean"]
+    return mean, mean if row["norm_low"] is None else row["norm_low"], mean if row["norm_high"] is None else row["norm_high"]
+
+
+def _is(test: Mapping[str, Any], name: str, batch: str, a: float, b: float) -> bool:
+    return test["analysis"] == "complete pairs" and (
+        (test["indicator"], test["batch"], test["speed_a"], test["speed_b"]) == (name, batch, a, b)
+    )
+
+
+def correlations(matrices: Mapping[tuple[str, str], Correlations], titles: Mapping[str, str] | None = None) -> Figure:
+    """A matrix a panel: r with n below it; stronger is darker, blue is negative, orange positive."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    shades = LinearSegmentedColormap.from_list("r", [_BELOW, _SAME, _ABOVE])
+    columns = min(3, len(matrices))
+    lines = -(-len(matrices) // columns)
+    figure = theme.new_figure(10.0, 3.45 * lines if columns > 1 else 5.0)
+    several = len({navigator for _, navigator in matrices}) > 1
+    for i, ((robot, navigator), matrix) in enumerate(matrices.items()):
+        ax = figure.add_subplot(lines, columns, i + 1)
+        ax.set_title((titles or {}).get(robot, robot) + (f", {navigator}" if several else ""))
+        _matrix(ax, matrix, shades)
+    return figure
+
+
+def _matrix(ax: Axes, matrix: Correlations, shades: Any) -> None:
+    names, r, n = matrix.indicators, matrix.r, matrix.n
+    k = len(names)
+    for row in range(1, k):
+        for column in range(row):
+            value = float(r[row, column])
+            known = np.isfinite(value)
+            colour = shades(0.5 + value / 2) if known else _SAME
+            ax.add_patch(_square(column, row, colour))
+            text = _LIGHT_TEXT if known and abs(value) > 0.55 else _DARK_TEXT
+            ax.text(column, row - 0.08, f"{value:.2f}" if known else "–", ha="center", va="center", color=text, fontsize=8)
+            ax.text(column, row + 0.28, f"n {n[row, column]}", ha="center", va="center", color=text, fontsize=5.5)
+    ax.set(xlim=(-0.5, k - 1.5), ylim=(k - 0.5, 0.5), aspect="equal", xticks=range(k - 1), yticks=range(1, k))
+    ax.set_xticklabels(names[:-1], color=theme.INK)
+    ax.set_yticklabels(names[1:], color=theme.INK)
+    ax.tick_params(length=0)
+    for side in ax.spines.values():
+        side.set_visible(False)
+
+
+def _square(x: float, y: float, colour: Any) -> Any:
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((x - 0.47, y - 0.47), 0.94, 0.94, facecolor=colour, edgecolor="none")
+
+
+def agreement(points: Sequence[tuple[str, float, float]], x: str, y: str, title: str) -> Figure:
+    """Each course's (name, published, ours), in the same unit, against the line where both agree."""
+    figure = theme.new_figure(5.2, 4.6)
+    ax = figure.add_subplot()
+    theme.panel_grid(ax)
+    ax.grid(axis="x")
+    a, b = np.array([[p, q] for _, p, q in points]).T
+    low, high = float(min(a.min(), b.min())), float(max(a.max(), b.max()))
+    pad = 0.05 * (high - low or 1.0)
+    ax.plot([low, high], [low, high], color=theme.MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
+    ax.scatter(a, b, s=22, color=theme.ROBOT, alpha=0.55, edgecolors="none", zorder=3)
+    ax.set(title=title, xlabel=x, ylabel=y, xlim=(low - pad, high + pad), ylim=(low - pad, high + pad), aspect="equal")
+    return figure

@@ -1,0 +1,133 @@
+"""What has to be said about a test so that another lab can judge and repeat it.
+
+Laid out after ASTM F3327 (recording the configuration of a test of an automatic or autonomous unmanned ground
+vehicle): the vehicle, its load, the floor, the software, who, when; and what deviated from the protocol. What only a
+person knows is left as a line to fill in. No conformity is claimed.
+"""
+
+from __future__ import annotations
+
+import platform
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any
+
+from clearway.reports import paper
+from clearway.reports.findings import Findings
+from clearway.reports.selection import distinct
+from clearway.robots import Robot
+
+Facts = list[tuple[str, str]]
+BLANK = ""
+"""Left for a pen."""
+
+
+def vehicle(f: Findings, name: str) -> Facts:
+    """What is known of a robot, and what has to be filled in."""
+    robot = f.robots.get(name)
+    facts: Facts = [("name", f.title(name))]
+    if robot is None:
+        return [*facts, ("make and model", BLANK), ("serial number", BLANK), ("load", BLANK)]
+    given = dict(robot.conditions)
+    facts += [("make and model", given.pop("make", BLANK)), ("serial number", given.pop("serial", BLANK))]
+    facts += [("load", given.pop("load", BLANK)), *given.items(), ("footprint", _footprint(robot))]
+    d = robot.drive
+    facts.append(
+        ("drive limits", f"{d.v_max:g} m/s, {d.acceleration:g}/{d.deceleration:g} m/s², {d.omega_max:.2f} rad/s, "
+         f"{d.angular_acceleration:.2f} rad/s²")
+    )  # fmt: skip
+    if robot.lidar is not None:
+        lidar = robot.lidar
+        facts.append(
+            ("lidar", f"{lidar.beams} beams over {57.29578 * (lidar.angle_max - lidar.angle_min):.0f}°, "
+             f"{lidar.range_min:g} to {lidar.range_max:g} m, σ {100 * lidar.sigma:g} cm")
+        )  # fmt: skip
+    o = robot.odometry
+    facts.append(
+        ("wheel odometry", f"σ {100 * o.translation_per_metre:g} cm/√m, {o.rotation_per_radian:g} rad/√rad, "
+         f"scale {100 * o.scale:g} %")
+    )  # fmt: skip
+    t = robot.tolerances
+    facts += [("control period", f"{robot.period:g} s"), ("tolerances at the goal", f"{t.xy:g} m, {t.yaw:g} rad")]
+    return facts
+
+
+def test(f: Findings) -> Facts:
+    """The test itself: where, how, when, by whom, with which software."""
+    campaign = f.results.campaign
+    plan = campaign.get("plan") if isinstance(campaign.get("plan"), dict) else {}
+    run = campaign.get("run") if isinstance(campaign.get("run"), dict) else {}
+    map_used = plan.get("map") or "the floor plan's true map"
+    if all(r["plan"].startswith("barn-") for r in f.rows):
+        map_used = "none"
+    recorded = all(s.navigator == "recorded" for s in f.systems)
+    facts: Facts = [
+        ("kind of test", "recording of real robots" if recorded else "simulation"),
+        ("suite", ", ".join(distinct(f.rows, "suite"))),
+        ("floor", _some(distinct(f.rows, "plan")) + ("" if recorded else "; level, dry, without slip beyond the odometry's error")),
+        ("map given to the robot", "the floor plan's true map" if map_used == "true" else str(map_used)),
+        ("localisation", ", ".join(distinct(f.rows, "localisation"))),
+        ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
+        ("seed", str(plan.get("seed", campaign.get("seed", "not recorded")))),
+        ("trials", str(len(f.rows))),
+        ("started", str(run.get("started") or BLANK)),
+        ("finished", str(run.get("finished") or BLANK)),
+        ("Clearway", str(campaign.get("clearway", _version("clearway")))),
+        ("software", _software(campaign.get("versions"))),
+        ("machine", _software(run.get("machine", {k: v for k, v in run.items() if k in ("system", "processor", "cores")})) or BLANK),
+        ("report made with", f"Clearway {_version('clearway')}, Python {platform.python_version()}"),
+        ("place", BLANK),
+        ("tested by", BLANK),
+    ]
+    return facts
+
+
+def deviations(f: Findings) -> list[str]:
+    """What differs from the protocol, in sentences."""
+    found = []
+    if all(s.navigator != "recorded" for s in f.systems):
+        found.append("The robots, their sensors and the moving obstacle are simulated; no motion capture is involved: the true pose is known exactly.")
+    for system in f.systems:
+        rows = [r for r in system.of(f.rows) if r["suite"] == "hospital"]
+        short = [
+            f"{batch} {n} of {whole}" for batch, whole in paper.PROTOCOL.items()
+            if (n := sum(r["batch"] == batch for r in rows)) != whole
+        ]  # fmt: skip
+        if rows and short:
+            found.append(f"{f.name(system)}: not the whole protocol was run ({', '.join(short)} trials).")
+    for name in f.robots:
+        preset = name.partition(":")[2]
+        if preset and not name.endswith(".toml"):
+            found.append(f"{f.title(name)}: the robot's preset “{preset}” replaces some of its parameters.")
+    if len(kinds := distinct(f.rows, "localisation")) > 1 or kinds not in (["amcl"], ["odometry"], ["recorded"]):
+        found.append(f"Localisation: {', '.join(kinds)}.")
+    for navigator in dict.fromkeys(r["navigator"] for r in f.rows if r["privileged"]):
+        found.append(f"The navigator {navigator} was given the truth about the obstacles (privileged); it is a reference, not a candidate.")
+    for outcome, words in (("navigator_failed", "the navigator raised or gave no valid command"), ("aborted", "the navigator gave up")):
+        if count := sum(r["outcome"] == outcome for r in f.rows):
+            found.append(f"In {count} trial{'s' if count > 1 else ''} {words}; they count as failed.")
+    if any(r["suite"] == "hospital" for r in f.rows):
+        found.append("What the paper leaves open (gaps, timing of the moving obstacle, cruise band, pairing of trials) is read as docs/decisions.md states.")
+    return found
+
+
+def _footprint(robot: Robot) -> str:
+    spec = robot.footprint
+    if spec.kind == "circle":
+        return f"disc, diameter {2 * spec.radius:g} m"
+    xs, ys = zip(*spec.vertices, strict=True)
+    return f"polygon of {len(spec.vertices)} vertices, {max(xs) - min(xs):g} m by {max(ys) - min(ys):g} m"
+
+
+def _some(names: list[str]) -> str:
+    return ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]} ({len(names)} plans)"
+
+
+def _software(versions: Any) -> str:
+    return ", ".join(f"{k} {v}" for k, v in versions.items()) if isinstance(versions, dict) else BLANK
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,59 @@
+"""Figures by name: `figure(results, "trajectories", batch="CE")`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from clearway.errors import ClearwayError, unknown
+from clearway.reports import theme
+from clearway.reports.selection import label, representative, rows_of, systems, table_of
+from clearway.trials.store import Results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FIGURES = {
+    "layout": "every configuration as it was set up (paper A, Fig. 2)",
+    "trajectories": "a representative trial of each configuration (Fig. 5)",
+    "bars": "normalised means with intervals and asterisks (Fig. 6); one robot",
+    "correlations": "Pearson's r between the indicators (Fig. 7)",
+    "trial": "the trajectory of one trial",
+    "clearance": "clearance over time of one trial",
+}
+
+
+def figure(results: Results, name: str, **selection: Any) -> Figure:
+    """A figure of the selected trials.
+
+    Args:
+        results: an open results directory. name: one of `FIGURES`.
+        selection: columns of the trials' table with the value (or values) wanted, such as `batch="CE"`, `trial=17`.
+
+    Raises:
+        ClearwayError: no such figure or column, or nothing is selected.
+    """
+    if name not in FIGURES:
+        raise unknown("figure", name, FIGURES)
+    rows = rows_of(results, **selection)
+    with theme.style():
+        if name in ("layout", "trajectories"):
+            from clearway.reports import floor
+
+            return floor.layout(results, rows) if name == "layout" else floor.trajectories(results, rows)
+        if name in ("trial", "clearance"):
+            from clearway.reports import floor
+
+            row = rows[0] if len(rows) == 1 else representative(rows)
+            assert row is not None
+            title = f"Trial {row['trial']}: {row['robot']}, {label(row)}"
+            return (floor.one_trial if name == "trial" else floor.clearance)(results.trial(row["trial"]), title)
+        from clearway.reports import charts
+        from clearway.statistics import correlations_by_robot
+
+        table = table_of(results, rows)
+        if name == "correlations":
+            return charts.correlations(correlations_by_robot(table))
+        if len(there := systems(rows)) > 1:
+            names = ", ".join(f"{s.robot} with {s.navigator}" for s in there)
+            raise ClearwayError(f"the bars are of one robot with one navigator; select one of {names}", field="robot")
+        return charts.bars(charts.Bars.of(table))

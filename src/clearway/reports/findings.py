@@ -1,0 +1,136 @@
+"""What a campaign found: every statistic that the report shows or saves, computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from clearway.errors import ClearwayError
+from clearway.indicators import HEADLINE
+from clearway.reports.charts import Bars
+from clearway.reports.packing import robot_or_none
+from clearway.reports.selection import Row, System, systems, table_of
+from clearway.robots import Robot
+from clearway.statistics import (
+    POOLED,
+    correlation_table,
+    correlations_by_robot,
+    describe,
+    success_rates,
+    wilcoxon_between_speeds,
+)
+from clearway.trials.store import Results
+
+BREAKDOWN = ("T_acceleration", "T_cruise", "T_approach", "T_rotation", "T_turn")
+DESCRIBED = (*HEADLINE, *BREAKDOWN, "DE_self", "OE_self", "MDO_walls", "space", "space_rel")
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """The statistics of one results directory."""
+
+    results: Results
+
+    @cached_property
+    def rows(self) -> list[Row]:
+        """The trials' table as dicts."""
+        rows: list[Row] = self.results.trials.to_pylist()
+        return rows
+
+    @cached_property
+    def systems(self) -> list[System]:
+        """Robots with their navigators, in the campaign's order."""
+        return systems(self.rows)
+
+    @cached_property
+    def described(self) -> list[Row]:
+        """Mean, spread and intervals by robot, navigator, batch, speed and indicator."""
+        there = [n for n in DESCRIBED if n in self.results.trials.column_names]
+        rows: list[Row] = describe(self.results.trials, there).to_pylist()
+        return rows
+
+    @cached_property
+    def rates(self) -> list[Row]:
+        """SR by robot, navigator, batch and speed."""
+        rows: list[Row] = success_rates(self.results.trials).to_pylist()
+        return rows
+
+    @cached_property
+    def overall(self) -> list[Row]:
+        """SR by robot and navigator."""
+        rows: list[Row] = success_rates(self.results.trials, ("robot", "navigator")).to_pylist()
+        return rows
+
+    @cached_property
+    def speed_tests(self) -> Any:
+        """The comparison of speeds, as an Arrow table."""
+        return wilcoxon_between_speeds(self.results.trials)
+
+    @cached_property
+    def tests(self) -> list[Row]:
+        """The same as dicts."""
+        rows: list[Row] = self.speed_tests.to_pylist()
+        return rows
+
+    @cached_property
+    def matrices(self) -> dict[tuple[str, str], Any]:
+        """Correlations by (robot or `pooled`, navigator)."""
+        return correlations_by_robot(self.results.trials)
+
+    @cached_property
+    def correlation_table(self) -> Any:
+        """The same as an Arrow table."""
+        return correlation_table(self.results.trials)
+
+    @cached_property
+    def robots(self) -> Mapping[str, Robot | None]:
+        """By the name that the campaign used: as campaign.json recorded them, else as they are now; None if unknown."""
+        recorded = self.results.campaign.get("robots")
+        found: dict[str, Robot | None] = {}
+        for name in dict.fromkeys(r["robot"] for r in self.rows):
+            values = recorded.get(name) if isinstance(recorded, dict) else None
+            found[name] = _recorded(values) or robot_or_none(name)
+        return found
+
+    def title(self, robot: str) -> str:
+        """A robot's name for people, with its preset."""
+        if robot == POOLED:
+            return "Pooled"
+        known = self.robots.get(robot)
+        if known is None:
+            return robot
+        preset = robot.partition(":")[2] if not robot.endswith(".toml") else ""
+        return f"{known.title} ({preset})" if preset else known.title
+
+    def name(self, system: System) -> str:
+        """A system's name for people: the navigator only where there are several."""
+        several = len({s.navigator for s in self.systems}) > 1
+        return self.title(system.robot) + (f" · {system.navigator}" if several else "")
+
+    def mean(self, system: System, batch: str, speed: float, indicator: str) -> Row | None:
+        """The row of `described`, or None."""
+        key = (system.robot, system.navigator, batch, speed, indicator)
+        return self._by_key.get(key)
+
+    @cached_property
+    def _by_key(self) -> dict[tuple[Any, ...], Row]:
+        return {(r["robot"], r["navigator"], r["batch"], r["speed"], r["indicator"]): r for r in self.described}
+
+    def bars(self, system: System) -> Bars:
+        """What the bars of one system show."""
+        return Bars(system.of(self.described), system.of(self.rates), system.of(self.tests))
+
+    def table(self, system: System) -> Any:
+        """Its trials as an Arrow table."""
+        return table_of(self.results, system.of(self.rows))
+
+
+def _recorded(values: Any) -> Robot | None:
+    if not isinstance(values, dict):
+        return None
+    try:
+        return Robot.model_validate(values)
+    except (ValueError, ClearwayError):
+        return None  # recorded by another version

@@ -1,0 +1,244 @@
+"""Draws floors: what stands and moves in a trial, where it was to go, and how it went (paper A's Figs. 2 and 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from clearway.geometry.shapes import FloatArray
+from clearway.reports import theme
+from clearway.reports.selection import Row, configurations, distinct, label, representative
+from clearway.trials import Body, Trial
+from clearway.trials.store import Results
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_PANELS = 12
+"""Configurations drawn in one figure; of more, a sample spread evenly."""
+FOOTPRINT_EVERY = 0.6
+"""m of path between two footprints drawn."""
+_FILLS = {"wall": theme.FIXTURE, "furniture": theme.FURNITURE, "obstacle": theme.OBSTACLE}
+
+
+def layout(results: Results, rows: Sequence[Row]) -> Figure:
+    """Every configuration as it was set up: A, B, obstacles in all their sizes, the moving obstacle's lane (Fig. 2)."""
+    panels = spread(configurations(rows))
+    figure, axes = _panels(len(panels), results, rows)
+    for ax, (batch, configuration) in zip(axes, panels, strict=True):
+        chosen = [r for r in rows if (r["batch"], r["configuration"]) == (batch, configuration)]
+        gaps, sizes = distinct(chosen, "gap"), distinct(chosen, "size")
+        gap = gaps[len(gaps) // 2] if gaps else None
+        first = next(r for r in chosen if r["gap"] == gap)
+        trial = results.trial(first["trial"])
+        _set_up(ax, trial, theme.FIXTURE)
+        for size in reversed(sizes):
+            row = next((r for r in chosen if r["gap"] == gap and r["size"] == size), None)
+            if row is not None:
+                nested = results.trial(row["trial"]).attempt.bodies
+                _bodies(ax, [b for b in nested if b.kind == "obstacle"], alpha=0.25 + 0.75 / len(sizes))
+        _lanes(ax, trial)
+        _robot_at(ax, trial, trial.attempt.legs[0].start)
+        ax.set_title(f"{batch} {configuration}" if configuration not in (batch, "free") else batch)
+        notes = []
+        if sizes:
+            notes.append(f"edge {_join(sizes)} m")
+        if gaps:
+            notes.append(f"gap {_join(gaps)} × d_base (drawn: {gap:g})")
+        if distinct(chosen, "obstacle_speed"):
+            notes.append(f"obstacle at {_join(distinct(chosen, 'obstacle_speed'))} m/s")
+        _note(ax, ", ".join(notes))
+    return figure
+
+
+def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
+    """A representative trial of each configuration: the path with footprints at intervals, the mover's track (Fig. 5)."""
+    panels = spread(configurations(rows))
+    figure, axes = _panels(len(panels), results, rows)
+    for ax, key in zip(axes, panels, strict=True):
+        row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
+        assert row is not None
+        trial = results.trial(row["trial"])
+        _set_up(ax, trial, theme.FIXTURE)
+        _bodies(ax, [b for b in trial.attempt.bodies if b.kind == "obstacle"])
+        _tracks(ax, trial)
+        ended = "" if row["success"] else f" ({row['failure'] or row['outcome']})"
+        ax.set_title(f"{key[0]} {key[1]}" if key[1] not in (key[0], "free") else key[0])
+        _note(ax, f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}")
+    return figure
+
+
+def one_trial(trial: Trial, title: str) -> Figure:
+    """One trial's trajectory, large."""
+    figure = theme.new_figure(8.0, 4.8)
+    ax = figure.add_subplot()
+    _frame(ax, _around([trial]))
+    _set_up(ax, trial, theme.FIXTURE)
+    _bodies(ax, [b for b in trial.attempt.bodies if b.kind == "obstacle"])
+    _tracks(ax, trial)
+    ax.set_title(title)
+    return figure
+
+
+def clearance(trial: Trial, title: str) -> Figure:
+    """Edge-to-edge clearance over time of one trial."""
+    from clearway.reports.packing import clearance_over_time
+
+    figure = theme.new_figure(8.0, 2.6)
+    ax = figure.add_subplot()
+    theme.panel_grid(ax)
+    values = clearance_over_time(trial)
+    if values is None:
+        ax.text(0.5, 0.5, "nothing to stay clear of, or footprint unknown", ha="center", transform=ax.transAxes)
+    else:
+        ax.plot(trial.t, values, color=theme.ROBOT, linewidth=1.2)
+        ax.set_ylim(0, max(0.2, min(3.0, float(np.nanmax(values)))))
+    for span in trial.spans:
+        name = trial.attempt.legs[span.leg].name
+        ax.axvline(span.start, color=theme.RULE, linewidth=0.8)
+        ax.text(span.start, 1.0, f" {name}", transform=ax.get_xaxis_transform(), va="top", color=theme.MUTED)
+    ax.set(title=title, xlabel="time (s)", ylabel="clearance (m)")
+    return figure
+
+
+def spread(panels: Sequence[tuple[str, str]], most: int = MOST_PANELS) -> list[tuple[str, str]]:
+    """At most `most` of the configurations, evenly spread over their order."""
+    if len(panels) <= most:
+        return list(panels)
+    return [panels[int(i)] for i in np.linspace(0, len(panels) - 1, most).round()]
+
+
+def _panels(count: int, results: Results, rows: Sequence[Row]) -> tuple[Figure, list[Axes]]:
+    """A figure of `count` panels that all show the same stretch of floor (their own, where they differ by far)."""
+    samples = []
+    for key in spread(configurations(rows)):
+        row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
+        assert row is not None
+        samples.append(results.trial(row["trial"]))
+    x0, y0, x1, y1 = _around(samples)
+    columns = 2 if x1 - x0 >= y1 - y0 else min(count, 4)
+    lines = -(-count // columns)
+    width = 10.0
+    figure = theme.new_figure(width, lines * (0.55 + width / columns * (y1 - y0) / (x1 - x0)))
+    axes = [figure.add_subplot(lines, columns, i + 1) for i in range(count)]
+    for ax in axes:
+        _frame(ax, (x0, y0, x1, y1))
+    return figure, axes
+
+
+def _around(trials: Iterable[Trial], margin: float = 0.6) -> tuple[float, float, float, float]:
+    """Box around where robots, goals and obstacles of the test were, m; and of the movers' lanes, cut short."""
+    points, movers = [], []
+    for trial in trials:
+        points += [trial.pose[:, :2], *(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
+        points += [np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind == "obstacle" and b.pose is not None]
+        movers.append(trial.movers[:, :, :2].reshape(-1, 2))
+    inner = np.vstack(points)
+    inner = inner[np.isfinite(inner).all(1)]
+    low, high = inner.min(0), inner.max(0)
+    lanes = np.vstack(movers)
+    lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - 0.9, high + 0.9)
+    every = np.vstack([inner, lanes])
+    (x0, y0), (x1, y1) = every.min(0) - margin, every.max(0) + margin
+    return float(x0), float(y0), float(x1), float(y1)
+
+
+def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
+    x0, y0, x1, y1 = box
+    ax.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xticks=[], yticks=[])
+    for side in ax.spines.values():
+        side.set_visible(True)
+    at = (x0 + 0.05 * (x1 - x0), y0 + 0.05 * (y1 - y0))
+    ax.plot([at[0], at[0] + 1], [at[1], at[1]], color=theme.MUTED, linewidth=1.2, zorder=9)
+    ax.text(at[0] + 0.5, at[1] + 0.04 * (y1 - y0), "1 m", color=theme.MUTED, fontsize=6.5, ha="center", zorder=9)
+
+
+def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
+    """Walls and furniture, the line between the ends of the scored legs, and their names."""
+    _bodies(ax, [b for b in trial.attempt.bodies if b.kind in ("wall", "furniture")], edge)
+    legs = trial.attempt.legs
+    ends = [(legs[0].start, "A")] + [(leg.goal, "B") for leg in legs[:1]]
+    ax.plot(*zip(*[e[:2] for e, _ in ends], strict=True), color=theme.MARK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2)
+    centre = 0.5 * (ends[0][0][:2] + ends[-1][0][:2])
+    for end, name in ends:
+        outward = end[:2] - centre
+        outward = outward / max(float(np.hypot(*outward)), 1e-9)
+        ax.plot(*end[:2], marker="o", markersize=3.5, color=theme.MARK, zorder=6)
+        ax.text(*(end[:2] + 0.42 * outward), name, color=theme.MARK, weight="bold", ha="center", va="center", zorder=8)
+
+
+def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha: float = 1.0) -> None:
+    from matplotlib.collections import PolyCollection
+
+    groups: dict[str, list[FloatArray]] = {}
+    for body in bodies:
+        if body.pose is not None:
+            groups.setdefault(body.kind, []).append(theme.outline(body.shape, body.pose))
+    x, y = ax.get_xlim(), ax.get_ylim()
+    for kind, outlines in groups.items():
+        shown = [o for o in outlines if o[:, 0].max() > x[0] and o[:, 0].min() < x[1] and o[:, 1].max() > y[0] and o[:, 1].min() < y[1]]
+        ax.add_collection(
+            PolyCollection(shown, facecolors=_FILLS.get(kind, theme.FURNITURE), edgecolors=edge, linewidths=0.5, alpha=alpha, zorder=3),
+            autolim=False,
+        )  # fmt: skip
+
+
+def _lanes(ax: Axes, trial: Trial) -> None:
+    """Each mover's way on the first leg that it has one, as an arrow, with its shape at the start of it."""
+    moving = [b for b in trial.attempt.bodies if b.pose is None]
+    for m, body in enumerate(moving):
+        known = np.flatnonzero(np.isfinite(trial.movers[:, m]).all(1))
+        if not len(known):
+            continue
+        leg = np.asarray(trial.leg)[known[0]]
+        track = trial.movers[known[np.asarray(trial.leg)[known] == leg], m]
+        x, y = ax.get_xlim(), ax.get_ylim()
+        inside = track[(track[:, 0] > x[0]) & (track[:, 0] < x[1]) & (track[:, 1] > y[0]) & (track[:, 1] < y[1])]
+        if len(inside) < 2:
+            continue
+        style = {"arrowstyle": "-|>", "color": theme.MOVER, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
+        ax.annotate("", xy=inside[-1, :2], xytext=inside[0, :2], arrowprops=style, zorder=5)
+        at = inside[len(inside) // 6]
+        ax.fill(*theme.outline(body.shape, at).T, facecolor=theme.MOVER, alpha=0.55, edgecolor=theme.MOVER, zorder=5)
+
+
+def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
+    if trial.attempt.footprint is not None:
+        points = theme.outline(trial.attempt.footprint, pose).T
+        ax.fill(*points, facecolor=theme.ROBOT, alpha=0.35, zorder=4)
+        ax.plot(*points, color=theme.ROBOT, linewidth=1.0, zorder=5)
+    ahead = pose[:2] + 0.45 * np.array([np.cos(pose[2]), np.sin(pose[2])])
+    ax.annotate("", xy=ahead, xytext=pose[:2], arrowprops={"arrowstyle": "-|>", "color": theme.ROBOT}, zorder=6)
+
+
+def _tracks(ax: Axes, trial: Trial) -> None:
+    for m, body in enumerate(b for b in trial.attempt.bodies if b.pose is None):
+        for leg in range(len(trial.attempt.legs)):
+            track = trial.movers[(np.asarray(trial.leg) == leg), m]
+            ax.plot(track[:, 0], track[:, 1], color=theme.MOVER, linewidth=1.3, zorder=4)
+            _prints(ax, body, track, theme.MOVER, 3 * FOOTPRINT_EVERY)
+    ax.plot(trial.pose[:, 0], trial.pose[:, 1], color=theme.ROBOT, linewidth=1.4, zorder=6)
+    if trial.attempt.footprint is not None:
+        _prints(ax, Body("robot", "mover", trial.attempt.footprint, None), trial.pose, theme.ROBOT, FOOTPRINT_EVERY)
+
+
+def _prints(ax: Axes, body: Body, track: FloatArray, colour: str, every: float) -> None:
+    """The body's outline wherever it had moved `every` metres."""
+    known = track[np.isfinite(track).all(1)]
+    if not len(known):
+        return
+    way = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(known[:, :2], axis=0).T))))
+    at = np.unique(np.searchsorted(way, np.arange(0.0, way[-1] + every, every)).clip(0, len(known) - 1))
+    for pose in known[at]:
+        ax.plot(*theme.outline(body.shape, pose).T, color=colour, linewidth=0.5, alpha=0.55, zorder=5)
+
+
+def _note(ax: Axes, text: str) -> None:
+    ax.set_xlabel(text, fontsize=7.5, loc="left", color=theme.MUTED)
+
+
+def _join(values: Sequence[float]) -> str:
+    return ", ".join(f"{v:g}" for v in values)

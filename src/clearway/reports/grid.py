@@ -1,0 +1,92 @@
+"""A table for people: a caption, columns, and cells that are already text. And how numbers become text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+NONE = "–"
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A heading; numbers are set to the right."""
+
+    name: str
+    number: bool = True
+    title: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Text, a quieter second part, and whether it stands out."""
+
+    text: str
+    small: str = ""
+    strong: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """A table.
+
+    Attributes:
+        rows: each as many cells as columns. groups: numbers of the rows before which a line is drawn.
+    """
+
+    caption: str
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    groups: frozenset[int] = field(default_factory=frozenset)
+
+
+def grid(
+    caption: str, columns: Sequence[Column | str], rows: Sequence[Sequence[Cell | str]], groups: Sequence[int] = ()
+) -> Grid:
+    """A `Grid`; a plain string stands for a column of numbers, or for a cell."""
+    return Grid(
+        caption,
+        tuple(c if isinstance(c, Column) else Column(c) for c in columns),
+        tuple(tuple(c if isinstance(c, Cell) else Cell(c) for c in row) for row in rows),
+        frozenset(groups),
+    )
+
+
+def text(name: str, title: str = "") -> Column:
+    """A column of words."""
+    return Column(name, number=False, title=title)
+
+
+def num(value: float | None, digits: int = 2) -> str:
+    """A number with `digits` decimals and a real minus sign."""
+    if value is None or not math.isfinite(value):
+        return NONE
+    return f"{value:.{digits}f}".replace("-", "−")
+
+
+def span(low: float | None, high: float | None, digits: int = 2) -> str:
+    """An interval in brackets; empty where it is unknown."""
+    if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
+        return ""
+    return f"[{num(low, digits)}, {num(high, digits)}]"
+
+
+def p_value(p: float | None) -> str:
+    """A p with two significant digits, small ones as a power of ten."""
+    if p is None:
+        return NONE
+    if p >= 0.001:
+        return f"{p:.3f}" if p < 0.0995 else f"{p:.2f}"
+    mantissa, exponent = f"{p:.1e}".split("e")
+    return f"{mantissa}·10{str(int(exponent)).translate(_SUPERSCRIPTS)}"
+
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def percent(ours: float | None, theirs: float | None) -> str:
+    """By how much ours differs from theirs."""
+    if ours is None or not theirs:
+        return NONE
+    return f"{100 * (ours - theirs) / theirs:+.1f} %".replace("-", "−")

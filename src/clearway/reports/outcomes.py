@@ -1,0 +1,270 @@
+"""The report's tables of what came out: headline, per batch, completion time taken apart, space, speeds, correlations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+from clearway.indicators import HEADLINE, INDICATORS
+from clearway.reports import paper
+from clearway.reports.findings import Findings
+from clearway.reports.grid import NONE, Cell, Grid, grid, num, p_value, percent, span, text
+from clearway.reports.selection import Row, System
+from clearway.statistics import PAPER_A, POOLED, reduced_set
+
+DIGITS = {"CT": 2, "PL": 2, "DE": 3, "OE": 3, "MDO": 3, "TCS": 1}
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A robot's headline numbers."""
+
+    title: str
+    navigator: str
+    trials: int
+    rate: str
+    rate_range: str
+    rate_more: str
+    time: str
+    time_more: tuple[str, ...]
+    gap: str
+    gap_more: str
+
+
+def cards(f: Findings) -> list[Card]:
+    """One card a system: SR with its exact interval, CT by speed, MDO."""
+    found = []
+    for system, rate in zip(f.systems, f.overall, strict=True):
+        rows = system.of(f.rows)
+        times = {s: [r["CT"] for r in rows if r["speed"] == s and r["CT"] is not None] for s in sorted({r["speed"] for r in rows})}
+        means = [(s, sum(v) / len(v)) for s, v in times.items() if v]
+        gaps = [r["MDO"] for r in rows if r["MDO"] is not None]
+        failed = f"failed: {rate['failures']}" if rate["failures"] else "no failure"
+        found.append(
+            Card(
+                f.name(system), f"{system.navigator}, {', '.join(dict.fromkeys(r['localisation'] for r in rows))}", len(rows),
+                num(rate["SR"], 1), span(rate["low"], rate["high"], 1),
+                f"{rate['successes']} of {rate['n']}; {failed}",
+                num(means[0][1], 1) if means else NONE,
+                tuple(f"{num(mean, 1)} s at {s:g} m/s" for s, mean in means[1:]) or ("all batches",),
+                num(median(gaps), 2) if gaps else NONE,
+                f"least {num(min(gaps), 3)} m" if gaps else "no obstacles",
+            )
+        )  # fmt: skip
+    return found
+
+
+def batches(f: Findings, system: System) -> Grid:
+    """SR and the six indicators per batch and set speed: mean, standard deviation, 95 % interval of the mean."""
+    rows, groups, last = [], [], None
+    for rate in system.of(f.rates):
+        if rate["batch"] != last:
+            groups.append(len(rows))
+            last = rate["batch"]
+        cells = [
+            Cell(rate["batch"], strong=True),
+            Cell(f"{rate['speed']:g}"),
+            Cell(str(rate["n"] + rate["unknown"])),
+            Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
+        ]
+        for name in HEADLINE:
+            found = f.mean(system, rate["batch"], rate["speed"], name)
+            cells.append(_mean(found, DIGITS[name]))
+        rows.append(cells)
+    units = {n: INDICATORS[n].unit for n in HEADLINE}
+    columns = [text("Batch"), "v (m/s)", "n", "SR", *(f"{n} ({units[n]})" if units[n] else n for n in HEADLINE)]
+    return grid(
+        f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
+        "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one.",
+        columns, rows, groups,
+    )  # fmt: skip
+
+
+def _mean(row: Row | None, digits: int) -> Cell:
+    if row is None or row["mean"] is None:
+        return Cell(NONE)
+    spread = f" ± {num(row['sd'], digits)}" if row["sd"] is not None else ""
+    count = f" n {row['n']}" if row["missing"] else ""
+    return Cell(num(row["mean"], digits) + spread, (span(row["t_low"], row["t_high"], digits) + count).strip())
+
+
+def breakdown(f: Findings) -> Grid | None:
+    """CT of batch NO beside the paper's, and what it is made of."""
+    rows, groups = [], []
+    for system in f.systems:
+        speeds = sorted({r["speed"] for r in system.of(f.rows) if r["batch"] == "NO"})
+        if speeds:
+            groups.append(len(rows))
+        for speed in speeds:
+            found = f.mean(system, "NO", speed, "CT")
+            printed = next((m for m in paper.MEANS if _about(m, system, "NO", speed, "CT")), None)
+            parts = [f.mean(system, "NO", speed, f"T_{p}") for p in ("acceleration", "cruise", "approach", "rotation", "turn")]
+            rows.append([
+                Cell(f.name(system), strong=True), f"{speed:g}", _mean(found, 2),
+                Cell(NONE) if printed is None else Cell(f"{printed.mean:.2f} ± {printed.spread:.2f}"),
+                percent(found["mean"] if found else None, printed.mean if printed else None),
+                *(num(p["mean"] if p else None, 2) for p in parts),
+            ])  # fmt: skip
+    if not rows:
+        return None
+    columns = [text("Robot"), "v (m/s)", "CT (s)", "paper (s)", "difference", "acceleration", "cruise", "approach",
+               "final rotation", "turn at B"]  # fmt: skip
+    caption = (
+        "Batch NO: completion time beside the paper's, and its parts in seconds, both legs together (they add up to CT; "
+        "the turn at B is apart). " + INDICATORS["T_cruise"].source.partition(": ")[2].capitalize() + "."
+    )
+    return grid(caption, columns, rows, groups)
+
+
+def _about(m: paper.Mean, system: System, batch: str, speed: float, indicator: str) -> bool:
+    return (m.robot, m.batch, m.speed, m.indicator) == (system.robot.partition(":")[0], batch, speed, indicator)
+
+
+def beside(f: Findings) -> Grid | None:
+    """The paper's other printed means beside ours."""
+    rows = []
+    for system in f.systems:
+        for m in paper.MEANS:
+            if m.indicator == "CT" or not _about(m, system, m.batch, m.speed, m.indicator):
+                continue
+            found = f.mean(system, m.batch, m.speed, m.indicator)
+            if found is not None:
+                digits = DIGITS[m.indicator]
+                rows.append([
+                    Cell(f.name(system), strong=True), f"{m.batch}, {m.speed:g} m/s", m.indicator, _mean(found, digits),
+                    f"{m.mean:.2f} ± {m.spread:.2f}", percent(found["mean"], m.mean), m.source,
+                ])  # fmt: skip
+    columns = [text("Robot"), text("Where"), text("Indicator"), "here", "paper", "difference", text("Printed in")]
+    return grid("Other means that the paper prints, in the indicator's unit", columns, rows) if rows else None
+
+
+def space(f: Findings) -> Grid | None:
+    """The space that manoeuvring takes beside the paper's rule of 10 % of the robot's size."""
+    rows, groups, last = [], [], None
+    for system in f.systems:
+        for rate in system.of(f.rates):
+            here = [
+                r for r in system.of(f.rows)
+                if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"]) and r.get("space_rel") is not None
+            ]  # fmt: skip
+            mean = f.mean(system, rate["batch"], rate["speed"], "space")
+            if not here or mean is None:
+                continue
+            if system != last:
+                groups.append(len(rows))
+                last = system
+            within = sum(r["space_rel"] <= paper.MANOEUVRING_SHARE for r in here)
+            rows.append([
+                Cell(f.name(system), strong=True), rate["batch"], f"{rate['speed']:g}", str(len(here)),
+                num(100 * mean["mean"], 1), num(100 * max(r["space"] for r in here), 1),
+                f"{num(100 * sum(r['space_rel'] for r in here) / len(here), 0)} %",
+                f"{num(100 * max(r['space_rel'] for r in here), 0)} %", f"{within} of {len(here)}",
+            ])  # fmt: skip
+    columns = [text("Robot"), text("Batch"), "v (m/s)", "n", "mean (cm)", "largest (cm)", "mean / width",
+               "largest / width", "within 10 %"]  # fmt: skip
+    return grid(
+        "How far the footprint reached beyond the strip that it would sweep on the straight line A–B, on the side where it "
+        "reached farther. The paper's rule leaves 10 % of the robot's size; going around an obstacle takes more by "
+        "necessity, so batch NO is the one to hold against it.",
+        columns, rows, groups,
+    ) if rows else None  # fmt: skip
+
+
+def significance(f: Findings, system: System) -> Grid | None:
+    """Paper A's Table 4 for one system: every difference that is significant here or printed there."""
+    tests = {(t["indicator"], t["batch"], t["speed_a"], t["speed_b"], t["analysis"]): t for t in system.of(f.tests)}
+    printed = {(s.indicator, s.batch, s.slower, s.faster): s.p(system.robot) for s in paper.TABLE_4}
+    keys = dict.fromkeys(k[:4] for k in tests)
+    rows: list[list[Cell | str]] = []
+    for key in sorted(keys, key=lambda k: (HEADLINE.index(k[0]), list(paper.PROTOCOL).index(k[1]) if k[1] in paper.PROTOCOL else 9, k[2:])):
+        test = tests.get((*key, "complete pairs"))
+        theirs = printed.get(key)
+        if test is None or ((test["p"] is None or test["p"] > 0.05) and theirs is None):
+            continue
+        digits, unit = DIGITS[key[0]], test["unit"]
+        worst, means = tests.get((*key, "failures ranked worst")), tests.get((*key, "configuration means"))
+        rows.append([
+            Cell(key[0], strong=True), key[1], f"{key[2]:g} → {key[3]:g}",
+            Cell(f"{num(test['difference'], digits)} {unit}".strip(), span(test["low"], test["high"], digits)),
+            num(test["effect"], 2), str(test["n"]),
+            Cell(p_value(test["p"]), test["stars"], strong=bool(test["stars"])), Cell(p_value(test["p_holm"]), test["stars_holm"]),
+            p_value(test["smallest_p"]), p_value(worst["p"] if worst else None),
+            Cell(p_value(means["p"] if means else None), f"n {means['n']}" if means else ""), p_value(theirs),
+        ])  # fmt: skip
+    columns = [text("Indicator"), text("Batch"), "m/s", "median difference", "effect", "n", "p", "p (Holm)", "least p",
+               "p, failures worst", "p, config. means", "paper's p"]  # fmt: skip
+    return grid(
+        f"{f.name(system)}: differences between set speeds that are significant here (p ≤ 0.05) or in the paper's Table 4. "
+        "Wilcoxon's signed-rank test on complete pairs of (configuration, repetition), two-sided, exact.",
+        columns, rows,
+    ) if rows else None  # fmt: skip
+
+
+def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
+    """Every pair of indicators per robot and pooled beside the paper's, and which set of indicators remains."""
+    matrices = f.matrices
+    if not matrices:
+        return None, []
+    pairs = [(a, b) for i, a in enumerate(HEADLINE) for b in HEADLINE[i + 1 :]]
+    order = sorted(pairs, key=lambda p: -abs(_paper_r(p) or 0.0))
+    rows = []
+    for a, b in order:
+        cells: list[Cell | str] = [Cell(f"{a} – {b}", strong=_paper_r((a, b)) is not None)]
+        for matrix in matrices.values():
+            found = matrix.pairs.get((a, b))
+            cells.append(NONE if found is None or found.r is None else Cell(num(found.r), f"{found.strength}, n {found.n}"))
+        cells.append(num(_paper_r((a, b))))
+        rows.append(cells)
+    several = len({navigator for _, navigator in matrices}) > 1
+    names = [f.title(robot) + (f" · {navigator}" if several else "") for robot, navigator in matrices]
+    kept = []
+    for name, (key, matrix) in zip(names, matrices.items(), strict=True):
+        if len(matrices) > 1 and key[0] != POOLED and not several:
+            continue
+        left = reduced_set(matrix)
+        dropped = "; ".join(f"{gone} (r {num(r)} with {stays})" for gone, stays, r in left.dropped) or "none"
+        kept.append(f"{name}: {', '.join(left.kept)} remain. Dropped as redundant: {dropped}.")
+    caption = "Pearson's r with the paper's word for its strength; the paper prints nine pairs, both robots pooled"
+    return grid(caption, [text("Pair"), *names, "paper"], rows), kept
+
+
+def _paper_r(pair: tuple[str, str]) -> float | None:
+    return PAPER_A.get(pair, PAPER_A.get((pair[1], pair[0])))
+
+
+def trial_columns(f: Findings) -> list[dict[str, Any]]:
+    """The columns of the table of trials, as JSON for its script."""
+    labels: list[tuple[str, str, str, int | None]] = [
+        ("trial", "no.", "", 0), ("robot", "robot", "", None), ("navigator", "navigator", "", None),
+        ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
+        ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0),
+        ("verdict", "result", "", None),
+        *((n, n, INDICATORS[n].unit, DIGITS[n]) for n in HEADLINE),
+    ]  # fmt: skip
+    if any(r["barn_score"] is not None for r in f.rows):
+        labels.append(("barn_score", "score", "", 3))
+    labels.append(("reason", "reason", "", None))
+    columns = []
+    for key, name, unit, digits in labels:
+        values = {r[key] for r in f.rows if r.get(key) is not None} if key != "verdict" else set(map(verdict, f.rows))
+        if key in ("navigator", "obstacle_speed", "size", "gap", "reason") and len(values) < 1 + (key == "navigator"):
+            continue
+        column: dict[str, Any] = {"key": key, "name": name, "unit": unit, "number": digits is not None}
+        if digits is not None:
+            column["digits"] = digits
+        if key in ("robot", "navigator", "batch", "configuration", "verdict") and len(values) <= 60:
+            column["choices"] = sorted(map(str, values))
+        if key in INDICATORS:
+            column["title"] = INDICATORS[key].title
+        if key == "reason":
+            column["why"] = True
+        columns.append(column)
+    return columns
+
+
+def verdict(row: Row) -> str:
+    """`success`, or how the trial failed."""
+    if row["success"]:
+        return "success"
+    return str(row["failure"] or row["outcome"]) if row["success"] is not None else f"{row['outcome']}, not judged"

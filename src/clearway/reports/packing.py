@@ -1,0 +1,274 @@
+"""Packs trials small enough that hundreds replay inside one page.
+
+A trial becomes a JSON object. Its samples are columns of whole numbers (millimetres, 0.1 mrad, milliseconds), stored
+as differences, deflated and put in base64: about 10 bytes a sample. What stands still and is met by many trials
+(a floor plan, a layout of obstacles) is stored once, in `scenes`. `templates/decode.js` is the reader.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+import zlib
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import Circle, FloatArray, Shape
+from clearway.robots import Robot, load_robot
+from clearway.trials import Body, Snapshot, Trial
+
+MILLI, ANGLE = 1e-3, 1e-4
+"""Units of a stored length [m], time [s] or speed [m/s, rad/s]; and of an angle [rad]."""
+LONGEST = 4000
+"""Samples kept of a trial; a longer one is thinned evenly."""
+SIMPLIFY = 0.01
+"""m; a plan's line is stored with no more points than it needs to be this right."""
+_GAP16, _GAP32 = -(2**15), -(2**31)
+
+
+@dataclass(slots=True)
+class Shelf:
+    """What trials share, stored once: each thing has the number of its place."""
+
+    things: list[Any] = field(default_factory=list)
+    _places: dict[str, int] = field(default_factory=dict)
+
+    def place(self, thing: Any) -> int:
+        """The number of `thing` (a JSON value), added if it is new."""
+        key = json.dumps(thing, separators=(",", ":"))
+        if key not in self._places:
+            self._places[key] = len(self.things)
+            self.things.append(thing)
+        return self._places[key]
+
+
+@dataclass(slots=True)
+class Packer:
+    """Packs trials of one report."""
+
+    scenes: Shelf = field(default_factory=Shelf)
+    robots: Shelf = field(default_factory=Shelf)
+
+    def pack(self, trial: Trial, index: int, row: dict[str, Any]) -> dict[str, Any]:
+        """A trial as a JSON object for the replay.
+
+        Args:
+            index: its number in the table. row: what else the page says of it (indicators by name).
+        """
+        a = trial.attempt
+        keep = _thin(len(trial.t))
+        fixed = [b for b in a.bodies if b.pose is not None]
+        moving = [b for b in a.bodies if b.pose is None]
+        return {
+            "index": index,
+            "robot": self.robots.place(_robot(a.robot, a.footprint)),
+            "scenes": [
+                self.scenes.place([_body(b) for b in fixed if b.kind != "obstacle"]),
+                self.scenes.place([_body(b) for b in fixed if b.kind == "obstacle"]),
+            ],
+            "movers": [{"name": b.name, **_shape(b.shape)} for b in moving],
+            "legs": [
+                {
+                    "name": leg.name,
+                    "start": _list(leg.start, 4),
+                    "goal": _list(leg.goal, 4),
+                    "xy": leg.xy_tolerance,
+                    "yaw": leg.yaw_tolerance if math.isfinite(leg.yaw_tolerance) else None,
+                }
+                for leg in a.legs
+            ],
+            "spans": [[s.leg, round(s.start, 3), round(s.end, 3), s.reached] for s in trial.spans],
+            "events": [[round(e.t, 3), e.kind, e.detail.strip().splitlines()[-1:] or [""]] for e in trial.events[:500]],
+            "outcome": trial.outcome.value,
+            "reason": trial.reason,
+            "speed": a.speed_limit,
+            "row": row,
+            "samples": pack_columns(_columns(trial, keep)),
+            "thoughts": _deflate(json.dumps(_thoughts(trial.snapshots), separators=(",", ":")).encode()),
+        }
+
+
+def clearance_over_time(trial: Trial) -> FloatArray | None:
+    """(n,) edge-to-edge distance in m from the footprint to the nearest body, NaN where there is none."""
+    from clearway.geometry.distance import min_clearance
+
+    a = trial.attempt
+    if a.footprint is None or not a.bodies or not np.isfinite(trial.pose).all():
+        return None
+    out = min_clearance(a.footprint, trial.pose, a.bodies, trial.movers)
+    return np.where(np.isfinite(out), out, np.nan)
+
+
+def _columns(trial: Trial, keep: npt.NDArray[np.int64]) -> dict[str, tuple[FloatArray, float]]:
+    """Name -> (values (n,), unit of storage), in the order of storage."""
+    columns: dict[str, tuple[FloatArray, float]] = {"t": (trial.t, MILLI)}
+
+    def poses(name: str, values: FloatArray) -> None:
+        columns[f"{name}x"] = (values[:, 0], MILLI)
+        columns[f"{name}y"] = (values[:, 1], MILLI)
+        columns[f"{name}a"] = (_unwrap(values[:, 2]), ANGLE)
+
+    poses("", trial.pose)
+    if trial.estimate is not None:
+        poses("e", trial.estimate)
+    if trial.velocity is not None:
+        columns["v"], columns["w"] = (trial.velocity[:, 0], MILLI), (trial.velocity[:, 1], MILLI)
+    clearance = clearance_over_time(trial)
+    if clearance is not None:
+        columns["c"] = (np.minimum(clearance, 30.0), MILLI)
+    columns["leg"] = (np.asarray(trial.leg, dtype=np.float64), 1.0)
+    for m in range(trial.movers.shape[1]):
+        poses(f"m{m}", trial.movers[:, m])
+    return {name: (np.asarray(values)[keep], unit) for name, (values, unit) in columns.items()}
+
+
+def pack_columns(columns: dict[str, tuple[FloatArray, float]]) -> dict[str, Any]:
+    """Columns of equal length n, NaN for a gap, as whole multiples of their units: first value, then differences.
+
+    A difference is to the last value that is not a gap. int16 where every difference fits, else int32.
+    """
+    n = len(next(iter(columns.values()))[0])
+    whole = [_differences(values, unit) for values, unit in columns.values()]
+    wide = any(int(np.abs(d).max(initial=0)) >= 2**15 for _, d, _ in whole)
+    kind, gap = ("<i4", _GAP32) if wide else ("<i2", _GAP16)
+    block = b"".join(np.where(missing, gap, d).astype(kind).tobytes() for _, d, missing in whole)
+    return {
+        "n": n,
+        "wide": wide,
+        "columns": [
+            [name, first, unit] for (name, (_, unit)), (first, _, _) in zip(columns.items(), whole, strict=True)
+        ],
+        "data": _deflate(block),
+    }
+
+
+def _differences(values: FloatArray, unit: float) -> tuple[int, npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
+    missing = ~np.isfinite(values)
+    out = np.zeros(len(values), dtype=np.int64)
+    whole = np.rint(values[~missing] / unit).astype(np.int64)
+    if not len(whole):
+        return 0, out, missing
+    out[~missing] = np.diff(whole, prepend=whole[0])
+    return int(whole[0]), out, missing
+
+
+def _unwrap(angle: FloatArray) -> FloatArray:
+    """The angle without jumps of a turn, gaps left as they are."""
+    out = np.array(angle, dtype=np.float64)
+    known = np.isfinite(out)
+    out[known] = np.unwrap(out[known])
+    return out
+
+
+def _thin(n: int) -> npt.NDArray[np.int64]:
+    every = max(1, math.ceil(n / LONGEST))
+    keep = np.arange(0, n, every, dtype=np.int64)
+    return keep if not n or keep[-1] == n - 1 else np.append(keep, n - 1)
+
+
+def _deflate(block: bytes) -> str:
+    return base64.b64encode(zlib.compress(block, 6)).decode()
+
+
+def _list(values: FloatArray, digits: int = 3) -> list[float]:
+    return [round(float(v), digits) for v in values]
+
+
+def _shape(shape: Shape) -> dict[str, Any]:
+    if isinstance(shape, Circle):
+        return {"r": round(shape.radius, 4)}
+    return {"p": [[round(x, 4), round(y, 4)] for x, y in shape.vertices]}
+
+
+def _body(body: Body) -> dict[str, Any]:
+    assert body.pose is not None
+    return {"name": body.name, "kind": body.kind, "at": _list(body.pose, 4), **_shape(body.shape)}
+
+
+def robot_or_none(name: str) -> Robot | None:
+    """The robot of that name; None where nobody has its file (a recording of an unknown robot)."""
+    try:
+        return load_robot(name)
+    except ClearwayError:
+        return None
+
+
+def _robot(name: str, footprint: Shape | None) -> dict[str, Any]:
+    robot = robot_or_none(name)
+    lidar = robot.lidar if robot is not None else None
+    return {
+        "name": name if robot is None else robot.title,
+        **({} if footprint is None else {"footprint": _shape(footprint)}),
+        **(
+            {}
+            if lidar is None
+            else {
+                "lidar": {
+                    "beams": min(lidar.beams, 720),
+                    "from": lidar.angle_min,
+                    "to": lidar.angle_max,
+                    "near": lidar.range_min,
+                    "far": lidar.range_max,
+                    "mount": list(lidar.mount),
+                }
+            }
+        ),
+    }
+
+
+def _thoughts(snapshots: tuple[Snapshot, ...]) -> list[dict[str, Any]]:
+    """What the navigator showed, each line simplified and stored once while it stays the same."""
+    out: list[dict[str, Any]] = []
+    last: dict[str, Any] = {}
+    for snapshot in snapshots:
+        d = snapshot.diagnostics
+        lines: dict[str, Any] = {}
+        for name, points in d.polylines.items():
+            line = _line(np.asarray(points, dtype=np.float64))
+            lines[name] = 0 if last.get(name) == line else line  # 0: as in the snapshot before
+            last[name] = line
+        entry: dict[str, Any] = {"t": round(snapshot.t, 3), "lines": lines}
+        if d.status:
+            entry["status"] = d.status
+        if d.circles:
+            entry["circles"] = {k: np.round(v, 2).tolist() for k, v in d.circles.items()}
+        if d.tube is not None:
+            entry["tube"] = np.round(d.tube, 2).tolist()
+        if d.tree is not None:
+            entry["tree"] = np.round(d.tree[:2000], 2).tolist()
+        out.append(entry)
+    return out
+
+
+def _line(points: FloatArray) -> list[int]:
+    """x, y in cm, first absolute, then differences."""
+    if len(points) == 0:
+        return []
+    whole = np.rint(simplify(points) / 0.01).astype(np.int64)
+    return [int(v) for v in np.diff(whole, axis=0, prepend=np.zeros((1, 2), np.int64)).ravel()]
+
+
+def simplify(points: FloatArray, tolerance: float = SIMPLIFY) -> FloatArray:
+    """The line (n, 2) with the points left out that lie within `tolerance` [m] of it without them (Douglas-Peucker)."""
+    keep = np.zeros(len(points), dtype=bool)
+    keep[[0, -1]] = True
+    stack = [(0, len(points) - 1)]
+    while stack:
+        a, b = stack.pop()
+        if b - a < 2:
+            continue
+        chord, inner = points[b] - points[a], points[a + 1 : b] - points[a]
+        length = float(chord @ chord)
+        share = np.clip(inner @ chord / length, 0.0, 1.0) if length > 0 else np.zeros(len(inner))
+        off = np.hypot(*(inner - share[:, None] * chord).T)
+        worst = int(off.argmax())
+        if off[worst] > tolerance:
+            middle = a + 1 + worst
+            keep[middle] = True
+            stack += [(a, middle), (middle, b)]
+    return points[keep]

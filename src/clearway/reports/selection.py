@@ -1,0 +1,100 @@
+"""Which trials a figure or a table is about: rows of the trials' table by their labels, and the representative one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from clearway.errors import ClearwayError, unknown
+from clearway.trials.store import Results
+
+Row = dict[str, Any]
+COLUMNS = (
+    "suite", "batch", "configuration", "robot", "navigator", "localisation", "plan", "speed", "obstacle_speed", "size",
+    "gap", "repetition", "outcome", "scenario", "trial",
+)  # fmt: skip
+"""What trials can be selected by."""
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class System:
+    """What is being tested: a robot with a navigator, by name."""
+
+    robot: str
+    navigator: str
+
+    def of(self, rows: Iterable[Row]) -> list[Row]:
+        """Its rows, in order."""
+        return [r for r in rows if system(r) == self]
+
+
+def system(row: Row) -> System:
+    """What a row tested."""
+    return System(row["robot"], row["navigator"])
+
+
+def systems(rows: Iterable[Row]) -> list[System]:
+    """What was tested, in the order of the campaign."""
+    return list(dict.fromkeys(system(r) for r in rows))
+
+
+def rows_of(results: Results, **selection: Any) -> list[Row]:
+    """The rows whose columns have these values (one value, or a collection of which one must match).
+
+    Raises:
+        ClearwayError: an unknown column, or nothing is left; the message says what there is.
+    """
+    rows: list[Row] = results.trials.to_pylist()
+    for column, value in selection.items():
+        if column not in COLUMNS:
+            raise unknown("selection", column, COLUMNS)
+        wanted = set(value) if isinstance(value, list | tuple | set | frozenset) else {value}
+        found = [r for r in rows if r[column] in wanted]
+        if not found:
+            there = ", ".join(sorted({str(r[column]) for r in rows}))
+            raise ClearwayError(f"no trial with {column} {value!r} among the selected; there is {there}", field=column)
+        rows = found
+    return rows
+
+
+def table_of(results: Results, rows: Sequence[Row]) -> Any:
+    """These rows as an Arrow table with the columns of the trials' table."""
+    numbers = {number: i for i, number in enumerate(results.trials["trial"].to_pylist())}
+    return results.trials.take([numbers[r["trial"]] for r in rows])
+
+
+def configurations(rows: Iterable[Row]) -> list[tuple[str, str]]:
+    """(batch, configuration) in the order of the campaign."""
+    return list(dict.fromkeys((r["batch"], r["configuration"]) for r in rows))
+
+
+def distinct(rows: Iterable[Row], column: str) -> list[Any]:
+    """The values that a column has, sorted, without None."""
+    return sorted({r[column] for r in rows if r[column] is not None})
+
+
+def representative(rows: Sequence[Row]) -> Row | None:
+    """The trial to show for these: of the successful ones at the lowest set speed, the one with the median CT.
+
+    The lower of the two in the middle, the first of several alike. Without a success: the first trial; None: no rows.
+    """
+    if not rows:
+        return None
+    slowest = min(r["speed"] for r in rows)
+    good = [r for r in rows if r["speed"] == slowest and r["success"] and r["CT"] is not None]
+    if not good:
+        return next((r for r in rows if r["success"]), rows[0])
+    return sorted(good, key=lambda r: (r["CT"], r["trial"]))[(len(good) - 1) // 2]
+
+
+def label(row: Row) -> str:
+    """A trial's conditions in words, such as `SO parallel, 0.6 m/s, 0.15 m, 1.5 d_base, no. 2`."""
+    parts = [f"{row['batch']} {row['configuration']}", f"{row['speed']:g} m/s"]
+    if row["obstacle_speed"] is not None:
+        parts.append(f"obstacle {row['obstacle_speed']:g} m/s")
+    if row["size"] is not None:
+        parts.append(f"{row['size']:g} m")
+    if row["gap"] is not None:
+        parts.append(f"gap {row['gap']:g} d_base")
+    return ", ".join([*parts, f"no. {row['repetition']}"])

@@ -1,0 +1,73 @@
+"""The report's tables as CSV, numbers unrounded: for a spreadsheet, or a reviewer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from clearway.reports.barn import barn
+from clearway.reports.findings import BREAKDOWN, Findings
+from clearway.reports.parameters import every_parameter
+
+NAMES = {
+    "summary": "every indicator by robot, navigator, batch and speed",
+    "success": "success rates with intervals",
+    "significance": "all tests between set speeds, three analyses each",
+    "correlations": "Pearson's r of every pair, per robot and pooled",
+    "breakdown": "completion time and its parts",
+    "parameters": "every parameter of the robots with its source",
+    "trials": "all trials",
+    "barn": "world by world beside the published runs (suite barn only)",
+}
+
+
+def write_tables(f: Findings, folder: Path) -> list[str]:
+    """Write the CSV files into `folder`; returns the names of those that were written, without `.csv`."""
+    import pyarrow as pa
+
+    summary = [{k: v for k, v in r.items() if k not in ("range_low", "range_high")} for r in f.described]
+    tables: dict[str, Any] = {
+        "summary": pa.Table.from_pylist(summary),
+        "success": pa.Table.from_pylist(f.rates),
+        "significance": f.speed_tests,
+        "correlations": f.correlation_table,
+        "breakdown": pa.Table.from_pylist(_breakdown(f)),
+        "parameters": pa.Table.from_pylist(_parameters(f)),
+        "trials": f.results.trials,
+    }
+    courses = [
+        {"robot": s.robot, "navigator": s.navigator, **_as_dict(c)} for s in f.systems if (b := barn(f, s)) for c in b.courses
+    ]  # fmt: skip
+    if courses:
+        tables["barn"] = pa.Table.from_pylist(courses)
+    import pyarrow.csv
+
+    written = []
+    for name, table in tables.items():
+        if table.num_columns:
+            pyarrow.csv.write_csv(table, folder / f"{name}.csv")
+            written.append(name)
+    return written
+
+
+def _breakdown(f: Findings) -> list[Mapping[str, Any]]:
+    names = ("CT", *BREAKDOWN)
+    keys = dict.fromkeys((r["robot"], r["navigator"], r["batch"], r["speed"]) for r in f.described)
+    values = {(r["robot"], r["navigator"], r["batch"], r["speed"], r["indicator"]): r["mean"] for r in f.described}
+    return [
+        dict(zip(("robot", "navigator", "batch", "speed"), key, strict=True)) | {n: values.get((*key, n)) for n in names}
+        for key in keys
+    ]  # fmt: skip
+
+
+def _parameters(f: Findings) -> list[Mapping[str, Any]]:
+    return [
+        {"robot": name, "parameter": parameter, "value": value, "source": where}
+        for name, robot in f.robots.items() if robot is not None
+        for parameter, value, where in every_parameter(robot)
+    ]  # fmt: skip
+
+
+def _as_dict(course: Any) -> dict[str, Any]:
+    return {name: getattr(course, name) for name in ("world", "published", "here", "published_time", "here_time", "runs")}

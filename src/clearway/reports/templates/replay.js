@@ -1,0 +1,186 @@
+// The player: picks a trial, runs its clock, and asks Stage to draw.
+const Replay = (() => {
+  const $ = (id) => document.getElementById(id);
+  const meta = JSON.parse($("replay-index").textContent);
+  const waiting = new Map();
+  let trial = null, time = 0, playing = false, last = 0, toTime = null, asked = 0;
+
+  // Replays beside the page call this by name.
+  window.clearwayTrial = (packed) => { waiting.get(packed.index)?.(packed); waiting.delete(packed.index); };
+
+  function packedTrial(index) {
+    const inline = $(`trial-${index}`);
+    if (inline) return Promise.resolve(JSON.parse(inline.textContent));
+    return new Promise((resolve, reject) => {
+      waiting.set(index, resolve);
+      const script = document.createElement("script");
+      script.src = `${meta.folder}/${String(index).padStart(5, "0")}.js`;
+      script.onerror = () => reject(new Error(`${script.src} is missing beside this page`));
+      document.head.append(script);
+    });
+  }
+
+  async function open(packed) {
+    const scenes = await Promise.all(packed.scenes.map((k) => Decode.json(meta.scenes[k])));
+    const samples = await Decode.columns(packed.samples), thoughts = await Decode.thoughts(packed.thoughts);
+    const fixed = scenes.flat(), robot = meta.robots[packed.robot];
+    const box = (xs) => xs.reduce(([a, b], x) => [Math.min(a, x), Math.max(b, x)], [Infinity, -Infinity]);
+    const known = (values) => Array.from(values || []).filter((x) => !Number.isNaN(x));
+    const corners = (axis) => [
+      ...known(samples[axis ? "y" : "x"]), ...packed.legs.flatMap((l) => [l.start[axis], l.goal[axis]]),
+      ...packed.movers.flatMap((_, m) => known(samples[`m${m}${axis ? "y" : "x"}`])),
+    ];
+    const around = (xs, ys, margin) => { const [a, b] = box(xs), [c, d] = box(ys); return [a - margin, c - margin, b + margin, d + margin]; };
+    const near = around(corners(0), corners(1), 0.9);
+    const outlines = fixed.flatMap((b) => (b.r !== undefined ? [[b.at[0] - b.r, b.at[1] - b.r], [b.at[0] + b.r, b.at[1] + b.r]] : Lidar.place(b.p, b.at)));
+    const all = around([...corners(0), ...outlines.map((p) => p[0])], [...corners(1), ...outlines.map((p) => p[1])], 0.3);
+    return {
+      ...packed, samples, thoughts, fixed, robot, world: Lidar.scene(fixed),
+      end: samples.t[samples.t.length - 1] || 0,
+      bounds: (whole) => (whole ? all : near),
+      thoughtAt: (t) => thoughts.findLast((entry) => entry.t <= t + 1e-6),
+    };
+  }
+
+  // The state at `t`, between samples interpolated.
+  function at(t) {
+    const s = trial.samples, n = s.t.length;
+    let low = 0, high = n - 1;
+    while (high - low > 1) { const mid = (low + high) >> 1; if (s.t[mid] <= t) low = mid; else high = mid; }
+    if (n > 1 && t >= s.t[high]) low = high;
+    const next = Math.min(low + 1, n - 1), span = s.t[next] - s.t[low], f = span > 0 ? Math.min(Math.max((t - s.t[low]) / span, 0), 1) : 0;
+    const mix = (name) => { const a = s[name][low], b = s[name][next]; return Number.isNaN(b) ? a : a + f * (b - a); };
+    const pose = (p) => { const at = ["x", "y", "a"].map((axis) => mix(p + axis)); return at.some(Number.isNaN) ? null : at; };
+    return {
+      t, index: low, pose: pose(""), estimate: s.ex ? pose("e") : null, movers: trial.movers.map((_, m) => pose(`m${m}`)),
+      v: s.v ? mix("v") : NaN, w: s.w ? mix("w") : NaN, clearance: s.c ? mix("c") : NaN,
+      contact: trial.outcome === "collision" && t >= trial.end - 0.2,
+    };
+  }
+
+  const number = (x, digits, unit) => (Number.isFinite(x) ? `${x.toFixed(digits)} ${unit}` : "–");
+
+  function render() {
+    if (!trial) return;
+    const now = at(time), options = Object.fromEntries(["scan", "plan", "path", "estimate", "whole"].map((k) => [k, $(`show-${k}`).checked]));
+    Stage.draw($("stage"), trial, now, options);
+    toTime = Stage.chart($("clearance"), trial, now);
+    $("scrub").value = String(time);
+    $("scrub").setAttribute("aria-valuetext", `${time.toFixed(1)} of ${trial.end.toFixed(1)} seconds`);
+    $("clock").textContent = `${time.toFixed(1)} / ${trial.end.toFixed(1)} s`;
+    const off = now.estimate && now.pose ? Math.hypot(now.estimate[0] - now.pose[0], now.estimate[1] - now.pose[1]) : NaN;
+    const thought = trial.thoughtAt(time), leg = trial.legs[trial.samples.leg[now.index]];
+    for (const [id, text] of [
+      ["now-leg", leg ? leg.name : "–"], ["now-speed", number(now.v, 2, "m/s")], ["now-turn", number(now.w, 2, "rad/s")],
+      ["now-clearance", number(now.clearance, 3, "m")], ["now-error", number(100 * off, 1, "cm")], ["now-status", thought?.status || "–"],
+    ]) $(id).textContent = text;
+  }
+
+  function seek(t) { if (trial) { time = Math.min(Math.max(t, 0), trial.end); render(); } }
+
+  function step(samples) {
+    if (!trial) return;
+    const s = trial.samples.t, i = Math.min(Math.max(at(time).index + samples, 0), s.length - 1);
+    play(false); seek(s[i]);
+  }
+
+  function tick(stamp) {
+    if (!playing) return;
+    const passed = Math.min((stamp - last) / 1000, 0.1) * Number($("rate").value);
+    last = stamp;
+    seek(time + Math.max(passed, 0));
+    if (time >= trial.end) play(false); else requestAnimationFrame(tick);
+  }
+
+  function play(on) {
+    if (!trial || on === playing) return;
+    playing = on;
+    $("play").textContent = on ? "Pause" : "Play";
+    $("play").setAttribute("aria-pressed", String(on));
+    if (on) { if (time >= trial.end) time = 0; last = performance.now(); requestAnimationFrame(tick); }
+  }
+
+  function describe() {
+    const facts = $("facts"), events = $("events");
+    facts.replaceChildren(); events.replaceChildren();
+    for (const [label, text] of Object.entries(trial.row)) {
+      const dt = document.createElement("dt"), dd = document.createElement("dd");
+      dt.textContent = label; dd.textContent = text; facts.append(dt, dd);
+    }
+    $("verdict").textContent = trial.verdict || trial.outcome;
+    $("verdict").className = trial.success ? "verdict good" : "verdict bad";
+    for (const [t, kind, detail] of trial.events.slice(0, 60)) {
+      const item = document.createElement("li"), button = document.createElement("button");
+      button.type = "button"; button.textContent = `${t.toFixed(1)} s  ${kind}`; button.title = detail[0];
+      button.addEventListener("click", () => { play(false); seek(t); });
+      item.append(button); events.append(item);
+    }
+    $("no-events").hidden = trial.events.length > 0;
+  }
+
+  async function show(index) {
+    const mine = ++asked;
+    play(false);
+    $("replay-problem").hidden = true;
+    try {
+      const opened = await open(await packedTrial(index));
+      if (mine !== asked) return; // another was picked meanwhile
+      trial = opened;
+    } catch (error) {
+      $("replay-problem").textContent = `This trial can't be shown: ${error.message}`;
+      $("replay-problem").hidden = false;
+      return;
+    }
+    time = 0;
+    $("scrub").max = String(trial.end);
+    $("pick").value = String(index);
+    $("stage").setAttribute("aria-label", `Floor plan with the robot, trial ${index}`);
+    describe(); render();
+    $("player").dataset.trial = String(index);
+  }
+
+  function neighbour(by) {
+    const options = [...$("pick").options], k = options.findIndex((o) => o.value === $("pick").value) + by;
+    if (options[k]) show(Number(options[k].value));
+  }
+
+  function keys(event) {
+    if (event.altKey || event.ctrlKey || event.metaKey || ["SELECT", "TEXTAREA"].includes(event.target.tagName)) return;
+    const button = event.target.tagName === "BUTTON" || event.target.type === "checkbox";
+    const act = {
+      " ": button ? null : () => play(!playing), k: () => play(!playing), ArrowRight: () => step(event.shiftKey ? 10 : 1),
+      ArrowLeft: () => step(event.shiftKey ? -10 : -1), Home: () => seek(0), End: () => seek(trial?.end || 0),
+      n: () => neighbour(1), p: () => neighbour(-1),
+    }[event.key];
+    if (act) { event.preventDefault(); act(); }
+  }
+
+  function fromAddress() {
+    const match = /^#replay-(\d+)$/.exec(location.hash);
+    if (!match) return false;
+    show(Number(match[1]));
+    $("replay").scrollIntoView();
+    return true;
+  }
+
+  function start() {
+    for (const [index, title] of meta.trials) $("pick").add(new Option(title, index));
+    $("pick").addEventListener("change", () => show(Number($("pick").value)));
+    $("play").addEventListener("click", () => play(!playing));
+    $("previous").addEventListener("click", () => neighbour(-1));
+    $("next").addEventListener("click", () => neighbour(1));
+    $("scrub").addEventListener("input", () => { play(false); seek(Number($("scrub").value)); });
+    $("player").addEventListener("keydown", keys);
+    for (const box of document.querySelectorAll(".layers input")) box.addEventListener("change", render);
+    const pick = (event) => { if (toTime) { play(false); seek(toTime(event.offsetX)); } };
+    $("clearance").addEventListener("pointerdown", (event) => { $("clearance").setPointerCapture(event.pointerId); pick(event); });
+    $("clearance").addEventListener("pointermove", (event) => { if (event.buttons) pick(event); });
+    new ResizeObserver(render).observe($("stage"));
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", render);
+    window.addEventListener("hashchange", fromAddress);
+    if (!fromAddress() && meta.first !== null) show(meta.first);
+  }
+
+  start();
+  return { show, seek, state: () => ({ time, playing, now: trial && at(time), trial: trial && trial.index }) };
+})();

@@ -1,0 +1,172 @@
+// Draws one instant of a trial on a canvas, and its clearance over time on another.
+const Stage = (() => {
+  const COLOURS = ["ink", "muted", "rule", "paper", "panel", "fixture", "furniture", "obstacle", "robot", "mover", "mark",
+    "bad", "scan", "estimate", "plan"];
+
+  function palette() {
+    const style = getComputedStyle(document.documentElement);
+    return Object.fromEntries(COLOURS.map((name) => [name, style.getPropertyValue("--" + name).trim() || "#888"]));
+  }
+
+  function fit(canvas) {
+    const box = canvas.getBoundingClientRect(), ratio = window.devicePixelRatio || 1;
+    const width = Math.max(1, Math.round(box.width * ratio)), height = Math.max(1, Math.round(box.height * ratio));
+    if (canvas.width !== width || canvas.height !== height) { canvas.width = width; canvas.height = height; }
+    const g = canvas.getContext("2d");
+    g.setTransform(ratio, 0, 0, ratio, 0, 0);
+    g.clearRect(0, 0, box.width, box.height);
+    return { g, width: box.width, height: box.height };
+  }
+
+  // Metres to pixels so that `bounds` [x0, y0, x1, y1] fits, y up.
+  function view(bounds, width, height) {
+    const [x0, y0, x1, y1] = bounds;
+    const scale = Math.min(width / Math.max(x1 - x0, 0.1), height / Math.max(y1 - y0, 0.1));
+    const left = (width - scale * (x1 - x0)) / 2, top = (height - scale * (y1 - y0)) / 2;
+    return { scale, x: (x) => left + (x - x0) * scale, y: (y) => height - top - (y - y0) * scale };
+  }
+
+  function trace(g, v, points, close) {
+    g.beginPath();
+    points.forEach(([x, y], i) => (i ? g.lineTo(v.x(x), v.y(y)) : g.moveTo(v.x(x), v.y(y))));
+    if (close) g.closePath();
+  }
+
+  function body(g, v, shape, at, fill, stroke) {
+    if (shape.r !== undefined) { g.beginPath(); g.arc(v.x(at[0]), v.y(at[1]), Math.max(shape.r * v.scale, 0.5), 0, 7); }
+    else trace(g, v, Lidar.place(shape.p, at), true);
+    if (fill) { g.fillStyle = fill; g.fill(); }
+    if (stroke) { g.strokeStyle = stroke; g.stroke(); }
+  }
+
+  function track(g, v, xs, ys, from, to) {
+    g.beginPath();
+    let down = false;
+    for (let i = from; i <= to; i++) {
+      if (Number.isNaN(xs[i]) || Number.isNaN(ys[i])) { down = false; continue; }
+      if (down) g.lineTo(v.x(xs[i]), v.y(ys[i])); else g.moveTo(v.x(xs[i]), v.y(ys[i]));
+      down = true;
+    }
+    g.stroke();
+  }
+
+  function arrow(g, v, at, length, colour) {
+    const tip = [at[0] + length * Math.cos(at[2]), at[1] + length * Math.sin(at[2])];
+    g.strokeStyle = colour; g.lineWidth = 2;
+    trace(g, v, [[at[0], at[1]], tip]); g.stroke();
+  }
+
+  function draw(canvas, trial, now, options) {
+    const c = palette(), { g, width, height } = fit(canvas), v = view(trial.bounds(options.whole), width, height);
+    const s = trial.samples, i = now.index, pose = now.pose;
+    g.lineJoin = g.lineCap = "round";
+    for (const b of trial.fixed) {
+      const fixture = b.kind === "wall", obstacle = b.kind === "obstacle";
+      g.lineWidth = 1;
+      body(g, v, b, b.at, obstacle ? c.obstacle : fixture ? c.fixture : c.furniture, obstacle ? c.obstacle : c.fixture);
+    }
+    for (const [k, leg] of trial.legs.entries()) {
+      const current = k === s.leg[i];
+      g.lineWidth = current ? 1.5 : 1; g.strokeStyle = c.mark; g.setLineDash([4, 4]); g.globalAlpha = current ? 1 : 0.4;
+      g.beginPath(); g.arc(v.x(leg.goal[0]), v.y(leg.goal[1]), leg.xy * v.scale, 0, 7); g.stroke();
+      g.setLineDash([]);
+      if (leg.yaw !== null) arrow(g, v, leg.goal, Math.max(leg.xy, 0.25), c.mark);
+      g.globalAlpha = 1;
+    }
+    if (options.scan && trial.robot.lidar) scan(g, v, c, trial, now);
+    const thought = trial.thoughtAt(now.t);
+    if (options.plan && thought) thoughts(g, v, c, thought);
+    if (options.path) { g.strokeStyle = c.robot; g.lineWidth = 2; track(g, v, s.x, s.y, 0, i); }
+    trial.movers.forEach((mover, m) => {
+      const at = now.movers[m];
+      g.strokeStyle = c.mover; g.lineWidth = 1.5; g.setLineDash([2, 4]);
+      if (options.path) track(g, v, s[`m${m}x`], s[`m${m}y`], 0, i);
+      g.setLineDash([]);
+      if (at) { g.globalAlpha = 0.85; body(g, v, mover, at, c.mover, c.mover); g.globalAlpha = 1; }
+    });
+    if (options.estimate && now.estimate) {
+      g.strokeStyle = c.estimate; g.lineWidth = 1.5; g.setLineDash([3, 3]);
+      track(g, v, s.ex, s.ey, Math.max(0, i - 100), i);
+      if (trial.robot.footprint) body(g, v, trial.robot.footprint, now.estimate, null, c.estimate);
+      g.setLineDash([]);
+    }
+    if (pose) {
+      g.lineWidth = 2;
+      const shape = trial.robot.footprint || { r: 0.05 };
+      g.globalAlpha = 0.35; body(g, v, shape, pose, c.robot, null); g.globalAlpha = 1;
+      body(g, v, shape, pose, null, now.contact ? c.bad : c.robot);
+      arrow(g, v, pose, 0.3, now.contact ? c.bad : c.robot);
+    }
+    ruler(g, v, c, height);
+  }
+
+  function scan(g, v, c, trial, now) {
+    if (!now.pose) return;
+    const movers = Lidar.scene(trial.movers.flatMap((m, k) => (now.movers[k] ? [{ ...m, at: now.movers[k] }] : [])));
+    const { origin, hits } = Lidar.scan(trial.robot.lidar, now.pose, [trial.world, movers]);
+    g.fillStyle = c.scan; g.globalAlpha = 0.13;
+    trace(g, v, [origin, ...hits], true); g.fill();
+    g.globalAlpha = 0.9;
+    for (const [x, y, seen] of hits) if (seen) g.fillRect(v.x(x) - 1, v.y(y) - 1, 2, 2);
+    g.globalAlpha = 1;
+  }
+
+  function thoughts(g, v, c, thought) {
+    Object.entries(thought.lines).forEach(([name, points]) => {
+      const local = name.includes("local") || name.includes("trajectory");
+      g.strokeStyle = c.plan; g.lineWidth = local ? 3 : 1.5; g.globalAlpha = local ? 0.9 : 0.75;
+      g.setLineDash(local ? [] : [6, 3]);
+      trace(g, v, points); g.stroke();
+    });
+    g.setLineDash([]); g.globalAlpha = 0.7; g.strokeStyle = c.plan; g.lineWidth = 1;
+    for (const [x0, y0, x1, y1] of thought.tree || []) { trace(g, v, [[x0, y0], [x1, y1]]); g.stroke(); }
+    const discs = [...Object.values(thought.circles || {}).flat(), ...(thought.tube || [])];
+    for (const [x, y, r] of discs) { g.beginPath(); g.arc(v.x(x), v.y(y), r * v.scale, 0, 7); g.stroke(); }
+    g.globalAlpha = 1;
+  }
+
+  function ruler(g, v, c, height) {
+    g.strokeStyle = g.fillStyle = c.muted; g.lineWidth = 1.5;
+    g.beginPath(); g.moveTo(14, height - 14); g.lineTo(14 + v.scale, height - 14); g.stroke();
+    g.font = "12px system-ui, sans-serif"; g.fillText("1 m", 14, height - 20);
+  }
+
+  // Clearance over time with a cursor; returns pixel -> time for clicks.
+  function chart(canvas, trial, now) {
+    const c = palette(), { g, width, height } = fit(canvas);
+    const s = trial.samples, n = s.t.length, end = s.t[n - 1] || 1, left = 44, right = 10, top = 8, bottom = 20;
+    const px = (t) => left + ((width - left - right) * t) / end;
+    g.font = "12px system-ui, sans-serif"; g.lineWidth = 1;
+    for (const [leg, from, to] of trial.spans) {
+      if (leg % 2 === 0) { g.fillStyle = c.panel; g.fillRect(px(from), top, px(to) - px(from), height - top - bottom); }
+      const name = trial.legs[leg].name;
+      g.fillStyle = c.muted; g.textAlign = "center";
+      if (px(to) - px(from) > 12 + g.measureText(name).width) g.fillText(name, (px(from) + px(to)) / 2, height - 5);
+    }
+    if (s.c) {
+      let high = 0.2;
+      for (const value of s.c) if (value > high) high = value;
+      high = Math.min(high, 3);
+      const py = (value) => height - bottom - ((height - top - bottom) * Math.min(Math.max(value, 0), high)) / high;
+      g.textAlign = "right"; g.fillStyle = c.muted;
+      g.fillText(high.toFixed(1) + " m", left - 6, top + 9); g.fillText("0", left - 6, height - bottom + 1);
+      g.strokeStyle = c.rule;
+      g.beginPath(); g.moveTo(left, py(0)); g.lineTo(width - right, py(0)); g.stroke();
+      g.strokeStyle = c.robot; g.lineWidth = 1.5; g.beginPath();
+      let down = false;
+      for (let i = 0; i < n; i++) {
+        if (Number.isNaN(s.c[i])) { down = false; continue; }
+        if (down) g.lineTo(px(s.t[i]), py(s.c[i])); else g.moveTo(px(s.t[i]), py(s.c[i]));
+        down = true;
+      }
+      g.stroke();
+    } else { g.fillStyle = c.muted; g.textAlign = "center"; g.fillText("no clearance: nothing to stay clear of, or footprint unknown", width / 2, height / 2); }
+    g.fillStyle = c.bad;
+    for (const [t, kind] of trial.events) if (kind === "contact" || kind === "error") g.fillRect(px(t) - 1, top, 2, height - top - bottom);
+    g.strokeStyle = c.ink; g.lineWidth = 1;
+    g.beginPath(); g.moveTo(px(now.t), top - 4); g.lineTo(px(now.t), height - bottom); g.stroke();
+    return (x) => ((x - left) / (width - left - right)) * end;
+  }
+
+  return { draw, chart };
+})();
