@@ -305,6 +305,7 @@ class Oscillation:
 
     def __init__(self, distance: float, angle: float) -> None:
         self._distance, self._angle = distance, angle
+        self._since: FloatArray = np.zeros(3)
         self.clear()
 
     def clear(self) -> None:

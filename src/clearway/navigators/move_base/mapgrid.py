@@ -46,16 +46,17 @@ class Room(NamedTuple):
 
 
 class Seek(NamedTuple):
-    """The first `count` of `cells`: the distinct ones that have a bit in `Room.wanted`."""
+    """The first `number` of `cells`: the distinct ones that have a bit in `Room.wanted`."""
 
     cells: GridArray
-    count: int
+    number: int
 
 
 def make_room(shape: tuple[int, ...]) -> Room:
     """Room for a costmap of `shape` (rows, cols)."""
     size = (shape[0] + 2) * (shape[1] + 2)
-    return Room(*(np.empty(size, np.int32) for _ in range(5)), wanted=np.zeros(size, np.uint8))
+    blank, path, goal, front, queue = (np.empty(size, np.int32) for _ in range(5))
+    return Room(blank, path, goal, front, queue, np.zeros(size, np.uint8))
 
 
 @kernel
@@ -139,7 +140,7 @@ def _open_cells(
 ) -> int:
     """How many of the sought cells are not settled yet, and not walled in either (those never will be)."""
     pending = 0
-    for k in range(seek.count):
+    for k in range(seek.number):
         i = seek.cells[k]
         if wanted[i] & mask and grid[i] >= unreached:
             if grid[i] == unreached:
