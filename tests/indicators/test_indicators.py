@@ -210,6 +210,17 @@ def test_the_nearest_moment_between_two_samples_is_not_missed():
     assert value("MDO", small) == pytest.approx(math.sqrt(0.125) - 0.2, abs=1.1e-3)
 
 
+def test_giving_up_far_from_the_obstacle_is_not_safe():
+    trial = shuttle(bodies=[box(2.5, 0.8)])
+    spans = (replace(trial.spans[0], end=2.0, reached=False),)
+    gave_up = replace(trial, spans=spans, outcome=Outcome.ABORTED)
+    for name in ("MDO", "MDO_centre", "MDO_walls"):
+        assert "leg forth was not finished (aborted)" in why(name, gave_up)
+    onto = shuttle(bodies=[box(0.8, 0.0)], outcome=Outcome.COLLISION)
+    hit = replace(onto, spans=(replace(onto.spans[0], end=3.0, reached=False),))
+    assert value("MDO", hit) == 0.0
+
+
 def test_an_obstacle_that_is_put_back_between_legs_does_not_sweep_over_the_robot():
     cart = Body("cart", "mover", Circle(0.1), None)
     both = (leg("forth", A, B), leg("turn", B, B), leg("back", B, A))

@@ -1,9 +1,10 @@
-"""MDO, minimum distance from obstacles: edge to edge between exact footprints, at most 0 in a collision.
+"""MDO, minimum distance from obstacles: edge to edge between exact footprints, 0 in a collision.
 
 Paper A's eq. 6 says "any obstacle in its surroundings": the headline takes the obstacles that the test placed (static
-and moving), so that the room does not decide it; `MDO_walls` takes everything that can be hit. `MDO_centre` is the
-distance between centres, for tables that give that. The turn at B does not count, and an unfinished leg counts as far
-as it was driven. Between two samples the robot is taken to drive the arc that joins them: what is missed is below 1 mm. A test without obstacles (batch NO) has no MDO.
+and moving), so that the room does not decide it; `MDO_walls` takes everything that can be hit, `MDO_centre` is the
+distance between centres. The turn at B does not count. A robot that gives up far from any obstacle is not a safe one:
+an unfinished trial has an MDO only if it is 0. A test without obstacles (batch NO) has none. Between two samples the
+robot is taken to drive the arc that joins them: what is missed is below 1 mm.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from clearway.geometry.distance import path_clearance
 from clearway.geometry.shapes import Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, begun, track
+from clearway.indicators.legs import Drive, begun, finished, track
 from clearway.trials import Body, Trial
 
 PLACED = frozenset({"obstacle", "mover"})
@@ -49,7 +50,10 @@ def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
     drives = begun(trial)
     _present(trial, drives, fixed, columns)
     moving = [body for body in trial.attempt.bodies if body.pose is None]
-    return min(_nearest(footprint, drive, fixed, [moving[c] for c in columns], columns) for drive in drives)
+    nearest = min(_nearest(footprint, drive, fixed, [moving[c] for c in columns], columns) for drive in drives)
+    if nearest > 0:
+        finished(trial)  # else it would be an upper bound only
+    return nearest
 
 
 def _nearest(footprint: Shape, drive: Drive, fixed: list[Body], moving: list[Body], columns: list[int]) -> float:
@@ -77,7 +81,7 @@ def minimum_distance_walls(trial: Trial) -> float:
 def minimum_distance_centre(trial: Trial) -> float:
     """Smallest distance between the robot's origin and that of an obstacle that the test placed, m."""
     fixed, columns = _bodies(trial, PLACED)
-    drives = begun(trial)
+    drives = finished(trial)
     _present(trial, drives, fixed, columns)
     nearest = np.inf
     for drive in drives:
