@@ -16,8 +16,14 @@ def first_problem(error: ValidationError, model: type[BaseModel], *, file: objec
 
 
 def problems(error: ValidationError, model: type[BaseModel], *, file: object = None) -> list[ClearwayError]:
-    """Every finding of `error`, each as a `ClearwayError`."""
-    return [_translate(e, model, file) for e in error.errors(include_url=False)]
+    """Every finding of `error`, each as a `ClearwayError`; unknown keys first, as a misspelt one causes a missing one."""
+    findings = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+    return [_translate(e, model, file) for e in findings if not _follows(e)]
+
+
+def _follows(finding: Any) -> bool:
+    """Whether a list is only short because items of it were wrong, which are found on their own."""
+    return finding["type"] == "too_short" and finding["ctx"]["actual_length"] < len(finding["input"])
 
 
 def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayError:

@@ -102,7 +102,7 @@ class PlanSpec(_Part):
     clear: Box | None = Field(default=None, description="x0, y0, x1, y1 of the area kept clear around the line, m")
     walls: tuple[WallSpec, ...] = Field(min_length=1)
     furniture: tuple[FurnitureSpec, ...] = ()
-    rooms: tuple[RoomSpec, ...] = ()
+    rooms: tuple[RoomSpec, ...] = Field(default=(), description="names and floors, for people")
 
     @model_validator(mode="after")
     def _consistent(self) -> PlanSpec:

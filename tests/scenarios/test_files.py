@@ -1,0 +1,101 @@
+"""Own scenarios and suites: read from TOML, described by JSON Schemas."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.robots import load_robot, robot_names
+from clearway.scenarios.check import load_scenario, plan_schema, robot_schema, scenario_schema, suite_schema
+from clearway.scenarios.floorplan import load_plan, plan_names
+from clearway.scenarios.suites import Selection, load_suite
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+SCHEMAS = {"scenario": scenario_schema(), "suite": suite_schema(), "robot": robot_schema(), "plan": plan_schema()}
+
+
+def table(path: Any) -> dict[str, Any]:
+    return tomllib.loads(path.read_text(encoding="utf-8"))
+
+
+@pytest.mark.parametrize("kind", SCHEMAS)
+def test_a_schema_is_one(kind: str) -> None:
+    jsonschema.Draft202012Validator.check_schema(SCHEMAS[kind])
+    assert SCHEMAS[kind]["additionalProperties"] is False
+
+
+def test_shipped_files_meet_their_schemas() -> None:
+    jsonschema.validate(table(EXAMPLES / "my_corridor.toml"), SCHEMAS["scenario"])
+    jsonschema.validate(table(EXAMPLES / "my_suite.toml"), SCHEMAS["suite"])
+    for name in robot_names():
+        jsonschema.validate(table(resources.files("clearway.robots") / f"{name}.toml"), SCHEMAS["robot"])
+    for name in plan_names():
+        jsonschema.validate(table(resources.files("clearway.scenarios") / "plans" / f"{name}.toml"), SCHEMAS["plan"])
+
+
+def test_schemas_refuse_what_the_reader_refuses() -> None:
+    good = table(EXAMPLES / "my_corridor.toml")
+    for change in ({"speed": -1.0}, {"sped": 1.0}, {"legs": []}, {"start": [1.0, 2.0]}):
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(good | change, SCHEMAS["scenario"])
+
+
+def test_every_field_of_the_schemas_is_described() -> None:
+    """What a user writes is documented, apart from names and kinds that speak for themselves."""
+    plain = {"name", "kind", "title", "description", "batch", "configuration", "suite", "vertices", "shape", "drive",
+             "lidar", "odometry", "tolerances", "labels", "obstacles", "walls", "furniture", "beds", "beams", "pose",
+             "repetition", "map"}  # fmt: skip
+    missing = []
+    for kind, schema in SCHEMAS.items():
+        parts = {kind: schema} | schema.get("$defs", {})
+        for part, definition in parts.items():
+            for field, about in definition.get("properties", {}).items():
+                if "description" not in about and "$ref" not in about and field not in plain:
+                    missing.append(f"{part}.{field}")
+    assert missing == []
+
+
+def test_a_scenario_s_files_are_seen_from_its_folder(tmp_path: Path) -> None:
+    (tmp_path / "plans").mkdir()
+    (tmp_path / "plans" / "p.toml").write_text('name = "p"\n[[walls]]\nname = "w"\nbox = [0.0, 0.0, 1.0, 1.0]\n')
+    path = tmp_path / "s.toml"
+    text = (EXAMPLES / "my_corridor.toml").read_text().replace('plan = "ward"', 'plan = "plans/p.toml"')
+    path.write_text(text.replace('{ kind = "disc", radius = 0.25 }', '{ kind = "robot", robot = "bot.toml" }'))
+    scenario = load_scenario(path)
+    assert load_plan(scenario.plan).name == "p"
+    assert scenario.obstacles[1].shape.robot == str(tmp_path / "bot.toml")  # type: ignore[union-attr]
+
+
+def test_a_suite_runs_its_scenarios_at_every_speed_repeated() -> None:
+    suite = load_suite(str(EXAMPLES / "my_suite.toml"))
+    assert (suite.name, suite.batches) == ("my-suite", ("doorway", "own"))
+    tests = suite.build(load_robot("tiago"), Selection(), 3)
+    assert len(tests) == 12
+    assert len({t.name for t in tests}) == len({t.seed for t in tests}) == 12
+    assert {(t.labels.suite, t.speed, t.labels.repetition) for t in tests} == {
+        ("my-suite", v, r) for v in (0.3, 0.6) for r in (1, 2, 3)
+    }
+    assert {t.labels.configuration for t in tests} == {"room 1", "trolley in the corridor"}
+    some = suite.build(load_robot("tiago"), Selection(batches=("doorway",), speeds=(0.6,), repetitions=1), 3)
+    assert [t.name for t in some] == ["into room 1-v0.6-r1"]
+    assert some[0] in tests
+    with pytest.raises(ClearwayError, match=r"unknown batch 'door'; did you mean 'doorway'\?"):
+        suite.build(load_robot("tiago"), Selection(batches=("door",)), 3)
+
+
+def test_a_scenario_s_file_is_a_suite_of_one() -> None:
+    suite = load_suite(str(EXAMPLES / "my_corridor.toml"))
+    (test,) = suite.build(load_robot("tiago"), None, 0)
+    assert test.name == "trolley in the corridor-v0.6-r1"
+    assert test.labels.suite == "my_corridor"
+
+
+def test_a_suite_that_is_not_there() -> None:
+    with pytest.raises(ClearwayError, match=r"nowhere\.toml: no such file"):
+        load_suite("nowhere.toml")
