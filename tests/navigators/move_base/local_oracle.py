@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import pairwise
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def footprint_cost(pose, polygon, scale, cost, origin, resolution):
 def plan_cells(plan, cost, origin, resolution):
     """Cells of the densified plan from where it enters the known map to where it leaves it."""
     dense = [plan[0]]
-    for a, b in zip(plan[:-1], plan[1:], strict=True):
+    for a, b in pairwise(plan):
         d = math.hypot(b[0] - a[0], b[1] - a[1])
         steps = math.ceil(d / resolution) if d > resolution else 1
         dense += [(a[0] + j * (b[0] - a[0]) / steps, a[1] + j * (b[1] - a[1]) / steps) for j in range(1, steps)] + [b]

@@ -175,6 +175,8 @@ def test_old_names_of_the_biases_count_unless_the_new_ones_are_given():
     both = TrajectoryParameters(pdist_scale=0.75, path_distance_bias=0.2)
     assert both.path_bias == 0.2
     assert TrajectoryParameters().path_bias == 0.6
+    turning = TrajectoryParameters(min_in_place_rotational_vel=0.1)
+    assert (turning.least_goal_turn, turning.min_in_place_vel_theta) == (0.1, 0.4)
     assert planner().window(RESOLUTION, 9.0).path_bias == pytest.approx(0.75 * 0.05)
     assert planner(BARN.model_copy(update={"meter_scoring": False})).window(RESOLUTION, 9.0).path_bias == 0.75
 

@@ -90,6 +90,10 @@ class TrajectoryParameters(_Group):
     max_vel_theta: NonNegative = Field(default=1.0, description="rad/s")
     min_vel_theta: Annotated[float, Field(le=0, allow_inf_nan=False)] = Field(default=-1.0, description="rad/s")
     min_in_place_vel_theta: NonNegative = Field(default=0.4, description="rad/s")
+    min_in_place_rotational_vel: NonNegative | None = Field(
+        default=None,
+        description="rad/s; old name of min_in_place_vel_theta, which only the turn at the goal reads (rollouts do not)",
+    )
     max_rotational_vel: NonNegative = Field(default=1.0, description="rad/s, of the turn at the goal")
     escape_vel: Finite = Field(default=-0.1, description="m/s, backing out when nothing else is legal")
     holonomic_robot: bool = Field(
@@ -144,6 +148,12 @@ class TrajectoryParameters(_Group):
         """The path's weight, from whichever name was set."""
         old = self.pdist_scale if "path_distance_bias" not in self.model_fields_set else None
         return self.path_distance_bias if old is None else old
+
+    @property
+    def least_goal_turn(self) -> float:
+        """The least yaw rate of the turn at the goal, from whichever name was set, rad/s."""
+        old = self.min_in_place_rotational_vel if "min_in_place_vel_theta" not in self.model_fields_set else None
+        return self.min_in_place_vel_theta if old is None else old
 
     @property
     def goal_bias(self) -> float:

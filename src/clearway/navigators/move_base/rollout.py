@@ -429,7 +429,7 @@ class TrajectoryPlanner:
                 slow_down(float(velocity[1]), p.acc_lim_theta * self._period),
             )
         self._turning = True
-        low, high = p.min_in_place_vel_theta, p.max_rotational_vel
+        low, high = p.least_goal_turn, p.max_rotational_vel
         return 0.0, turn_rate(difference, float(velocity[1]), p.acc_lim_theta, self._period, low, high)
 
     def _search(
