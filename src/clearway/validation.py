@@ -23,7 +23,7 @@ def problems(error: ValidationError, model: type[BaseModel], *, file: object = N
 
 def _follows(finding: Any) -> bool:
     """Whether a list is only short because items of it were wrong, which are found on their own."""
-    return finding["type"] == "too_short" and finding["ctx"]["actual_length"] < len(finding["input"])
+    return bool(finding["type"] == "too_short" and finding["ctx"]["actual_length"] < len(finding["input"]))
 
 
 def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayError:

@@ -1,0 +1,28 @@
+"""Every shipped robot, with every preset, is accepted by what reads its parameters."""
+
+from __future__ import annotations
+
+import pytest
+
+from clearway.navigators.move_base.parameters import parameters_of
+from clearway.perception.parameters import AmclParameters, MappingParameters
+from clearway.robots import load_robot, robot_names
+
+ALL = [name + preset for name in robot_names() for preset in ["", *(f":{p}" for p in load_robot(name).presets)]]
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_parameters_are_accepted(name: str) -> None:
+    robot = load_robot(name)
+    parameters = parameters_of(robot)
+    assert parameters.move_base.controller_frequency == pytest.approx(1 / robot.period)
+    AmclParameters.model_validate(robot.localisation.get("amcl", {}))
+    MappingParameters.model_validate(robot.mapping)
+
+
+def test_presets_change_what_they_say() -> None:
+    assert parameters_of(load_robot("hosbot:dwa")).move_base.base_local_planner == "dwa_local_planner/DWAPlannerROS"
+    for name, enabled in (("hosbot", True), ("hosbot:vendor", False)):
+        layer = parameters_of(load_robot(name)).global_costmap.obstacle_layer
+        assert layer is not None
+        assert layer.enabled is enabled
