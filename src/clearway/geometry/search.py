@@ -204,7 +204,12 @@ def best_first(  # type: ignore[no-untyped-def]
                 continue
             step = np.float32(table[costmap[m]])
             if quadratic:
-                left, right, up, down = potential[m - 1], potential[m + 1], potential[m - columns], potential[m + columns]
+                left, right, up, down = (
+                    potential[m - 1],
+                    potential[m + 1],
+                    potential[m - columns],
+                    potential[m + columns],
+                )
                 potential[m] = _potential(left, right, up, down, step, True)
             else:
                 potential[m] = potential[n] + step
@@ -224,7 +229,12 @@ def fill_around(potential, costmap, columns, centre, neutral, quadratic):  # typ
             n = centre + across + up * columns
             if potential[n] >= HIGH:
                 step = np.float32((np.int64(costmap[n]) + neutral) % 256)  # a byte, which may overflow, in ROS
-                left, right, above, below = potential[n - 1], potential[n + 1], potential[n - columns], potential[n + columns]
+                left, right, above, below = (
+                    potential[n - 1],
+                    potential[n + 1],
+                    potential[n - columns],
+                    potential[n + columns],
+                )
                 potential[n] = _potential(left, right, above, below, step, quadratic)
 
 

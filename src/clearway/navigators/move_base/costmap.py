@@ -216,7 +216,16 @@ class Costmap:
             if layer.clearing and not sweep.traced:
                 x, y = sweep.sensor[0], sweep.sensor[1]
                 layers.clear_rays(
-                    grid, origin, res, sweep.points, x, y, layer.raytrace_range, sweep.bounds, self._cleared_by, sweep.number
+                    grid,
+                    origin,
+                    res,
+                    sweep.points,
+                    x,
+                    y,
+                    layer.raytrace_range,
+                    sweep.bounds,
+                    self._cleared_by,
+                    sweep.number,
                 )
                 sweep.traced = self._cleared_by.size > 0
             _widen(bounds, sweep.bounds)

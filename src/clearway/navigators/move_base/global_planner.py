@@ -276,4 +276,3 @@ def _fitting(space: search.Workspace, rows: int, columns: int) -> search.Workspa
         return search.Workspace(rows, columns)
     space.clear()
     return space
-

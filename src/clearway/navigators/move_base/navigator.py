@@ -101,7 +101,10 @@ class MoveBase:
         shape = robot.planner_shape
         self._global = Costmap(p.global_costmap, shape, task.map, "global_costmap")
         self._local = Costmap(p.local_costmap, shape, task.map, "local_costmap")
-        self._global_rate, self._local_rate = _Rate(p.global_costmap.update_frequency), _Rate(p.local_costmap.update_frequency)
+        self._global_rate, self._local_rate = (
+            _Rate(p.global_costmap.update_frequency),
+            _Rate(p.local_costmap.update_frequency),
+        )
         self._control_rate = _Rate(s.controller_frequency)
         self._planner = make_global_planner(p)
         self._controller = make_local_planner(p, self._local.footprint, self._local_name)

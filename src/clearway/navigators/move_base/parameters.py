@@ -63,7 +63,9 @@ class MoveBaseGroup(Group):
     base_local_planner: Literal["base_local_planner/TrajectoryPlannerROS", "dwa_local_planner/DWAPlannerROS"] = (
         "base_local_planner/TrajectoryPlannerROS"
     )
-    planner_frequency: NonNegative = Field(default=0.0, description="Hz; 0: plan for a new goal or after a failure only")
+    planner_frequency: NonNegative = Field(
+        default=0.0, description="Hz; 0: plan for a new goal or after a failure only"
+    )
     controller_frequency: Positive = Field(default=20.0, description="Hz (at most one command per control period)")
     planner_patience: NonNegative = Field(default=5.0, description="s without a plan before recovery")
     controller_patience: NonNegative = Field(default=15.0, description="s without a valid command before recovery")
@@ -84,7 +86,9 @@ class StaticLayer(Group):
     enabled: bool = True
     track_unknown_space: bool = Field(default=True, description="unknown cells stay unknown; else they are free")
     use_maximum: bool = Field(default=False, description="combine by maximum instead of overwriting the layers below")
-    lethal_cost_threshold: int = Field(default=100, ge=0, le=100, description="occupancy from which a cell is lethal, %")
+    lethal_cost_threshold: int = Field(
+        default=100, ge=0, le=100, description="occupancy from which a cell is lethal, %"
+    )
     trinary_costmap: bool = Field(default=True, description="cells below the threshold are free; else scaled")
 
 

@@ -8,7 +8,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base.costmap import Costmap
-from clearway.navigators.move_base.footprint import footprint_cost
+from clearway.navigators.move_base.footprint import Scene, footprint_cost
 from clearway.navigators.move_base.parameters import (
     ClearCostmapRecovery,
     MoveBaseGroup,
@@ -54,7 +54,7 @@ class Rotation:
         speeds = parameters.TrajectoryPlannerROS
         self._granularity = behavior.sim_granularity
         self._acceleration = speeds.acc_lim_theta
-        self._slowest, self._fastest = speeds.min_in_place_vel_theta, speeds.max_vel_theta
+        self._slowest, self._fastest = speeds.least_goal_turn, speeds.max_vel_theta
         given = "yaw_goal_tolerance" in speeds.model_fields_set
         self._tolerance = speeds.yaw_goal_tolerance if given else _YAW_TOLERANCE
         self._start = self._yaw = yaw
@@ -75,18 +75,19 @@ class Rotation:
             self._half = to_half < self._tolerance
         else:
             left = abs(wrap(self._start - self._yaw))
-        if not _free_turn(costmap.cost, costmap.origin, costmap.resolution, pose, costmap.footprint, left, self._granularity):
+        scene = Scene(costmap.cost, costmap.origin, costmap.resolution, costmap.footprint)
+        if not _free_turn(scene, pose, left, self._granularity):
             return None
         return min(max(math.sqrt(2 * self._acceleration * left), self._slowest), self._fastest)
 
 
 @kernel
-def _free_turn(cost, origin, resolution, pose, polygon, turn, step):  # type: ignore[no-untyped-def]
+def _free_turn(scene: Scene, pose: FloatArray, turn: float, step: float) -> bool:
     """Whether the outline stays off obstacles while it turns left by `turn` radians, checked every `step`."""
     angle = 0.0
     while angle < turn:
         cosine, sine = math.cos(pose[2] + angle), math.sin(pose[2] + angle)
-        if footprint_cost(cost, origin, resolution, pose[0], pose[1], cosine, sine, polygon, 1.0) < 0:
+        if footprint_cost(scene, pose[0], pose[1], cosine, sine, 1.0) < 0:
             return False
         angle += step
     return True
