@@ -1,0 +1,64 @@
+"""Navigators for the tests of campaigns: one that drives, and some that misbehave."""
+
+from __future__ import annotations
+
+import math
+import time
+
+import numpy as np
+
+from clearway.contract import Command, Observation, Task
+from clearway.robots import Robot
+
+
+class Drives:
+    """Turns to the goal and drives there; its rng makes it wobble."""
+
+    needs = frozenset({"scan"})
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        self.rng, self.v_max = rng, min(task.speed_limit, robot.drive.v_max)
+
+    def step(self, o: Observation) -> Command:
+        dx, dy = o.goal.pose[:2] - o.pose[:2]
+        near = math.hypot(dx, dy) < 0.5 * o.goal.xy_tolerance
+        error = math.remainder((o.goal.pose[2] if near else math.atan2(dy, dx)) - o.pose[2], math.tau)
+        v = 0.0 if near else max(0.0, math.cos(error)) * min(self.v_max, math.hypot(dx, dy))
+        return Command(v, max(-1.0, min(1.0, 2 * error)) + 0.02 * self.rng.normal())
+
+
+class Raises(Drives):
+    def step(self, o: Observation) -> Command:
+        if o.t > 1.0:
+            raise RuntimeError("lost\nthe way")
+        return super().step(o)
+
+
+class NotANumber(Drives):
+    def step(self, o: Observation) -> Command:
+        return Command(math.nan, 0.0)
+
+
+class Hangs(Drives):
+    def step(self, o: Observation) -> Command:
+        while o.t > 1.0:
+            time.sleep(0.01)
+        return super().step(o)
+
+
+class HangsAtReset(Drives):
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        while True:
+            time.sleep(0.01)
+
+
+class Slow(Drives):
+    """Takes a few tenths of a second for a trial."""
+
+    def step(self, o: Observation) -> Command:
+        time.sleep(0.001)
+        return super().step(o)
+
+
+class Cheats(Drives):
+    needs = frozenset({"obstacles"})

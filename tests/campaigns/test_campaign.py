@@ -1,0 +1,235 @@
+"""Campaigns end in the same bytes whatever the number of workers and whatever happens to them on the way."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import clearway.world
+from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
+from clearway.campaigns.plan import USUAL_ROBOTS, TrialSpec
+from clearway.contract import Budget
+from clearway.errors import ClearwayError
+from clearway.scenarios.suites import Selection
+from clearway.trials import Outcome
+
+OWN = Path(__file__).with_name("own_navigators.py")
+
+
+def plan(*navigators: str, repetitions: int = 2, **options: Any) -> CampaignPlan:
+    return CampaignPlan(
+        suites=("hospital",),
+        robots=("tiago",),
+        navigators=tuple(f"{OWN}:{n}" for n in navigators or ("Drives",)),
+        selection=Selection(batches=("NO",), speeds=(0.6,), repetitions=repetitions),
+        localisation="truth",
+        **options,
+    )
+
+
+def contents(path: Path) -> dict[str, bytes]:
+    """All that must be the same bytes: everything but the wall clock and the machine."""
+    found = {
+        str(p.relative_to(path)): p.read_bytes()
+        for p in sorted(path.rglob("*"))
+        if p.is_file() and p.name not in ("timing.parquet", "campaign.json")
+    }
+    campaign = json.loads((path / "campaign.json").read_text())
+    return found | {"campaign.json": json.dumps({k: v for k, v in campaign.items() if k != "run"}).encode()}
+
+
+def test_the_bytes_do_not_depend_on_the_workers(tmp_path: Path) -> None:
+    told: list[tuple[int, int, str]] = []
+    one = run_campaign(plan("Drives", "Raises"), tmp_path / "one", 1, progress=lambda *a: told.append(a))
+    run_campaign(plan("Drives", "Raises"), tmp_path / "two", 2)
+    assert contents(tmp_path / "one") == contents(tmp_path / "two")
+    assert [t[:2] for t in told] == [(i, 4) for i in range(5)]
+    assert told[-1][2].startswith("2 failed: ")
+    rows = one.trials.to_pylist()
+    assert [r["outcome"] for r in rows] == ["reached"] * 2 + ["navigator_failed"] * 2
+    assert rows[0]["id"] == f"hospital/NO-v0.6-r1/tiago/{OWN}:Drives"
+    assert one.trial(0).timing["wall"] > 0
+    assert one.campaign["run"]["finished"] >= one.campaign["run"]["started"]
+
+
+@pytest.mark.parametrize(
+    ("navigator", "says"),
+    [
+        ("Raises", "RuntimeError: lost"),
+        ("NotANumber", "not finite"),
+        ("Hangs", "took longer than 0.2 s for a decision"),
+    ],
+)
+def test_a_navigator_that_fails_is_recorded(tmp_path: Path, navigator: str, says: str) -> None:
+    results = run_campaign(plan(navigator, repetitions=1, decision_limit=0.2), tmp_path, 1)
+    trial = results.trial(0)
+    assert trial.outcome is Outcome.NAVIGATOR_FAILED
+    assert says in trial.reason
+    assert results.trials.column("reason")[0].as_py() == trial.reason
+    assert any("Traceback" in e.detail for e in trial.events)
+    if navigator == "Raises":
+        assert any("own_navigators.py" in e.detail for e in trial.events)
+
+
+def test_what_breaks_in_the_world_is_recorded_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def breaks(*_: Any, **__: Any) -> None:
+        raise ZeroDivisionError("a bug of ours")
+
+    monkeypatch.setattr(clearway.world, "simulate", breaks)
+    results = run_campaign(plan(), tmp_path, 1)
+    assert [t.reason for t in results] == ["ZeroDivisionError: a bug of ours"] * 2
+    assert "in breaks" in results.trial(1).events[0].detail
+    assert results.trials.column("success").to_pylist() == [False, False]
+    assert results.trial(1).attempt.labels.repetition == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"suites": ("hospitl",)}, "did you mean 'hospital'"),
+        ({"robots": ("tiaggo",)}, "did you mean 'tiago'"),
+        ({"navigators": ("move_base",)}, "did you mean 'move-base'"),
+        ({"localisation": "gps"}, "unknown localisation 'gps'"),
+        ({"selection": Selection(batches=("XX",))}, "unknown batch 'XX'"),
+        ({"map": "no/such/map.yaml"}, "map.yaml"),
+        ({"navigators": (f"{OWN}:Cheats",)}, "needs obstacles"),
+        ({"navigators": (f"{OWN}:Drives",), "options": {f"{OWN}:Drives": {"speed": 1}}}, "cannot be made"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_runs(tmp_path: Path, change: dict[str, Any], says: str) -> None:
+    with pytest.raises(ClearwayError, match=says) as caught:
+        run_campaign(CampaignPlan(**({"suites": ("hospital",), "robots": ("tiago",)} | change)), tmp_path / "out", 1)
+    assert "\n" not in str(caught.value)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("change", [{"suites": ()}, {"robots": ("tiago", "tiago")}])
+def test_a_plan_without_sense_is_refused(change: dict[str, Any]) -> None:
+    with pytest.raises(ClearwayError, match=r"at least one|stands twice"):
+        CampaignPlan(**({"suites": ("hospital",)} | change))
+
+
+def test_a_suite_has_its_usual_robots(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert CampaignPlan(("hospital",)).robots == ("hosbot", "tiago")
+    assert CampaignPlan(("barn",)).robots == ("jackal",)
+    monkeypatch.delitem(USUAL_ROBOTS, "barn")  # as with a user's own suite
+    with pytest.raises(ClearwayError, match="say which robot"):
+        CampaignPlan(("barn",))
+
+
+def test_a_plan_survives_json() -> None:
+    asked = plan("Drives", seed=7, budget=Budget(iterations=5), options={"a": {"b": [1, 2]}}, map="m.yaml")
+    assert CampaignPlan.from_json(json.loads(json.dumps(asked.to_json()))) == asked
+    with pytest.raises(ClearwayError, match="not a campaign's plan"):
+        CampaignPlan.from_json({"suites": ["hospital"]})
+
+
+def test_the_whole_protocol_is_672_trials() -> None:
+    specs = CampaignPlan(("hospital",)).specs()
+    assert len(specs) == 672
+    assert [s.index for s in specs] == list(range(672))
+    assert len({s.id for s in specs}) == 672
+    assert isinstance(specs[0], TrialSpec)
+    by_name: dict[str, set[int]] = {}
+    for s in specs:
+        by_name.setdefault(s.scenario.name, set()).add(s.scenario.seed)
+    assert all(len(seeds) == 1 for seeds in by_name.values())  # both robots meet the same seeds
+
+
+def test_resuming_takes_the_plan_along_and_keeps_what_is_done(tmp_path: Path) -> None:
+    whole = tmp_path / "whole"
+    run_campaign(plan(), whole, 1)
+    out = tmp_path / "out"
+
+    def stop(done: int, total: int, note: str = "") -> None:
+        if done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt, match=r"stopped after 1 of 2 trials; go on with `clearway run --resume"):
+        run_campaign(plan(), out, 1, progress=stop)
+    assert planned(out) == plan()
+    with pytest.raises(ClearwayError, match=r"differs in plan\.seed: it has 0, now 1"):
+        run_campaign(plan(seed=1), out, 1, resume=True)
+    told: list[int] = []
+    resume_campaign(out, 1, progress=lambda done, *_: told.append(done))
+    assert told == [1, 2]
+    assert contents(out) == contents(whole)
+    assert len(resume_campaign(out)) == 2  # finished already
+
+
+SCRIPT = """
+import sys
+from pathlib import Path
+sys.path[:0] = [{folder!r}]
+from test_campaign import plan
+from clearway.campaigns import run_campaign, CampaignInterrupted
+try:
+    run_campaign(plan("Slow", repetitions=10), Path(sys.argv[1]), 2, resume=True,
+                 progress=lambda done, *_: print(done, flush=True))
+except CampaignInterrupted as stopped:
+    print(stopped)
+    sys.exit(130)
+"""
+
+
+def begin(out: Path) -> subprocess.Popen[str]:
+    script = SCRIPT.format(folder=str(OWN.parent))
+    return subprocess.Popen(
+        [sys.executable, "-c", script, str(out)], stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def wait_for(process: subprocess.Popen[str], done: int) -> None:
+    assert process.stdout is not None
+    while int(process.stdout.readline()) < done:
+        pass
+
+
+def family(session: int) -> list[int]:
+    """Processes of the session that are alive."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdigit():
+            try:
+                state, _, _, sid = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
+            except OSError:
+                continue
+            if int(sid) == session and state != "Z":
+                found.append(int(entry.name))
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to look for left-over processes")
+def test_a_campaign_survives_sigkill_and_ctrl_c(tmp_path: Path) -> None:
+    out, whole, moments = tmp_path / "out", tmp_path / "whole", random.Random(5)
+    for round_ in range(2):
+        process = begin(out)
+        wait_for(process, 1 + 2 * round_)
+        time.sleep(moments.uniform(0.0, 1.0))
+        process.kill()
+        assert process.wait() == -signal.SIGKILL
+        for _ in range(60):  # the workers notice and go
+            if not family(process.pid):
+                break
+            time.sleep(0.1)
+        assert family(process.pid) == []
+    process = begin(out)
+    wait_for(process, 5)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does on Ctrl-C
+    said, _ = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert f"go on with `clearway run --resume {out}`" in said
+    assert family(process.pid) == []
+    resume_campaign(out, 2)
+    run_campaign(plan("Slow", repetitions=10), whole, 1)
+    assert contents(out) == contents(whole)
