@@ -32,7 +32,7 @@ poses = st.tuples(coordinates, coordinates, st.floats(-7, 7)).map(np.array)
 
 def brute_force(rows: FloatArray, discs: FloatArray, lidar: Beams, pose: FloatArray) -> FloatArray:
     """Every beam against every primitive, in the world's frame."""
-    index = np.arange(len(lidar.directions))
+    index = np.arange(lidar.directions.shape[1])
     angle = lidar.angle_min + index * lidar.increment + pose[2]
     d = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     best = np.full(len(d), np.inf)

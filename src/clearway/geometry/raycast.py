@@ -17,6 +17,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.packing import pack, place
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 
+_BLUR = 3e-5  # rad: bearings are rough, so spans are widened by more than two of them can be wrong
 _SLACK = 1e-12  # relative: a beam through the corner that two segments share must not slip between them
 
 
@@ -38,7 +39,7 @@ class Beams(NamedTuple):
     """A lidar's beams in its own frame: beam i looks along `angle_min + i * increment`.
 
     Attributes:
-        directions: (n, 2) unit vectors. angle_min, increment: rad. range_min, range_max: m.
+        directions: (2, n) unit vectors. angle_min, increment: rad. range_min, range_max: m.
     """
 
     directions: FloatArray
@@ -52,7 +53,7 @@ def beams(count: int, angle_min: float, angle_max: float, range_min: float, rang
     """`count` beams spread evenly from `angle_min` to `angle_max` [rad], both included."""
     increment = (angle_max - angle_min) / (count - 1) if count > 1 else 0.0
     angles = angle_min + increment * np.arange(count)
-    directions = np.ascontiguousarray(np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    directions = np.ascontiguousarray(np.stack([np.cos(angles), np.sin(angles)]))
     return Beams(directions, float(angle_min), float(increment), float(range_min), float(range_max))
 
 
@@ -84,7 +85,7 @@ def scene(shapes: Sequence[Shape], poses: FloatArray | None = None) -> Scene:
 
 def sweep(fixed: Scene, lidar: Beams, pose: FloatArray) -> FloatArray:
     """Ranges (n,) in metres that a lidar at `pose` (3,) measures without noise; inf where nothing is in range."""
-    ranges = np.full(len(lidar.directions), np.inf)
+    ranges = np.full(lidar.directions.shape[1], np.inf)
     x, y, theta = (float(p) for p in pose)
     cast(fixed.segments, fixed.circles, x, y, theta, lidar.directions, lidar.angle_min, lidar.increment,
          lidar.range_max, ranges)  # fmt: skip
@@ -157,15 +158,15 @@ def hit_segment(
             return
     elif across * across > reach * length:
         return
-    turn = math.atan2(across, ax * bx + ay * by)  # under which the sensor sees the segment, from a to b
+    turn = _bearing(across, ax * bx + ay * by)  # under which the sensor sees the segment, from a to b
     if abs(turn) > 3.1:  # nearly on it: which side is a matter of rounding
-        _segment_beams(ax, ay, ex, ey, across, 0, directions.shape[0], directions, ranges)
+        _segment_beams(ax, ay, ex, ey, across, 0, directions.shape[1], directions, ranges)
         return
-    from_a = math.atan2(ay, ax)
-    low, high, period, again, last = spans(from_a, from_a + turn, directions.shape[0], angle_min, increment)
+    from_a = _bearing(ay, ax)
+    low, high, period, again, last = spans(from_a, from_a + turn, directions.shape[1], angle_min, increment)
     while again <= last:
         begin = max(0, math.floor(low + again * period))
-        end = min(directions.shape[0], math.ceil(high + again * period) + 1)
+        end = min(directions.shape[1], math.ceil(high + again * period) + 1)
         _segment_beams(ax, ay, ex, ey, across, begin, end, directions, ranges)
         again += 1
 
@@ -182,14 +183,14 @@ def hit_circle(
         return
     power = squared - radius * radius
     if power <= 0.0:  # the sensor is inside
-        _circle_beams(px, py, power, 0, directions.shape[0], directions, ranges)
+        _circle_beams(px, py, power, 0, directions.shape[1], directions, ranges)
         return
-    centre = math.atan2(py, px)
-    half = math.atan2(radius, math.sqrt(power))
-    low, high, period, again, last = spans(centre - half, centre + half, directions.shape[0], angle_min, increment)
+    centre = _bearing(py, px)
+    half = _bearing(radius, math.sqrt(power))
+    low, high, period, again, last = spans(centre - half, centre + half, directions.shape[1], angle_min, increment)
     while again <= last:
         begin = max(0, math.floor(low + again * period))
-        end = min(directions.shape[0], math.ceil(high + again * period) + 1)
+        end = min(directions.shape[1], math.ceil(high + again * period) + 1)
         _circle_beams(px, py, power, begin, end, directions, ranges)
         again += 1
 
@@ -198,7 +199,7 @@ def hit_circle(
 def spans(
     start: float, end: float, count: int, angle_min: float, increment: float
 ) -> tuple[float, float, float, int, int]:
-    """The beams between two angles [rad]: from `low` to `high` (real indices, a little wide), and again each `period`.
+    """The beams between two bearings [rad]: from `low` to `high` (real indices, a little wide), and again each `period`.
 
     Returns:
         low, high, period, and the first and last multiple of the period that meets the beams 0 to count - 1: none
@@ -206,12 +207,28 @@ def spans(
     """
     if increment == 0.0:  # one beam
         return 0.0, 0.0, 1.0, 0, 0
-    low, high = (start - angle_min) / increment, (end - angle_min) / increment
+    inverse = 1.0 / increment
+    low, high = (start - angle_min) * inverse, (end - angle_min) * inverse
     if low > high:
         low, high = high, low
-    low, high = low - 1e-6, high + 1e-6
-    period = 2.0 * math.pi / abs(increment)
-    return low, high, period, math.ceil(-high / period), math.floor((count - 1 - low) / period)
+    wide = _BLUR * abs(inverse) + 1e-6
+    low, high = low - wide, high + wide
+    turns = abs(increment) / (2.0 * math.pi)
+    return low, high, 1.0 / turns, math.ceil(-high * turns), math.floor((count - 1 - low) * turns)
+
+
+@kernel
+def _bearing(y: float, x: float) -> float:
+    """atan2(y, x) to within 1.2e-5 rad, in a fraction of its time (Abramowitz and Stegun, 4.4.49)."""
+    u, v = abs(x), abs(y)
+    q = min(u, v) / max(u, v) if u + v > 0.0 else 0.0
+    s = q * q
+    angle = q * (0.9998660 + s * (-0.3302995 + s * (0.1801410 + s * (-0.0851330 + s * 0.0208351))))
+    if v > u:
+        angle = 0.5 * math.pi - angle
+    if x < 0.0:
+        angle = math.pi - angle
+    return math.copysign(angle, y)
 
 
 @kernel
@@ -221,12 +238,12 @@ def _segment_beams(
 ) -> None:  # fmt: skip
     """Beam d meets the line a + u e at distance (a x e) / (d x e), with u = (a x d) / (d x e)."""
     for i in range(begin, end):
-        dx, dy = directions[i, 0], directions[i, 1]
+        dx, dy = directions[0, i], directions[1, i]
         inverse = 1.0 / (dx * ey - dy * ex)
         distance = across * inverse
         u = (ax * dy - ay * dx) * inverse
-        if distance >= 0.0 and u >= -_SLACK and u <= 1.0 + _SLACK and distance < ranges[i]:
-            ranges[i] = distance
+        hit = (distance >= 0.0) & (u >= -_SLACK) & (u <= 1.0 + _SLACK) & (distance < ranges[i])
+        ranges[i] = distance if hit else ranges[i]  # no branch: the loop runs on vector registers
 
 
 @kernel
@@ -235,7 +252,7 @@ def _circle_beams(
 ) -> None:
     """Beam d meets the circle at distance b -+ sqrt(b^2 - power), with b = d . p and power = p^2 - radius^2."""
     for i in range(begin, end):
-        b = directions[i, 0] * px + directions[i, 1] * py
+        b = directions[0, i] * px + directions[1, i] * py
         under = b * b - power
         if under >= 0.0:
             root = math.sqrt(under)
