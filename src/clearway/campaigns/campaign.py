@@ -22,7 +22,7 @@ from clearway.navigators.registry import make_navigator
 from clearway.perception import make_localiser
 from clearway.robots import load_robot
 from clearway.trials import Outcome
-from clearway.trials.store import Results, TrialStore
+from clearway.trials.store import Results, TrialStore, refuse_results
 from clearway.trials.store_results import read_campaign
 
 
@@ -63,6 +63,8 @@ def run_campaign(
     tell = progress or _silent
     if workers is not None and workers < 1:
         raise ClearwayError(f"{workers} is wrong: at least 1", field="workers")
+    if not resume:
+        refuse_results(Path(out))
     specs = plan.specs()
     check_plan(plan, specs)
     asked = _asked(plan, specs)
@@ -107,11 +109,11 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
     checked: set[tuple[str, str]] = set()
     for spec in specs:
         scenario, robot = spec.scenario, load_robot(spec.robot)
-        if (spec.robot, scenario.name) not in checked:
-            checked.add((spec.robot, scenario.name))
+        content = (spec.robot, scenario.model_dump_json(exclude={"name", "seed", "labels"}))  # repetitions are alike
+        if content not in checked:
+            checked.add(content)
             for problem in check_scenario(scenario, robot):
-                file = spec.suite if spec.suite.endswith(".toml") else problem.file
-                raise ClearwayError(problem.problem, file=file, field=problem.field)
+                raise ClearwayError(problem.problem, file=problem.file, field=f"{scenario.name}: {problem.field}")
         has_map = granted_map(plan.map, scenario) is not None
         combination = (spec.robot, spec.navigator, spec.localisation, has_map)
         if combination in seen:

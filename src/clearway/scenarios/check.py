@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -213,14 +214,25 @@ def _ways(
     scenario: Scenario, robot: Robot, plan: FloorPlan, starts: Sequence[PoseSpec], standing: Sequence[_Standing]
 ) -> Iterator[ClearwayError]:
     needed = inscribed_radius(robot.shape)
-    bodies = [(s.shape, s.pose) for s in standing]
-    widths = widest_way(bodies, plan.bounds, [p[:2] for p in starts], needed)
+    bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing)
+    widths = _widest(bodies, plan.bounds, tuple(p[:2] for p in starts), needed)
     for i, (leg, width) in enumerate(zip(scenario.legs, widths, strict=True)):
         if width is not None:
             yield ClearwayError(
                 f"{robot.name} is {2 * needed:.2f} m wide, but the widest way to the goal {leg.name!r} is about {width:.2f} m",
                 field=f"legs.{i}.goal",
             )
+
+
+@lru_cache(maxsize=1024)
+def _widest(
+    bodies: tuple[tuple[Shape, PoseSpec], ...],
+    bounds: tuple[float, float, float, float],
+    points: tuple[tuple[float, float], ...],
+    needed: float,
+) -> tuple[float | None, ...]:
+    """`widest_way`, once for all the tests of a suite in which the same things stand."""
+    return tuple(widest_way([(shape, np.array(pose)) for shape, pose in bodies], bounds, points, needed))
 
 
 def _shape(obstacle: ObstacleSpec) -> Shape:

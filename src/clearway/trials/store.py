@@ -28,7 +28,7 @@ from clearway.trials.store_results import CAMPAIGN, PARTIAL, SCHEMA, Results, op
 from clearway.trials.store_tables import FILES, Tables, to_tables
 from clearway.trials.trial import Trial
 
-__all__ = ["Results", "TrialStore", "open_results", "write_partial"]
+__all__ = ["Results", "TrialStore", "open_results", "refuse_results", "write_partial"]
 
 TRIALS_A_GROUP = 32
 """Trials in one row group of the Parquet files: fixed, so that the bytes don't depend on who wrote when."""
@@ -143,9 +143,7 @@ class TrialStore:
             return campaign
         old = read_campaign(self.path)
         if not resume:
-            state = "the results of a campaign" if self.finished else "an unfinished campaign"
-            go_on = "" if self.finished else f"complete it with `clearway run --resume {self.path}`, or "
-            raise ClearwayError(f"already holds {state}; {go_on}choose another directory", file=self.path)
+            refuse_results(self.path)
         for name, value in (json.loads(json.dumps(asked)) | {"trials": self.total}).items():
             if old.get(name) != value:
                 raise ClearwayError(
@@ -181,6 +179,20 @@ class TrialStore:
         trials = pa.Table.from_pylist(rows, schema=_row_schema(self._schema))
         pq.write_table(trials, new / "trials.parquet", **_PARQUET)
         pyarrow.csv.write_csv(trials, new / "trials.csv")
+
+
+def refuse_results(path: Path) -> None:
+    """Nothing, unless `path` already holds results: they are never overwritten.
+
+    Raises:
+        ClearwayError: it does.
+    """
+    if not (path / CAMPAIGN).exists():
+        return
+    unfinished = (path / PARTIAL).exists()
+    state = "an unfinished campaign" if unfinished else "the results of a campaign"
+    go_on = f"complete it with `clearway run --resume {path}`, or " if unfinished else ""
+    raise ClearwayError(f"already holds {state}; {go_on}choose another directory", file=path)
 
 
 def write_partial(folder: Path, key: str, index: int, trial: Trial, row: Mapping[str, Any]) -> None:
