@@ -178,7 +178,7 @@ def test_persistent_scans_equal_a_replay_of_all_of_them() -> None:
         for _, p in kept:
             layers.clear_rays(replay, origin, 0.1, p, 0.0, 0.0, 1.8, bounds, nothing, 0)
         for _, p in kept:
-            layers.mark_points(replay, origin, 0.1, p, 0.0, 0.0, 1.5, bounds)
+            layers.mark_points(replay, origin, 0.1, p[np.hypot(*p.T) < 1.5], bounds)
         polygon = costmap.footprint
         layers.fill_polygon(replay, origin, 0.1, np.ascontiguousarray(polygon), layers.FREE)
         np.testing.assert_array_equal(costmap.cost, replay)

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -32,16 +33,23 @@ ByteGrid = npt.NDArray[np.uint8]
 
 _NO_GRID: ByteGrid = np.zeros((0, 0), np.uint8)
 _NO_STAMPS: npt.NDArray[np.int32] = np.zeros((0, 0), np.int32)
+_FIRST_BASE = 2**30
 _NO_BOUNDS = (1e30, 1e30, -1e30, -1e30)
 
 
 @dataclass(slots=True, eq=False)
 class _Sweep:
-    """A buffered scan: when it came, its points (n, 2) and its sensor (3,) in the costmap's frame, what it touched."""
+    """A buffered scan.
+
+    Attributes:
+        t: when it came, s. number: counted from 0. points: (n, 2) and marks: (m, 2), those near enough to mark, and
+        sensor: (3,), in the costmap's frame. bounds: (4,) of what its rays touched. traced: whether they were drawn.
+    """
 
     t: float
     number: int
     points: FloatArray
+    marks: FloatArray
     sensor: FloatArray
     bounds: FloatArray
     traced: bool = False
@@ -94,6 +102,7 @@ class Costmap:
         self._expired: list[_Sweep] = []
         self._count = 0
         self._beams: tuple[float, float, FloatArray] | None = None
+        self._rolled = True  # the master grid is to be rebuilt
         self._forgotten = False  # a recovery cleared the obstacle layer: everything is to be rebuilt
         inflation = parameters.inflation_layer
         self._inflation = (
@@ -121,7 +130,10 @@ class Costmap:
         count = layers.scan_points(
             scan.ranges, self._beams[2], scan.range_min, scan.range_max, sensor, layer.inf_is_valid, points
         )
-        self._sweeps.append(_Sweep(t, self._count, points[:count], sensor, np.array(_NO_BOUNDS)))
+        points = points[:count]
+        near = ((points - sensor[:2]) ** 2).sum(axis=1) < layer.obstacle_range**2
+        marks = points[near] if layer.marking else points[:0]
+        self._sweeps.append(_Sweep(t, self._count, points, marks, sensor, np.array(_NO_BOUNDS)))
         self._count += 1
         keep = layer.observation_persistence
         while len(self._sweeps) > 1 and (keep == 0 or t - self._sweeps[0].t > keep + 1e-9):
@@ -145,10 +157,13 @@ class Costmap:
         polygon = self._update_obstacles(pose, bounds)
         if self._inflation is not None:
             self._inflation.widen(bounds)
-        c0, r0 = self._cell(bounds[0], bounds[1])
-        c1, r1 = self._cell(bounds[2], bounds[3])
-        window = np.array((max(r0, 0), min(r1 + 1, rows), max(c0, 0), min(c1 + 1, columns)))
-        if window[1] < window[0] or window[3] < window[2]:
+        if self._rolled:
+            window, self._rolled = np.array((0, rows, 0, columns)), False
+        else:
+            c0, r0 = self._cell(bounds[0], bounds[1])
+            c1, r1 = self._cell(bounds[2], bounds[3])
+            window = np.array((r0, r1 + 1, c0, c1 + 1))
+        if window[1] <= window[0] or window[3] <= window[2]:
             return
         below = self._static
         if self._below is not None and self._map is not None:
@@ -194,11 +209,11 @@ class Costmap:
         if across == 0 and up == 0:
             return
         self.origin = self.origin + np.array((across, up)) * res
-        layers.shift(self.cost, across, up, self._fill)
+        self._rolled = True
         if self._obstacle is not None:
-            layers.shift(self._obstacles, across, up, self._obstacle_fill)
+            self._obstacles = _shift(self._obstacles, across, up, self._obstacle_fill)
             if self._cleared_by.size:
-                layers.shift(self._cleared_by, across, up, -1)
+                self._cleared_by = _shift(self._cleared_by, across, up, -1)
 
     def _update_obstacles(self, pose: FloatArray, bounds: FloatArray) -> FloatArray | None:
         """Bring the obstacle layer up to date but for the footprint, which is returned if it is to be freed."""
@@ -228,15 +243,15 @@ class Costmap:
                     sweep.number,
                 )
                 sweep.traced = self._cleared_by.size > 0
-            _widen(bounds, sweep.bounds)
-        if self._expired and self._sweeps:
-            for sweep in self._expired:
-                layers.expire_points(grid, origin, res, sweep.points, self._cleared_by, self._sweeps[0].number, bounds)
+        if self._sweeps:
+            touched = np.array([sweep.bounds for sweep in self._sweeps])
+            np.minimum(bounds[:2], touched[:, :2].min(axis=0), out=bounds[:2])
+            np.maximum(bounds[2:], touched[:, 2:].max(axis=0), out=bounds[2:])
+            if self._expired:
+                gone = np.concatenate([sweep.marks for sweep in self._expired])
+                layers.expire_points(grid, origin, res, gone, self._cleared_by, self._sweeps[0].number, bounds)
+            layers.mark_points(grid, origin, res, np.concatenate([sweep.marks for sweep in self._sweeps]), bounds)
         self._expired.clear()
-        if layer.marking:
-            for sweep in self._sweeps:
-                x, y = sweep.sensor[0], sweep.sensor[1]
-                layers.mark_points(grid, origin, res, sweep.points, x, y, layer.obstacle_range, bounds)
         if not layer.footprint_clearing_enabled:
             return None
         cosine, sine = math.cos(pose[2]), math.sin(pose[2])
@@ -275,13 +290,13 @@ class _Inflation:
         self._reach = math.ceil(parameters.inflation_radius / resolution)
         distance = np.hypot(*np.indices((self._reach + 2, self._reach + 2), dtype=np.float64))
         ranks = np.unique(distance[distance <= self._reach])
-        self._bin = np.searchsorted(ranks, distance).astype(np.int32)
-        self._bin[distance > self._reach] = -1
+        self._rank = np.searchsorted(ranks, distance).astype(np.int32)
+        self._rank[distance > self._reach] = -1
         self._cost = inflation_cost(distance * resolution, inscribed, parameters.cost_scaling_factor)
-        self._seen = np.zeros(cells, np.uint8)
-        self._stamp = 0
+        self._nearest = np.full(cells, _FIRST_BASE, np.int32)
+        self._base = _FIRST_BASE
         self._head, self._tail = np.empty(len(ranks), np.int32), np.empty(len(ranks), np.int32)
-        nodes = 5 * cells + 1  # every cell a source, and each queued from four sides; memory is taken as it is used
+        nodes = 5 * cells + 1  # every cell a source, and queued from four sides; memory is taken as it is used
         self._after, self._node = np.empty(nodes, np.int32), np.empty((nodes, 4), np.int16)
         self._last: FloatArray | None = None
 
@@ -299,18 +314,19 @@ class _Inflation:
         """Inflate the lethal cells in and around the window."""
         if self._reach == 0:
             return
-        self._stamp = self._stamp % 255 + 1
-        if self._stamp == 1:
-            self._seen[:] = 0
+        self._base -= len(self._head)
+        if self._base <= -_FIRST_BASE:
+            self._nearest[:] = self._base = _FIRST_BASE
+            self._base -= len(self._head)
         layers.inflate(
             cost,
             window,
             self._reach,
-            self._bin,
+            self._rank,
             self._cost,
             self.parameters.inflate_unknown,
-            self._seen,
-            self._stamp,
+            self._nearest,
+            self._base,
             self._head,
             self._tail,
             self._after,
@@ -334,6 +350,17 @@ def interpret(map: OccupancyGrid, layer: StaticLayer) -> ByteGrid:
     known[value >= layer.lethal_cost_threshold] = layers.LETHAL
     known[value == UNKNOWN_CELL] = layers.UNKNOWN if layer.track_unknown_space else layers.FREE
     return np.ascontiguousarray(known)
+
+
+def _shift(grid: npt.NDArray[Any], across: int, up: int, fill: int) -> npt.NDArray[Any]:
+    """The grid's window moved by (across, up) cells; what was outside of it is `fill`."""
+    rows, columns = grid.shape
+    moved = np.full_like(grid, fill)
+    if abs(across) < columns and abs(up) < rows:
+        moved[max(0, -up) : rows - max(0, up), max(0, -across) : columns - max(0, across)] = grid[
+            max(0, up) : rows - max(0, -up), max(0, across) : columns - max(0, -across)
+        ]
+    return moved
 
 
 def _widen(bounds: FloatArray, by: FloatArray) -> None:

@@ -22,19 +22,6 @@ NO_BOUND = 3.4e38
 
 
 @kernel
-def shift(grid, across, up, fill):  # type: ignore[no-untyped-def]
-    """Move the grid's window by (across, up) cells; what was outside of it becomes `fill`."""
-    rows, columns = grid.shape
-    moved = np.full((rows, columns), np.uint8(fill))
-    r0, r1 = max(0, -up), min(rows, rows - up)
-    c0, c1 = max(0, -across), min(columns, columns - across)
-    for r in range(r0, r1):
-        for c in range(c0, c1):
-            moved[r, c] = grid[r + up, c + across]
-    grid[:, :] = moved
-
-
-@kernel
 def scan_points(ranges, beams, range_min, range_max, sensor, inf_is_valid, points):  # type: ignore[no-untyped-def]
     """Project a scan as laser_geometry does: a range outside [range_min, range_max) gives no point.
 
@@ -136,12 +123,12 @@ def clear_rays(grid, origin, resolution, points, x, y, reach, bounds, cleared_by
 
 
 @kernel
-def mark_points(grid, origin, resolution, points, x, y, reach, bounds):  # type: ignore[no-untyped-def]
-    """Make the points' cells lethal where they are nearer than `reach` to the sensor at (x, y); widens `bounds`."""
+def mark_points(grid, origin, resolution, points, bounds):  # type: ignore[no-untyped-def]
+    """Make the points' cells lethal; widens `bounds`."""
     rows, columns = grid.shape
     for i in range(points.shape[0]):
         px, py = points[i, 0], points[i, 1]
-        if (px - x) ** 2 + (py - y) ** 2 >= reach * reach or px < origin[0] or py < origin[1]:
+        if px < origin[0] or py < origin[1]:
             continue
         c, r = int((px - origin[0]) / resolution), int((py - origin[1]) / resolution)
         if c >= columns or r >= rows:
@@ -212,18 +199,21 @@ def compose(master, window, fill, below, obstacles, overwrite):  # type: ignore[
         window: (4,) r0, r1, c0, c1. below: the static layer's grid, or one of size 0. obstacles: likewise.
         overwrite: the obstacle layer overwrites wherever it knows; else the larger cost wins.
     """
-    r0, r1, c0, c1 = window[0], window[1], window[2], window[3]
-    if below.size:
-        master[r0:r1, c0:c1] = below[r0:r1, c0:c1]
-    else:
-        master[r0:r1, c0:c1] = fill
-    if obstacles.size == 0:
-        return
-    for r in range(r0, r1):
-        for c in range(c0, c1):
-            new, old = obstacles[r, c], master[r, c]
-            if new != UNKNOWN and (overwrite or old == UNKNOWN or old < new):
-                master[r, c] = new
+    columns = window[3] - window[2]
+    blank = np.full(columns, np.uint8(fill))
+    for r in range(window[0], window[1]):
+        row = master[r, window[2] : window[3]]
+        base = below[r, window[2] : window[3]] if below.size else blank
+        if obstacles.size == 0:
+            row[:] = base
+            continue
+        top = obstacles[r, window[2] : window[3]]
+        if overwrite:
+            for c in range(columns):
+                row[c] = base[c] if top[c] == UNKNOWN else top[c]
+        else:
+            for c in range(columns):  # modulo 256 an unknown cell loses against any other
+                row[c] = max(np.uint8(top[c] + 1), np.uint8(base[c] + 1)) - np.uint8(1)
 
 
 @kernel
@@ -258,68 +248,65 @@ def forget(grid, c0, r0, c1, r1, inside):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def inflate(grid, window, reach, bin_of, cost_of, unknown_too, seen, stamp, head, tail, after, node):  # type: ignore[no-untyped-def]
+def inflate(grid, window, reach, rank_of, cost_of, unknown_too, nearest, base, head, tail, after, node):  # type: ignore[no-untyped-def]
     """Spread the cost of lethal cells around them, each cell from the source that reaches it first.
 
-    Cells are visited in the order of their Euclidean distance to their source, through four-neighbours, as ROS does.
+    Cells are visited in the order of their Euclidean distance to their source, through four-neighbours, as ROS does;
+    a cell is queued again only for a source that is nearer than the one that it is queued for.
 
     Args:
         window: (4,) r0, r1, c0, c1 of what changed; sources up to `reach` cells around it count.
-        bin_of: (reach + 2, reach + 2) int32 rank of the distance (dx, dy), -1 beyond reach; cost_of: uint8, its cost.
-        seen: (cells,) uint8, equal to `stamp` where visited. head, tail: (bins,) int32; after: (nodes,) int32 and
-        node: (nodes, 4) int16 hold the queue, a list per distance.
+        rank_of: (reach + 2, reach + 2) int32 rank of the distance (dx, dy), -1 beyond reach; cost_of: uint8, its cost.
+        nearest: (cells,) int32, `base` plus the rank that a cell is queued with; whatever is above that range is old.
+        head, tail: (ranks,) int32; after: (nodes,) int32 and node: (nodes, 4) int16 hold the queue, a list per rank.
     """
     rows, columns = grid.shape
     r0, r1 = max(0, window[0] - reach), min(rows, window[1] + reach)
     c0, c1 = max(0, window[2] - reach), min(columns, window[3] + reach)
     head[:] = -1
     count = 0
+    across, up = np.array([-1, 0, 1, 0]), np.array([0, -1, 0, 1])
+    lethal = np.uint8(LETHAL)
     for r in range(r0, r1):
-        for c in range(c0, c1):
-            if grid[r, c] == LETHAL:
-                node[count, 0], node[count, 1], node[count, 2], node[count, 3] = c, r, c, r
+        line = grid[r, c0:c1]
+        for i in range(c1 - c0):
+            if line[i] == lethal:
                 after[count] = count + 1
+                node[count, 0], node[count, 1], node[count, 2], node[count, 3] = c0 + i, r, c0 + i, r
+                nearest[r * columns + c0 + i] = base
                 count += 1
     if count == 0:
         return
     after[count - 1] = -1
     head[0], tail[0] = 0, count - 1
-    for b in range(head.size):
-        current = head[b]
+    for rank in range(head.size):
+        current = head[rank]
         while current >= 0:
             c, r = np.int64(node[current, 0]), np.int64(node[current, 1])
             sc, sr = np.int64(node[current, 2]), np.int64(node[current, 3])
-            cell = r * columns + c
-            if seen[cell] != stamp:
-                seen[cell] = stamp
-                cost = cost_of[abs(c - sc), abs(r - sr)]
+            if nearest[r * columns + c] == base + rank:
                 old = grid[r, c]
+                cost = cost_of[abs(c - sc), abs(r - sr)]
                 if old != UNKNOWN:
                     if cost > old:
                         grid[r, c] = cost
                 elif cost >= INSCRIBED or (unknown_too and cost > FREE):
                     grid[r, c] = cost
                 for k in range(4):
-                    nc, nr = c, r
-                    if k == 0:
-                        nc -= 1
-                    elif k == 1:
-                        nr -= 1
-                    elif k == 2:
-                        nc += 1
-                    else:
-                        nr += 1
-                    if nc < 0 or nr < 0 or nc >= columns or nr >= rows or seen[nr * columns + nc] == stamp:
+                    nc, nr = c + across[k], r + up[k]
+                    if nc < 0 or nr < 0 or nc >= columns or nr >= rows:
                         continue
-                    rank = bin_of[abs(nc - sc), abs(nr - sr)]
-                    if rank < 0:
+                    there = rank_of[abs(nc - sc), abs(nr - sr)]
+                    cell = nr * columns + nc
+                    if there < 0 or base + there >= nearest[cell]:
                         continue
+                    nearest[cell] = base + there
                     node[count, 0], node[count, 1], node[count, 2], node[count, 3] = nc, nr, sc, sr
                     after[count] = -1
-                    if head[rank] < 0:
-                        head[rank] = count
+                    if head[there] < 0:
+                        head[there] = count
                     else:
-                        after[tail[rank]] = count
-                    tail[rank] = count
+                        after[tail[there]] = count
+                    tail[there] = count
                     count += 1
             current = after[current]
