@@ -24,7 +24,11 @@ def random_cost(seed, rows=30, cols=40, density=0.2):
 
 
 def scene_of(cost, polygon=STAR):
-    return footprint.Scene(np.ascontiguousarray(cost), ORIGIN, RESOLUTION, polygon)
+    return footprint.make_scene(np.ascontiguousarray(cost), ORIGIN, RESOLUTION, polygon)
+
+
+def cost_at(scene, x, y, cosine, sine, scale):
+    return footprint.footprint_cost(scene.cost, scene.frame, scene.polygon, x, y, cosine, sine, scale)
 
 
 def wave_from_plan(cost, plan, wanted_cells=None, pose=None):
@@ -100,14 +104,14 @@ def test_cells_under_the_robot_let_the_wave_pass():
 )
 def test_footprint_cost_is_the_worst_cell_of_the_outline(x, y, yaw, scale, seed, density):
     cost = random_cost(seed, density=density)
-    got = footprint.footprint_cost(scene_of(cost), x, y, math.cos(yaw), math.sin(yaw), scale)
+    got = cost_at(scene_of(cost), x, y, math.cos(yaw), math.sin(yaw), scale)
     assert max(got, -1) == footprint_cost((x, y, yaw), STAR, scale, cost, ORIGIN, RESOLUTION)
 
 
 def test_footprint_cost_tells_why_a_pose_is_illegal():
     cost = np.zeros((30, 40), np.uint8)
     square = footprint.outline(rectangle(0.2, 0.2))
-    at = lambda c: footprint.footprint_cost(scene_of(c, square), 0.0, 0.25, 1.0, 0.0, 1.0)  # noqa: E731
+    at = lambda c: cost_at(scene_of(c, square), 0.0, 0.25, 1.0, 0.0, 1.0)  # noqa: E731
     assert at(cost) == 0
     cost[13, 18] = 250  # on the outline's lower left corner (-0.1, 0.15)
     assert at(cost) == 250
@@ -118,7 +122,7 @@ def test_footprint_cost_tells_why_a_pose_is_illegal():
     cost[:] = 0
     cost[15, 20] = 254  # under the robot but not under its outline
     assert at(cost) == 0
-    assert footprint.footprint_cost(scene_of(cost, square), -0.95, 0.25, 1.0, 0.0, 1.0) == -3
+    assert cost_at(scene_of(cost, square), -0.95, 0.25, 1.0, 0.0, 1.0) == -3
 
 
 def test_a_circle_is_a_polygon_of_sixteen_corners_and_padding_moves_coordinates():

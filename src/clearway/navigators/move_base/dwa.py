@@ -15,7 +15,7 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base import mapgrid
-from clearway.navigators.move_base.footprint import CostArray, Scene
+from clearway.navigators.move_base.footprint import CostArray, Scene, cell_of, make_scene
 from clearway.navigators.move_base.goal import StopAndTurn
 from clearway.navigators.move_base.local_interface import LocalResult
 from clearway.navigators.move_base.local_parameters import DWAParameters
@@ -24,7 +24,6 @@ from clearway.navigators.move_base.mapgrid import (
     NOSE,
     Room,
     Seek,
-    cell_of,
     lay_plan,
     make_room,
     spread,
@@ -155,7 +154,8 @@ def search(
     room: Room,
 ) -> tuple[float, float, float, FloatArray]:
     """The cheapest legal sample: its cost (negative if there is none), v, w and rollout (k, 5)."""
-    stride = scene.cost.shape[1] + 2
+    frame = scene.frame
+    stride = frame.cols + 2
     path, goal, front, wanted = room.path, room.goal, room.front, room.wanted
     last = ahead.shape[0] - 1
     end_x, end_y = ahead[last, 0], ahead[last, 1]
@@ -197,11 +197,11 @@ def search(
             continue
         inside = True
         for i in range(steps):
-            cell = cell_of(scene, points[i, 0], points[i, 1])
+            cell = cell_of(frame, points[i, 0], points[i, 1])
             ahead_cell = cell
             if use_nose and p.nose != 0.0:
                 nose_x, nose_y = points[i, 0] + p.nose * points[i, 3], points[i, 1] + p.nose * points[i, 4]
-                ahead_cell = cell_of(scene, nose_x, nose_y)
+                ahead_cell = cell_of(frame, nose_x, nose_y)
             if cell < 0 or ahead_cell < 0:
                 inside = False
                 break
@@ -390,7 +390,7 @@ class DWAPlanner:
     ) -> LocalResult:
         """Stop and turn at the goal's place; before it, the best sample. See `LocalPlanner.compute`."""
         window = self.window(resolution, speed_limit, math.hypot(plan[-1, 0] - pose[0], plan[-1, 1] - pose[1]))
-        scene = Scene(cost, origin, resolution, self._polygon)
+        scene = make_scene(cost, origin, resolution, self._polygon)
         if self._finish.at_place(pose, goal):
             v, w = self._finish.command(pose, velocity, goal)
             self._oscillation.clear()  # as the real one does in every check of such a command

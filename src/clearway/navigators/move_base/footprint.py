@@ -19,17 +19,31 @@ CostArray = npt.NDArray[np.uint8]
 """A costmap: (rows, cols), C-contiguous, row r at y = origin[1] + r * resolution."""
 
 
-class Scene(NamedTuple):
-    """Where a robot plans: a costmap and the robot's outline.
+class Frame(NamedTuple):
+    """Where a costmap's cells lie: its lower-left corner [m], the edge of a cell [m], and how many there are.
 
-    Attributes:
-        cost: (rows, cols). origin: (2,) its lower-left corner, m. resolution: m. polygon: (m, 2) in base_link, m.
+    Numbers only: kernels hand it around in their inner loops, where a tuple of arrays would be counted each time.
     """
 
-    cost: CostArray
-    origin: FloatArray
+    x: float
+    y: float
     resolution: float
+    rows: int
+    cols: int
+
+
+class Scene(NamedTuple):
+    """Where a robot plans: a costmap (rows, cols), the frame of its cells, the robot's outline (m, 2) in base_link, m."""
+
+    cost: CostArray
+    frame: Frame
     polygon: FloatArray
+
+
+def make_scene(cost: CostArray, origin: FloatArray, resolution: float, polygon: FloatArray) -> Scene:
+    """A scene of a costmap whose lower-left corner is `origin` (2,), m."""
+    frame = Frame(float(origin[0]), float(origin[1]), resolution, cost.shape[0], cost.shape[1])
+    return Scene(cost, frame, polygon)
 
 
 LETHAL, INSCRIBED, NO_INFORMATION = 254, 253, 255
@@ -53,7 +67,25 @@ def outline(shape: Shape, padding: float = 0.0) -> FloatArray:
 
 
 @kernel
-def line_cost(cost: CostArray, c0: int, r0: int, c1: int, r1: int) -> int:
+def row_col(frame: Frame, x: float, y: float) -> tuple[int, int]:
+    """The cell that holds a point, (-1, -1) off the map (costmap_2d's worldToMap)."""
+    if x < frame.x or y < frame.y:
+        return -1, -1
+    row, col = int((y - frame.y) / frame.resolution), int((x - frame.x) / frame.resolution)
+    if row >= frame.rows or col >= frame.cols:
+        return -1, -1
+    return row, col
+
+
+@kernel
+def cell_of(frame: Frame, x: float, y: float) -> int:
+    """Index of the cell that holds a point in a flat grid with a border of one cell, -1 off the map."""
+    row, col = row_col(frame, x, y)
+    return -1 if row < 0 else (row + 1) * (frame.cols + 2) + col + 1
+
+
+@kernel
+def line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
     """The highest cost on the cells between two cells, both included; -1 at a lethal cell, -2 at an unknown one.
 
     The line is Bresenham's with an integer error that starts at half the longer side (line_iterator.h).
@@ -88,45 +120,36 @@ def line_cost(cost: CostArray, c0: int, r0: int, c1: int, r1: int) -> int:
 
 
 @kernel
-def footprint_cost(scene: Scene, x: float, y: float, cosine: float, sine: float, scale: float) -> int:
-    """The highest cost under the outline, `scale` times its size, at a pose given by cosine and sine of its yaw.
+def footprint_cost(
+    cost: CostArray, frame: Frame, polygon: FloatArray, x: float, y: float, cosine: float, sine: float, scale: float
+) -> int:
+    """The highest cost under the outline `scale * polygon` at a pose given by cosine and sine of its yaw.
 
     Returns:
         0 .. 253, or -1 (on an obstacle), -2 (on unknown ground), -3 (centre or a corner off the map).
     """
-    cost, origin, resolution, polygon = scene
-    rows, cols = cost.shape
-    ox, oy = origin[0], origin[1]
-    if x < ox or y < oy or int((x - ox) / resolution) >= cols or int((y - oy) / resolution) >= rows:
+    if row_col(frame, x, y)[0] < 0:
         return -3
     corners = polygon.shape[0]
     highest = 0
-    first_c, first_r, last_c, last_r = 0, 0, 0, 0
-    for i in range(corners):
-        px, py = scale * polygon[i, 0], scale * polygon[i, 1]
-        wx = x + (px * cosine - py * sine)
-        wy = y + (px * sine + py * cosine)
-        if wx < ox or wy < oy:
+    r0, c0 = 0, 0
+    for i in range(corners + 1):
+        k = i if i < corners else 0  # and back to the first corner
+        px, py = scale * polygon[k, 0], scale * polygon[k, 1]
+        r1, c1 = row_col(frame, x + (px * cosine - py * sine), y + (px * sine + py * cosine))
+        if r1 < 0:
             return -3
-        c, r = int((wx - ox) / resolution), int((wy - oy) / resolution)
-        if c >= cols or r >= rows:
-            return -3
-        if i == 0:
-            first_c, first_r = c, r
-        else:
-            here = line_cost(cost, last_c, last_r, c, r)
-            if here < 0:
-                return here
-            highest = max(highest, here)
-        last_c, last_r = c, r
-    here = line_cost(cost, last_c, last_r, first_c, first_r)
-    if here < 0:
-        return here
-    return max(highest, here)
+        if i > 0:
+            worst = line_cost(cost, r0, c0, r1, c1)
+            if worst < 0:
+                return worst
+            highest = max(highest, worst)
+        r0, c0 = r1, c1
+    return highest
 
 
 @kernel
-def _span_line(left: npt.NDArray[np.int64], right: npt.NDArray[np.int64], c0: int, r0: int, c1: int, r1: int) -> None:
+def _span_line(left: npt.NDArray[np.int64], right: npt.NDArray[np.int64], r0: int, c0: int, r1: int, c1: int) -> None:
     """Widen the row span of each column by the cells of a line (the same line as `line_cost` draws)."""
     dc, dr = abs(c1 - c0), abs(r1 - r0)
     sc = 1 if c1 >= c0 else -1
@@ -161,29 +184,25 @@ def free_under_robot(scene: Scene, pose: FloatArray, grid: npt.NDArray[np.int32]
     Args:
         grid: ((rows + 2) * (cols + 2),) int32, see `clearway.navigators.move_base.mapgrid`. pose: (3,).
     """
-    cost, origin, resolution, polygon = scene
-    rows, cols = cost.shape
-    left = np.full(cols, rows, np.int64)
+    frame, polygon = scene.frame, scene.polygon
+    cols, stride = frame.cols, frame.cols + 2
+    left = np.full(cols, frame.rows, np.int64)
     right = np.full(cols, -1, np.int64)
     c, s = math.cos(pose[2]), math.sin(pose[2])
     corners = polygon.shape[0]
-    first_c, first_r, last_c, last_r = 0, 0, 0, 0
-    for i in range(corners):
-        wx = pose[0] + (polygon[i, 0] * c - polygon[i, 1] * s)
-        wy = pose[1] + (polygon[i, 0] * s + polygon[i, 1] * c)
-        if wx < origin[0] or wy < origin[1]:
+    r0, c0 = 0, 0
+    for i in range(corners + 1):
+        k = i if i < corners else 0
+        wx = pose[0] + (polygon[k, 0] * c - polygon[k, 1] * s)
+        wy = pose[1] + (polygon[k, 0] * s + polygon[k, 1] * c)
+        r1, c1 = row_col(frame, wx, wy)
+        if r1 < 0:
             return
-        cell_c, cell_r = int((wx - origin[0]) / resolution), int((wy - origin[1]) / resolution)
-        if cell_c >= cols or cell_r >= rows:
-            return
-        if i == 0:
-            first_c, first_r = cell_c, cell_r
-        else:
-            _span_line(left, right, last_c, last_r, cell_c, cell_r)
-        last_c, last_r = cell_c, cell_r
-    _span_line(left, right, last_c, last_r, first_c, first_r)
+        if i > 0:
+            _span_line(left, right, r0, c0, r1, c1)
+        r0, c0 = r1, c1
     for col in range(cols):
         for row in range(left[col], right[col] + 1):
-            i = (row + 1) * (cols + 2) + col + 1
+            i = (row + 1) * stride + col + 1
             if grid[i] > free:
                 grid[i] = free

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.footprint import CostArray, Scene
+from clearway.navigators.move_base.footprint import INSCRIBED, NO_INFORMATION, CostArray, Scene, row_col
 
 GridArray = npt.NDArray[np.int32]
 
@@ -72,20 +72,8 @@ def clear(cost: CostArray, blank: GridArray) -> int:
         blank[base - 1] = _BORDER
         blank[base + cols] = _BORDER
         for c in range(cols):
-            blank[base + c] = unreached + (1 if cost[r, c] >= 253 else 0)
+            blank[base + c] = unreached + (1 if cost[r, c] >= INSCRIBED else 0)
     return unreached
-
-
-@kernel
-def cell_of(scene: Scene, x: float, y: float) -> int:
-    """Index in a grid of the cell that holds a point, -1 off the map (costmap_2d's worldToMap)."""
-    if x < scene.origin[0] or y < scene.origin[1]:
-        return -1
-    rows, cols = scene.cost.shape
-    c, r = int((x - scene.origin[0]) / scene.resolution), int((y - scene.origin[1]) / scene.resolution)
-    if c >= cols or r >= rows:
-        return -1
-    return (r + 1) * (cols + 2) + c + 1
 
 
 @kernel
@@ -100,8 +88,8 @@ def lay_plan(
     Returns:
         Number of targets in `queue`, and the last cell walked on (the local goal), -1 if the plan is nowhere on the map.
     """
-    cols = scene.cost.shape[1]
-    resolution = scene.resolution
+    frame, cost = scene.frame, scene.cost
+    cols, resolution = frame.cols, frame.resolution
     tail, last = 0, -1
     from_x, from_y = 0.0, 0.0
     for i in range(ahead.shape[0]):
@@ -116,15 +104,12 @@ def lay_plan(
         dx, dy = (to_x - from_x) / steps, (to_y - from_y) / steps
         for j in range(1, steps + 1):
             x, y = (to_x, to_y) if j == steps else (from_x + j * dx, from_y + j * dy)
-            cell = cell_of(scene, x, y)
-            if cell >= 0:
-                row, col = cell // (cols + 2) - 1, cell % (cols + 2) - 1
-                if scene.cost[row, col] == 255:
-                    cell = -1
-            if cell < 0:
+            row, col = row_col(frame, x, y)
+            if row < 0 or cost[row, col] == NO_INFORMATION:
                 if last >= 0:
                     return tail, last
                 continue
+            cell = (row + 1) * (cols + 2) + col + 1
             last = cell
             if mark and grid[cell] != 0:
                 grid[cell] = 0

@@ -19,9 +19,12 @@ from clearway.navigators.move_base.footprint import (
     INSCRIBED,
     CostArray,
     Scene,
+    cell_of,
     footprint_cost,
     free_under_robot,
     line_cost,
+    make_scene,
+    row_col,
 )
 from clearway.navigators.move_base.goal import slow_down, turn_rate
 from clearway.navigators.move_base.local_interface import LocalResult
@@ -32,7 +35,6 @@ from clearway.navigators.move_base.mapgrid import (
     GridArray,
     Room,
     Seek,
-    cell_of,
     lay_plan,
     make_room,
     spread,
@@ -145,17 +147,13 @@ def _lay_out(p: Rollout, pose: FloatArray, velocity: FloatArray, sample: FloatAr
 @kernel
 def heading_error(scene: Scene, x: float, y: float, yaw: float, ahead: FloatArray) -> float:
     """Angle between a heading and the farthest point of the plan in sight over cells that the robot's centre may cross."""
-    stride = scene.cost.shape[1] + 2
-    here = cell_of(scene, x, y)
+    frame = scene.frame
+    r0, c0 = row_col(frame, x, y)
     for i in range(ahead.shape[0] - 1, -1, -1):
-        there = cell_of(scene, ahead[i, 0], ahead[i, 1])
-        if there >= 0:
-            row, col = there // stride - 1, there % stride - 1
-            seen = line_cost(scene.cost, here % stride - 1, here // stride - 1, col, row)
-            if 0 <= seen < INSCRIBED:
-                goal_x = scene.origin[0] + (col + 0.5) * scene.resolution
-                goal_y = scene.origin[1] + (row + 0.5) * scene.resolution
-                return abs(wrap(math.atan2(goal_y - y, goal_x - x) - yaw))
+        r1, c1 = row_col(frame, ahead[i, 0], ahead[i, 1])
+        if r1 >= 0 and 0 <= line_cost(scene.cost, r0, c0, r1, c1) < INSCRIBED:
+            goal_x, goal_y = frame.x + (c1 + 0.5) * frame.resolution, frame.y + (r1 + 0.5) * frame.resolution
+            return abs(wrap(math.atan2(goal_y - y, goal_x - x) - yaw))
     return np.inf
 
 
@@ -219,11 +217,12 @@ def _why_not(
     points: FloatArray,
 ) -> float:
     """What fails first on the way of a sample that is illegal: something is hit, or the goal can't be reached."""
+    frame = scene.frame
     for i in range(_lay_out(p, pose, velocity, sample, points)):
         x, y = points[i, 0], points[i, 1]
-        if footprint_cost(scene, x, y, points[i, 3], points[i, 4], 1.0) < 0:
+        if footprint_cost(scene.cost, frame, scene.polygon, x, y, points[i, 3], points[i, 4], 1.0) < 0:
             return _BLOCKED
-        cell = cell_of(scene, x, y)
+        cell = cell_of(frame, x, y)
         if room.path[cell] >= impossible or room.goal[cell] >= impossible:
             return _NO_WAY
     return _BLOCKED
@@ -248,7 +247,8 @@ def search(
         Its cost; its speeds (2,); its rollout (k, 5); whether it is the one that backs up (its cost may then be
         negative, for `TrajectoryPlanner` to judge); whether the motion `check` is legal.
     """
-    stride = scene.cost.shape[1] + 2
+    frame = scene.frame
+    stride = frame.cols + 2
     wanted = room.wanted
     last = ahead.shape[0] - 1
     end_x, end_y = ahead[last, 0], ahead[last, 1]
@@ -275,7 +275,7 @@ def search(
     for k in range(n):
         steps = _lay_out(p, pose, velocity, sample[k], points)
         for i in range(steps):
-            cell = cell_of(scene, points[i, 0], points[i, 1])
+            cell = cell_of(frame, points[i, 0], points[i, 1])
             if cell < 0:
                 inside[k] = False
                 break
@@ -287,7 +287,7 @@ def search(
         if driving <= k < turning and inside[k]:
             i = steps - 1
             nose[k] = cell_of(
-                scene, points[i, 0] + p.lookahead * points[i, 3], points[i, 1] + p.lookahead * points[i, 4]
+                frame, points[i, 0] + p.lookahead * points[i, 3], points[i, 1] + p.lookahead * points[i, 4]
             )
             if nose[k] >= 0:
                 if wanted[nose[k]] == 0:
@@ -446,7 +446,7 @@ class TrajectoryPlanner:
         """`search`, and what it means for the flags against oscillation and for the escape (createTrajectories)."""
         if self._room is None or len(self._room.blank) != (cost.shape[0] + 2) * (cost.shape[1] + 2):
             self._room = make_room(cost.shape)
-        scene = Scene(cost, origin, resolution, self._polygon)
+        scene = make_scene(cost, origin, resolution, self._polygon)
         settings = self.window(resolution, speed_limit)
         total, speeds, points, backing, legal = search(
             settings, pose, velocity, np.array(check), plan, scene, self._room

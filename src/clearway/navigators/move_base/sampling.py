@@ -8,8 +8,7 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.footprint import Scene, footprint_cost
-from clearway.navigators.move_base.mapgrid import cell_of
+from clearway.navigators.move_base.footprint import Scene, footprint_cost, row_col
 
 
 @kernel
@@ -66,15 +65,15 @@ def occlusion(scene: Scene, points: FloatArray, steps: int, scale: float, total:
     Costs never fall along a rollout, so one that passes `bound` cannot win any more and stops being looked at; it
     then returns what it had, above the bound.
     """
-    cols = scene.cost.shape[1]
+    cost, frame, polygon = scene.cost, scene.frame, scene.polygon
     worst = 0.0
     for i in range(steps):
         x, y = points[i, 0], points[i, 1]
-        here = footprint_cost(scene, x, y, points[i, 3], points[i, 4], scale)
+        here = footprint_cost(cost, frame, polygon, x, y, points[i, 3], points[i, 4], scale)
         if here < 0:
             return -1.0
-        cell = cell_of(scene, x, y)
-        centre = np.int64(scene.cost[cell // (cols + 2) - 1, cell % (cols + 2) - 1])
+        row, col = row_col(frame, x, y)
+        centre = np.int64(cost[row, col])
         both = float(max(here, centre))
         worst = worst + both if total else max(worst, both)
         if worst > bound:
