@@ -34,7 +34,7 @@ class Referee:
         self._begin(0, 0.0, pose)
 
     def judge(self, t: float, pose: FloatArray, estimate: FloatArray, command: Command) -> Outcome | None:
-        """Look at one instant: the true `pose` (3,), the robot's `estimate` (3,), its `command`.
+        """Look at one instant: the true `pose` (3, or more behind it), the robot's `estimate` (3,), its `command`.
 
         Returns:
             How the trial ends, None if it goes on, perhaps with the next leg.

@@ -75,7 +75,7 @@ def simulate_in(
     start = np.array(scenario.start, dtype=np.float64)
     attempt = _attempt(bodies, scenario, robot, navigator, localisation, privileged)
     world = World(robot, _placed(start, scenario), scenario.speed, bodies, tracks, scenario.seed)
-    referee = Referee(attempt.legs, scenario.legs, scenario.livelock, world.pose)
+    referee = Referee(attempt.legs, scenario.legs, scenario.livelock, world.state)
     task = Task(
         period=robot.period,
         speed_limit=scenario.speed,
@@ -89,7 +89,7 @@ def simulate_in(
     outcome = drive.to_the_end(task, np.random.default_rng([scenario.seed, *b"pilot"]))
     return Trial(
         attempt=attempt,
-        **{name: drive.log.take(name) for name in ("t", "pose", "velocity", "estimate", "command", "leg", "movers")},
+        **drive.log.columns(),
         spans=tuple(referee.spans),
         events=tuple(referee.events),
         outcome=outcome,
@@ -126,10 +126,12 @@ class _Drive:
             return self._failed(0.0, error, estimate, command)
         while True:
             t = count * period
-            pose, leg = world.pose, referee.leg
-            sensing = Sensing(
-                t, world.odom_pose, world.odom_velocity, world.sense(), None, referee.goal, pose.copy()
-            )  # fmt: skip
+            now, told, leg = (
+                world.state,
+                world.state,
+                referee.leg,
+            )  # two copies: what the pilot does to its own is its affair
+            sensing = Sensing(t, told[5:8], told[8:10], world.sense(), None, referee.goal, told[0:3])
             before = perf_counter()
             try:
                 decision = decide(sensing)
@@ -141,8 +143,8 @@ class _Drive:
                 return self._failed(t, error, estimate, command)
             if decision.diagnostics is not None:
                 self.snapshots.append(Snapshot(t, decision.diagnostics))
-            log.add(t, pose, world.velocity, estimate, command, leg, world.movers)
-            outcome = referee.judge(t, pose, estimate, command)
+            log.add(t, now[:5], estimate, command, leg, world.movers)
+            outcome = referee.judge(t, now, estimate, command)
             if outcome is not None:
                 return outcome
             if referee.leg != leg:
@@ -154,7 +156,7 @@ class _Drive:
 
     def _contact(self, t: float, body: Body, estimate: FloatArray, command: Command, where: str = "") -> Outcome:
         self._record(t, estimate, command)
-        own, other = abs(float(self._world.velocity[0])), self._world.speed_of(body, t)
+        own, other = abs(float(self._world.state[3])), self._world.speed_of(body, t)
         return self._referee.stop(
             t, Outcome.COLLISION, "contact",
             f"{body.kind} {body.name!r} at {other:.3f} m/s, robot at {own:.3f} m/s",
@@ -173,7 +175,7 @@ class _Drive:
     def _record(self, t: float, estimate: FloatArray, command: Command) -> None:
         """The last instant, with the estimate and the command that were in force."""
         world = self._world
-        self.log.add(t, world.pose, world.velocity, estimate, command, self._referee.leg, world.movers)
+        self.log.add(t, world.state[:5], estimate, command, self._referee.leg, world.movers)
 
 
 def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]:
@@ -187,7 +189,8 @@ def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]
         raise TypeError(f"the navigator answered {command!r}; a Command is expected")
     if not (math.isfinite(command.v) and math.isfinite(command.omega)):
         raise ValueError(f"the command v = {command.v}, omega = {command.omega} is not finite")
-    if np.shape(estimate) != before.shape or not np.isfinite(estimate).all():
+    estimate = np.asarray(estimate, dtype=np.float64)
+    if estimate.shape != before.shape or not all(map(math.isfinite, estimate.tolist())):
         raise ValueError(f"the estimated pose {estimate!r} is not three finite numbers")
     return estimate, command
 

@@ -78,24 +78,10 @@ class World:
             self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
 
     @property
-    def pose(self) -> FloatArray:
-        """(3,) true pose, map frame."""
-        return self._state[0:3].copy()
-
-    @property
-    def velocity(self) -> FloatArray:
-        """(2,) true v [m/s], omega [rad/s]."""
-        return self._state[3:5].copy()
-
-    @property
-    def odom_pose(self) -> FloatArray:
-        """(3,) dead-reckoned pose since the start, odom frame."""
-        return self._state[5:8].copy()
-
-    @property
-    def odom_velocity(self) -> FloatArray:
-        """(2,) measured v [m/s], omega [rad/s]."""
-        return self._state[8:10].copy()
+    def state(self) -> FloatArray:
+        """(10,) now: true pose (3) in the map frame and velocity (2), dead-reckoned pose (3) in the odom frame since
+        the start and measured velocity (2); m, rad, m/s, rad/s."""
+        return self._state[:10].copy()
 
     def begin_leg(self, leg: int, t: float) -> None:
         """From `t` [s] on the moving bodies follow their tracks of leg `leg`."""
