@@ -1,0 +1,255 @@
+"""How fast the world alone is, in control periods per second, beside IR-SIM and navground on the same scene.
+
+One robot (0.2 m) circles in a room of 10 x 10 m among 16 discs (0.2 m) that go to and fro on lanes; a lidar of
+180 beams around, 10 m, 1 cm of noise; 0.1 s a period; a navigator that always gives the same command. Clearway runs a
+whole trial: ten plant steps a period with exact contact, odometry, lidar, recording. IR-SIM and navground make one
+step a period and one scan. CPU time of one process each, the best of several rounds, in turns.
+
+    python benchmarks/world_speed.py [--rivals PYTHON] [--steps N] [--rounds N] [--json]
+
+`--rivals`: a Python that has the packages ir-sim and navground; default: this one. A rival that is missing is named.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import math
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+HALF, LANE_END, RADIUS, PERIOD, BEAMS, RANGE, SIGMA = 5.0, 4.5, 0.2, 0.1, 180, 10.0, 0.01
+V, OMEGA = 0.3, 1.0
+LANES = [((1 if i % 2 else -1) * (1.2 + 0.45 * (i // 2)), 0.5 + 0.05 * i) for i in range(16)]  # y [m], speed [m/s]
+AIM = {"irsim": 100.0, "navground": 1.0}
+
+
+def clearway(steps: int) -> Callable[[], float]:
+    """A whole trial, a fresh world each time."""
+    import numpy as np
+
+    from clearway.contract import Command, Decision
+    from clearway.geometry.shapes import Circle, rectangle
+    from clearway.robots import Robot
+    from clearway.scenarios.scenario import Scenario
+    from clearway.trials import Body
+    from clearway.world import simulate_in
+    from clearway.world.tracks import stack
+
+    walls = [rectangle(2 * HALF, 0.1), rectangle(2 * HALF, 0.1), rectangle(0.1, 2 * HALF), rectangle(0.1, 2 * HALF)]
+    places = [(0, HALF + 0.05), (0, -HALF - 0.05), (HALF + 0.05, 0), (-HALF - 0.05, 0)]
+    bodies = [Body("wall", "wall", w, np.array([x, y, 0.0])) for w, (x, y) in zip(walls, places, strict=True)]
+    knots = []
+    for y, speed in LANES:
+        t, x, rows = 0.0, -LANE_END, []
+        while t <= steps * PERIOD + 1:
+            rows += [(t, x, y, 0.0), (t + 2 * LANE_END / speed, -x, y, 0.0)]
+            t, x = t + 2 * LANE_END / speed, -x
+        knots.append(np.array(rows))
+        bodies.append(Body("disc", "mover", Circle(RADIUS), None))
+    robot = Robot.model_validate({
+        "name": "r", "title": "R", "d_base": 0.4, "footprint": {"kind": "circle", "radius": RADIUS}, "period": PERIOD,
+        "drive": {"v_max": 1, "v_min": -1, "acceleration": 1, "deceleration": 1, "omega_max": 2,
+                  "angular_acceleration": 2, "angular_deceleration": 2},
+        "lidar": {"beams": BEAMS, "angle_min": -math.pi, "angle_max": math.pi, "range_min": 0.0, "range_max": RANGE,
+                  "sigma": SIGMA},
+        "odometry": {"translation_per_metre": 0.01, "rotation_per_metre": 0.01, "rotation_per_radian": 0.01},
+        "tolerances": {"xy": 0.1, "yaw": 0.1},
+    })  # fmt: skip
+    scenario = Scenario.model_validate({
+        "name": "s", "plan": "none", "start": (0, 0, 0), "speed": 1.0,
+        "legs": [{"name": "forth", "goal": (4, 4, 0), "time_limit": steps * PERIOD}],
+    })  # fmt: skip
+
+    class Pilot:
+        def reset(self, task: object, robot: object, rng: object) -> None:
+            self.command = Command(V, OMEGA)
+
+        def decide(self, sensing: object) -> Decision:
+            return Decision(self.command, sensing.truth)  # type: ignore[attr-defined]
+
+    def once() -> float:
+        before = time.process_time()
+        trial = simulate_in(
+            bodies, stack([knots]), scenario, robot, Pilot(), navigator="constant", localisation="truth"
+        )
+        assert len(trial.t) == steps + 1, trial.reason
+        return (time.process_time() - before) / steps
+
+    return once
+
+
+def irsim(steps: int) -> Callable[[], float]:
+    """`env.step` and `get_lidar_scan`, without drawing."""
+    os.environ["MPLBACKEND"] = "Agg"
+    import irsim as simulator
+    import numpy as np
+
+    discs = "".join(
+        f"""
+  - kinematics: {{name: 'omni'}}
+    shape: {{name: 'circle', radius: {RADIUS}}}
+    state: [{-LANE_END}, {y}, 0]
+    vel_max: [{speed}, {speed}]
+    behavior: {{name: 'dash', wander: True, range_low: [{-LANE_END}, {y}, 0], range_high: [{LANE_END}, {y}, 0]}}"""
+        for y, speed in LANES
+    )
+    corners = f"[[{-HALF}, {-HALF}], [{HALF}, {-HALF}], [{HALF}, {HALF}], [{-HALF}, {HALF}], [{-HALF}, {-HALF}]]"
+    text = f"""
+world: {{height: {2 * HALF}, width: {2 * HALF}, offset: [{-HALF}, {-HALF}], step_time: {PERIOD}, sample_time: {PERIOD},
+        collision_mode: 'unobstructed'}}
+robot:
+  - kinematics: {{name: 'diff'}}
+    shape: {{name: 'circle', radius: {RADIUS}}}
+    state: [0, 0, 0]
+    goal: [4, 4, 0]
+    sensors:
+      - {{type: 'lidar2d', range_min: 0, range_max: {RANGE}, angle_range: {2 * math.pi}, number: {BEAMS}, noise: True,
+          std: {SIGMA}, angle_std: 0.0}}
+obstacle:{discs}
+  - shape: {{name: 'linestring', vertices: {corners}}}
+    kinematics: {{name: 'static'}}
+"""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.yaml"
+        path.write_text(text, encoding="utf-8")
+        world = simulator.make(str(path), display=False, disable_all_plot=True, log_level="ERROR")
+    command, few = np.array([[V], [OMEGA]]), max(10, steps // 50)
+
+    def once() -> float:
+        before = time.process_time()
+        for _ in range(few):
+            world.step(command)
+            assert len(world.get_lidar_scan()["ranges"]) == BEAMS
+        return (time.process_time() - before) / few
+
+    return once
+
+
+def navground(steps: int) -> Callable[[], float]:
+    """`World.update`, then the lidar's update and its buffer: `World.run` would leave the lidar out."""
+    import numpy as np
+    from navground import core, sim
+
+    world = sim.World()
+    corners = [(-HALF, -HALF), (HALF, -HALF), (HALF, HALF), (-HALF, HALF)]
+    for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+        world.add_wall(sim.Wall(np.array(a), np.array(b)))
+
+    def agent(kinematics: object, speed: float, points: list[tuple[float, float]], at: tuple[float, float]) -> object:
+        behavior = core.Behavior.make_type("Dummy")
+        behavior.kinematics, behavior.radius, behavior.optimal_speed = kinematics, RADIUS, speed
+        task = sim.tasks.WaypointsTask(waypoints=points, loop=True, tolerance=0.1)
+        made = sim.Agent(radius=RADIUS, behavior=behavior, kinematics=kinematics, task=task, control_period=PERIOD)
+        made.pose = core.Pose2(at, 0)
+        world.add_agent(made)
+        return made
+
+    wheels = core.kinematics.TwoWheelsDifferentialDriveKinematics(max_speed=V, wheel_axis=2 * RADIUS)
+    robot = agent(wheels, V, [(0.3, 0.0), (-0.3, 0.0)], (0.0, 0.0))
+    for y, speed in LANES:
+        kinematics = core.kinematics.OmnidirectionalKinematics(max_speed=speed)
+        agent(kinematics, speed, [(LANE_END, y), (-LANE_END, y)], (-LANE_END, y))
+    lidar = sim.state_estimations.LidarStateEstimation(
+        range=RANGE, start_angle=-math.pi, field_of_view=2 * math.pi, resolution=BEAMS, error_std_dev=SIGMA
+    )
+    state = core.SensingState()
+    lidar.prepare_state(state)
+    world.run(10, PERIOD)
+
+    def once() -> float:
+        before = time.process_time()
+        for _ in range(steps):
+            world.update(PERIOD)
+            lidar.update(robot, world, state)
+            state.get_buffer("range").data  # noqa: B018
+        return (time.process_time() - before) / steps
+
+    return once
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rivals", default=sys.executable, metavar="PYTHON")
+    parser.add_argument("--steps", type=int, default=5000)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--only", choices=("irsim", "navground"), help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.only:
+        return _serve(options.only, options.steps)
+
+    ours = clearway(options.steps)
+    ours()  # compiles
+    rivals = {name: _start(name, options.rivals, options.steps) for name in AIM}
+    best = {"clearway": math.inf} | {name: math.inf for name, process in rivals.items() if process}
+    for _ in range(options.rounds):
+        best["clearway"] = min(best["clearway"], ours())
+        for name, process in rivals.items():
+            if process:
+                best[name] = min(best[name], _ask(process))
+    for process in filter(None, rivals.values()):
+        _ask(process, "stop\n")
+        process.wait()
+
+    result = {"steps_per_second": {name: 1 / seconds for name, seconds in best.items()},
+              "ratio": {name: best[name] / best["clearway"] for name in AIM if name in best},
+              "missing": [name for name in AIM if name not in best]}  # fmt: skip
+    if options.json:
+        print(json.dumps(result))
+        return 0
+    print(f"{'world':<10} {'steps/s':>10} {'us/step':>10}   clearway is")
+    for name, seconds in best.items():
+        ratio = "" if name == "clearway" else f"{seconds / best['clearway']:.3g} x as fast (aim: {AIM[name]:g} x)"
+        print(f"{name:<10} {1 / seconds:>10.0f} {seconds * 1e6:>10.1f}   {ratio}")
+    for name in result["missing"]:
+        print(f"{name:<10} is not installed for {options.rivals}, or fails there; left out")
+    return 0
+
+
+def _start(name: str, python: str, steps: int) -> subprocess.Popen[str] | None:
+    """A process that measures the rival each time it is asked; None if the rival can't be had."""
+    command = [python, __file__, "--only", name, "--steps", str(steps)]
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    )
+    assert process.stdout
+    for line in process.stdout:
+        if line == "ready\n":
+            return process
+    process.wait()
+    return None
+
+
+def _ask(process: subprocess.Popen[str], what: str = "go\n") -> float:
+    assert process.stdin
+    assert process.stdout
+    process.stdin.write(what)
+    process.stdin.flush()
+    for line in process.stdout:
+        if line.startswith("took "):
+            return float(line.split()[1])
+    return math.inf
+
+
+def _serve(name: str, steps: int) -> int:
+    if importlib.util.find_spec(name) is None:
+        return 1
+    once = {"irsim": irsim, "navground": navground}[name](steps)
+    once()
+    print("ready", flush=True)
+    for line in sys.stdin:
+        if line != "go\n":
+            break
+        print(f"took {once()!r}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
