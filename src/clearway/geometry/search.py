@@ -11,6 +11,7 @@ global_planner/src/{dijkstra,astar,quadratic_calculator,gradient_path,grid_path}
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -49,7 +50,7 @@ class Workspace:
 
 
 @kernel
-def _potential(left, right, up, down, step, quadratic):  # type: ignore[no-untyped-def]
+def _potential(left: Any, right: Any, up: Any, down: Any, step: Any, quadratic: bool) -> Any:
     """Potential of a cell of cost `step` from its neighbours' (all float32).
 
     Quadratic: a plane wave between the two lowest, by navfn's fit. Else: the lowest plus the cost.
@@ -67,9 +68,21 @@ def _potential(left, right, up, down, step, quadratic):  # type: ignore[no-untyp
 
 
 @kernel
-def wave(  # type: ignore[no-untyped-def]
-    costmap, columns, table, lethal, front, target, increment, quadratic, cycles, potential, pending, blocks, extent
-):
+def wave(
+    costmap: ByteGrid,
+    columns: int,
+    table: ByteGrid,
+    lethal: int,
+    front: npt.NDArray[np.int64],
+    target: int,
+    increment: int,
+    quadratic: bool,
+    cycles: int,
+    potential: PotentialGrid,
+    pending: ByteGrid,
+    blocks: npt.NDArray[np.int32],
+    extent: npt.NDArray[np.int64],
+) -> bool:
     """Spread the potential in order of cost (Dijkstra with three priority blocks) until `target` is reached.
 
     Args:
@@ -142,7 +155,7 @@ def wave(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _heap_push(keys, cells, size, key, cell):  # type: ignore[no-untyped-def]
+def _heap_push(keys: PotentialGrid, cells: npt.NDArray[np.int32], size: int, key: Any, cell: int) -> None:
     i = size
     while i > 0:
         parent = (i - 1) // 2
@@ -154,7 +167,7 @@ def _heap_push(keys, cells, size, key, cell):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _heap_pop(keys, cells, size):  # type: ignore[no-untyped-def]
+def _heap_pop(keys: PotentialGrid, cells: npt.NDArray[np.int32], size: int) -> None:
     """Drop the root of a heap of `size`; the caller has read it."""
     key, cell = keys[size - 1], cells[size - 1]
     size -= 1
@@ -173,9 +186,19 @@ def _heap_pop(keys, cells, size):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def best_first(  # type: ignore[no-untyped-def]
-    costmap, columns, table, lethal, neutral, start, target, quadratic, potential, pending, extent
-):
+def best_first(
+    costmap: ByteGrid,
+    columns: int,
+    table: ByteGrid,
+    lethal: int,
+    neutral: int,
+    start: int,
+    target: int,
+    quadratic: bool,
+    potential: PotentialGrid,
+    pending: ByteGrid,
+    extent: npt.NDArray[np.int64],
+) -> bool:
     """A* with the Manhattan distance (times `neutral`) as heuristic; each cell's potential is set once.
 
     Args are those of `wave`; `start` is the cell that it begins at.
@@ -222,7 +245,9 @@ def best_first(  # type: ignore[no-untyped-def]
 
 
 @kernel
-def fill_around(potential, costmap, columns, centre, neutral, quadratic):  # type: ignore[no-untyped-def]
+def fill_around(
+    potential: PotentialGrid, costmap: ByteGrid, columns: int, centre: int, neutral: int, quadratic: bool
+) -> None:
     """Give unreached cells within two of `centre` a potential from their neighbours, whatever they cost."""
     for across in range(-2, 3):
         for up in range(-2, 3):
@@ -239,7 +264,7 @@ def fill_around(potential, costmap, columns, centre, neutral, quadratic):  # typ
 
 
 @kernel
-def _slope(potential, columns, n, lethal):  # type: ignore[no-untyped-def]
+def _slope(potential: PotentialGrid, columns: int, n: int, lethal: int) -> tuple[float, float]:
     """Unit vector down the potential at cell n; away from an unreached cell towards a reached one."""
     if n < columns or n > potential.size - columns:
         return 0.0, 0.0
@@ -273,13 +298,23 @@ def _slope(potential, columns, n, lethal):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def _round(offset):  # type: ignore[no-untyped-def]
+def _round(offset: Any) -> Any:
     """An offset within one cell to the nearest cell, halves away from zero."""
-    return int(math.floor(offset + 0.5)) if offset >= 0 else -int(math.floor(0.5 - offset))
+    return math.floor(offset + 0.5) if offset >= 0 else -math.floor(0.5 - offset)
 
 
 @kernel
-def descend(potential, columns, lethal, x, y, end_x, end_y, near, limit):  # type: ignore[no-untyped-def]
+def descend(
+    potential: PotentialGrid,
+    columns: int,
+    lethal: int,
+    x: float,
+    y: float,
+    end_x: float,
+    end_y: float,
+    near: float,
+    limit: int,
+) -> PotentialGrid:
     """Follow the gradient of the potential down, half a cell at a time, from (x, y) to (end_x, end_y), in cells.
 
     Where the potential has a hole nearby it follows the lowest of the eight neighbours instead.
@@ -296,8 +331,7 @@ def descend(potential, columns, lethal, x, y, end_x, end_y, near, limit):  # typ
     cells = potential.size
     n = int(y) * columns + int(x)
     dx, dy = np.float32(x - int(x)), np.float32(y - int(y))
-    count = 0
-    for _ in range(limit):
+    for count in range(limit):
         px, py = np.float32(n % columns + dx), np.float32(n // columns + dy)
         if near >= 0:
             nearest = n + _round(dx) + _round(dy) * columns
@@ -310,8 +344,7 @@ def descend(potential, columns, lethal, x, y, end_x, end_y, near, limit):  # typ
         if n < columns or n > cells - columns:
             return path[:0]
         path[count, 0], path[count, 1] = px, py
-        count += 1
-        stuck = count > 2 and path[count - 1, 0] == path[count - 3, 0] and path[count - 1, 1] == path[count - 3, 1]
+        stuck = count > 1 and path[count - 2, 0] == px and path[count - 2, 1] == py
         for m in (n, n + columns, n - columns):
             if potential[m] >= HIGH or potential[m + 1] >= HIGH or potential[m - 1] >= HIGH:
                 stuck = True
@@ -351,7 +384,7 @@ def descend(potential, columns, lethal, x, y, end_x, end_y, near, limit):  # typ
 
 
 @kernel
-def descend_cells(potential, columns, x, y, end, limit):  # type: ignore[no-untyped-def]
+def descend_cells(potential: PotentialGrid, columns: int, x: float, y: float, end: int, limit: int) -> PotentialGrid:
     """Go from cell to the lowest of its eight neighbours, from (x, y) to the cell `end`; (n, 2), n = 0 if lost."""
     path = np.empty((limit + 1, 2), np.float32)
     path[0, 0], path[0, 1] = x, y

@@ -26,13 +26,13 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray, Polygon, Shape, circumscribed_radius, inscribed_radius
 from clearway.navigators.move_base import layers
 from clearway.navigators.move_base.footprint import outline
+from clearway.navigators.move_base.layers import ByteGrid
 from clearway.navigators.move_base.parameters import Costmap as CostmapParameters
 from clearway.navigators.move_base.parameters import InflationLayer, StaticLayer
-
-ByteGrid = npt.NDArray[np.uint8]
+from clearway.navigators.move_base.plans import to_frame
 
 _NO_GRID: ByteGrid = np.zeros((0, 0), np.uint8)
-_NO_STAMPS: npt.NDArray[np.int32] = np.zeros((0, 0), np.int32)
+_NO_STAMPS: layers.IntGrid = np.zeros((0, 0), np.int32)
 _FIRST_BASE = 2**30
 _NO_BOUNDS = (1e30, 1e30, -1e30, -1e30)
 
@@ -126,13 +126,10 @@ class Costmap:
             angle = scan.angle_min + scan.angle_increment * np.arange(n)
             self._beams = scan.angle_min, scan.angle_increment, np.stack((np.cos(angle), np.sin(angle)), axis=1)
         sensor = compose_poses(pose, scan.mount)
-        points = np.empty((n, 2))
-        count = layers.scan_points(
-            scan.ranges, self._beams[2], scan.range_min, scan.range_max, sensor, layer.inf_is_valid, points
+        mark_range = layer.obstacle_range if layer.marking else 0.0
+        points, marks = layers.scan_points(
+            scan.ranges, self._beams[2], scan.range_min, scan.range_max, sensor, layer.inf_is_valid, mark_range
         )
-        points = points[:count]
-        near = ((points - sensor[:2]) ** 2).sum(axis=1) < layer.obstacle_range**2
-        marks = points[near] if layer.marking else points[:0]
         self._sweeps.append(_Sweep(t, self._count, points, marks, sensor, np.array(_NO_BOUNDS)))
         self._count += 1
         keep = layer.observation_persistence
@@ -254,8 +251,7 @@ class Costmap:
         self._expired.clear()
         if not layer.footprint_clearing_enabled:
             return None
-        cosine, sine = math.cos(pose[2]), math.sin(pose[2])
-        polygon = pose[:2] + self.footprint @ np.array(((cosine, sine), (-sine, cosine)))
+        polygon = to_frame(self.footprint, pose)
         _widen(bounds, np.array((*polygon.min(axis=0), *polygon.max(axis=0))))
         return polygon
 
@@ -290,7 +286,7 @@ class _Inflation:
         self._reach = math.ceil(parameters.inflation_radius / resolution)
         distance = np.hypot(*np.indices((self._reach + 2, self._reach + 2), dtype=np.float64))
         ranks = np.unique(distance[distance <= self._reach])
-        self._rank = np.searchsorted(ranks, distance).astype(np.int32)
+        self._rank: layers.IntGrid = np.asarray(np.searchsorted(ranks, distance), np.int32)
         self._rank[distance > self._reach] = -1
         self._cost = inflation_cost(distance * resolution, inscribed, parameters.cost_scaling_factor)
         self._nearest = np.full(cells, _FIRST_BASE, np.int32)

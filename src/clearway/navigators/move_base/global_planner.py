@@ -111,9 +111,9 @@ class Navfn:
         for y in axis[1]:
             for x in axis[0]:
                 distance = (x - goal[0]) ** 2 + (y - goal[1]) ** 2
-                if distance < best and (cell := costmap.cell(x, y)) is not None:
-                    if self._workspace.potential[cell[0] * columns + cell[1]] < search.HIGH:
-                        best, found = distance, (x, y)
+                cell = costmap.cell(x, y) if distance < best else None
+                if cell is not None and self._workspace.potential[cell[0] * columns + cell[1]] < search.HIGH:
+                    best, found = distance, (x, y)
         return found
 
 
@@ -199,7 +199,7 @@ class PotentialPlanner:
         if p.old_navfn_behavior:
             space.potential[n] = 0.0
             space.extent[:] = n, n
-            front = (n + 1, n - 1, n - columns, n + columns)
+            front = [n + 1, n - 1, n - columns, n + columns]
         else:  # the start lies between four cells
             if n + columns + 1 >= flat.size:
                 return False
@@ -209,10 +209,10 @@ class PotentialPlanner:
             space.potential[n + columns] = p.neutral_cost * 2 * dx * (1 - dy)
             space.potential[n + columns + 1] = p.neutral_cost * 2 * (1 - dx) * (1 - dy)
             space.extent[:] = n, n + columns + 1
-            front = (
+            front = [
                 *(n + 2, n - 1, n + columns - 1, n + columns + 2),
                 *(n - columns, n - columns + 1, n + 2 * columns, n + 2 * columns + 1),
-            )
+            ]
         return bool(
             search.wave(
                 flat,

@@ -11,8 +11,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+ByteGrid = npt.NDArray[np.uint8]
+IntGrid = npt.NDArray[np.int32]
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 """Costs with a meaning of their own (costmap_2d/cost_values.h)."""
@@ -22,34 +27,56 @@ NO_BOUND = 3.4e38
 
 
 @kernel
-def scan_points(ranges, beams, range_min, range_max, sensor, inf_is_valid, points):  # type: ignore[no-untyped-def]
+def scan_points(
+    ranges: FloatArray,
+    beams: FloatArray,
+    range_min: float,
+    range_max: float,
+    sensor: FloatArray,
+    inf_is_valid: bool,
+    mark_range: float,
+) -> tuple[FloatArray, FloatArray]:
     """Project a scan as laser_geometry does: a range outside [range_min, range_max) gives no point.
 
     Args:
         ranges: (n,) m. beams: (n, 2) unit vectors in the sensor's frame. sensor: (3,) its pose in the costmap's frame.
-        inf_is_valid: an infinite range counts as range_max less 0.1 mm.
-        points: (n, 2) the points, written; the rest stays as it is.
+        inf_is_valid: an infinite range counts as range_max less 0.1 mm. mark_range: m.
 
     Returns:
-        how many points there are.
+        the points (m, 2), and (k, 2) those of them nearer than `mark_range`.
     """
     x, y = sensor[0], sensor[1]
     cosine, sine = math.cos(sensor[2]), math.sin(sensor[2])
-    count = 0
+    points, near = np.empty((ranges.size, 2)), np.empty((ranges.size, 2))
+    m, k = 0, 0
     for i in range(ranges.size):
         r = ranges[i]
         if inf_is_valid and r == np.inf:
             r = range_max - 0.0001
         if range_min <= r < range_max:
             bx, by = beams[i, 0], beams[i, 1]
-            points[count, 0] = x + r * (cosine * bx - sine * by)
-            points[count, 1] = y + r * (sine * bx + cosine * by)
-            count += 1
-    return count
+            points[m, 0] = x + r * (cosine * bx - sine * by)
+            points[m, 1] = y + r * (sine * bx + cosine * by)
+            if r < mark_range:
+                near[k, 0], near[k, 1] = points[m, 0], points[m, 1]
+                k += 1
+            m += 1
+    return points[:m], near[:k]
 
 
 @kernel
-def clear_rays(grid, origin, resolution, points, x, y, reach, bounds, cleared_by, number):  # type: ignore[no-untyped-def]
+def clear_rays(
+    grid: ByteGrid,
+    origin: FloatArray,
+    resolution: float,
+    points: FloatArray,
+    x: float,
+    y: float,
+    reach: float,
+    bounds: FloatArray,
+    cleared_by: IntGrid,
+    number: int,
+) -> None:
     """Free the cells along the rays from the sensor at (x, y) to the points, at most `reach` metres (Bresenham).
 
     Args:
@@ -123,7 +150,7 @@ def clear_rays(grid, origin, resolution, points, x, y, reach, bounds, cleared_by
 
 
 @kernel
-def mark_points(grid, origin, resolution, points, bounds):  # type: ignore[no-untyped-def]
+def mark_points(grid: ByteGrid, origin: FloatArray, resolution: float, points: FloatArray, bounds: FloatArray) -> None:
     """Make the points' cells lethal; widens `bounds`."""
     rows, columns = grid.shape
     for i in range(points.shape[0]):
@@ -139,7 +166,15 @@ def mark_points(grid, origin, resolution, points, bounds):  # type: ignore[no-un
 
 
 @kernel
-def expire_points(grid, origin, resolution, points, cleared_by, oldest, bounds):  # type: ignore[no-untyped-def]
+def expire_points(
+    grid: ByteGrid,
+    origin: FloatArray,
+    resolution: float,
+    points: FloatArray,
+    cleared_by: IntGrid,
+    oldest: int,
+    bounds: FloatArray,
+) -> None:
     """Free the cells that the points of a forgotten scan had marked, where a ray of a scan still kept has passed."""
     rows, columns = grid.shape
     for i in range(points.shape[0]):
@@ -154,7 +189,7 @@ def expire_points(grid, origin, resolution, points, cleared_by, oldest, bounds):
 
 
 @kernel
-def fill_polygon(grid, origin, resolution, polygon, value):  # type: ignore[no-untyped-def]
+def fill_polygon(grid: ByteGrid, origin: FloatArray, resolution: float, polygon: FloatArray, value: int) -> None:
     """Set the cells of a convex polygon (n, 2), outline included, unless a vertex lies off the grid."""
     rows, columns = grid.shape
     n = polygon.shape[0]
@@ -192,7 +227,9 @@ def fill_polygon(grid, origin, resolution, polygon, value):  # type: ignore[no-u
 
 
 @kernel
-def compose(master, window, fill, below, obstacles, overwrite):  # type: ignore[no-untyped-def]
+def compose(
+    master: ByteGrid, window: npt.NDArray[np.int64], fill: int, below: ByteGrid, obstacles: ByteGrid, overwrite: bool
+) -> None:
     """Rebuild a window of the master grid: the static layer (or `fill`), then the obstacle layer.
 
     Args:
@@ -217,7 +254,16 @@ def compose(master, window, fill, below, obstacles, overwrite):  # type: ignore[
 
 
 @kernel
-def project_static(static, origin, resolution, transform, target, target_origin, target_resolution, fill):  # type: ignore[no-untyped-def]
+def project_static(
+    static: ByteGrid,
+    origin: FloatArray,
+    resolution: float,
+    transform: FloatArray,
+    target: ByteGrid,
+    target_origin: FloatArray,
+    target_resolution: float,
+    fill: int,
+) -> None:
     """Lay a static map under a rolling window in another frame: each cell's centre takes the map's cost there.
 
     Args:
@@ -239,7 +285,7 @@ def project_static(static, origin, resolution, transform, target, target_origin,
 
 
 @kernel
-def forget(grid, c0, r0, c1, r1, inside):  # type: ignore[no-untyped-def]
+def forget(grid: ByteGrid, c0: int, r0: int, c1: int, r1: int, inside: bool) -> None:
     """Make cells unknown: those outside of the open range (c0, c1) x (r0, r1), or those inside (CostmapLayer::clearArea)."""
     for r in range(grid.shape[0]):
         for c in range(grid.shape[1]):
@@ -248,7 +294,20 @@ def forget(grid, c0, r0, c1, r1, inside):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def inflate(grid, window, reach, rank_of, cost_of, unknown_too, nearest, base, head, tail, after, node):  # type: ignore[no-untyped-def]
+def inflate(
+    grid: ByteGrid,
+    window: npt.NDArray[np.int64],
+    reach: int,
+    rank_of: IntGrid,
+    cost_of: ByteGrid,
+    unknown_too: bool,
+    nearest: IntGrid,
+    base: int,
+    head: IntGrid,
+    tail: IntGrid,
+    after: IntGrid,
+    node: npt.NDArray[np.int16],
+) -> None:
     """Spread the cost of lethal cells around them, each cell from the source that reaches it first.
 
     Cells are visited in the order of their Euclidean distance to their source, through four-neighbours, as ROS does;
@@ -282,11 +341,10 @@ def inflate(grid, window, reach, rank_of, cost_of, unknown_too, nearest, base, h
     for rank in range(head.size):
         current = head[rank]
         while current >= 0:
-            c, r = np.int64(node[current, 0]), np.int64(node[current, 1])
-            sc, sr = np.int64(node[current, 2]), np.int64(node[current, 3])
+            c, r, sc, sr = int(node[current, 0]), int(node[current, 1]), int(node[current, 2]), int(node[current, 3])
             if nearest[r * columns + c] == base + rank:
-                old = grid[r, c]
-                cost = cost_of[abs(c - sc), abs(r - sr)]
+                old = np.int64(grid[r, c])
+                cost = np.int64(cost_of[abs(c - sc), abs(r - sr)])
                 if old != UNKNOWN:
                     if cost > old:
                         grid[r, c] = cost

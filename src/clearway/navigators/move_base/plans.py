@@ -12,7 +12,9 @@ from clearway.geometry.shapes import FloatArray
 
 
 @kernel
-def local_plan(plan, begin, pose, frame, reach, prune):  # type: ignore[no-untyped-def]
+def local_plan(
+    plan: FloatArray, begin: int, pose: FloatArray, frame: FloatArray, reach: float, prune: bool
+) -> tuple[FloatArray, int]:
     """The part of a plan within `reach` of the robot, moved into another frame, without what lies behind.
 
     As in ROS the first pose beyond reach is included, and poses at the beginning are dropped, for good, until one
@@ -51,4 +53,5 @@ def local_plan(plan, begin, pose, frame, reach, prune):  # type: ignore[no-untyp
 def to_frame(points: FloatArray, frame: FloatArray) -> FloatArray:
     """Points (n, 2) of a frame whose pose in the target frame is `frame` (3,), in the target frame."""
     cosine, sine = math.cos(frame[2]), math.sin(frame[2])
-    return points @ np.array(((cosine, sine), (-sine, cosine))) + frame[:2]
+    turned: FloatArray = points @ np.array(((cosine, sine), (-sine, cosine)))
+    return turned + frame[:2]

@@ -8,7 +8,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base.costmap import Costmap
-from clearway.navigators.move_base.footprint import Scene, footprint_cost
+from clearway.navigators.move_base.footprint import Scene, footprint_cost, make_scene
 from clearway.navigators.move_base.parameters import (
     ClearCostmapRecovery,
     MoveBaseGroup,
@@ -75,7 +75,7 @@ class Rotation:
             self._half = to_half < self._tolerance
         else:
             left = abs(wrap(self._start - self._yaw))
-        scene = Scene(costmap.cost, costmap.origin, costmap.resolution, costmap.footprint)
+        scene = make_scene(costmap.cost, costmap.origin, costmap.resolution, costmap.footprint)
         if not _free_turn(scene, pose, left, self._granularity):
             return None
         return min(max(math.sqrt(2 * self._acceleration * left), self._slowest), self._fastest)
@@ -87,7 +87,7 @@ def _free_turn(scene: Scene, pose: FloatArray, turn: float, step: float) -> bool
     angle = 0.0
     while angle < turn:
         cosine, sine = math.cos(pose[2] + angle), math.sin(pose[2] + angle)
-        if footprint_cost(scene, pose[0], pose[1], cosine, sine, 1.0) < 0:
+        if footprint_cost(scene.cost, scene.frame, scene.polygon, pose[0], pose[1], cosine, sine, 1.0) < 0:
             return False
         angle += step
     return True
