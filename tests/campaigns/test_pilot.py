@@ -112,6 +112,26 @@ def test_diagnostics_are_asked_for_every_half_second() -> None:
         assert shown == [0, 5, 10, 15, 20]
 
 
+def test_diagnostics_are_copied_to_the_millimetre_and_checked() -> None:
+    class Shows(Recorder):
+        plan = np.array([[0.12345, 1.0], [2.0, 3.0]])
+
+        def diagnostics(self) -> Diagnostics:
+            return Diagnostics(polylines={"plan": self.plan}, tube=self.tube)
+
+    navigator = Shows()
+    navigator.tube = None
+    pilot = compose(navigator, Here(), "truth")
+    start(pilot)
+    shown = pilot.decide(sensing()).diagnostics
+    assert shown is not None
+    navigator.plan[:] = 9.0  # it goes on using its array
+    assert shown.polylines["plan"].tolist() == [[0.123, 1.0], [2.0, 3.0]]
+    navigator.tube = np.zeros((4, 2))
+    with pytest.raises(ValueError, match=r"shape \(4, 2\) where \(n, 3\)"):
+        pilot.decide(sensing(1.0))
+
+
 def test_a_decision_that_hangs_is_broken_off() -> None:
     class Hangs(Recorder):
         def step(self, observation: Observation) -> Command:

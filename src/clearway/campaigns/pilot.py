@@ -23,6 +23,7 @@ from clearway.contract import (
     Task,
 )
 from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
 from clearway.robots import Robot
 
 SHOW_EVERY = 0.5
@@ -103,8 +104,33 @@ class _Composed:
         if self._diagnostics is None or t < self._shown + SHOW_EVERY - 1e-9:
             return None
         self._shown = t
-        shown: Diagnostics = self._diagnostics()
-        return shown
+        return _drawn(self._diagnostics())
+
+
+def _drawn(d: Diagnostics) -> Diagnostics:
+    """A copy to keep, to the millimetre: it is for drawing, and the navigator goes on using its arrays.
+
+    Raises:
+        TypeError, ValueError: it isn't what `Diagnostics` says.
+    """
+    if not isinstance(d, Diagnostics):
+        raise TypeError(f"diagnostics() returned a {type(d).__name__}, not a Diagnostics")
+    return Diagnostics(
+        polylines={str(name): _points(line, 2) for name, line in d.polylines.items()},
+        circles={str(name): _points(discs, 3) for name, discs in d.circles.items()},
+        tube=None if d.tube is None else _points(d.tube, 3),
+        tree=None if d.tree is None else _points(d.tree, 4),
+        field=None if d.field is None else replace(d.field, data=d.field.data.astype(np.int8)),
+        status=str(d.status),
+        iterations=int(d.iterations),
+    )
+
+
+def _points(values: FloatArray, width: int) -> FloatArray:
+    found: FloatArray = np.asarray(np.round(np.asarray(values, dtype=np.float64), 3), dtype=np.float64)
+    if found.ndim != 2 or found.shape[1] != width:
+        raise ValueError(f"diagnostics() gave an array of shape {found.shape} where (n, {width}) is expected")
+    return found
 
 
 def _stream(key: list[int], name: str) -> np.random.Generator:
