@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from clearway.contract import Diagnostics
+from clearway.geometry.shapes import rectangle
 from clearway.indicators import row_schema, score_row
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_plan
 from clearway.scenarios.scenario import RobotBodySpec, Scenario, SquareSpec
 from clearway.scenarios.suites import Selection, load_suite
-from clearway.geometry.shapes import rectangle
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 from clearway.trials.store import Results, TrialStore
 
@@ -43,7 +43,7 @@ def glide(scenario: Scenario, robot: Robot, *, fail: bool = False) -> Trial:
     detour = (big + 0.8 * robot.d_base + 0.1 * rng.random()) * (0.0 if scenario.labels.batch == "NO" else 1.0)
     poses, speeds, index, spans, t = [], [], [], [], 0.0
     for k, leg in enumerate(legs):
-        path, v = (_turn(leg, robot) if leg.name == "turn" else _drive(leg, scenario.speed, detour, robot, rng))
+        path, v = _turn(leg, robot) if leg.name == "turn" else _drive(leg, scenario.speed, detour, robot, rng)
         spans.append(Span(k, t, t + PERIOD * (len(path) - 1 + (k < len(legs) - 1)), True))
         poses.append(path)
         speeds.append(v)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from clearway.reports.findings import Findings
-from clearway.reports.grid import Cell, Grid, grid, num, p_value, percent, span, text
+from clearway.reports.grid import Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System
 from clearway.scenarios.barn import PublishedRun, published_runs, worlds
 from clearway.statistics import spearman, success_interval
@@ -53,7 +52,11 @@ def barn(f: Findings, system: System) -> Barn | None:
                     for w in sorted({p.world for p in published}))  # fmt: skip
     found = spearman(np.array([c.published for c in courses]), np.array([c.here for c in courses]))
     agreement = f"Rank correlation of the success rate per world (Spearman, {found.n} worlds): {num(found.r)}"
-    agreement += f" {span(found.low, found.high)}, p {p_value(found.p)}." if found.r is not None else " not defined: one of the two has the same rate everywhere."
+    agreement += (
+        f" {span(found.low, found.high)}, p {p_value(found.p)}."
+        if found.r is not None
+        else " not defined: one of the two has the same rate everywhere."
+    )
     times = [(c.published_time, c.here_time) for c in courses if c.published_time and c.here_time]
     timed = spearman(*np.array(times).T) if len(times) > 2 else None
     if timed is not None and timed.r is not None:
@@ -93,7 +96,7 @@ def _summary(f: Findings, system: System, published: Sequence[PublishedRun], row
         ("collision", lambda p: p.collided, lambda r: r["outcome"] == "collision"),
         ("timeout", lambda p: p.timed_out, lambda r: r["outcome"] == "timeout"),
     )
-    lines: list[list[Any]] = []
+    lines: Rows = []
     for name, theirs, ours in shares:
         a, b = success_interval(sum(map(theirs, published)), n), success_interval(sum(map(ours, rows)), k)
         lines.append([
@@ -105,9 +108,18 @@ def _summary(f: Findings, system: System, published: Sequence[PublishedRun], row
     time_p = float(np.mean([p.time for p in published if p.success])) if any(p.success for p in published) else None
     times = [r["barn_time"] for r in rows if r["barn_time"] is not None]
     time_h = float(np.mean(times)) if times else None
-    lines.append([Cell("mean time of successes (s)", strong=True), num(time_p, 1), num(time_h, 1), percent(time_h, time_p)])
+    lines.append(
+        [Cell("mean time of successes (s)", strong=True), num(time_p, 1), num(time_h, 1), percent(time_h, time_p)]
+    )
     score_p, scores = float(np.mean([_score(p) for p in published])), [r["barn_score"] or 0.0 for r in rows]
-    lines.append([Cell("score", strong=True), num(score_p, 3), num(float(np.mean(scores)), 3), num(float(np.mean(scores)) - score_p, 3)])
+    lines.append(
+        [
+            Cell("score", strong=True),
+            num(score_p, 3),
+            num(float(np.mean(scores)), 3),
+            num(float(np.mean(scores)) - score_p, 3),
+        ]
+    )
     return grid(
         f"{f.name(system)}: the worlds that were run, beside the published runs of the real move_base in the same worlds "
         "(95 % exact binomial intervals, which take runs of one world as independent)",
@@ -117,9 +129,16 @@ def _summary(f: Findings, system: System, published: Sequence[PublishedRun], row
 
 
 def _table(f: Findings, system: System, courses: Sequence[Course]) -> Grid:
-    rows = [
+    rows: Rows = [
         [Cell(str(c.world), strong=True), num(c.published, 2), num(c.here, 2), num(c.published_time, 1), num(c.here_time, 1), str(c.runs)]
         for c in courses
     ]  # fmt: skip
-    columns = ["world", "success, published", "success, here", "time, published (s)", "time, here (s)", "runs here"]
+    columns: Heads = [
+        "world",
+        "success, published",
+        "success, here",
+        "time, published (s)",
+        "time, here (s)",
+        "runs here",
+    ]
     return grid(f"{f.name(system)}: world by world", columns, rows)

@@ -20,7 +20,11 @@ if TYPE_CHECKING:
 
 SHOWN = ("CT", "PL", "DE", "OE", "SR", "MDO", "TCS")
 """Paper A's seven, in its order."""
-_SAME, _ABOVE, _BELOW = "#f3f5f7", "#c8590c", "#1f6099"  # a step off the theme's inks: cells keep their colour in the dark
+_SAME, _ABOVE, _BELOW = (
+    "#f3f5f7",
+    "#c8590c",
+    "#1f6099",
+)  # a step off the theme's inks: cells keep their colour in the dark
 _DARK_TEXT, _LIGHT_TEXT = "#10181f", "#ffffff"
 
 
@@ -112,7 +116,11 @@ def _bar(name: str, batch: str, speed: float, data: Bars) -> tuple[float, float,
     if row is None or row["norm_mean"] is None:
         return None
     mean = row["norm_mean"]
-    return mean, mean if row["norm_low"] is None else row["norm_low"], mean if row["norm_high"] is None else row["norm_high"]
+    return (
+        mean,
+        mean if row["norm_low"] is None else row["norm_low"],
+        mean if row["norm_high"] is None else row["norm_high"],
+    )
 
 
 def _is(test: Mapping[str, Any], name: str, batch: str, a: float, b: float) -> bool:
@@ -147,7 +155,9 @@ def _matrix(ax: Axes, matrix: Correlations, shades: Any) -> None:
             colour = shades(0.5 + value / 2) if known else _SAME
             ax.add_patch(_square(column, row, colour))
             text = _LIGHT_TEXT if known and abs(value) > 0.55 else _DARK_TEXT
-            ax.text(column, row - 0.08, f"{value:.2f}" if known else "–", ha="center", va="center", color=text, fontsize=8)
+            ax.text(
+                column, row - 0.08, f"{value:.2f}" if known else "–", ha="center", va="center", color=text, fontsize=8
+            )
             ax.text(column, row + 0.28, f"n {n[row, column]}", ha="center", va="center", color=text, fontsize=5.5)
     ax.set(xlim=(-0.5, k - 1.5), ylim=(k - 0.5, 0.5), aspect="equal", xticks=range(k - 1), yticks=range(1, k))
     ax.set_xticklabels(names[:-1], color=theme.INK)

@@ -54,8 +54,7 @@ def vehicle(f: Findings, name: str) -> Facts:
 def test(f: Findings) -> Facts:
     """The test itself: where, how, when, by whom, with which software."""
     campaign = f.results.campaign
-    plan = campaign.get("plan") if isinstance(campaign.get("plan"), dict) else {}
-    run = campaign.get("run") if isinstance(campaign.get("run"), dict) else {}
+    plan, run = (_dict(campaign.get(key)) for key in ("plan", "run"))
     map_used = plan.get("map") or "the floor plan's true map"
     if all(r["plan"].startswith("barn-") for r in f.rows):
         map_used = "none"
@@ -63,7 +62,8 @@ def test(f: Findings) -> Facts:
     facts: Facts = [
         ("kind of test", "recording of real robots" if recorded else "simulation"),
         ("suite", ", ".join(distinct(f.rows, "suite"))),
-        ("floor", _some(distinct(f.rows, "plan")) + ("" if recorded else "; level, dry, without slip beyond the odometry's error")),
+        ("floor plan", _some(distinct(f.rows, "plan"))),
+        ("floor surface", BLANK if recorded else "level and dry; slip as in the wheel odometry's error"),
         ("map given to the robot", "the floor plan's true map" if map_used == "true" else str(map_used)),
         ("localisation", ", ".join(distinct(f.rows, "localisation"))),
         ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
@@ -73,7 +73,11 @@ def test(f: Findings) -> Facts:
         ("finished", str(run.get("finished") or BLANK)),
         ("Clearway", str(campaign.get("clearway", _version("clearway")))),
         ("software", _software(campaign.get("versions"))),
-        ("machine", _software(run.get("machine", {k: v for k, v in run.items() if k in ("system", "processor", "cores")})) or BLANK),
+        (
+            "machine",
+            _software(run.get("machine", {k: v for k, v in run.items() if k in ("system", "processor", "cores")}))
+            or BLANK,
+        ),
         ("report made with", f"Clearway {_version('clearway')}, Python {platform.python_version()}"),
         ("place", BLANK),
         ("tested by", BLANK),
@@ -85,7 +89,9 @@ def deviations(f: Findings) -> list[str]:
     """What differs from the protocol, in sentences."""
     found = []
     if all(s.navigator != "recorded" for s in f.systems):
-        found.append("The robots, their sensors and the moving obstacle are simulated; no motion capture is involved: the true pose is known exactly.")
+        found.append(
+            "The robots, their sensors and the moving obstacle are simulated; no motion capture is involved: the true pose is known exactly."
+        )
     for system in f.systems:
         rows = [r for r in system.of(f.rows) if r["suite"] == "hospital"]
         short = [
@@ -101,13 +107,24 @@ def deviations(f: Findings) -> list[str]:
     if len(kinds := distinct(f.rows, "localisation")) > 1 or kinds not in (["amcl"], ["odometry"], ["recorded"]):
         found.append(f"Localisation: {', '.join(kinds)}.")
     for navigator in dict.fromkeys(r["navigator"] for r in f.rows if r["privileged"]):
-        found.append(f"The navigator {navigator} was given the truth about the obstacles (privileged); it is a reference, not a candidate.")
-    for outcome, words in (("navigator_failed", "the navigator raised or gave no valid command"), ("aborted", "the navigator gave up")):
+        found.append(
+            f"The navigator {navigator} was given the truth about the obstacles (privileged); it is a reference, not a candidate."
+        )
+    for outcome, words in (
+        ("navigator_failed", "the navigator raised or gave no valid command"),
+        ("aborted", "the navigator gave up"),
+    ):
         if count := sum(r["outcome"] == outcome for r in f.rows):
             found.append(f"In {count} trial{'s' if count > 1 else ''} {words}; they count as failed.")
     if any(r["suite"] == "hospital" for r in f.rows):
-        found.append("What the paper leaves open (gaps, timing of the moving obstacle, cruise band, pairing of trials) is read as docs/decisions.md states.")
+        found.append(
+            "What the paper leaves open (gaps, timing of the moving obstacle, cruise band, pairing of trials) is read as docs/decisions.md states."
+        )
     return found
+
+
+def _dict(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
 
 
 def _footprint(robot: Robot) -> str:

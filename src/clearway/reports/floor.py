@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from clearway.geometry.shapes import FloatArray
+from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.reports import theme
 from clearway.reports.selection import Row, configurations, distinct, label, representative
 from clearway.trials import Body, Trial
@@ -27,7 +27,7 @@ _FILLS = {"wall": theme.FIXTURE, "furniture": theme.FURNITURE, "obstacle": theme
 def layout(results: Results, rows: Sequence[Row]) -> Figure:
     """Every configuration as it was set up: A, B, obstacles in all their sizes, the moving obstacle's lane (Fig. 2)."""
     panels = spread(configurations(rows))
-    figure, axes = _panels(len(panels), results, rows)
+    figure, axes = _panels(panels, results, rows, 4, setting=True)
     for ax, (batch, configuration) in zip(axes, panels, strict=True):
         chosen = [r for r in rows if (r["batch"], r["configuration"]) == (batch, configuration)]
         gaps, sizes = distinct(chosen, "gap"), distinct(chosen, "size")
@@ -47,17 +47,17 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         if sizes:
             notes.append(f"edge {_join(sizes)} m")
         if gaps:
-            notes.append(f"gap {_join(gaps)} × d_base (drawn: {gap:g})")
+            notes.append(f"gap {_join(gaps)} d_base (drawn: {gap:g})")
         if distinct(chosen, "obstacle_speed"):
-            notes.append(f"obstacle at {_join(distinct(chosen, 'obstacle_speed'))} m/s")
-        _note(ax, ", ".join(notes))
+            notes.append(f"obstacle {_join(distinct(chosen, 'obstacle_speed'))} m/s")
+        _note(ax, "\n".join(notes))
     return figure
 
 
 def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
     """A representative trial of each configuration: the path with footprints at intervals, the mover's track (Fig. 5)."""
     panels = spread(configurations(rows))
-    figure, axes = _panels(len(panels), results, rows)
+    figure, axes = _panels(panels, results, rows, 2)
     for ax, key in zip(axes, panels, strict=True):
         row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
         assert row is not None
@@ -111,36 +111,40 @@ def spread(panels: Sequence[tuple[str, str]], most: int = MOST_PANELS) -> list[t
     return [panels[int(i)] for i in np.linspace(0, len(panels) - 1, most).round()]
 
 
-def _panels(count: int, results: Results, rows: Sequence[Row]) -> tuple[Figure, list[Axes]]:
-    """A figure of `count` panels that all show the same stretch of floor (their own, where they differ by far)."""
+def _panels(
+    panels: Sequence[tuple[str, str]], results: Results, rows: Sequence[Row], columns: int, *, setting: bool = False
+) -> tuple[Figure, list[Axes]]:
+    """A figure with a panel for each, which all show the same stretch of floor: what the trials need, or the `setting`."""
     samples = []
-    for key in spread(configurations(rows)):
+    for key in panels:
         row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
         assert row is not None
         samples.append(results.trial(row["trial"]))
-    x0, y0, x1, y1 = _around(samples)
-    columns = 2 if x1 - x0 >= y1 - y0 else min(count, 4)
-    lines = -(-count // columns)
-    width = 10.0
-    figure = theme.new_figure(width, lines * (0.55 + width / columns * (y1 - y0) / (x1 - x0)))
-    axes = [figure.add_subplot(lines, columns, i + 1) for i in range(count)]
+    x0, y0, x1, y1 = _around(samples, driven=not setting)
+    columns = min(max(columns, 4 if x1 - x0 < y1 - y0 else 2), max(len(panels), 2))
+    lines, width = -(-len(panels) // columns), 10.0
+    figure = theme.new_figure(width, lines * (0.62 + width / columns * (y1 - y0) / (x1 - x0)))
+    axes = [figure.add_subplot(lines, columns, i + 1) for i in range(len(panels))]
     for ax in axes:
         _frame(ax, (x0, y0, x1, y1))
     return figure, axes
 
 
-def _around(trials: Iterable[Trial], margin: float = 0.6) -> tuple[float, float, float, float]:
+def _around(trials: Iterable[Trial], margin: float = 0.6, *, driven: bool = True) -> tuple[float, float, float, float]:
     """Box around where robots, goals and obstacles of the test were, m; and of the movers' lanes, cut short."""
     points, movers = [], []
     for trial in trials:
-        points += [trial.pose[:, :2], *(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
-        points += [np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind == "obstacle" and b.pose is not None]
+        points += [trial.pose[:, :2]] if driven else []
+        points += [*(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
+        points += [
+            np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind == "obstacle" and b.pose is not None
+        ]
         movers.append(trial.movers[:, :, :2].reshape(-1, 2))
     inner = np.vstack(points)
     inner = inner[np.isfinite(inner).all(1)]
     low, high = inner.min(0), inner.max(0)
     lanes = np.vstack(movers)
-    lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - 0.9, high + 0.9)
+    lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - 1.1, high + 1.1)
     every = np.vstack([inner, lanes])
     (x0, y0), (x1, y1) = every.min(0) - margin, every.max(0) + margin
     return float(x0), float(y0), float(x1), float(y1)
@@ -153,7 +157,7 @@ def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
         side.set_visible(True)
     at = (x0 + 0.05 * (x1 - x0), y0 + 0.05 * (y1 - y0))
     ax.plot([at[0], at[0] + 1], [at[1], at[1]], color=theme.MUTED, linewidth=1.2, zorder=9)
-    ax.text(at[0] + 0.5, at[1] + 0.04 * (y1 - y0), "1 m", color=theme.MUTED, fontsize=6.5, ha="center", zorder=9)
+    ax.text(at[0] + 0.5, at[1] + 0.03 * (y1 - y0), "1 m", color=theme.MUTED, fontsize=6.5, ha="center", zorder=9)
 
 
 def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
@@ -161,13 +165,18 @@ def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
     _bodies(ax, [b for b in trial.attempt.bodies if b.kind in ("wall", "furniture")], edge)
     legs = trial.attempt.legs
     ends = [(legs[0].start, "A")] + [(leg.goal, "B") for leg in legs[:1]]
-    ax.plot(*zip(*[e[:2] for e, _ in ends], strict=True), color=theme.MARK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2)
+    ax.plot(
+        *zip(*[e[:2] for e, _ in ends], strict=True), color=theme.MARK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2
+    )
+    footprint = trial.attempt.footprint
+    beyond = 0.28 + (circumscribed_radius(footprint) if footprint is not None else 0.15)
     centre = 0.5 * (ends[0][0][:2] + ends[-1][0][:2])
     for end, name in ends:
         outward = end[:2] - centre
         outward = outward / max(float(np.hypot(*outward)), 1e-9)
         ax.plot(*end[:2], marker="o", markersize=3.5, color=theme.MARK, zorder=6)
-        ax.text(*(end[:2] + 0.42 * outward), name, color=theme.MARK, weight="bold", ha="center", va="center", zorder=8)
+        x, y = (end[:2] + beyond * outward).tolist()
+        ax.text(x, y, name, color=theme.MARK, weight="bold", ha="center", va="center", zorder=8)
 
 
 def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha: float = 1.0) -> None:
@@ -179,7 +188,11 @@ def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha:
             groups.setdefault(body.kind, []).append(theme.outline(body.shape, body.pose))
     x, y = ax.get_xlim(), ax.get_ylim()
     for kind, outlines in groups.items():
-        shown = [o for o in outlines if o[:, 0].max() > x[0] and o[:, 0].min() < x[1] and o[:, 1].max() > y[0] and o[:, 1].min() < y[1]]
+        shown = [
+            o
+            for o in outlines
+            if o[:, 0].max() > x[0] and o[:, 0].min() < x[1] and o[:, 1].max() > y[0] and o[:, 1].min() < y[1]
+        ]
         ax.add_collection(
             PolyCollection(shown, facecolors=_FILLS.get(kind, theme.FURNITURE), edgecolors=edge, linewidths=0.5, alpha=alpha, zorder=3),
             autolim=False,
@@ -200,7 +213,7 @@ def _lanes(ax: Axes, trial: Trial) -> None:
         if len(inside) < 2:
             continue
         style = {"arrowstyle": "-|>", "color": theme.MOVER, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
-        ax.annotate("", xy=inside[-1, :2], xytext=inside[0, :2], arrowprops=style, zorder=5)
+        ax.annotate("", xy=tuple(inside[-1, :2]), xytext=tuple(inside[0, :2]), arrowprops=style, zorder=5)
         at = inside[len(inside) // 6]
         ax.fill(*theme.outline(body.shape, at).T, facecolor=theme.MOVER, alpha=0.55, edgecolor=theme.MOVER, zorder=5)
 
@@ -211,7 +224,9 @@ def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
         ax.fill(*points, facecolor=theme.ROBOT, alpha=0.35, zorder=4)
         ax.plot(*points, color=theme.ROBOT, linewidth=1.0, zorder=5)
     ahead = pose[:2] + 0.45 * np.array([np.cos(pose[2]), np.sin(pose[2])])
-    ax.annotate("", xy=ahead, xytext=pose[:2], arrowprops={"arrowstyle": "-|>", "color": theme.ROBOT}, zorder=6)
+    ax.annotate(
+        "", xy=tuple(ahead), xytext=tuple(pose[:2]), arrowprops={"arrowstyle": "-|>", "color": theme.ROBOT}, zorder=6
+    )
 
 
 def _tracks(ax: Axes, trial: Trial) -> None:

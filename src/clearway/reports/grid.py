@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
 NONE = "–"
 
@@ -25,6 +26,11 @@ class Cell:
     text: str
     small: str = ""
     strong: bool = False
+
+
+Heads: TypeAlias = "list[Column | str]"
+Rows: TypeAlias = "list[list[Cell | str]]"
+"""What a table is made from; see `grid`."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import Any
 from clearway.indicators import HEADLINE, INDICATORS
 from clearway.reports import paper
 from clearway.reports.findings import Findings
-from clearway.reports.grid import NONE, Cell, Grid, grid, num, p_value, percent, span, text
+from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System
 from clearway.statistics import PAPER_A, POOLED, reduced_set
 
@@ -37,7 +37,10 @@ def cards(f: Findings) -> list[Card]:
     found = []
     for system, rate in zip(f.systems, f.overall, strict=True):
         rows = system.of(f.rows)
-        times = {s: [r["CT"] for r in rows if r["speed"] == s and r["CT"] is not None] for s in sorted({r["speed"] for r in rows})}
+        times = {
+            s: [r["CT"] for r in rows if r["speed"] == s and r["CT"] is not None]
+            for s in sorted({r["speed"] for r in rows})
+        }
         means = [(s, sum(v) / len(v)) for s, v in times.items() if v]
         gaps = [r["MDO"] for r in rows if r["MDO"] is not None]
         failed = f"failed: {rate['failures']}" if rate["failures"] else "no failure"
@@ -49,7 +52,7 @@ def cards(f: Findings) -> list[Card]:
                 num(means[0][1], 1) if means else NONE,
                 tuple(f"{num(mean, 1)} s at {s:g} m/s" for s, mean in means[1:]) or ("all batches",),
                 num(median(gaps), 2) if gaps else NONE,
-                f"least {num(min(gaps), 3)} m" if gaps else "no obstacles",
+                f"least of all {num(min(gaps), 3)} m" if gaps else "no obstacles",
             )
         )  # fmt: skip
     return found
@@ -57,12 +60,14 @@ def cards(f: Findings) -> list[Card]:
 
 def batches(f: Findings, system: System) -> Grid:
     """SR and the six indicators per batch and set speed: mean, standard deviation, 95 % interval of the mean."""
-    rows, groups, last = [], [], None
+    rows: Rows = []
+    groups: list[int] = []
+    last = None
     for rate in system.of(f.rates):
         if rate["batch"] != last:
             groups.append(len(rows))
             last = rate["batch"]
-        cells = [
+        cells: list[Cell | str] = [
             Cell(rate["batch"], strong=True),
             Cell(f"{rate['speed']:g}"),
             Cell(str(rate["n"] + rate["unknown"])),
@@ -73,7 +78,7 @@ def batches(f: Findings, system: System) -> Grid:
             cells.append(_mean(found, DIGITS[name]))
         rows.append(cells)
     units = {n: INDICATORS[n].unit for n in HEADLINE}
-    columns = [text("Batch"), "v (m/s)", "n", "SR", *(f"{n} ({units[n]})" if units[n] else n for n in HEADLINE)]
+    columns: Heads = [text("Batch"), "v (m/s)", "n", "SR", *(f"{n} ({units[n]})" if units[n] else n for n in HEADLINE)]
     return grid(
         f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
         "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one.",
@@ -91,7 +96,8 @@ def _mean(row: Row | None, digits: int) -> Cell:
 
 def breakdown(f: Findings) -> Grid | None:
     """CT of batch NO beside the paper's, and what it is made of."""
-    rows, groups = [], []
+    rows: Rows = []
+    groups: list[int] = []
     for system in f.systems:
         speeds = sorted({r["speed"] for r in system.of(f.rows) if r["batch"] == "NO"})
         if speeds:
@@ -99,7 +105,10 @@ def breakdown(f: Findings) -> Grid | None:
         for speed in speeds:
             found = f.mean(system, "NO", speed, "CT")
             printed = next((m for m in paper.MEANS if _about(m, system, "NO", speed, "CT")), None)
-            parts = [f.mean(system, "NO", speed, f"T_{p}") for p in ("acceleration", "cruise", "approach", "rotation", "turn")]
+            parts = [
+                f.mean(system, "NO", speed, f"T_{p}")
+                for p in ("acceleration", "cruise", "approach", "rotation", "turn")
+            ]
             rows.append([
                 Cell(f.name(system), strong=True), f"{speed:g}", _mean(found, 2),
                 Cell(NONE) if printed is None else Cell(f"{printed.mean:.2f} ± {printed.spread:.2f}"),
@@ -108,11 +117,12 @@ def breakdown(f: Findings) -> Grid | None:
             ])  # fmt: skip
     if not rows:
         return None
-    columns = [text("Robot"), "v (m/s)", "CT (s)", "paper (s)", "difference", "acceleration", "cruise", "approach",
+    columns: Heads = [text("Robot"), "v (m/s)", "CT (s)", "paper (s)", "difference", "acceleration", "cruise", "approach",
                "final rotation", "turn at B"]  # fmt: skip
     caption = (
         "Batch NO: completion time beside the paper's, and its parts in seconds, both legs together (they add up to CT; "
-        "the turn at B is apart). " + INDICATORS["T_cruise"].source.partition(": ")[2].capitalize() + "."
+        "the turn at B is apart): acceleration until the robot first is at 90 % of the set speed, cruise until it last is, "
+        "approach until it stands within tolerance of the goal, final rotation from there on."
     )
     return grid(caption, columns, rows, groups)
 
@@ -123,7 +133,7 @@ def _about(m: paper.Mean, system: System, batch: str, speed: float, indicator: s
 
 def beside(f: Findings) -> Grid | None:
     """The paper's other printed means beside ours."""
-    rows = []
+    rows: Rows = []
     for system in f.systems:
         for m in paper.MEANS:
             if m.indicator == "CT" or not _about(m, system, m.batch, m.speed, m.indicator):
@@ -135,13 +145,23 @@ def beside(f: Findings) -> Grid | None:
                     Cell(f.name(system), strong=True), f"{m.batch}, {m.speed:g} m/s", m.indicator, _mean(found, digits),
                     f"{m.mean:.2f} ± {m.spread:.2f}", percent(found["mean"], m.mean), m.source,
                 ])  # fmt: skip
-    columns = [text("Robot"), text("Where"), text("Indicator"), "here", "paper", "difference", text("Printed in")]
+    columns: Heads = [
+        text("Robot"),
+        text("Where"),
+        text("Indicator"),
+        "here",
+        "paper",
+        "difference",
+        text("Printed in"),
+    ]
     return grid("Other means that the paper prints, in the indicator's unit", columns, rows) if rows else None
 
 
 def space(f: Findings) -> Grid | None:
     """The space that manoeuvring takes beside the paper's rule of 10 % of the robot's size."""
-    rows, groups, last = [], [], None
+    rows: Rows = []
+    groups: list[int] = []
+    last = None
     for system in f.systems:
         for rate in system.of(f.rates):
             here = [
@@ -161,7 +181,7 @@ def space(f: Findings) -> Grid | None:
                 f"{num(100 * sum(r['space_rel'] for r in here) / len(here), 0)} %",
                 f"{num(100 * max(r['space_rel'] for r in here), 0)} %", f"{within} of {len(here)}",
             ])  # fmt: skip
-    columns = [text("Robot"), text("Batch"), "v (m/s)", "n", "mean (cm)", "largest (cm)", "mean / width",
+    columns: Heads = [text("Robot"), text("Batch"), "v (m/s)", "n", "mean (cm)", "largest (cm)", "mean / width",
                "largest / width", "within 10 %"]  # fmt: skip
     return grid(
         "How far the footprint reached beyond the strip that it would sweep on the straight line A–B, on the side where it "
@@ -176,8 +196,11 @@ def significance(f: Findings, system: System) -> Grid | None:
     tests = {(t["indicator"], t["batch"], t["speed_a"], t["speed_b"], t["analysis"]): t for t in system.of(f.tests)}
     printed = {(s.indicator, s.batch, s.slower, s.faster): s.p(system.robot) for s in paper.TABLE_4}
     keys = dict.fromkeys(k[:4] for k in tests)
-    rows: list[list[Cell | str]] = []
-    for key in sorted(keys, key=lambda k: (HEADLINE.index(k[0]), list(paper.PROTOCOL).index(k[1]) if k[1] in paper.PROTOCOL else 9, k[2:])):
+    rows: Rows = []
+    for key in sorted(
+        keys,
+        key=lambda k: (HEADLINE.index(k[0]), list(paper.PROTOCOL).index(k[1]) if k[1] in paper.PROTOCOL else 9, k[2:]),
+    ):
         test = tests.get((*key, "complete pairs"))
         theirs = printed.get(key)
         if test is None or ((test["p"] is None or test["p"] > 0.05) and theirs is None):
@@ -192,7 +215,7 @@ def significance(f: Findings, system: System) -> Grid | None:
             p_value(test["smallest_p"]), p_value(worst["p"] if worst else None),
             Cell(p_value(means["p"] if means else None), f"n {means['n']}" if means else ""), p_value(theirs),
         ])  # fmt: skip
-    columns = [text("Indicator"), text("Batch"), "m/s", "median difference", "effect", "n", "p", "p (Holm)", "least p",
+    columns: Heads = [text("Indicator"), text("Batch"), "m/s", "median difference", "effect", "n", "p", "p (Holm)", "least p",
                "p, failures worst", "p, config. means", "paper's p"]  # fmt: skip
     return grid(
         f"{f.name(system)}: differences between set speeds that are significant here (p ≤ 0.05) or in the paper's Table 4. "
@@ -208,12 +231,14 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
         return None, []
     pairs = [(a, b) for i, a in enumerate(HEADLINE) for b in HEADLINE[i + 1 :]]
     order = sorted(pairs, key=lambda p: -abs(_paper_r(p) or 0.0))
-    rows = []
+    rows: Rows = []
     for a, b in order:
         cells: list[Cell | str] = [Cell(f"{a} – {b}", strong=_paper_r((a, b)) is not None)]
         for matrix in matrices.values():
             found = matrix.pairs.get((a, b))
-            cells.append(NONE if found is None or found.r is None else Cell(num(found.r), f"{found.strength}, n {found.n}"))
+            cells.append(
+                NONE if found is None or found.r is None else Cell(num(found.r), f"{found.strength}, n {found.n}")
+            )
         cells.append(num(_paper_r((a, b))))
         rows.append(cells)
     several = len({navigator for _, navigator in matrices}) > 1

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.errors import ClearwayError
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.robots import Robot, load_robot
 from clearway.trials import Body, Snapshot, Trial
@@ -236,7 +237,7 @@ def _thoughts(snapshots: tuple[Snapshot, ...]) -> list[dict[str, Any]]:
         if d.status:
             entry["status"] = d.status
         if d.circles:
-            entry["circles"] = {k: np.round(v, 2).tolist() for k, v in d.circles.items()}
+            entry["circles"] = {k: np.round(np.asarray(v), 2).tolist() for k, v in d.circles.items()}
         if d.tube is not None:
             entry["tube"] = np.round(d.tube, 2).tolist()
         if d.tree is not None:
@@ -255,20 +256,33 @@ def _line(points: FloatArray) -> list[int]:
 
 def simplify(points: FloatArray, tolerance: float = SIMPLIFY) -> FloatArray:
     """The line (n, 2) with the points left out that lie within `tolerance` [m] of it without them (Douglas-Peucker)."""
-    keep = np.zeros(len(points), dtype=bool)
-    keep[[0, -1]] = True
-    stack = [(0, len(points) - 1)]
-    while stack:
-        a, b = stack.pop()
-        if b - a < 2:
-            continue
-        chord, inner = points[b] - points[a], points[a + 1 : b] - points[a]
-        length = float(chord @ chord)
-        share = np.clip(inner @ chord / length, 0.0, 1.0) if length > 0 else np.zeros(len(inner))
-        off = np.hypot(*(inner - share[:, None] * chord).T)
-        worst = int(off.argmax())
-        if off[worst] > tolerance:
-            middle = a + 1 + worst
-            keep[middle] = True
-            stack += [(a, middle), (middle, b)]
-    return points[keep]
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    return points[_needed(points, tolerance)] if len(points) > 2 else points
+
+
+@kernel
+def _needed(points: FloatArray, tolerance: float) -> npt.NDArray[np.bool_]:
+    """Which of the points (n, 2), n >= 2, the simplified line needs."""
+    n = len(points)
+    keep = np.zeros(n, dtype=np.bool_)
+    keep[0] = keep[n - 1] = True
+    stack = np.empty((n, 2), dtype=np.int64)
+    stack[0, 0], stack[0, 1], depth = 0, n - 1, 1
+    while depth > 0:
+        depth -= 1
+        a, b = stack[depth, 0], stack[depth, 1]
+        dx, dy = points[b, 0] - points[a, 0], points[b, 1] - points[a, 1]
+        length = dx * dx + dy * dy
+        worst, farthest = -1, tolerance
+        for i in range(a + 1, b):
+            x, y = points[i, 0] - points[a, 0], points[i, 1] - points[a, 1]
+            share = min(max((x * dx + y * dy) / length, 0.0), 1.0) if length > 0.0 else 0.0
+            off = np.hypot(x - share * dx, y - share * dy)
+            if off > farthest:
+                worst, farthest = i, off
+        if worst >= 0:
+            keep[worst] = True
+            stack[depth, 0], stack[depth, 1] = a, worst
+            stack[depth + 1, 0], stack[depth + 1, 1] = worst, b
+            depth += 2
+    return keep

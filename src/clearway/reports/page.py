@@ -24,6 +24,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from clearway.errors import ClearwayError
+from clearway.indicators import INDICATORS
 from clearway.reports import charts, conditions, floor, outcomes, paper, parameters, theme
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
@@ -143,12 +144,18 @@ def _swap(new: Path, folder: Path) -> None:
 
 def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
     """Draw every figure: writes the files, and returns the inline versions with their titles by section."""
-    out: dict[str, list[tuple[str, Markup]]] = {"layout": [], "trajectories": [], "bars": [], "correlations": [], "barn": []}
+    out: dict[str, list[tuple[str, Markup]]] = {
+        "layout": [],
+        "trajectories": [],
+        "bars": [],
+        "correlations": [],
+        "barn": [],
+    }
 
     def keep(section: str, name: str, title: str, drawn: Any) -> None:
         svg = theme.to_svg(drawn, name)
         (folder / f"{name}.svg").write_text(svg, encoding="utf-8", errors="replace")
-        out[section].append((title, Markup(theme.themed(svg, str(escape(title))))))  # noqa: S704: matplotlib escapes text
+        out[section].append((title, Markup(theme.themed(svg, str(escape(title))))))
 
     with theme.style():
         if f.systems:
@@ -170,14 +177,20 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
 
 def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
     """One trial for the replay, with the lines that stand beside it."""
-    facts = {"robot": f.title(row["robot"]), "navigator": row["navigator"], "test": f"{row['batch']} {row['configuration']}"}
+    facts = {
+        "robot": f.title(row["robot"]),
+        "navigator": row["navigator"],
+        "test": f"{row['batch']} {row['configuration']}",
+    }
     for key, name, unit in (("speed", "set speed", "m/s"), ("obstacle_speed", "obstacle speed", "m/s"), ("size", "edge", "m"),
                             ("gap", "gap", "d_base"), ("repetition", "repetition", ""), ("seed", "seed", "")):  # fmt: skip
         if row[key] is not None:
-            facts[name] = f"{row[key]:g} {unit}".strip() if isinstance(row[key], float) else f"{row[key]} {unit}".strip()
+            facts[name] = (
+                f"{row[key]:g} {unit}".strip() if isinstance(row[key], float) else f"{row[key]} {unit}".strip()
+            )
     for name, digits in outcomes.DIGITS.items():
         if row[name] is not None:
-            facts[name] = f"{row[name]:.{digits}f} {outcomes.INDICATORS[name].unit}"
+            facts[name] = f"{row[name]:.{digits}f} {INDICATORS[name].unit}"
     if row["reason"]:
         facts["reason"] = row["reason"].strip().splitlines()[-1]
     packed = packer.pack(f.results.trial(row["trial"]), row["trial"], facts)
@@ -188,7 +201,10 @@ def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[
     """The trials' cells by column, and last whether the trial failed."""
     out = []
     for row in f.rows:
-        shown = row | {"verdict": outcomes.verdict(row), "reason": (row["reason"] or "").strip().splitlines()[-1:] or None}
+        shown = row | {
+            "verdict": outcomes.verdict(row),
+            "reason": (row["reason"] or "").strip().splitlines()[-1:] or None,
+        }
         shown["reason"] = shown["reason"][0] if shown["reason"] else None
         cells = [shown[c["key"]] for c in columns]
         rounded = [round(v, 6) if isinstance(v, float) else v for v in cells]
@@ -196,10 +212,18 @@ def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[
     return out
 
 
-def _replay(packer: Packer, rows: Sequence[Row], f: Findings, first: int | None, inline: Mapping[int, Markup]) -> dict[str, Any]:
+def _replay(
+    packer: Packer, rows: Sequence[Row], f: Findings, first: int | None, inline: Mapping[int, Markup]
+) -> dict[str, Any]:
     several = len(f.systems) > 1
-    trials = [[r["trial"], f"{r['trial']}  {f.title(r['robot']) + ', ' if several else ''}{label(r)}: {outcomes.verdict(r)}"] for r in rows]
-    scenes = [base64.b64encode(zlib.compress(json.dumps(s, separators=(",", ":")).encode())).decode() for s in packer.scenes.things]
+    trials = [
+        [r["trial"], f"{r['trial']}  {f.title(r['robot']) + ', ' if several else ''}{label(r)}: {outcomes.verdict(r)}"]
+        for r in rows
+    ]
+    scenes = [
+        base64.b64encode(zlib.compress(json.dumps(s, separators=(",", ":")).encode())).decode()
+        for s in packer.scenes.things
+    ]
     index = {"robots": packer.robots.things, "scenes": scenes, "trials": trials, "first": first, "folder": "replay"}
     return {"index": _json(index), "inline": list(inline.items())}
 
@@ -218,7 +242,7 @@ def _frame(scripts: Sequence[str], *, beside: bool = False) -> dict[str, Any]:
         f"default-src 'none'; script-src {hashes}{' self-placeholder' if beside else ''}; style-src 'unsafe-inline'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     ).replace("self-placeholder", "'self' file:")
-    return {"style": Markup(_asset("page.css")), "scripts": [Markup(t) for t in texts], "policy": policy}  # noqa: S704: ours
+    return {"style": Markup(_asset("page.css")), "scripts": [Markup(t) for t in texts], "policy": policy}
 
 
 @cache
@@ -240,10 +264,12 @@ def _environment() -> Environment:
 def _json(value: Any) -> Markup:
     """JSON that can stand in a script element: pure ASCII without <, > and &."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
-    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))  # noqa: S704: escaped here
+    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 
 def _slug(name: str) -> str:
     """A harmless file name, different for different names."""
     plain = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")[:60]
-    return plain if re.fullmatch(r"[A-Za-z0-9 -]+", name) else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
+    return (
+        plain if re.fullmatch(r"[A-Za-z0-9 -]+", name) else f"{plain}-{hashlib.sha256(name.encode()).hexdigest()[:6]}"
+    )

@@ -37,6 +37,7 @@ MEANS = (
     Mean("tiago", "SO", 0.2, "PL", 8.31, 1.80, "Results and discussion, text; shorter than the task, see decisions.md"),
 )
 
+
 @dataclass(frozen=True, slots=True)
 class Significant:
     """One row of Table 4: set speeds in m/s, p by the Wilcoxon test for each robot, None where it prints a dash."""

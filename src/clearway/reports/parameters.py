@@ -36,7 +36,11 @@ _WHERE = (
 def table_3(f: Findings, robot: str) -> Grid | None:
     """Table 3 as printed and as used here, with the source of each value; None where move-base did not drive it."""
     known = f.robots.get(robot)
-    if known is None or NAVIGATOR not in known.navigators or all(s.navigator != NAVIGATOR for s in f.systems if s.robot == robot):
+    if (
+        known is None
+        or NAVIGATOR not in known.navigators
+        or all(s.navigator != NAVIGATOR for s in f.systems if s.robot == robot)
+    ):
         return None
     given = known.navigators[NAVIGATOR]
     planner = str(given.get("move_base", {}).get("base_local_planner", "")).rpartition("/")[2]
@@ -45,16 +49,27 @@ def table_3(f: Findings, robot: str) -> Grid | None:
     for printed, (places, unit) in zip(paper.TABLE_3, _WHERE, strict=True):
         theirs = getattr(printed, column) if column else NONE
         if not places:
-            rows.append([printed.title, theirs, "each control period", "move_base asks its local planner anew each period"])
+            rows.append(
+                [printed.title, theirs, "each control period", "move_base asks its local planner anew each period"]
+            )
             continue
-        path, value = next(((p, v) for p in places if (v := _get(given, p.replace(_LOCAL, planner))) is not None), (places[0], None))
+        path, value = next(
+            ((p, v) for p in places if (v := _get(given, p.replace(_LOCAL, planner))) is not None), (places[0], None)
+        )
         name = path.replace(_LOCAL, planner)
         if value is None:
-            rows.append([printed.title, theirs, NONE, Cell("not set: the default of ROS", name)])
+            rows.append([printed.title, theirs, NONE, Cell("not in the robot's file", name)])
             continue
         used = f"{value:g} {unit}".strip() if isinstance(value, int | float) else str(value)
         differs = column is not None and _number(theirs) != value
-        rows.append([printed.title, theirs, Cell(used, strong=differs), Cell(source(known, f"navigators.{NAVIGATOR}.{name}"), name)])
+        rows.append(
+            [
+                printed.title,
+                theirs,
+                Cell(used, strong=differs),
+                Cell(source(known, f"navigators.{NAVIGATOR}.{name}"), name),
+            ]
+        )
     local = f"local planner {planner}" if planner else "local planner not named"
     return grid(
         f"{f.title(robot)}, {local}: the paper's Table 3 and what was used here (in bold where it differs)",

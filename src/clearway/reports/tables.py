@@ -70,4 +70,6 @@ def _parameters(f: Findings) -> list[Mapping[str, Any]]:
 
 
 def _as_dict(course: Any) -> dict[str, Any]:
-    return {name: getattr(course, name) for name in ("world", "published", "here", "published_time", "here_time", "runs")}
+    return {
+        name: getattr(course, name) for name in ("world", "published", "here", "published_time", "here_time", "runs")
+    }

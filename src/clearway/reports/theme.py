@@ -10,7 +10,7 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 
@@ -42,7 +42,7 @@ _VARIABLES = {
 }
 _SYSTEM_FONTS = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Noto Sans', 'DejaVu Sans', sans-serif"
 
-_STYLE = {
+_STYLE: Any = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
     "axes.titlesize": 9.0,
@@ -108,6 +108,10 @@ def themed(svg: str, title: str) -> str:
     body = re.sub(r"<title>.*?</title>", "", body, flags=re.DOTALL)
     body = re.sub(r' width="[^"]*pt"', "", re.sub(r' height="[^"]*pt"', "", body, count=1), count=1)
     body = body.replace("<svg ", f'<svg role="img" aria-label="{title}" ', 1)
+    used = set(re.findall(r"#([\w.-]+)", body))
+    body = re.sub(
+        r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", body
+    )  # an id is unique in a page
     for colour, variable in _VARIABLES.items():
         body = re.sub(rf"((?:fill|stroke|stop-color): ){colour}", rf"\1var({variable})", body)
         body = body.replace(f'fill="{colour}"', f'style="fill: var({variable})"')
@@ -125,7 +129,8 @@ def outline(shape: Shape, pose: FloatArray) -> FloatArray:
         v = shape.array
         points = np.vstack([v, v[:1]])
     c, s = np.cos(pose[2]), np.sin(pose[2])
-    return points @ np.array([[c, s], [-s, c]]) + pose[:2]
+    placed: FloatArray = points @ np.array([[c, s], [-s, c]]) + pose[:2]
+    return placed
 
 
 def panel_grid(axes: Axes) -> None:

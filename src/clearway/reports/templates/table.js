@@ -92,7 +92,7 @@ const Trials = (() => {
       field = document.createElement("select");
       field.add(new Option("all", ""));
       for (const choice of column.choices) field.add(new Option(choice, choice));
-    } else { field = document.createElement("input"); field.placeholder = column.number ? ">, <, a..b" : ""; }
+    } else { field = document.createElement("input"); field.title = column.number ? "such as >0.5, <=3, 0.2..0.6" : "part of the text"; }
     field.className = "filter";
     field.setAttribute("aria-label", `filter by ${column.name}`);
     field.addEventListener("input", () => { filters[c] = field.value; update(); });

@@ -1,0 +1,216 @@
+"""The report in a real browser: it loads nothing, runs nothing foreign, sorts, filters, and replays."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from clearway.reports import page, write_replay, write_report
+from clearway.trials.store import Results
+
+pytestmark = [pytest.mark.browser, pytest.mark.slow]
+
+
+def load(browser: Any, file: Path, fragment: str = "") -> None:
+    browser.get("about:blank")
+    browser.get_log("browser")
+    browser.get(file.as_uri() + fragment)
+    wait(browser, "return document.getElementById('player').dataset.trial !== undefined")
+
+
+def wait(browser: Any, condition: str) -> None:
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    WebDriverWait(browser, 20, poll_frequency=0.05).until(lambda b: b.execute_script(condition))
+
+
+def complaints(browser: Any) -> list[str]:
+    return [entry["message"] for entry in browser.get_log("browser") if entry["level"] in ("SEVERE", "WARNING")]
+
+
+def find(browser: Any, selector: str) -> Any:
+    return browser.find_element("css selector", selector)
+
+
+def cells(browser: Any, column: int) -> list[str]:
+    script = (
+        "return [...document.querySelectorAll('#trial-table tbody tr')].map(r => r.cells[arguments[0]].textContent)"
+    )
+    return list(browser.execute_script(script, column))
+
+
+def heading(browser: Any, name: str) -> int:
+    names = [
+        th.text.split(" (")[0] for th in browser.find_elements("css selector", "#trial-table thead tr:first-child th")
+    ]
+    return names.index(name)
+
+
+def test_loads_alone_and_without_a_complaint(browser: Any, report: Path) -> None:
+    load(browser, report)
+    assert complaints(browser) == []
+    fetched = browser.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
+    assert fetched == []
+    assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
+    assert len(browser.find_elements("css selector", "figure svg")) == 6  # layout, 2 trajectories, 2 bars, correlations
+
+
+def test_the_table_sorts_and_filters_as_the_rows_say(browser: Any, report: Path, results: Results) -> None:
+    load(browser, report)
+    rows = results.trials.to_pylist()
+    column = heading(browser, "CT")
+    head = browser.find_elements("css selector", "#trial-table thead th button")[column]
+    head.click()
+    head.click()
+    slowest = sorted((r["CT"] for r in rows if r["CT"] is not None), reverse=True)[:50]
+    assert cells(browser, column) == [f"{v:.2f}" for v in slowest]
+    fields = browser.find_elements("css selector", "#trial-table .filter")
+    fields[heading(browser, "v")].send_keys(">0.8")
+    fields[heading(browser, "batch")].send_keys("SO")
+    expected = [r["trial"] for r in rows if r["speed"] > 0.8 and r["batch"] == "SO"]
+    assert browser.execute_script("return Trials.count()") == len(expected)
+    find(browser, "#failures-only").click()
+    failed = [r["trial"] for r in rows if r["speed"] > 0.8 and r["batch"] == "SO" and not r["success"]]
+    assert sorted(int(c) for c in cells(browser, 0)) == failed
+    assert failed
+
+
+def test_thousands_of_rows_stay_fast(browser: Any, report: Path) -> None:
+    text = report.read_text(encoding="utf-8")
+    start = text.index('id="trial-rows">') + len('id="trial-rows">')
+    end = text.index("</script>", start)
+    data = json.loads(text[start:end])
+    data["rows"] = [[i, *data["rows"][i % len(data["rows"])][1:]] for i in range(6000)]
+    many = report.with_name("many.html")
+    many.write_text(text[:start] + json.dumps(data).replace("<", "\\u003c") + text[end:], encoding="utf-8")
+    load(browser, many)
+    took = browser.execute_script(
+        "const s = document.getElementById('search'), t = performance.now(); s.value = 'so parallel';"
+        "s.dispatchEvent(new Event('input')); return performance.now() - t"
+    )
+    assert took < 500
+    many.unlink()
+
+
+def test_a_replay_plays_pauses_and_scrubs(browser: Any, report: Path, results: Results) -> None:
+    index = next(r["trial"] for r in results.trials.to_pylist() if r["batch"] == "CE" and r["success"])
+    load(browser, report, f"#replay-{index}")
+    wait(browser, f"return Replay.state().trial === {index}")
+    assert browser.execute_script("return Replay.state().playing") is False
+    find(browser, "#play").click()
+    wait(browser, "return Replay.state().time > 0.5")
+    find(browser, "#play").click()
+    paused = browser.execute_script("return Replay.state().time")
+    assert browser.execute_script("return Replay.state().playing") is False
+    trial = results.trial(index)
+    browser.execute_script(
+        "const s = document.getElementById('scrub'); s.value = arguments[0]; s.dispatchEvent(new Event('input'))", 7.3
+    )
+    state = browser.execute_script("return Replay.state()")
+    assert state["time"] == pytest.approx(7.3) != paused
+    sample = round(7.3 / trial.attempt.period)
+    assert state["now"]["pose"] == pytest.approx(trial.pose[sample].tolist(), abs=1e-3)
+    assert state["now"]["estimate"] == pytest.approx(trial.estimate[sample].tolist(), abs=1e-3)
+    assert complaints(browser) == []
+
+
+def test_the_canvas_shows_the_robot_where_it_is(browser: Any, report: Path) -> None:
+    load(browser, report, "#replay-0")
+    count = (
+        "const c = document.getElementById('stage'), d = c.getContext('2d').getImageData(0, 0, c.width, c.height).data;"
+        "let n = 0; for (let i = 0; i < d.length; i += 4) if (d[i + 3] > 0) n++; return n"
+    )
+    drawn = browser.execute_script(count)
+    for name in ("scan", "plan", "path", "estimate"):
+        find(browser, f"#show-{name}").click()
+    assert 200 < browser.execute_script(count) < drawn
+
+
+def test_the_keyboard_does_it_all(browser: Any, report: Path) -> None:
+    from selenium.webdriver.common.keys import Keys
+
+    load(browser, report, "#replay-0")
+    scrub = find(browser, "#scrub")
+    for key, expected in ((Keys.ARROW_RIGHT, 0.1), (Keys.ARROW_RIGHT, 0.2), (Keys.ARROW_LEFT, 0.1)):
+        scrub.send_keys(key)
+        assert browser.execute_script("return Replay.state().time") == pytest.approx(expected, abs=1e-3)
+    scrub.send_keys(Keys.END)
+    assert browser.execute_script("return Replay.state().time === Number(document.getElementById('scrub').max)")
+    scrub.send_keys("n")
+    wait(browser, "return Replay.state().trial === 1")
+    scrub.send_keys(" ")
+    wait(browser, "return Replay.state().playing")
+    scrub.send_keys(" ")
+    assert browser.execute_script("return Replay.state().playing") is False
+
+
+def test_the_table_leads_to_the_replay(browser: Any, report: Path) -> None:
+    load(browser, report)
+    find(browser, "#search").send_keys("collision")
+    link = find(browser, "#trial-table tbody a")
+    number = int(link.text)
+    browser.execute_script("arguments[0].click()", link)
+    wait(browser, f"return Replay.state().trial === {number}")
+    assert find(browser, "#verdict").text == "collision"
+
+
+def test_the_scan_of_the_replay_meets_the_walls(browser: Any, report: Path) -> None:
+    load(browser, report)
+    hits = browser.execute_script(
+        "const lidar = {beams: 3, from: -Math.PI / 2, to: Math.PI / 2, near: 0.05, far: 10, mount: [0.2, 0, 0]};"
+        "const wall = {p: [[0, -5], [0.1, -5], [0.1, 5], [0, 5]], at: [3, 0, 0]}, disc = {r: 0.5, at: [0.2, 2, 0]};"
+        "return Lidar.scan(lidar, [0, 0, 0], [Lidar.scene([wall, disc])])"
+    )
+    right, ahead, left = hits["hits"]
+    assert right[2] is False
+    assert ahead == [pytest.approx(3.0), pytest.approx(0.0), True]
+    assert left == [pytest.approx(0.2), pytest.approx(1.5), True]
+
+
+def test_hostile_names_stay_text(browser: Any, hostile: Results) -> None:
+    file = write_report(hostile.path)
+    load(browser, file)
+    browser.execute_script("location.hash = '#replay-1'")
+    wait(browser, "return Replay.state().trial === 1")
+    assert browser.title == "Hospital navigation benchmark: test report"
+    assert browser.execute_script("return document.querySelectorAll('img, iframe, object, embed').length") == 0
+    assert "onerror" in find(browser, ".card h3").text
+    assert complaints(browser) == []
+    load(browser, write_replay(hostile, 2))
+    assert browser.title != "pwned"
+    assert browser.execute_script("return document.images.length") == 0
+
+
+def test_the_policy_stops_what_would_slip_through(browser: Any, report: Path) -> None:
+    load(browser, report)
+    browser.execute_script(
+        "const s = document.createElement('script'); s.textContent = 'window.pwned = 1'; document.body.append(s);"
+        "const i = document.createElement('img'); i.setAttribute('onerror', 'window.pwned = 1');"
+        "i.src = 'data:nothing'; document.body.append(i)"
+    )
+    wait(browser, "return document.images[0].complete")
+    assert browser.execute_script("return window.pwned") is None
+    assert any("Content Security Policy" in c for c in complaints(browser))
+
+
+def test_a_large_campaign_keeps_its_replays_beside_the_page(
+    browser: Any, results: Results, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(page, "MOST_INLINE", 1000)
+        file = write_report(results.path)
+        load(browser, file, "#replay-5")
+        wait(browser, "return Replay.state().trial === 5")
+        assert complaints(browser) == []
+        assert len(list((file.parent / "replay").glob("*.js"))) == len(results)
+        assert file.stat().st_size < 1_500_000
+    write_report(results.path)  # as the other tests expect it
+
+
+def test_one_trial_as_a_page(browser: Any, results: Results) -> None:
+    load(browser, write_replay(results, 3))
+    assert browser.execute_script("return Replay.state().trial") == 3
+    assert complaints(browser) == []

@@ -1,0 +1,240 @@
+"""The report's files: what the tables say is what statistics says; figures are the same each time; nothing half-written."""
+
+from __future__ import annotations
+
+import csv
+import json
+import re
+import shutil
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.reports import figure, write_replay, write_report
+from clearway.reports.findings import Findings
+from clearway.reports.grid import num, p_value, percent
+from clearway.reports.outcomes import breakdown, significance
+from clearway.reports.parameters import every_parameter, source, table_3
+from clearway.reports.selection import representative
+from clearway.reports.theme import themed, to_svg
+from clearway.robots import load_robot
+from clearway.statistics import describe
+from clearway.trials.store import Results, open_results
+
+
+class Outline(HTMLParser):
+    """Collects start tags; complains of an element that is closed but not open."""
+
+    void = frozenset({"meta", "br", "input", "img", "link", "hr"})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in self.void:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def outline(page: Path) -> Outline:
+    parser = Outline()
+    parser.feed(page.read_text(encoding="utf-8"))
+    parser.close()
+    assert parser.open == []
+    return parser
+
+
+def test_the_page_is_whole_and_refers_to_nothing_outside(report: Path) -> None:
+    found = outline(report)
+    ids = [a["id"] for _, a in found.tags if "id" in a]
+    assert len(ids) == len(set(ids))
+    refs = [a.get(k) for _, a in found.tags for k in ("href", "src", "xlink:href", "data") if a.get(k)]
+    assert all(r.startswith(("#", "tables/")) for r in refs if r)
+    inner = {r[1:] for r in refs if r and r.startswith("#")}
+    assert inner <= set(ids)
+    assert "url(" not in re.sub(r"url\(#[\w-]+\)", "", report.read_text(encoding="utf-8"))
+    assert report.stat().st_size < 30e6
+
+
+def test_files_stand_beside_the_page(report: Path, results: Results) -> None:
+    names = {p.name for p in (report.parent / "figures").iterdir()}
+    assert names == {
+        "layout.svg", "correlations.svg", "trajectories-hosbot-move-base.svg", "trajectories-tiago-move-base.svg",
+        "bars-hosbot-move-base.svg", "bars-tiago-move-base.svg",
+    }  # fmt: skip
+    with open(report.parent / "tables" / "trials.csv", encoding="utf-8", newline="") as file:
+        assert len(list(csv.DictReader(file))) == len(results)
+    with open(report.parent / "tables" / "breakdown.csv", encoding="utf-8", newline="") as file:
+        for row in csv.DictReader(file):
+            parts = sum(float(row[f"T_{p}"]) for p in ("acceleration", "cruise", "approach", "rotation"))
+            assert parts == pytest.approx(float(row["CT"]), abs=1e-6)
+
+
+def test_the_means_on_the_page_are_those_of_statistics(report: Path, results: Results) -> None:
+    rows = describe(results.trials, ["CT"]).to_pylist()
+    text = report.read_text(encoding="utf-8")
+    for r in rows:
+        if r["n"] > 1:
+            assert f">{r['mean']:.2f} ± {r['sd']:.2f}<" in text
+
+
+def test_the_report_is_the_same_each_time(results: Results, tmp_path: Path) -> None:
+    copy = tmp_path / "copy"
+    shutil.copytree(results.path, copy, ignore=shutil.ignore_patterns("report"))
+    first = write_report(copy)
+    before = {p.relative_to(copy): p.read_bytes() for p in (copy / "report").rglob("*") if p.is_file()}
+    (copy / "report" / "stray.txt").write_text("old")
+    assert write_report(copy) == first
+    after = {p.relative_to(copy): p.read_bytes() for p in (copy / "report").rglob("*") if p.is_file()}
+    assert before == after
+    assert not list(copy.glob(".report-*"))
+
+
+def test_a_report_that_fails_leaves_the_old_one(
+    results: Results, monkeypatch: pytest.MonkeyPatch, report: Path
+) -> None:
+    before = report.read_bytes()
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("clearway.reports.page.write_tables", full)
+    with pytest.raises(ClearwayError, match="No space left on device"):
+        write_report(results.path)
+    assert report.read_bytes() == before
+    assert not list(results.path.glob(".report-*"))
+
+
+def test_a_hostile_name_is_only_text(hostile: Results) -> None:
+    page = write_report(hostile.path)
+    found = outline(page)
+    assert not [t for t, _ in found.tags if t in ("img", "iframe")]
+    assert not [a for _, a in found.tags for k in a if k.startswith("on")]
+    for svg in (page.parent / "figures").glob("*.svg"):
+        assert "<img" not in svg.read_text(encoding="utf-8")
+    assert all(re.fullmatch(r"[\w.-]+", p.name) for p in page.parent.rglob("*"))
+
+
+def test_a_figure_is_the_same_svg_each_time(results: Results) -> None:
+    one, two = (to_svg(figure(results, "trajectories", robot="tiago", batch="SO"), "x") for _ in range(2))
+    assert one == two
+    assert "<dc:date>" not in one
+    inline = themed(one, "title")
+    assert inline.startswith("<svg")
+    assert "var(--robot)" in inline
+    assert "#1f6098" not in inline
+
+
+def test_figures_by_name_and_selection(results: Results) -> None:
+    assert len(figure(results, "layout", batch="SO").axes) == 3
+    assert len(figure(results, "bars", robot="hosbot").axes) == 4
+    assert len(figure(results, "correlations").axes) == 3
+    assert figure(results, "clearance", trial=5).axes[0].get_ylabel() == "clearance (m)"
+    assert figure(results, "trial", trial=[5]).axes[0].get_title(loc="left").startswith("Trial 5")
+    for name, selection, message in (
+        ("bar", {}, "did you mean 'bars'"),
+        ("layout", {"batsch": "MO"}, "did you mean 'batch'"),
+        ("layout", {"batch": "XX"}, "there is CE, MO, NO, SO"),
+        ("bars", {}, "select one of hosbot with move-base, tiago with move-base"),
+    ):
+        with pytest.raises(ClearwayError, match=re.escape(message)):
+            figure(results, name, **selection)
+
+
+def test_the_representative_trial_has_the_median_time() -> None:
+    rows = [
+        {"trial": i, "speed": v, "success": ok, "CT": ct}
+        for i, (v, ok, ct) in enumerate(
+            [
+                (0.2, True, 50.0),
+                (0.2, True, 48.0),
+                (0.2, False, 49.5),
+                (0.2, True, 49.0),
+                (0.6, True, 17.0),
+                (0.2, True, 51.0),
+            ]
+        )
+    ]
+    found = representative(rows)
+    assert found is not None
+    assert found["trial"] == 3  # of 48, 49, 50, 51 the lower one in the middle is 49
+    assert representative([]) is None
+    assert representative([r | {"success": False} for r in rows]) == rows[0] | {"success": False}
+
+
+def test_the_breakdown_stands_beside_the_papers_number(results: Results) -> None:
+    grid = breakdown(Findings(results))
+    assert grid is not None
+    cells = {(r[0].text, r[1].text): [c.text for c in r] for r in grid.rows}
+    mean = describe(results.trials.filter(_mask(results, "tiago", "NO", 0.6)), ["CT"]).to_pylist()[0]["mean"]
+    assert cells["TIAGo", "0.6"][3] == "22.50 ± 1.02"
+    assert cells["TIAGo", "0.6"][4] == percent(mean, 22.50)
+    assert cells["TIAGo", "1"][3] == "–"  # not printed
+
+
+def test_table_4_shows_what_the_paper_printed_and_what_is_significant_here(results: Results) -> None:
+    f = Findings(results)
+    tiago = next(s for s in f.systems if s.robot == "tiago")
+    grid = significance(f, tiago)
+    assert grid is not None
+    rows = {(r[0].text, r[1].text, r[2].text): r for r in grid.rows}
+    assert rows["PL", "SO", "0.6 → 1"][-1].text == "0.012"  # the paper's 1.17e-2
+    assert rows["CT", "SO", "0.6 → 1"][-1].text == "–"
+    assert rows["CT", "SO", "0.6 → 1"][6].strong
+
+
+def _mask(results: Results, robot: str, batch: str, speed: float) -> list[bool]:
+    return [(r["robot"], r["batch"], r["speed"]) == (robot, batch, speed) for r in results.trials.to_pylist()]
+
+
+def test_table_3_marks_what_differs_and_names_the_source(results: Results) -> None:
+    grid = table_3(Findings(results), "hosbot")
+    assert grid is not None
+    rows = {r[0].text: r for r in grid.rows}
+    assert rows["Local raytrace range"][2].text == "5.5 m"
+    assert not rows["Local raytrace range"][2].strong
+    assert rows["Local obstacle range"][1].text == "0.3 m"
+    assert rows["Local obstacle range"][2].strong
+    assert len(rows) == 16
+
+
+def test_every_parameter_has_the_source_of_its_longest_prefix() -> None:
+    robot = load_robot("tiago").model_copy(update={"sources": {"drive": "a", "drive.v_max": "b"}})
+    assert source(robot, "drive.v_max") == "b"
+    assert source(robot, "drive.v_min") == "a"
+    assert source(robot, "lidar.beams") == "–"
+    assert ("drive.v_max", "1", "b") in every_parameter(robot)
+
+
+def test_one_trial_as_a_page(results: Results) -> None:
+    page = write_replay(results, 3)
+    outline(page)
+    assert 'id="trial-3"' in page.read_text(encoding="utf-8")
+    with pytest.raises(ClearwayError, match="there is no trial 9999"):
+        write_replay(results, 9999)
+
+
+def test_json_in_the_page_is_what_it_was(report: Path, results: Results) -> None:
+    text = report.read_text(encoding="utf-8")
+    rows = json.loads(text.split('id="trial-rows">')[1].split("</script>")[0])["rows"]
+    assert [r[0] for r in rows] == list(range(len(results)))
+    assert [r[-1] for r in rows] == [not s for s in open_results(results.path).trials["success"].to_pylist()]
+
+
+def test_numbers_as_text() -> None:
+    assert num(-1.234) == "−1.23"
+    assert num(None) == num(float("nan")) == "–"
+    assert p_value(3.36e-15) == "3.4·10⁻¹⁵"
+    assert p_value(0.0406) == "0.041"
+    assert p_value(0.5) == "0.50"
+    assert percent(51.0, 50.0) == "+2.0 %"
