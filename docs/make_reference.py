@@ -1,0 +1,82 @@
+"""Writes docs/reference.md from the code: verbs, columns, and the fields of the files that a user writes.
+
+python docs/make_reference.py          # write it
+python docs/make_reference.py --check  # exit 1 if it is out of date (CI does this)
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from clearway.indicators import row_schema
+from clearway.scenarios.check import robot_schema, scenario_schema, suite_schema
+
+PAGE = Path(__file__).with_name("reference.md")
+VERBS = ("run", "map", "report", "replay", "compare", "list", "check", "schema", "samples")
+
+
+def page() -> str:
+    """The whole page as Markdown."""
+    parts = ["# Reference", "Made by `python docs/make_reference.py`; do not edit.", "## Command line"]
+    parts += [
+        "Exit codes: 0 done; 1 done, but a check found something or a navigator failed; 2 wrong input; 130 interrupted."
+    ]
+    parts += [f"### `clearway {verb}`\n\n```text\n{_help(verb)}\n```" for verb in VERBS]
+    parts += ["## Columns of trials.parquet and trials.csv", _columns()]
+    for title, schema in (("scenario", scenario_schema()), ("suite", suite_schema()), ("robot", robot_schema())):
+        parts += [f"## Fields of a {title} file", f"As JSON Schema: `clearway schema {title}`.", _fields(schema)]
+    return "\n\n".join(parts) + "\n"
+
+
+def _help(verb: str) -> str:
+    clearway = str(Path(sys.executable).with_name("clearway"))
+    said = subprocess.run(
+        [clearway, verb, "--help"], capture_output=True, text=True, check=True, env={"COLUMNS": "100"}
+    )
+    return said.stdout.strip()
+
+
+def _columns() -> str:
+    rows = ["| column | unit | what | source | better |", "|---|---|---|---|---|"]
+    for field in row_schema():
+        about = {k.decode(): v.decode().replace("|", "\\|") for k, v in (field.metadata or {}).items()}
+        cells = [f"`{field.name}`", *(about.get(k, "") for k in ("unit", "title", "source", "better"))]
+        rows.append(f"| {' | '.join(cells)} |")
+    return "\n".join(rows)
+
+
+def _fields(schema: dict[str, Any]) -> str:
+    rows = ["| table | field | type | default | what |", "|---|---|---|---|---|"]
+    for name, table in [("(top)", schema), *schema.get("$defs", {}).items()]:
+        for field, about in table.get("properties", {}).items():
+            need = "required" if field in table.get("required", ()) else f"`{about.get('default')}`"
+            what = about.get("description", "").replace("|", "\\|").replace("\n", " ")
+            rows.append(f"| {name} | `{field}` | {_type(about)} | {need} | {what} |")
+    return "\n".join(rows)
+
+
+def _type(about: dict[str, Any]) -> str:
+    if "$ref" in about:
+        return about["$ref"].rsplit("/", 1)[-1]
+    for several in ("anyOf", "oneOf"):
+        if several in about:
+            return " or ".join(dict.fromkeys(_type(one) for one in about[several]))
+    if "enum" in about or "const" in about:
+        return ", ".join(f"`{v}`" for v in about.get("enum", [about.get("const")]))
+    if about.get("type") == "array":
+        return f"list of {_type(about['items'])}" if about.get("items") else "list"
+    return str(about.get("type", "any"))
+
+
+if __name__ == "__main__":
+    made = page()
+    if "--check" in sys.argv[1:]:
+        sys.exit(
+            0
+            if PAGE.exists() and PAGE.read_text(encoding="utf-8") == made
+            else f"{PAGE} is out of date; run {__file__}"
+        )
+    PAGE.write_text(made, encoding="utf-8")

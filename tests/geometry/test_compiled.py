@@ -1,0 +1,47 @@
+"""A cached kernel must not outlive an edit in a kernel that it calls."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import clearway
+from clearway.geometry import compiled
+
+MODULES = {
+    "inner.py": "from clearway.geometry.compiled import kernel\n@kernel\ndef inner(x):\n    return x + {number}\n",
+    "outer.py": (
+        "from clearway.geometry.compiled import kernel\nfrom clearway.inner import inner\n"
+        "@kernel\ndef outer(x):\n    return inner(x)\n"
+    ),
+    "__init__.py": "",
+    "geometry/__init__.py": "",
+}
+
+
+def result(folder: Path, number: int) -> int:
+    """What `outer(1)` gives in a small package of its own, in a new process, with `inner` adding `number`."""
+    for name, text in MODULES.items():
+        path = folder / "clearway" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        text = text.replace("{number}", str(number))
+        if not path.exists() or path.read_text() != text:
+            path.write_text(text)
+    (folder / "clearway/geometry/compiled.py").write_text(Path(compiled.__file__).read_text())
+    code = f"import sys; sys.path.insert(0, {str(folder)!r}); from clearway.outer import outer; print(outer(1), outer.stats)"
+    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return int(said.stdout.split()[0])
+
+
+def test_an_edit_in_a_called_kernel_is_noticed(tmp_path: Path):
+    assert result(tmp_path, 10) == 11
+    assert result(tmp_path, 10) == 11  # from the cache
+    assert result(tmp_path, 20) == 21
+
+
+def test_a_fingerprint_reaches_through_imports():
+    package = Path(clearway.__file__).parent
+    reached = compiled._reached(package / "geometry" / "raycast.py")
+    assert package / "geometry" / "compiled.py" in reached
+    assert all(file.is_relative_to(package) for file in reached)
