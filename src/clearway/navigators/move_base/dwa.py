@@ -226,11 +226,15 @@ def search(
     path[:] = room.blank
     targets, local_goal = lay_plan(scene, ahead, end_x, end_y, path, room.queue, True)
     spread(room, path, targets, seek, BODY | NOSE, stride, unreached)
-    spread_from(room, goal, local_goal, seek, BODY, stride, unreached)
     towards = math.atan2(end_y - pose[1], end_x - pose[0])
     front_x, front_y = end_x + p.nose * math.cos(towards), end_y + p.nose * math.sin(towards)
     _, front_goal = lay_plan(scene, ahead, front_x, front_y, path, room.queue, False)
-    spread_from(room, front, front_goal, seek, NOSE, stride, unreached)
+    if front_goal == local_goal:  # both where the plan leaves the map: one wave serves both
+        spread_from(room, goal, local_goal, seek, BODY | NOSE, stride, unreached)
+        front = goal
+    else:
+        spread_from(room, goal, local_goal, seek, BODY, stride, unreached)
+        spread_from(room, front, front_goal, seek, NOSE, stride, unreached)
     for i in range(count):
         wanted[distinct[i]] = 0
 

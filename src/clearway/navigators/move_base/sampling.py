@@ -62,20 +62,21 @@ def roll(
 def occlusion(scene: Scene, points: FloatArray, steps: int, scale: float, total: bool, bound: float) -> float:
     """The highest cost (or, if `total`, the sum) under outline and centre along a rollout; -1 where it is illegal.
 
-    Costs never fall along a rollout, so one that passes `bound` cannot win any more and stops being looked at; it
-    then returns what it had, above the bound.
+    One illegal point is enough, and costs only add up or rise, so the order is free: every eighth point from the far
+    end first, where a rollout is likeliest to hit something, then the others. A rollout that passes `bound` can't win
+    any more and is left there, with what it had by then.
     """
     cost, frame, polygon = scene.cost, scene.frame, scene.polygon
     worst = 0.0
-    for i in range(steps):
-        x, y = points[i, 0], points[i, 1]
-        here = footprint_cost(cost, frame, polygon, x, y, points[i, 3], points[i, 4], scale)
-        if here < 0:
-            return -1.0
-        row, col = row_col(frame, x, y)
-        centre = np.int64(cost[row, col])
-        both = float(max(here, centre))
-        worst = worst + both if total else max(worst, both)
-        if worst > bound:
-            return worst
+    for offset in range(1, 9):
+        for i in range(steps - offset, -1, -8):
+            x, y = points[i, 0], points[i, 1]
+            here = footprint_cost(cost, frame, polygon, x, y, points[i, 3], points[i, 4], scale)
+            if here < 0:
+                return -1.0
+            row, col = row_col(frame, x, y)
+            both = float(max(here, np.int64(cost[row, col])))
+            worst = worst + both if total else max(worst, both)
+            if worst > bound:
+                return worst
     return worst
