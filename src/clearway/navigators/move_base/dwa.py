@@ -262,7 +262,7 @@ def search(
     # Footprint costs in the order of the bounds, until no sample can win any more. The first sample wins a tie.
     best, best_cost = -1, np.inf
     while True:
-        k = np.argmin(bound)
+        k = int(np.argmin(bound))
         if bound[k] == np.inf or bound[k] > best_cost + 1e-9:
             break
         least = bound[k]

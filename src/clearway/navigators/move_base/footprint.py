@@ -99,7 +99,7 @@ def line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
     r, c = r0, c0
     highest = 0
     for _ in range(long + 1):
-        here = np.int64(cost[r, c])
+        here = int(np.int64(cost[r, c]))
         if here > highest:
             if here >= LETHAL:
                 return -1 if here == LETHAL else -2

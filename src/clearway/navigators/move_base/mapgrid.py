@@ -63,7 +63,7 @@ def make_room(shape: tuple[int, ...]) -> Room:
 def clear(cost: CostArray, blank: GridArray) -> int:
     """Fill `blank`: unreached, and one more where the wave cannot pass. Returns N + 1, the worth of an unreached cell."""
     rows, cols = cost.shape
-    unreached = rows * cols + 1
+    unreached: int = rows * cols + 1
     stride = cols + 2
     blank[:stride] = _BORDER
     blank[(rows + 1) * stride :] = _BORDER

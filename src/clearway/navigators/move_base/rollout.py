@@ -168,12 +168,12 @@ def grid_cost(
     if p.attractor:
         last = ahead.shape[0] - 1
         x, y = points[steps - 1, 0] - ahead[last, 0], points[steps - 1, 1] - ahead[last, 1]
-        return p.goal_bias * (x * x + y * y)
+        return float(p.goal_bias * (x * x + y * y))
     if not p.heading_scoring:
         for c in cells:
             if path[c] >= impossible or goal[c] >= impossible:
                 return np.inf
-        return p.path_bias * path[end] + p.goal_bias * goal[end]
+        return float(p.path_bias * path[end] + p.goal_bias * goal[end])
     dt = p.sim_time / steps
     time, total = 0.0, 0.0
     for i in range(steps):
@@ -316,7 +316,7 @@ def search(
     best, best_cost = -1, np.inf
     left = bound[:driving].copy()
     while driving > 0:
-        k = np.argmin(left)
+        k = int(np.argmin(left))
         if left[k] == np.inf or left[k] > best_cost:
             break
         left[k] = np.inf

@@ -75,7 +75,7 @@ def occlusion(scene: Scene, points: FloatArray, steps: int, scale: float, total:
             if here < 0:
                 return -1.0
             row, col = row_col(frame, x, y)
-            both = float(max(here, np.int64(cost[row, col])))
+            both = float(max(here, int(np.int64(cost[row, col]))))
             worst = worst + both if total else max(worst, both)
             if worst > bound:
                 return worst
