@@ -11,7 +11,7 @@ import numpy as np
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import sinc
-from clearway.geometry.packing import pack, transform
+from clearway.geometry.packing import boxes, pack, place, to_box, transform
 from clearway.geometry.shapes import FloatArray, Shape
 
 
@@ -82,7 +82,9 @@ def _arguments(footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], mo
         raise ValueError(f"movers has shape {track.shape}; {(len(poses), len(moving), 3)} goes with poses and bodies")
     foot = pack([footprint])
     way = np.ascontiguousarray(poses, dtype=np.float64)
-    return foot.points, foot.radius[0], foot.reach[0], way, *pack([b.shape for b in static + moving]), at, track
+    around = boxes(place(pack([b.shape for b in static]), at))
+    packed = pack([b.shape for b in static + moving])
+    return foot.points, foot.radius[0], foot.reach[0], way, *packed, at, around, track
 
 
 @kernel
@@ -182,9 +184,10 @@ def _edges(
 @kernel
 def _sampled(
     foot: FloatArray, foot_radius: float, foot_reach: float, poses: FloatArray,
-    points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, movers: FloatArray,
+    points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, around: FloatArray,
+    movers: FloatArray,
 ) -> FloatArray:  # fmt: skip
-    """`min_clearance` on packed shapes, the static ones at `at` (k, 3) first."""
+    """`min_clearance` on packed shapes, the static ones at `at` (k, 3), in boxes `around` (k, 4), first."""
     n, still = poses.shape[0], at.shape[0]
     best = np.full(n, math.inf)
     robot, body = np.empty_like(foot), np.empty_like(points)
@@ -196,7 +199,10 @@ def _sampled(
             pose = at[b] if b < still else movers[i, b - still]
             if not math.isfinite(pose[0]):
                 continue
-            apart = math.hypot(pose[0] - poses[i, 0], pose[1] - poses[i, 1]) - reach[b] - foot_reach
+            if b < still:
+                apart = to_box(around, b, poses[i, 0], poses[i, 1]) - foot_reach
+            else:
+                apart = math.hypot(pose[0] - poses[i, 0], pose[1] - poses[i, 1]) - reach[b] - foot_reach
             if apart >= best[i]:
                 continue
             shape = body[first[b] : first[b + 1]]
@@ -210,13 +216,14 @@ def _sampled(
 def _between(
     tolerance: float, whole: bool,
     foot: FloatArray, foot_radius: float, foot_reach: float, poses: FloatArray,
-    points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, movers: FloatArray,
+    points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, around: FloatArray,
+    movers: FloatArray,
 ) -> FloatArray:  # fmt: skip
     """`path_clearance` on packed shapes: bisects each interval until motion bounds leave no room below the best.
 
     `whole`: below the best of all intervals so far, so that only the smallest of the answers is exact.
     """
-    best = _sampled(foot, foot_radius, foot_reach, poses, points, first, radius, reach, at, movers)
+    best = _sampled(foot, foot_radius, foot_reach, poses, points, first, radius, reach, at, around, movers)
     still = at.shape[0]
     floor = best.min() if whole and best.size > 0 else math.inf
     here, there = np.empty(3), np.empty(3)
@@ -234,7 +241,10 @@ def _between(
             if not (math.isfinite(before[0]) and math.isfinite(after[0])):
                 continue
             moved = math.hypot(after[0] - before[0], after[1] - before[1])
-            apart = math.hypot(before[0] - poses[i, 0], before[1] - poses[i, 1]) - reach[b] - foot_reach
+            if b < still:
+                apart = to_box(around, b, poses[i, 0], poses[i, 1]) - foot_reach
+            else:
+                apart = math.hypot(before[0] - poses[i, 0], before[1] - poses[i, 1]) - reach[b] - foot_reach
             origin = chord / sinc(0.5 * turn) + moved  # length of the ways that the two origins go
             if apart - origin >= best[i]:
                 continue

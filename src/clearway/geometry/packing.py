@@ -70,3 +70,11 @@ def transform(points: FloatArray, x: float, y: float, theta: float, out: FloatAr
         px, py = points[i, 0], points[i, 1]
         out[i, 0] = x + c * px - s * py
         out[i, 1] = y + s * px + c * py
+
+
+@kernel
+def to_box(boxes: FloatArray, i: int, x: float, y: float) -> float:
+    """Distance from (x, y) to the box boxes[i], x_min, y_min, x_max, y_max; 0.0 inside."""
+    dx = max(max(boxes[i, 0] - x, x - boxes[i, 2]), 0.0)
+    dy = max(max(boxes[i, 1] - y, y - boxes[i, 3]), 0.0)
+    return math.sqrt(dx * dx + dy * dy)

@@ -15,7 +15,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.distance import gap
 from clearway.geometry.motion import arc, ramp
-from clearway.geometry.packing import transform
+from clearway.geometry.packing import to_box, transform
 from clearway.geometry.raycast import cast, cast_movers
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal
@@ -99,9 +99,7 @@ def tick(
                 shape_b = still_points[still_first[b] : still_first[b + 1]]
                 while s <= until:
                     px, py, pt = arc(x, y, theta, vm, wm, s)
-                    dx = max(max(boxes[b, 0] - px, px - boxes[b, 2]), 0.0)
-                    dy = max(max(boxes[b, 1] - py, py - boxes[b, 3]), 0.0)
-                    d = math.sqrt(dx * dx + dy * dy) - foot_reach
+                    d = to_box(boxes, b, px, py) - foot_reach
                     if d < _LOOK:
                         transform(foot, px, py, pt, robot)
                         d = gap(robot, foot_radius, shape_b, still_radius[b])

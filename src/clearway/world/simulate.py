@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import traceback
 from collections.abc import Sequence
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from time import perf_counter
 
@@ -247,6 +248,7 @@ def _timing(wall: float, thinking: Sequence[float]) -> dict[str, float]:
     }
 
 
+@cache
 def _version() -> str:
     try:
         return version("clearway")
