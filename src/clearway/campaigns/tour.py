@@ -1,7 +1,7 @@
 """The mapping tour: where a person would drive a robot to show it a whole floor, and that person's driving.
 
-Stops are spread over the floor that the robot can reach until no point is farther than `SPACING` from one, along the
-way it would have to drive; they are visited in a short closed round trip.
+Stops are chosen so that from one or another of them every wall can be seen from near that can be seen at all; they are
+visited in a short closed round trip.
 """
 
 from __future__ import annotations
@@ -17,11 +17,16 @@ from clearway.contract import Command, Decision, Scan, Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.grid import FREE, OccupancyGrid
+from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.robots import Robot
+from clearway.scenarios.plan import FloorPlan
 
-SPACING = 3.0
-"""m between stops, at most, along the way."""
+SIGHT = 6.0
+"""m from which a wall counts as seen from a stop."""
+
+ENOUGH = 0.95
+"""Share of the walls' cells, of those that can be seen at all, that the stops together must see."""
 
 MARGIN = 0.12
 """m that the driver keeps clear of walls, beyond the robot's largest radius."""
@@ -33,30 +38,25 @@ SPEED, LOOKAHEAD = 0.4, 0.3
 """m/s that the driver drives, and m along the way that the driver looks ahead."""
 
 
-def plan_tour(grid: OccupancyGrid, start: FloatArray, robot: Robot, *, spacing: float = SPACING) -> FloatArray:
+def plan_tour(plan: FloorPlan, start: FloatArray, robot: Robot, *, enough: float = ENOUGH) -> FloatArray:
     """A closed way through the floor: points (n, 2) about 0.1 m apart, from `start` and back.
 
     Args:
-        grid: the true floor. start: (3,) where the robot stands. spacing: between stops, m.
+        plan: the true floor, with its map. start: (3,) where the robot stands. enough: see `ENOUGH`.
 
     Raises:
-        ClearwayError: the robot doesn't fit where it is to start.
+        ClearwayError: the plan has no map, or the robot doesn't fit where it is to start.
     """
-    floor = _Floor(grid, circumscribed_radius(robot.shape) + MARGIN)
+    if plan.map is None:
+        raise ClearwayError("a mapping tour needs a plan with free floor marked in a map", file=plan.name)
+    floor = _Floor(plan.map, circumscribed_radius(robot.shape) + MARGIN)
     home = floor.node(start)
     if home < 0:
         raise ClearwayError(f"robot {robot.name!r} does not fit at the start of the tour, {start[:2].tolist()}")
-    stops = [home]
-    distances, before = dijkstra(floor.graph, indices=home, return_predecessors=True)
-    rows, trees = [distances], [before]
-    nearest = np.where(np.isfinite(distances), distances, -1.0)
-    while nearest.max() > spacing:
-        stops.append(int(np.argmax(nearest)))
-        distances, before = dijkstra(floor.graph, indices=stops[-1], return_predecessors=True)
-        rows.append(distances)
-        trees.append(before)
-        nearest = np.minimum(nearest, distances)  # unreachable floor stays at -1
-    between = np.array([row[stops] for row in rows])
+    reached = np.isfinite(dijkstra(floor.graph, indices=home))
+    stops = [home, *_stops(plan, floor, home, reached, enough)]
+    between, trees = dijkstra(floor.graph, indices=stops, return_predecessors=True)
+    between = between[:, stops]
     order = _round_trip(between)
     way = [home]
     for a, b in zip(order, np.roll(order, -1), strict=True):
@@ -65,6 +65,30 @@ def plan_tour(grid: OccupancyGrid, start: FloatArray, robot: Robot, *, spacing: 
             leg.append(int(trees[a][leg[-1]]))
         way += leg[-2::-1]
     return floor.points[way]
+
+
+def _stops(plan: FloorPlan, floor: _Floor, home: int, reached: np.ndarray, enough: float) -> list[int]:
+    """Where to stop, besides at home: whatever sees most walls that were not seen yet, again and again."""
+    coarse = np.round(floor.points / 0.5).astype(int)
+    _, first = np.unique(coarse[reached], axis=0, return_index=True)
+    candidates = [home, *(int(i) for i in np.nonzero(reached)[0][np.sort(first)])]
+    walls = scene([f.shape for f in plan.fixtures], np.array([f.pose for f in plan.fixtures]))
+    eye = beams(720, -math.pi, math.pi, 0.0, SIGHT)
+    angles = np.linspace(-math.pi, math.pi, 720)
+    directions = np.column_stack((np.cos(angles), np.sin(angles)))
+    views = []
+    for i in candidates:
+        ranges = sweep(walls, eye, np.array((*floor.points[i], 0.0)))
+        hit = np.isfinite(ranges)
+        cells = np.floor((floor.points[i] + ranges[hit, None] * directions[hit]) / 0.1).astype(int)
+        views.append({(int(c), int(r)) for c, r in cells})
+    every = set[tuple[int, int]]().union(*views)
+    seen, stops = set(views[0]), []
+    while len(seen) < enough * len(every):
+        best = max(range(len(candidates)), key=lambda k: len(views[k] - seen))
+        stops.append(candidates[best])
+        seen |= views[best]
+    return stops
 
 
 class _Floor:

@@ -1,8 +1,9 @@
 """Grid mapping with a Rao-Blackwellised particle filter: GMapping's method (Grisetti, Stachniss, Burgard 2007).
 
-Each particle is a path with a map of its own. A scan is matched with the particle's map, a pose is drawn around the
-match, the particle is weighed by how well the scan fits, and particles are resampled when too few of them count. The
-map that comes out is drawn along the path of the best particle, from all scans that were used.
+Each particle is a path with a map of its own. A scan is matched with the particle's map, the particle moves to the
+match (or to a pose drawn around it: `MappingParameters.proposal`) and is weighed by how well the scan fits; particles
+are resampled when too few of them count. The map that comes out is drawn along the path of the best particle, from all
+scans that were used.
 """
 
 from __future__ import annotations
@@ -106,10 +107,13 @@ class GridMapper:
         """The map as seen along the best particle's path: occupied, free, or unknown where no beam went."""
         return render(self.path, self._scans, self._mount, self.parameters.delta, self.parameters.occ_thresh)
 
+    def ranges(self, scan: Scan) -> tuple[float, float]:
+        """How far a beam of such a scan may be to be used at all, and up to where it is then used, m."""
+        farthest = min(self.parameters.maxRange or np.inf, scan.range_max - 0.01)
+        return farthest, min(self.parameters.maxUrange or np.inf, farthest)
+
     def _beams(self, scan: Scan) -> FloatArray:
-        p = self.parameters
-        farthest = min(p.maxRange or np.inf, scan.range_max - 0.01)
-        usable = min(p.maxUrange or np.inf, farthest)
+        farthest, usable = self.ranges(scan)
         self._mount = scan.mount
         return sm.beams(scan.ranges, scan.angle_min, scan.angle_increment, scan.mount, usable, farthest)
 
@@ -120,20 +124,15 @@ class GridMapper:
         for i in range(len(self._poses)):
             where = (self._cells[i], self._origin, p.delta, hits)
             matched, score = sm.climb(*where, self._poses[i], self._around, p.sigma, p.lstep, p.astep, p.iterations)
-            if score > p.minimumScore:
+            good = score > p.minimumScore  # else too poor a match: believe the odometry
+            if good and p.proposal == "gaussian":
+                centre = compose(self._settled[i], expected)
                 self._poses[i], weight = sm.propose(
-                    *where,
-                    matched,
-                    compose(self._settled[i], expected),
-                    step,
-                    self._noise,
-                    self._around,
-                    p.lsigma,
-                    self._window,
-                    self._rng,
+                    *where, matched, centre, step, self._noise, self._around, p.lsigma, self._window, self._rng
                 )
-            else:  # too poor a match: believe the odometry
-                _, weight = sm.fit(*where, self._poses[i], self._around, p.sigma, p.lsigma)
+            else:
+                self._poses[i] = matched if good else self._poses[i]
+                _, weight = sm.fit(*where, self._poses[i], self._around, 0.0, p.lsigma)
             self._log_weights[i] += weight
             self._total[i] += weight
 

@@ -69,7 +69,9 @@ class AmclParameters(BaseModel):
 class MappingParameters(BaseModel):
     """Parameters of the mapper; names and defaults are those of ROS's `slam_gmapping` node.
 
-    The extent is only where the map begins: it grows as the robot sees more.
+    The extent is only where the map begins: it grows as the robot sees more. `proposal` is ours: `matched` moves a
+    particle to where its scan fits best, as the released GMapping does (it reads the `ll` and `la` values, but its
+    scan matching does not use them); `gaussian` draws around that place, as the paper does.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -89,6 +91,7 @@ class MappingParameters(BaseModel):
     ogain: Positive = Field(default=3.0, description="smooths the particles' weights")
     lskip: int = Field(default=0, ge=0, description="beams left out after each one used for matching")
     minimumScore: NonNegative = Field(default=0.0, description="below it the odometry is believed")
+    proposal: Literal["matched", "gaussian"] = "matched"
     llsamplerange: NonNegative = Field(default=0.01, description="half width of the sampled proposal, m")
     llsamplestep: Positive = Field(default=0.01, description="m")
     lasamplerange: NonNegative = Field(default=0.005, description="rad")
