@@ -11,12 +11,13 @@ import time
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, is_dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Navigator, Need
+from clearway.contract import Command, Diagnostics, Navigator, Need, Observation
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.navigators import practice_room
@@ -83,29 +84,41 @@ class _Run:
     distance: float = math.inf
     arrived: bool = False
 
+    def asked(self, question: Callable[[], None]) -> bool:
+        """Whether the navigator answered; if not, `error` says why. The room's own faults are not caught."""
+        try:
+            question()
+        except Exception as error:
+            self.error = _words(error)
+        return not self.error
+
+    def decide(self, navigator: Navigator, observation: Observation) -> None:
+        began = time.perf_counter()
+        command = navigator.step(observation)
+        self.seconds.append(time.perf_counter() - began)
+        self.error = _malformed(command)
+        if not self.error:
+            self.commands.append(command)
+
+    def show(self, navigator: Navigator) -> None:
+        self.shown = _diagnostics_fault(navigator)
+
 
 def _drive(navigator: Navigator, robot: Robot, needs: frozenset[Need], situation: Situation) -> _Run:
     run, room = _Run(situation), Room(situation, robot, needs)
     task = practice_room.task(situation, robot, needs, bool(getattr(navigator, "privileged", False)))
-    try:
-        navigator.reset(task, robot, np.random.default_rng(_SEED))
+    if run.asked(lambda: navigator.reset(task, robot, np.random.default_rng(_SEED))):
         for k, observation in enumerate(room.observations()):
             before = copy.deepcopy(observation)
-            began = time.perf_counter()
-            command = navigator.step(observation)
-            run.seconds.append(time.perf_counter() - began)
-            if fault := _malformed(command):
-                run.error = fault
+            if not run.asked(partial(run.decide, navigator, observation)):
                 break
             run.touched = run.touched or _changed(before, observation)
-            run.commands.append(command)
+            command = run.commands[-1]
             if _not_finite(command) or command.gave_up is not None:
                 break
-            if k % _DIAGNOSTICS_EVERY == 0:
-                run.shown = run.shown or _diagnostics_fault(navigator)
+            if k % _DIAGNOSTICS_EVERY == 0 and not run.shown:
+                run.asked(partial(run.show, navigator))
             room.obey(command)
-    except Exception as error:
-        run.error = _words(error)
     run.distance, run.arrived = room.distance(), room.arrived
     return run
 

@@ -12,7 +12,7 @@ from clearway.contract import Command, Forecast, Goal, Need, Observation, Obstac
 from clearway.geometry import raycast
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.grid import OccupancyGrid
-from clearway.geometry.motion import ramp, step_arc
+from clearway.geometry.motion import step_arc
 from clearway.geometry.rasterise import rasterise
 from clearway.geometry.shapes import Circle, FloatArray, Shape, rectangle
 from clearway.robots import Robot
@@ -117,13 +117,13 @@ class Room:
                     self.arrived = False
 
     def obey(self, command: Command) -> None:
-        """Move for one control period as the robot's drive would."""
+        """Move for one control period, about as the robot's drive would."""
         d, dt = self.robot.drive, self.robot.period
-        v = ramp(self.velocity[0], min(max(command.v, d.v_min), d.v_max), d.acceleration, d.deceleration, dt)
+        v = _towards(self.velocity[0], min(max(command.v, d.v_min), d.v_max), d.acceleration * dt)
         omega = min(max(command.omega, -d.omega_max), d.omega_max)
-        omega = ramp(self.velocity[1], omega, d.angular_acceleration, d.angular_deceleration, dt)
+        omega = _towards(self.velocity[1], omega, d.angular_acceleration * dt)
         self.velocity = np.array((v, omega))
-        self.pose = step_arc(self.pose, float(v), float(omega), float(dt))
+        self.pose = step_arc(self.pose, v, omega, dt)
         self.arrived = command.arrived if command.arrived is not None else self._within()
 
     def distance(self) -> float:
@@ -150,6 +150,10 @@ class Room:
         discs = np.array(self.situation.discs if self.situation.sees else ()).reshape(-1, 3)
         n = len(discs)
         return Obstacles(discs[:, :2].copy(), np.zeros((n, 2)), discs[:, 2].copy(), np.zeros(n), np.arange(n))
+
+
+def _towards(now: float, target: float, change: float) -> float:
+    return float(min(max(target, now - change), now + change))
 
 
 def _bodies(situation: Situation, *, discs: bool) -> tuple[list[Shape], FloatArray]:
