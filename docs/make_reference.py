@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from clearway.indicators import row_schema
-from clearway.scenarios.check import robot_schema, scenario_schema, suite_schema
+from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema, suite_schema
 
 PAGE = Path(__file__).with_name("reference.md")
 VERBS = ("run", "map", "report", "replay", "compare", "list", "check", "schema", "samples")
@@ -26,7 +26,8 @@ def page() -> str:
     ]
     parts += [f"### `clearway {verb}`\n\n```text\n{_help(verb)}\n```" for verb in VERBS]
     parts += ["## Columns of trials.parquet and trials.csv", _columns()]
-    for title, schema in (("scenario", scenario_schema()), ("suite", suite_schema()), ("robot", robot_schema())):
+    makers = {"scenario": scenario_schema, "suite": suite_schema, "robot": robot_schema, "plan": plan_schema}
+    for title, schema in ((title, maker()) for title, maker in makers.items()):
         parts += [f"## Fields of a {title} file", f"As JSON Schema: `clearway schema {title}`.", _fields(schema)]
     return "\n\n".join(parts) + "\n"
 

@@ -22,9 +22,9 @@ def check(
     from clearway.robots import load_robot
 
     if Path(target).suffix in (".toml", ".yaml", ".yml"):
-        from clearway.scenarios.check import check_file
+        from clearway.campaigns.checks import check_file
 
-        found = [str(problem) for problem in check_file(Path(target))]
+        found = [str(problem) for problem in check_file(Path(target), load_robot(robot))]
         passed: list[str] = []
     else:
         from clearway.navigators.conformance import check_navigator

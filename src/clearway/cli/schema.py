@@ -14,13 +14,19 @@ class Kind(StrEnum):
     SCENARIO = "scenario"
     SUITE = "suite"
     ROBOT = "robot"
+    PLAN = "plan"
 
 
 def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show_default=False)]) -> None:
-    """Print the JSON Schema of a scenario, suite or robot file (for editors that complete and check)."""
+    """Print the JSON Schema of a scenario, suite, robot or plan file (for editors that complete and check)."""
     import json
 
-    from clearway.scenarios import check
+    from clearway.scenarios import files
 
-    made = {Kind.SCENARIO: check.scenario_schema, Kind.SUITE: check.suite_schema, Kind.ROBOT: check.robot_schema}[kind]
-    typer.echo(json.dumps(made(), indent=2))
+    made = {
+        Kind.SCENARIO: files.scenario_schema,
+        Kind.SUITE: files.suite_schema,
+        Kind.ROBOT: files.robot_schema,
+        Kind.PLAN: files.plan_schema,
+    }
+    typer.echo(json.dumps(made[kind](), indent=2))
