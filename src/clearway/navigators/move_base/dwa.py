@@ -223,7 +223,7 @@ def search(
     # Three waves: from the plan, from the local goal, and from the point that the nose is to reach beyond it.
     unreached = mapgrid.clear(scene.cost, room.blank)
     seek = Seek(distinct, count)
-    path[:] = room.blank
+    mapgrid.refill(path, room.blank)
     targets, local_goal = lay_plan(scene, ahead, end_x, end_y, path, room.queue, True)
     spread(room, path, targets, seek, BODY | NOSE, stride, unreached)
     towards = math.atan2(end_y - pose[1], end_x - pose[0])

@@ -23,7 +23,7 @@ from clearway.navigators.move_base.footprint import INSCRIBED, NO_INFORMATION, C
 
 GridArray = npt.NDArray[np.int32]
 
-BODY, NOSE = 1, 2
+BODY, NOSE = np.int64(1), np.int64(2)  # typed: a bare number would make kernels compile once per value
 """Bits of `wanted`: cells that the robot's centre passes, cells that a point ahead of it ends in."""
 
 _BORDER = -1
@@ -65,8 +65,9 @@ def clear(cost: CostArray, blank: GridArray) -> int:
     rows, cols = cost.shape
     unreached: int = rows * cols + 1
     stride = cols + 2
-    blank[:stride] = _BORDER
-    blank[(rows + 1) * stride :] = _BORDER
+    for i in range(stride):
+        blank[i] = _BORDER
+        blank[(rows + 1) * stride + i] = _BORDER
     for r in range(rows):
         base = (r + 1) * stride + 1
         blank[base - 1] = _BORDER
@@ -74,6 +75,13 @@ def clear(cost: CostArray, blank: GridArray) -> int:
         for c in range(cols):
             blank[base + c] = unreached + (1 if cost[r, c] >= INSCRIBED else 0)
     return unreached
+
+
+@kernel
+def refill(grid: GridArray, blank: GridArray) -> None:
+    """Copy `blank` into `grid` (a loop: array assignment in a kernel costs seconds of compilation)."""
+    for i in range(grid.size):
+        grid[i] = blank[i]
 
 
 @kernel
@@ -121,7 +129,7 @@ def lay_plan(
 
 @kernel
 def _open_cells(
-    seek: Seek, grid: GridArray, wanted: npt.NDArray[np.uint8], mask: int, stride: int, unreached: int
+    seek: Seek, grid: GridArray, wanted: npt.NDArray[np.uint8], mask: np.int64, stride: int, unreached: int
 ) -> int:
     """How many of the sought cells are not settled yet, and not walled in either (those never will be)."""
     pending = 0
@@ -139,7 +147,7 @@ def _open_cells(
 
 
 @kernel
-def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: int, stride: int, unreached: int) -> None:
+def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: np.int64, stride: int, unreached: int) -> None:
     """Let distances spread over `grid` from the first `targets` cells of the queue until every sought cell has its own.
 
     Args:
@@ -165,9 +173,9 @@ def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: int, str
 
 
 @kernel
-def spread_from(room: Room, grid: GridArray, target: int, seek: Seek, mask: int, stride: int, unreached: int) -> None:
+def spread_from(room: Room, grid: GridArray, target: int, seek: Seek, mask: np.int64, stride: int, unreached: int) -> None:
     """Fill `grid` with the distances to one cell (-1: to nowhere), exact in the sought cells."""
-    grid[:] = room.blank
+    refill(grid, room.blank)
     if target >= 0:
         grid[target] = 0
         room.queue[0] = target

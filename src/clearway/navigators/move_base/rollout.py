@@ -297,7 +297,7 @@ def search(
 
     unreached = mapgrid.clear(scene.cost, room.blank)
     seek = Seek(distinct, count)
-    room.path[:] = room.blank
+    mapgrid.refill(room.path, room.blank)
     free_under_robot(scene, pose, room.path, unreached)  # in this grid alone, as in the real one
     targets, local_goal = lay_plan(scene, ahead, end_x, end_y, room.path, room.queue, True)
     spread(room, room.path, targets, seek, BODY, stride, unreached)
