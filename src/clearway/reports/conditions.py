@@ -69,8 +69,8 @@ def test(f: Findings) -> Facts:
         ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
         ("seed", str(plan.get("seed", campaign.get("seed", "not recorded")))),
         ("trials", str(len(f.rows))),
-        ("started", str(run.get("started") or BLANK)),
-        ("finished", str(run.get("finished") or BLANK)),
+        ("started", _date(run.get("started"))),
+        ("finished", _date(run.get("finished"))),
         ("Clearway", str(campaign.get("clearway", _version("clearway")))),
         ("software", _software(campaign.get("versions"))),
         (
@@ -125,6 +125,12 @@ def deviations(f: Findings) -> list[str]:
 
 def _dict(value: Any) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
+
+
+def _date(value: Any) -> str:
+    """An ISO time in UTC as people write it; anything else as it is."""
+    text = str(value or BLANK)
+    return f"{text[:10]} {text[11:16]} UTC" if text.endswith("+00:00") else text
 
 
 def _footprint(robot: Robot) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 12
 """Configurations drawn in one figure; of more, a sample spread evenly."""
+SLIMMEST = 0.42
+"""Short side of a panel over its long one, at least."""
 FOOTPRINT_EVERY = 0.6
 """m of path between two footprints drawn."""
 _FILLS = {"wall": theme.FIXTURE, "furniture": theme.FURNITURE, "obstacle": theme.OBSTACLE}
@@ -32,8 +35,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         chosen = [r for r in rows if (r["batch"], r["configuration"]) == (batch, configuration)]
         gaps, sizes = distinct(chosen, "gap"), distinct(chosen, "size")
         gap = gaps[len(gaps) // 2] if gaps else None
-        first = next(r for r in chosen if r["gap"] == gap)
-        trial = results.trial(first["trial"])
+        trial = max((results.trial(r["trial"]) for r in [r for r in chosen if r["gap"] == gap][:24]), key=_shown)
         _set_up(ax, trial, theme.FIXTURE)
         for size in reversed(sizes):
             row = next((r for r in chosen if r["gap"] == gap and r["size"] == size), None)
@@ -47,7 +49,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         if sizes:
             notes.append(f"edge {_join(sizes)} m")
         if gaps:
-            notes.append(f"gap {_join(gaps)} d_base (drawn: {gap:g})")
+            notes.append(f"gap {_join(gaps)} d_base" + (f" (drawn: {gap:g})" if len(gaps) > 1 else ""))
         if distinct(chosen, "obstacle_speed"):
             notes.append(f"obstacle {_join(distinct(chosen, 'obstacle_speed'))} m/s")
         _note(ax, "\n".join(notes))
@@ -58,6 +60,7 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
     """A representative trial of each configuration: the path with footprints at intervals, the mover's track (Fig. 5)."""
     panels = spread(configurations(rows))
     figure, axes = _panels(panels, results, rows, 2)
+    columns = axes[0].get_subplotspec().get_gridspec().ncols  # type: ignore[union-attr]
     for ax, key in zip(axes, panels, strict=True):
         row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
         assert row is not None
@@ -67,7 +70,8 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
         _tracks(ax, trial)
         ended = "" if row["success"] else f" ({row['failure'] or row['outcome']})"
         ax.set_title(f"{key[0]} {key[1]}" if key[1] not in (key[0], "free") else key[0])
-        _note(ax, f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}")
+        words = f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}"
+        _note(ax, textwrap.fill(words, 38 if columns > 2 else 90))
     return figure
 
 
@@ -121,7 +125,8 @@ def _panels(
         assert row is not None
         samples.append(results.trial(row["trial"]))
     x0, y0, x1, y1 = _around(samples, driven=not setting)
-    columns = min(max(columns, 4 if x1 - x0 < y1 - y0 else 2), max(len(panels), 2))
+    tall = (y1 - y0) / (x1 - x0)
+    columns = min(max(columns, 6 if tall > 1.5 else 4 if tall > 0.72 else 2), max(len(panels), 2))
     lines, width = -(-len(panels) // columns), 10.0
     figure = theme.new_figure(width, lines * (0.62 + width / columns * (y1 - y0) / (x1 - x0)))
     axes = [figure.add_subplot(lines, columns, i + 1) for i in range(len(panels))]
@@ -130,7 +135,7 @@ def _panels(
     return figure, axes
 
 
-def _around(trials: Iterable[Trial], margin: float = 0.6, *, driven: bool = True) -> tuple[float, float, float, float]:
+def _around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
     """Box around where robots, goals and obstacles of the test were, m; and of the movers' lanes, cut short."""
     points, movers = [], []
     for trial in trials:
@@ -146,8 +151,10 @@ def _around(trials: Iterable[Trial], margin: float = 0.6, *, driven: bool = True
     lanes = np.vstack(movers)
     lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - 1.1, high + 1.1)
     every = np.vstack([inner, lanes])
-    (x0, y0), (x1, y1) = every.min(0) - margin, every.max(0) + margin
-    return float(x0), float(y0), float(x1), float(y1)
+    low, high = every.min(0) - margin, every.max(0) + margin
+    more = np.maximum(SLIMMEST * (high - low).max() - (high - low), 0.0) / 2
+    (x0, y0), (x1, y1) = (low - more).tolist(), (high + more).tolist()
+    return x0, y0, x1, y1
 
 
 def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
@@ -197,6 +204,13 @@ def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha:
             PolyCollection(shown, facecolors=_FILLS.get(kind, theme.FURNITURE), edgecolors=edge, linewidths=0.5, alpha=alpha, zorder=3),
             autolim=False,
         )  # fmt: skip
+
+
+def _shown(trial: Trial) -> float:
+    """How far the moving obstacle came on the first leg, m: the trial with most shows its lane best."""
+    track = trial.movers[np.asarray(trial.leg) == 0][:, :, :2].reshape(-1, 2)
+    known = track[np.isfinite(track).all(1)]
+    return float(np.ptp(known, axis=0).sum()) if len(known) else 0.0
 
 
 def _lanes(ax: Axes, trial: Trial) -> None:

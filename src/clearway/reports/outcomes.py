@@ -43,6 +43,8 @@ def cards(f: Findings) -> list[Card]:
         }
         means = [(s, sum(v) / len(v)) for s, v in times.items() if v]
         gaps = [r["MDO"] for r in rows if r["MDO"] is not None]
+        walls = not gaps
+        gaps = gaps or [r["MDO_walls"] for r in rows if r["MDO_walls"] is not None]
         failed = f"failed: {rate['failures']}" if rate["failures"] else "no failure"
         found.append(
             Card(
@@ -52,7 +54,7 @@ def cards(f: Findings) -> list[Card]:
                 num(means[0][1], 1) if means else NONE,
                 tuple(f"{num(mean, 1)} s at {s:g} m/s" for s, mean in means[1:]) or ("all batches",),
                 num(median(gaps), 2) if gaps else NONE,
-                f"least of all {num(min(gaps), 3)} m" if gaps else "no obstacles",
+                f"least of all {num(min(gaps), 3)} m" + (", from walls" if walls else "") if gaps else "no obstacles",
             )
         )  # fmt: skip
     return found
@@ -166,7 +168,9 @@ def space(f: Findings) -> Grid | None:
         for rate in system.of(f.rates):
             here = [
                 r for r in system.of(f.rows)
-                if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"]) and r.get("space_rel") is not None
+                if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"])
+                and r["suite"] != "barn"
+                and r.get("space_rel") is not None
             ]  # fmt: skip
             mean = f.mean(system, rate["batch"], rate["speed"], "space")
             if not here or mean is None:
@@ -292,4 +296,7 @@ def verdict(row: Row) -> str:
     """`success`, or how the trial failed."""
     if row["success"]:
         return "success"
-    return str(row["failure"] or row["outcome"]) if row["success"] is not None else f"{row['outcome']}, not judged"
+    if row["success"] is None:
+        return f"{row['outcome']}, not judged"
+    failure = str(row["failure"] or row["outcome"])
+    return f"{failure} too large" if failure in ("DE", "OE", "DE+OE") else failure

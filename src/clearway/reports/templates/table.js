@@ -61,7 +61,7 @@ const Trials = (() => {
           td.append(link);
         } else td.textContent = text(row, c);
         if (column.number) td.className = "n";
-        if (column.why) td.className = "why bad";
+        if (column.why) { td.className = "why bad"; if (row[c] === null) td.textContent = ""; }
         tr.append(td);
       });
       if (row[columns.length]) tr.className = "fail";
