@@ -16,7 +16,14 @@ TABLE[:253] = np.minimum(50 + 0.8 * np.arange(253), 253).astype(np.uint8)
 LETHAL = 254
 
 
-def spread(costmap: np.ndarray, start: tuple[int, int], target: int = -1, quadratic: bool = True) -> search.Workspace:
+def spread(
+    costmap: np.ndarray,
+    start: tuple[int, int],
+    target: int = -1,
+    quadratic: bool = True,
+    bound: float = np.inf,
+    least: float = 0.0,
+) -> search.Workspace:
     rows, columns = costmap.shape
     space = search.Workspace(rows, columns)
     n = start[0] * columns + start[1]
@@ -37,6 +44,8 @@ def spread(costmap: np.ndarray, start: tuple[int, int], target: int = -1, quadra
         space.pending,
         space.blocks,
         space.extent,
+        bound,
+        least,
     )
     return space
 
@@ -142,3 +151,21 @@ def test_best_first_reaches_the_target_at_no_less_than_the_cheapest_cost() -> No
     assert tuple(path[-1]) == (5.0, 5.0)
     assert np.abs(np.diff(path, axis=0)).max() == 1
     assert (costmap[path[:, 1].astype(int), path[:, 0].astype(int)] == 0).all()
+
+
+@given(st.integers(0, 10**6))
+@settings(max_examples=15, deadline=None)
+def test_a_bound_leaves_the_path_as_it_is_and_saves_cells(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    costmap = np.zeros((120, 120), np.uint8)
+    costmap[rng.random(costmap.shape) < 0.05] = 254
+    costmap[[60, 90], [20, 100]] = 0
+    target = 90 * 120 + 100
+    full = spread(costmap, (60, 20), target)
+    known = float(full.potential[target])
+    bounded = spread(costmap, (60, 20), target, bound=known + 500, least=45.0)
+    assert (bounded.potential < search.HIGH).sum() < (full.potential < search.HIGH).sum()
+    paths = [search.descend(s.potential, 120, LETHAL, 100.0, 90.0, 20.0, 60.0, 50.0, 480) for s in (full, bounded)]
+    assert np.array_equal(*paths)
+    none = spread(costmap, (60, 20), target, bound=0.8 * known, least=45.0)
+    assert none.potential[target] >= search.HIGH

@@ -82,6 +82,8 @@ def wave(
     pending: ByteGrid,
     blocks: npt.NDArray[np.int32],
     extent: npt.NDArray[np.int64],
+    bound: float = np.inf,
+    least: float = 0.0,
 ) -> bool:
     """Spread the potential in order of cost (Dijkstra with three priority blocks) until `target` is reached.
 
@@ -91,6 +93,8 @@ def wave(
         target: cell; -1 spreads over all that can be reached. increment: of the priority threshold.
         quadratic: which potential. cycles: bound on the passes over a block.
         potential, pending, blocks, extent: of a `Workspace`.
+        bound: the wave does not go on from a cell whose potential, plus `least` for each cell of the straight line
+            to the target, is above this. It saves the cells that no path of at most this potential needs.
 
     Returns:
         whether the target was reached.
@@ -112,6 +116,7 @@ def wave(
             pending[n] = 1
     one, row = np.uint32(1), np.uint32(columns)  # unsigned: no check for negative indices
     neighbours = np.array([-1, 1, -columns, columns]).astype(np.uint32)  # added modulo 2^32
+    target_column, target_row = target % columns, target // columns
     reached = False
     for _ in range(cycles):
         if current_end == 0 and following_end == 0:
@@ -125,6 +130,11 @@ def wave(
             if value < potential[n]:
                 potential[n] = value
                 first, last = min(first, np.int64(n)), max(last, np.int64(n))
+                if bound < np.inf:
+                    up_to = n // row
+                    across = np.float64(n - up_to * row) - target_column
+                    if value + least * math.sqrt(across**2 + (np.float64(up_to) - target_row) ** 2) > bound:
+                        continue
                 low = value < threshold
                 block, end = (following, following_end) if low else (over, over_end)
                 for k in range(4):  # written out: a call that takes arrays costs more than all of this

@@ -20,6 +20,12 @@ from clearway.navigators.move_base.parameters import GlobalPlannerGroup, Paramet
 
 _NAVFN_LETHAL, _NAVFN_NEUTRAL, _NAVFN_FACTOR = 254, 50, 0.8
 
+_SPARE = 40 * _NAVFN_NEUTRAL
+"""How much more potential than the last plan to the same goal a new one may need: 40 free cells' worth."""
+
+_LEAST = 0.9 * _NAVFN_NEUTRAL
+"""Potential that a cell's width of free space costs at least (the quadratic fit stays above 0.97 times the neutral)."""
+
 
 class GlobalPlanner(Protocol):
     """nav_core's BaseGlobalPlanner."""
@@ -46,34 +52,26 @@ class Navfn:
             table[UNKNOWN] = _NAVFN_LETHAL - 1
         self._table = table
         self._workspace = search.Workspace(0, 0)
+        self._goal: tuple[int, tuple[int, ...]] | None = None
+        self._known = math.inf  # potential of the last plan to that goal
 
     def plan(self, costmap: Costmap, start: FloatArray, goal: FloatArray) -> FloatArray | None:
         """See `GlobalPlanner`. With `default_tolerance` it may end beside a goal that can't be reached."""
-        rows, columns = costmap.cost.shape
+        columns = costmap.cost.shape[1]
         here, there = costmap.cell(start[0], start[1]), costmap.cell(goal[0], goal[1])
         if here is None or (there is None and self._tolerance <= 0):
             return None
         costmap.cost[here] = FREE  # where the robot stands can't be an obstacle
-        space = self._workspace = _fitting(self._workspace, rows, columns)
         n = here[0] * columns + here[1]
         target = there[0] * columns + there[1] if there is not None else 0
-        space.potential[n] = 0.0
-        space.extent[:] = n, n
-        search.wave(
-            costmap.cost.reshape(-1),
-            columns,
-            self._table,
-            _NAVFN_LETHAL,
-            np.array((n + 1, n - 1, n - columns, n + columns)),
-            target,
-            2 * _NAVFN_NEUTRAL,
-            True,
-            max(rows * columns // 20, rows + columns),
-            space.potential,
-            space.pending,
-            space.blocks,
-            space.extent,
-        )
+        known = self._known if (target, costmap.cost.shape) == self._goal else math.inf
+        # First look only where a path hardly dearer than the last one can lead. If it does, the rest does not matter.
+        if not self._spread(costmap, n, target, known + _SPARE) and known < math.inf:
+            self._spread(costmap, n, target, math.inf)
+        space = self._workspace
+        self._goal, self._known = (target, costmap.cost.shape), float(space.potential[target])
+        if self._known >= search.HIGH:
+            self._known = math.inf
         end = self._nearest_reached(costmap, goal)
         if end is None:
             return None
@@ -96,6 +94,30 @@ class Navfn:
         plan[:-1, :2] = costmap.origin + path[::-1].astype(np.float64) * costmap.resolution
         plan[-1] = end[0], end[1], goal[2]
         return plan
+
+    def _spread(self, costmap: Costmap, start: int, target: int, bound: float) -> bool:
+        """Spread the potential from one cell until it reaches another."""
+        rows, columns = costmap.cost.shape
+        space = self._workspace = _fitting(self._workspace, rows, columns)
+        space.potential[start] = 0.0
+        space.extent[:] = start, start
+        return search.wave(
+            costmap.cost.reshape(-1),
+            columns,
+            self._table,
+            _NAVFN_LETHAL,
+            np.array((start + 1, start - 1, start - columns, start + columns)),
+            target,
+            2 * _NAVFN_NEUTRAL,
+            True,
+            max(rows * columns // 20, rows + columns),
+            space.potential,
+            space.pending,
+            space.blocks,
+            space.extent,
+            bound,
+            _LEAST,
+        )
 
     def _nearest_reached(self, costmap: Costmap, goal: FloatArray) -> tuple[float, float] | None:
         """The point nearest to the goal, on a raster of the map's cells around it, that the potential has reached."""
@@ -228,6 +250,8 @@ class PotentialPlanner:
                 space.pending,
                 space.blocks,
                 space.extent,
+                math.inf,
+                0.0,
             )
         )
 
