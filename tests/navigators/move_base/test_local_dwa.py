@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from local_oracle import dwa_scores, speeds
 
 from clearway.geometry.shapes import Circle, rectangle
-from clearway.navigators.move_base.dwa import DWAPlanner, Oscillation, Signs, sample_steps, velocity_samples, window_of
+from clearway.navigators.move_base.dwa import DWAPlanner, Oscillation
+from clearway.navigators.move_base.dwa_search import Signs, sample_steps, velocity_samples, window_of
 from clearway.navigators.move_base.footprint import outline
 from clearway.navigators.move_base.local_parameters import DWAParameters
 from clearway.navigators.move_base.sampling import roll
