@@ -28,7 +28,6 @@ from clearway.navigators.move_base.mapgrid import (
 from clearway.navigators.move_base.sampling import approach, occlusion, roll
 
 _EPSILON = 1e-4  # the generator's slack on its speed limits, m/s and rad/s
-_NOTHING: FloatArray = np.empty((0, 2))
 
 
 class Window(NamedTuple):

@@ -37,7 +37,6 @@ from clearway.navigators.move_base.mapgrid import (
 from clearway.navigators.move_base.sampling import occlusion, roll
 
 BLOCKED, NO_WAY = -1.0, -2.0  # costs of a rollout that hits something, and of one that the goal can't be reached from
-_NOTHING: FloatArray = np.empty((0, 2))
 
 
 class Rollout(NamedTuple):
