@@ -106,8 +106,8 @@ def test_fit_against_the_formula() -> None:
     beams = np.array(((0.5, 0.5, 1.0, 0.0, 1.0), (0.2, 0.2, 1.0, 0.0, 1.0)))
     score, likelihood = sm.fit(cells, np.zeros(2), 0.05, beams, np.zeros(3), (-1, 0, 1), 0.05, 0.075)
     d2 = 0.02**2 + 0.03**2
-    assert score == pytest.approx(math.exp(-d2 / 0.05), rel=1e-5)
-    assert likelihood == pytest.approx(-d2 / 0.075 - 0.5 / 0.075, rel=1e-5)
+    assert score == pytest.approx(math.exp(-d2 / (2 * 0.05**2)), rel=1e-5)
+    assert likelihood == pytest.approx(-d2 / (2 * 0.075**2) - 0.5 / 0.075, rel=1e-5)
 
 
 def test_a_drawn_map_holds_walls_floor_and_what_nobody_saw() -> None:

@@ -92,7 +92,7 @@ def build_map(
         ClearwayError: no such plan, no lidar, a wrong parameter, or the robot can't drive there.
     """
     begun = perf_counter()
-    tell = progress or (lambda done, total, note="": None)
+    tell: Tell = progress or _silent
     if robot.lidar is None:
         raise ClearwayError(f"mapping needs a lidar, robot {robot.name!r} has none", field="lidar")
     parameters = mapping_parameters(robot)
@@ -185,6 +185,10 @@ def visible_walls(
         scan = Scan(ranges, eye.angle_min, eye.increment, lidar.range_min, lidar.range_max, mount)
         scans.append(_usable(scan, usable, farthest))
     return render(poses, scans, mount, delta, 0.0)
+
+
+def _silent(done: int, total: int, note: str) -> None:
+    """Tells nobody."""
 
 
 def _usable(scan: Scan, usable: float, farthest: float) -> FloatArray:

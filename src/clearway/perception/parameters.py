@@ -82,12 +82,14 @@ class MappingParameters(BaseModel):
     maxRange: Positive | None = Field(
         default=None, description="beams beyond it are dropped, m; default: the sensor's less 0.01"
     )
-    sigma: Positive = Field(default=0.05, description="of the score that the scan matching climbs, m^2")
+    sigma: Positive = Field(
+        default=0.05, description="standard deviation in the score that the scan matching climbs, m"
+    )
     kernelSize: int = Field(default=1, ge=0, description="cells around a beam's end that are searched for a wall")
     lstep: Positive = Field(default=0.05, description="first step of the climb, m")
     astep: Positive = Field(default=0.05, description="first step of the climb, rad")
     iterations: int = Field(default=5, ge=1, description="halvings of the step")
-    lsigma: Positive = Field(default=0.075, description="of a beam's likelihood, m^2")
+    lsigma: Positive = Field(default=0.075, description="standard deviation of a beam in the likelihood, m")
     ogain: Positive = Field(default=3.0, description="smooths the particles' weights")
     lskip: int = Field(default=0, ge=0, description="beams left out after each one used for matching")
     minimumScore: NonNegative = Field(default=0.0, description="below it the odometry is believed")

@@ -96,8 +96,9 @@ def fit(
     Args:
         cells: (3, rows, cols) a particle's map. origin: (2,) m. scan: (n, 5) from `beams`, hits only.
         around: offsets of the cells to search, -k to k; a tuple, so that the loops over them are unrolled.
-        sigma, lsigma: m^2, by which GMapping divides the squared distance for the score and for the likelihood;
-            sigma 0: the score is not wanted.
+        sigma, lsigma: standard deviations for the score and for the likelihood, m; sigma 0: the score is not wanted.
+            They are documented as such; GMapping's source divides d^2 by sigma itself, which has no consistent unit
+            and gives a score so flat that small errors add up.
     """
     _, rows, cols = cells.shape
     reach = len(around) // 2
@@ -121,8 +122,8 @@ def fit(
                     best = min(best, dx * dx + dy * dy)
         if best < nothing:
             if sigma > 0.0:
-                score += math.exp(-best / sigma)
-            likelihood -= best / lsigma
+                score += math.exp(-best / (2.0 * sigma * sigma))
+            likelihood -= best / (2.0 * lsigma * lsigma)
         else:
             likelihood += missed
     return score, likelihood
