@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -60,7 +62,7 @@ def run(
         if suites != ["barn"]:
             raise ClearwayError("--official belongs to the suite barn", field="--official")
         batches = ["official"]
-    with Progress("trials") as progress:
+    with _stoppable(), Progress("trials") as progress:
         if resume and not suites:
             results = api.resume(resume, workers=workers, progress=progress)
         else:
@@ -99,3 +101,13 @@ def run(
     if failed:
         typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)
         raise typer.Exit(1)
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """On Ctrl-C, say where the campaign stands and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as stopped:
+        typer.echo(f"clearway: {stopped}" if str(stopped) else "clearway: stopped", err=True)
+        raise typer.Exit(130) from None
