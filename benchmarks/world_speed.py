@@ -5,7 +5,7 @@ One robot (0.2 m) circles in a room of 10 x 10 m among 16 discs (0.2 m) that go 
 whole trial: ten plant steps a period with exact contact, odometry, lidar, recording. IR-SIM and navground make one
 step a period and one scan. CPU time of one process each, the best of several rounds, in turns.
 
-    python benchmarks/world_speed.py [--rivals PYTHON] [--steps N] [--rounds N] [--json]
+    python benchmarks/world_speed.py [--rivals PYTHON] [--steps N] [--rounds N] [--json] [--smoke]
 
 `--rivals`: a Python that has the packages ir-sim and navground; default: this one. A rival that is missing is named.
 """
@@ -180,8 +180,11 @@ def main() -> int:
     parser.add_argument("--steps", type=int, default=5000)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--smoke", action="store_true", help="few steps: only to see that it runs")
     parser.add_argument("--only", choices=("irsim", "navground"), help=argparse.SUPPRESS)
     options = parser.parse_args()
+    if options.smoke:
+        options.steps, options.rounds = 200, 1
     if options.only:
         return _serve(options.only, options.steps)
 

@@ -24,10 +24,13 @@ def compare(
     import json
     from dataclasses import asdict
 
+    from clearway.errors import ClearwayError
     from clearway.reports.text import comparison
     from clearway.statistics import compare_all
     from clearway.trials.store import open_results
 
+    if twice := [path for path in directories if directories.count(path) > 1]:
+        raise ClearwayError("is named twice; a comparison needs different results", file=twice[0])
     tables = {str(path): open_results(path).trials for path in directories}
     found = compare_all(tables, indicators=indicators, confidence=confidence)
     if not as_json:
