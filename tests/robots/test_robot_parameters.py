@@ -21,7 +21,9 @@ def test_parameters_are_accepted(name: str) -> None:
 
 
 def test_presets_change_what_they_say() -> None:
-    assert parameters_of(load_robot("hosbot:dwa")).move_base.base_local_planner == "dwa_local_planner/DWAPlannerROS"
+    planner = {n: parameters_of(load_robot(n)).move_base.base_local_planner for n in ("hosbot", "hosbot:rollout")}
+    assert planner["hosbot"] == "dwa_local_planner/DWAPlannerROS"
+    assert planner["hosbot:rollout"] == "base_local_planner/TrajectoryPlannerROS"
     for name, enabled in (("hosbot", True), ("hosbot:vendor", False)):
         layer = parameters_of(load_robot(name)).global_costmap.obstacle_layer
         assert layer is not None
