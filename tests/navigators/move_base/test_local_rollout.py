@@ -92,7 +92,7 @@ class Plain:
             vi += np.clip(v - vi, -p.acc_lim_x * dt, p.acc_lim_x * dt)
             wi += np.clip(w - wi, -p.acc_lim_theta * dt, p.acc_lim_theta * dt)
             x, y, yaw = x + vi * math.cos(yaw) * dt, y + vi * math.sin(yaw) * dt, yaw + wi * dt
-        scale = RESOLUTION if p.meter_scoring else 1.0
+        scale = RESOLUTION if p.meter_scoring_honoured else 1.0
         return scale * (p.path_bias * self.path[cell] + p.goal_bias * self.goal[cell]) + p.occdist_scale * occ, last
 
     def best(self):
@@ -127,6 +127,7 @@ class Plain:
 @pytest.mark.parametrize("seed", range(10))
 def test_the_choice_is_that_of_trying_every_sample_in_turn(seed, dwa):
     p = BARN.model_copy(update={"dwa": dwa, "acc_lim_theta": 3.2, "acc_lim_x": 2.5} if not dwa else {})
+    p = p.model_copy(update={"meter_scoring_honoured": seed % 2 == 0})
     cost, plan, pose, velocity = random_scene(seed)
     who = planner(p)
     total, v, w, points, _ = who._search(pose, velocity, (0.0, 0.0), plan, cost, ORIGIN, RESOLUTION, 9.0)
@@ -178,8 +179,14 @@ def test_old_names_of_the_biases_count_unless_the_new_ones_are_given():
     assert TrajectoryParameters().path_bias == 0.6
     turning = TrajectoryParameters(min_in_place_rotational_vel=0.1)
     assert (turning.least_goal_turn, turning.min_in_place_vel_theta) == (0.1, 0.4)
-    assert planner().window(RESOLUTION, 9.0).path_bias == pytest.approx(0.75 * 0.05)
-    assert planner(BARN.model_copy(update={"meter_scoring": False})).window(RESOLUTION, 9.0).path_bias == 0.75
+
+
+def test_meter_scoring_has_no_effect_unless_it_is_honoured():
+    def bias(**change):
+        return planner(BARN.model_copy(update=change)).window(RESOLUTION, 9.0).path_bias
+
+    assert bias() == bias(meter_scoring=False) == bias(meter_scoring=False, meter_scoring_honoured=True) == 0.75
+    assert bias(meter_scoring_honoured=True) == pytest.approx(0.75 * 0.05)
 
 
 def test_a_strafing_base_is_refused():

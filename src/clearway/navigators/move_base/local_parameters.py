@@ -118,9 +118,12 @@ class TrajectoryParameters(_Group):
     )
     occdist_scale: NonNegative = Field(default=0.01, description="weight of the highest cost on the way")
     meter_scoring: bool = Field(
+        default=False, description="meant to make the two biases count per metre; see meter_scoring_honoured"
+    )
+    meter_scoring_honoured: bool = Field(
         default=False,
-        description="the two biases are per metre. The real constructor never stores it, so what a real robot did with"
-        " it is unspecified; here it means what it says",
+        description="not a ROS parameter: let meter_scoring mean what it says. The real TrajectoryPlanner is given it but"
+        " never stores it (kinetic to noetic), so its biases count per cell whatever the file says",
     )
     heading_lookahead: Finite = Field(
         default=0.325, description="m ahead of the robot that turns in place are compared at"

@@ -145,7 +145,7 @@ class TrajectoryPlanner:
     def window(self, resolution: float, speed_limit: float) -> Rollout:
         """The parameters and the state of one cycle; the forward speed is capped (m/s)."""
         p = self._parameters
-        per_cell = resolution if p.meter_scoring else 1.0
+        per_cell = resolution if p.meter_scoring and p.meter_scoring_honoured else 1.0
         return Rollout(
             max_vel_x=min(p.max_vel_x, speed_limit),
             min_vel_x=p.min_vel_x,
