@@ -147,7 +147,11 @@ def resample(
         How many were drawn.
     """
     n = poses.shape[0]
-    cumulative = np.cumsum(weights)
+    cumulative = np.empty(n)
+    total = 0.0
+    for i in range(n):
+        total += weights[i]
+        cumulative[i] = total
     keys = np.full(_table_size(drawn.shape[0]), _EMPTY, np.int64)
     bins = 0
     count = 0
@@ -158,9 +162,16 @@ def resample(
             drawn[count, 1] = free[i, 1] + cell * rng.random()
             drawn[count, 2] = math.pi * (2.0 * rng.random() - 1.0)
         else:
-            i = min(np.searchsorted(cumulative, rng.random() * cumulative[n - 1], side="right"), n - 1)
-            drawn[count] = poses[i]
-        key = _bin(drawn[count])
+            aim = rng.random() * total
+            low, high = 0, n - 1  # the first whose cumulative weight exceeds the aim
+            while low < high:
+                middle = (low + high) // 2
+                if cumulative[middle] > aim:
+                    high = middle
+                else:
+                    low = middle + 1
+            drawn[count, 0], drawn[count, 1], drawn[count, 2] = poses[low, 0], poses[low, 1], poses[low, 2]
+        key = _bin(drawn[count, 0], drawn[count, 1], drawn[count, 2])
         slot = _slot(keys, key)
         if keys[slot] == _EMPTY:
             keys[slot] = key
@@ -195,7 +206,7 @@ def best_cluster(poses: FloatArray, weights: FloatArray) -> FloatArray:
     filled = np.empty(n, np.int64)
     bins = 0
     for i in range(n):
-        key = _bin(poses[i])
+        key = _bin(poses[i, 0], poses[i, 1], poses[i, 2])
         slot = _slot(keys, key)
         if keys[slot] == _EMPTY:
             keys[slot] = key
@@ -237,11 +248,10 @@ def best_cluster(poses: FloatArray, weights: FloatArray) -> FloatArray:
 
 
 @kernel
-def _bin(pose: FloatArray) -> int:
-    x = math.floor(pose[0] / BIN_XY) + _OFFSET
-    y = math.floor(pose[1] / BIN_XY) + _OFFSET
-    yaw = math.floor(pose[2] / BIN_YAW) + _OFFSET
-    return int((x << 42) | (y << 21) | yaw)
+def _bin(x: float, y: float, yaw: float) -> int:
+    column, row = math.floor(x / BIN_XY) + _OFFSET, math.floor(y / BIN_XY) + _OFFSET
+    turn = math.floor(yaw / BIN_YAW) + _OFFSET
+    return int((column << 42) | (row << 21) | turn)
 
 
 @kernel

@@ -197,29 +197,37 @@ def propose(
     total = (2 * n + 1) ** 2 * (2 * m + 1)
     points = np.empty((total, 3))
     logs = np.empty(total)
+    pose = np.empty(3)
+    top = -np.inf
     k = 0
     for i in range(-n, n + 1):
         for j in range(-n, n + 1):
             for a in range(-m, m + 1):
-                points[k] = i * window[1], j * window[1], a * window[3]
-                pose = matched + points[k]
+                points[k, 0], points[k, 1], points[k, 2] = i * window[1], j * window[1], a * window[3]
+                for axis in range(3):
+                    pose[axis] = matched[axis] + points[k, axis]
                 _, logs[k] = fit(cells, origin, delta, scan, pose, around, 0.0, lsigma)
                 dx, dy, da = pose[0] - expected[0], pose[1] - expected[1], wrap(pose[2] - expected[2])
                 logs[k] -= 0.5 * ((dx * dx + dy * dy) / var_xy + da * da / var_yaw)
+                top = max(top, logs[k])
                 k += 1
-    top = logs.max()
-    shares = np.exp(logs - top)
-    weight = top + math.log(shares.mean())
-    shares /= shares.sum()
+    mass = 0.0
     centre = np.zeros(3)
     for k in range(total):
-        centre += shares[k] * points[k]
-    cov = 1e-12 * np.eye(3)
+        logs[k] = math.exp(logs[k] - top)  # from here on: shares
+        mass += logs[k]
+        for axis in range(3):
+            centre[axis] += logs[k] * points[k, axis]
+    for axis in range(3):
+        centre[axis] /= mass
+    cov = np.zeros((3, 3))
     for k in range(total):
-        d = points[k] - centre
         for i in range(3):
             for j in range(3):
-                cov[i, j] += shares[k] * d[i] * d[j]
+                cov[i, j] += logs[k] / mass * (points[k, i] - centre[i]) * (points[k, j] - centre[j])
+    for axis in range(3):
+        cov[axis, axis] += 1e-12
+    weight = top + math.log(mass / total)
     # the lower factor of cov, written out: three rows need no library
     l00 = math.sqrt(cov[0, 0])
     l10, l20 = cov[1, 0] / l00, cov[2, 0] / l00
@@ -227,10 +235,10 @@ def propose(
     l21 = (cov[2, 1] - l20 * l10) / l11
     l22 = math.sqrt(max(cov[2, 2] - l20 * l20 - l21 * l21, 0.0))
     e0, e1, e2 = rng.standard_normal(), rng.standard_normal(), rng.standard_normal()
-    drawn = matched + centre
-    drawn[0] += l00 * e0
-    drawn[1] += l10 * e0 + l11 * e1
-    drawn[2] = wrap(drawn[2] + l20 * e0 + l21 * e1 + l22 * e2)
+    drawn = np.empty(3)
+    drawn[0] = matched[0] + centre[0] + l00 * e0
+    drawn[1] = matched[1] + centre[1] + l10 * e0 + l11 * e1
+    drawn[2] = wrap(matched[2] + centre[2] + l20 * e0 + l21 * e1 + l22 * e2)
     return drawn, weight
 
 
