@@ -11,6 +11,7 @@ import numpy as np
 
 from clearway.indicators import HEADLINE
 from clearway.reports import theme
+from clearway.reports.grid import num
 from clearway.statistics import describe, success_rates, wilcoxon_between_speeds
 from clearway.statistics.correlation import Correlations
 
@@ -155,9 +156,7 @@ def _matrix(ax: Axes, matrix: Correlations, shades: Any) -> None:
             colour = shades(0.5 + value / 2) if known else _SAME
             ax.add_patch(_square(column, row, colour))
             text = _LIGHT_TEXT if known and abs(value) > 0.55 else _DARK_TEXT
-            ax.text(
-                column, row - 0.08, f"{value:.2f}" if known else "–", ha="center", va="center", color=text, fontsize=8
-            )
+            ax.text(column, row - 0.08, num(value), ha="center", va="center", color=text, fontsize=8)
             ax.text(column, row + 0.28, f"n {n[row, column]}", ha="center", va="center", color=text, fontsize=5.5)
     ax.set(xlim=(-0.5, k - 1.5), ylim=(k - 0.5, 0.5), aspect="equal", xticks=range(k - 1), yticks=range(1, k))
     ax.set_xticklabels(names[:-1], color=theme.INK)

@@ -94,6 +94,7 @@ def to_svg(figure: Figure, name: str) -> str:
     with matplotlib.rc_context(_STYLE | {"svg.hashsalt": f"clearway {name}"}):
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": "Clearway", "Title": name})
     text = re.sub(r"'DejaVu Sans'(, [^;\"]*)?", _SYSTEM_FONTS, out.getvalue())
+    text = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), text)  # 0.01 pt is fine enough
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
 
@@ -119,11 +120,11 @@ def themed(svg: str, title: str) -> str:
 
 
 def outline(shape: Shape, pose: FloatArray) -> FloatArray:
-    """The shape's outline at `pose` as points (n, 2), closed; a disc becomes a 48-gon for drawing."""
+    """The shape's outline at `pose` as points (n, 2), closed; a disc becomes a polygon for drawing (a small one, of 16)."""
     import numpy as np
 
     if isinstance(shape, Circle):
-        a = np.linspace(0.0, 2 * np.pi, 49)
+        a = np.linspace(0.0, 2 * np.pi, 49 if shape.radius > 0.12 else 17)
         points = shape.radius * np.c_[np.cos(a), np.sin(a)]
     else:
         v = shape.array
