@@ -11,9 +11,32 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+
 from clearway.indicators import row_schema
 from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema, suite_schema
 
+LABELS = {
+    "trial": "number, from 0; the key of every other file",
+    "id": "suite/scenario/robot/navigator",
+    "scenario": "unique in its suite",
+    "batch": "NO, SO, MO, CE in the hospital protocol; what the report groups by",
+    "configuration": "the same test at other speeds has the same configuration",
+    "robot": "name, with :PRESET if one was used",
+    "localisation": "truth, odometry or amcl",
+    "privileged": "whether the navigator was told the obstacles' future",
+    "plan": "floor plan",
+    "speed": "set speed",
+    "obstacle_speed": "of the moving obstacle",
+    "size": "edge of the static obstacles",
+    "gap": "between double obstacles",
+    "seed": "of the scenario; the same for every robot and navigator",
+    "outcome": "reached, collision, timeout, livelock, navigator_failed or aborted",
+    "reason": "of an outcome other than reached, in words",
+    "failure": "why success is false; empty if it is true",
+    "not_computable": "JSON: indicator -> why its cell is empty",
+    "duration": "of the whole trial, simulated",
+}
 PAGE = Path(__file__).with_name("reference.md")
 VERBS = ("run", "map", "report", "replay", "compare", "list", "check", "schema", "samples")
 
@@ -42,8 +65,9 @@ def _help(verb: str) -> str:
 
 def _columns() -> str:
     rows = ["| column | unit | what | source | better |", "|---|---|---|---|---|"]
-    for field in row_schema():
-        about = {k.decode(): v.decode().replace("|", "\\|") for k, v in (field.metadata or {}).items()}
+    own = pa.field("duration", pa.float64(), metadata={"unit": "s"})  # the store's own: first two and last
+    for field in [pa.field("trial", pa.int32()), pa.field("id", pa.string()), *row_schema(), own]:
+        about = {"title": LABELS.get(field.name, "")} | {k.decode(): v.decode().replace("|", "\\|") for k, v in (field.metadata or {}).items()}
         cells = [f"`{field.name}`", *(about.get(k, "") for k in ("unit", "title", "source", "better"))]
         rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows)

@@ -1,0 +1,152 @@
+"""What the documents say exists: files that they link to, commands, names in code."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+import typer
+
+import clearway
+from clearway.cli import app
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+EXAMPLES = sorted((ROOT / "examples").iterdir())
+COMMAND: Any = typer.main.get_command(app)
+
+
+class Found(NamedTuple):
+    """A piece of a document; its file and line name the test."""
+
+    file: Path
+    line: int
+    text: str
+
+
+def _name(found: Any) -> str:
+    return f"{found.file.relative_to(ROOT)}:{found.line}" if isinstance(found, Found) else str(found)
+
+
+def _blocks(page: Path, language: str) -> list[Found]:
+    text = page.read_text(encoding="utf-8")
+    fence = re.compile(rf"^```{language}\n(.*?)^```", re.MULTILINE | re.DOTALL)
+    return [Found(page, text.count("\n", 0, m.start()) + 2, m[1]) for m in fence.finditer(text)]
+
+
+def _prose(page: Path) -> str:
+    """The page without its fenced blocks, the same number of lines."""
+    text = page.read_text(encoding="utf-8")
+    return re.sub(r"^```.*?^```", lambda m: "\n" * m[0].count("\n"), text, flags=re.MULTILINE | re.DOTALL)
+
+
+def _links() -> list[Found]:
+    found = []
+    for page in PAGES:
+        for number, line in enumerate(_prose(page).splitlines(), 1):
+            targets = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`]*`", "", line))
+            found += [Found(page, number, t) for t in targets if not re.match(r"[a-z]+:", t)]
+    return found
+
+
+def _commands() -> list[Found]:
+    """Whole command lines: in shell blocks, and in the comments at the top of the examples."""
+    found = []
+    for page in PAGES:
+        for block in _blocks(page, "sh"):
+            lines = block.text.replace("\\\n", "  ").splitlines()
+            found += [Found(page, block.line + i, line) for i, line in enumerate(lines)]
+    for file in EXAMPLES:
+        if file.suffix in (".py", ".toml"):
+            found += [Found(file, i, s) for i, s in enumerate(file.read_text(encoding="utf-8").splitlines(), 1)]
+    says = re.compile(r"^(?:#?\s*(?:Try:)?\s*)(clearway [a-z].*)$")
+    return [Found(f.file, f.line, m[1]) for f in found if (m := says.match(f.text))]
+
+
+def _mentions() -> list[Found]:
+    """Commands in running text, which may leave arguments out."""
+    found = []
+    for page in PAGES:
+        for number, line in enumerate(_prose(page).splitlines(), 1):
+            found += [Found(page, number, said) for said in re.findall(r"`(clearway [^`]*)`", line)]
+    return found
+
+
+def _slugs(page: Path) -> set[str]:
+    """Anchors of a page's headings, as GitHub makes them."""
+    heads = re.findall(r"^#+ (.+)$", _prose(page), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", h.lower()).replace(" ", "-") for h in heads}
+
+
+@pytest.mark.parametrize("link", _links(), ids=_name)
+def test_link_leads_somewhere(link: Found):
+    path, _, anchor = link.text.partition("#")
+    target = (link.file.parent / path).resolve() if path else link.file
+    assert target.exists(), link.text
+    if anchor:
+        assert anchor in _slugs(target), link.text
+
+
+@pytest.mark.parametrize("command", _commands(), ids=_name)
+def test_command_line_is_understood(command: Found):
+    words = shlex.split(re.split(r" [>|] ", command.text)[0], comments=True)[1:]
+    assert words[0] in COMMAND.commands, command.text
+    verb = COMMAND.commands[words[0]]
+    verb.make_context(words[0], words[1:])  # parses, runs nothing; a usage error is raised
+    for word in words:
+        if word.startswith("examples/"):
+            assert (ROOT / word.partition(":")[0]).exists(), word
+
+
+@pytest.mark.parametrize("mention", _mentions(), ids=_name)
+def test_mentioned_command_exists(mention: Found):
+    words = shlex.split(mention.text)[1:]
+    if words[0].startswith("-"):
+        assert words[0] in ("--help", "--version")
+        return
+    assert words[0] in COMMAND.commands, mention.text
+    options = {o for p in COMMAND.commands[words[0]].params for o in p.opts} | {"--help", "-h"}
+    assert {w for w in words if w.startswith("-")} <= options, mention.text
+
+
+def _python() -> list[Found]:
+    blocks = [b for page in PAGES for b in _blocks(page, "python")]
+    return blocks + [Found(f, 1, f.read_text(encoding="utf-8")) for f in EXAMPLES if f.suffix == ".py"]
+
+
+@pytest.mark.parametrize("code", _python(), ids=_name)
+def test_python_compiles_and_names_what_exists(code: Found):
+    tree = ast.parse(code.text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("clearway"):
+            module = importlib.import_module(str(node.module))
+            assert all(hasattr(module, alias.name) for alias in node.names), ast.unparse(node)
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "clearway.run":
+            known = set(inspect.signature(clearway.run).parameters)
+            assert {k.arg for k in node.keywords if k.arg} <= known, ast.unparse(node)
+
+
+@pytest.mark.parametrize("block", [b for page in PAGES for b in _blocks(page, "toml")], ids=_name)
+def test_toml_is_toml(block: Found):
+    assert tomllib.loads(block.text)
+
+
+def test_reference_is_current():
+    said = subprocess.run(
+        [sys.executable, str(ROOT / "docs" / "make_reference.py"), "--check"], capture_output=True, text=True
+    )
+    assert said.returncode == 0, said.stderr
+
+
+def test_every_page_is_linked_from_another():
+    linked = {(f.file.parent / f.text.partition("#")[0]).resolve() for f in _links()}
+    assert [p.name for p in PAGES if p.resolve() not in linked and p.name != "README.md"] == []
