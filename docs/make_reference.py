@@ -67,7 +67,9 @@ def _columns() -> str:
     rows = ["| column | unit | what | source | better |", "|---|---|---|---|---|"]
     own = pa.field("duration", pa.float64(), metadata={"unit": "s"})  # the store's own: first two and last
     for field in [pa.field("trial", pa.int32()), pa.field("id", pa.string()), *row_schema(), own]:
-        about = {"title": LABELS.get(field.name, "")} | {k.decode(): v.decode().replace("|", "\\|") for k, v in (field.metadata or {}).items()}
+        about = {"title": LABELS.get(field.name, "")} | {
+            k.decode(): v.decode().replace("|", "\\|") for k, v in (field.metadata or {}).items()
+        }
         cells = [f"`{field.name}`", *(about.get(k, "") for k in ("unit", "title", "source", "better"))]
         rows.append(f"| {' | '.join(cells)} |")
     return "\n".join(rows)

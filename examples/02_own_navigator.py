@@ -1,7 +1,7 @@
 """An own navigator in twenty lines: drive to the goal, give way to what stands ahead.
 
-    clearway check examples/02_own_navigator.py:Careful
-    clearway run hospital --navigator examples/02_own_navigator.py:Careful --navigator move-base --batch NO
+clearway check examples/02_own_navigator.py:Careful
+clearway run hospital --navigator examples/02_own_navigator.py:Careful --navigator move-base --batch NO
 """
 
 import math

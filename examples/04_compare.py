@@ -13,4 +13,6 @@ found = compare(dwa.trials, rollout.trials, names=("DWA", "rollout"), indicators
 print(comparison(found))
 for row in found.differences.to_pylist():  # an Arrow table with everything behind those lines
     if row["batch"] is None:
-        print(row["indicator"], row["median_difference"], row["unit"], "smallest p that n can reach:", row["smallest_p"])
+        print(
+            row["indicator"], row["median_difference"], row["unit"], "smallest p that n can reach:", row["smallest_p"]
+        )

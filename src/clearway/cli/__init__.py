@@ -7,6 +7,7 @@ failed); 2 the input is wrong; 130 interrupted.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -23,7 +24,7 @@ app = typer.Typer(
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for name, verb in {
+VERBS: dict[str, Callable[..., None]] = {
     "run": run.run,
     "map": map_.map_,
     "report": report.report,
@@ -33,7 +34,8 @@ for name, verb in {
     "check": check.check,
     "schema": schema.schema,
     "samples": samples.samples,
-}.items():
+}
+for name, verb in VERBS.items():
     app.command(name)(verb)
 
 

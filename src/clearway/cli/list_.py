@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 import typer
@@ -25,12 +26,12 @@ def list_(
     from clearway.scenarios.floorplan import plan_names
     from clearway.scenarios.suites import load_suite, suite_names
 
-    tables = {
+    tables: dict[str, Callable[[], dict[str, str]]] = {
         "suites": lambda: {n: load_suite(n).title for n in suite_names()},
         "robots": lambda: {n: load_robot(n).title for n in robot_names()},
         "plans": lambda: dict.fromkeys(plan_names(), ""),
         "navigators": lambda: dict.fromkeys(navigator_names(), ""),
-        "indicators": lambda: {n: f"{i.title} [{i.unit}]" for n, i in INDICATORS.items()},
+        "indicators": lambda: {n: f"{i.title} [{i.unit}]" if i.unit else i.title for n, i in INDICATORS.items()},
     }
     if what != "all" and what not in tables:
         raise unknown("list", what, tables)
