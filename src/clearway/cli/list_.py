@@ -21,16 +21,16 @@ def list_(
 
     from clearway.errors import unknown
     from clearway.indicators import INDICATORS
-    from clearway.navigators.registry import navigator_names
+    from clearway.navigators.registry import navigator_class, navigator_names
     from clearway.robots import load_robot, robot_names
-    from clearway.scenarios.floorplan import plan_names
+    from clearway.scenarios.floorplan import load_plan, plan_names
     from clearway.scenarios.suites import load_suite, suite_names
 
     tables: dict[str, Callable[[], dict[str, str]]] = {
         "suites": lambda: {n: load_suite(n).title for n in suite_names()},
         "robots": lambda: {n: load_robot(n).title for n in robot_names()},
-        "plans": lambda: dict.fromkeys(plan_names(), ""),
-        "navigators": lambda: dict.fromkeys(navigator_names(), ""),
+        "plans": lambda: {n: load_plan(n).title for n in plan_names()},
+        "navigators": lambda: {n: (navigator_class(n).__doc__ or "").partition("\n")[0] for n in navigator_names()},
         "indicators": lambda: {n: f"{i.title} [{i.unit}]" if i.unit else i.title for n, i in INDICATORS.items()},
     }
     if what != "all" and what not in tables:
