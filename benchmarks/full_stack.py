@@ -112,7 +112,9 @@ def main() -> None:
     if given.json:
         print(json.dumps(result))
         return
-    print(f"{result['robot']}: {result['trials']} trials ({result['outcomes']}), {result['simulated_s']:.0f} s simulated")
+    print(
+        f"{result['robot']}: {result['trials']} trials ({result['outcomes']}), {result['simulated_s']:.0f} s simulated"
+    )
     print(f"{result['simulated_s_per_s']:.0f} simulated seconds per second of one core (aim: {AIM:.0f})")
     for part, ms in result["ms_per_period"].items():
         print(f"  {part:24s} {ms:6.3f} ms per control period")
