@@ -7,11 +7,15 @@ import hashlib
 import json
 import os
 import platform
+import signal
 import sys
+import threading
+import warnings
 from collections.abc import Generator, Sequence
 from contextlib import closing
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from types import FrameType, TracebackType
 from typing import Any, Protocol
 
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
@@ -69,10 +73,40 @@ def run_campaign(
     check_plan(plan, specs)
     asked = _asked(plan, specs)
     run = _machine() | {"started": _now()}
-    with TrialStore(Path(out), asked, len(specs), row_schema(), run=run, resume=resume) as store:
-        while missing := store.missing():
-            _run_all(plan, [specs[i] for i in missing], store, workers or os.cpu_count() or 1, tell)
-        return store.finish({"finished": _now()})
+    with (
+        TrialStore(Path(out), asked, len(specs), row_schema(), run=run, resume=resume) as store,
+        _CtrlC() as ctrl_c,
+    ):
+        try:
+            while missing := store.missing():
+                _run_all(plan, [specs[i] for i in missing], store, workers or os.cpu_count() or 1, tell)
+            return store.finish({"finished": _now()})
+        except BaseException as error:
+            _stop_workers()
+            if not (ctrl_c.came or isinstance(error, KeyboardInterrupt)):
+                raise
+        raise CampaignInterrupted(store.path, store.total - len(store.missing()), store.total)
+
+
+class _CtrlC:
+    """Notices Ctrl-C, which reaches the workers too: what comes of that in the parent may be any exception."""
+
+    came = False
+
+    def __enter__(self) -> _CtrlC:
+        self._main = threading.current_thread() is threading.main_thread()
+        if self._main:
+            self._before = signal.signal(signal.SIGINT, self._ring)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        if self._main:
+            signal.signal(signal.SIGINT, self._before)
+
+    def _ring(self, signum: int, frame: FrameType | None) -> None:
+        if not self.came:  # a second one must not break the clearing up
+            self.came = True
+            raise KeyboardInterrupt
 
 
 def resume_campaign(out: Path, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:
@@ -137,18 +171,12 @@ def _run_all(
 ) -> None:
     done, failed = store.total - len(specs), 0
     tell(done, store.total, _first_note())
-    try:
-        with closing(_finished(plan, specs, store, min(workers, len(specs)))) as results:
-            for result in results:
-                done += 1
-                failed += result.outcome is Outcome.NAVIGATOR_FAILED
-                tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
-    except KeyboardInterrupt:
-        _stop_workers()
-        raise CampaignInterrupted(store.path, store.total - len(store.missing()), store.total) from None
-    except BaseException:
-        _stop_workers()
-        raise
+    with warnings.catch_warnings(), closing(_finished(plan, specs, store, min(workers, len(specs)))) as results:
+        warnings.filterwarnings("ignore", "[0-9]+ tasks which were still being processed")  # on Ctrl-C: we know
+        for result in results:
+            done += 1
+            failed += result.outcome is Outcome.NAVIGATOR_FAILED
+            tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
 
 
 def _finished(plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore, workers: int) -> Generator[Done]:
