@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -177,9 +178,10 @@ class TestResultsDirectories:
 
     @pytest.mark.parametrize("verb", ["report", "compare", "replay"])
     def test_damaged(self, clearway: Shell, results: Path, verb: str):
+        whole = shutil.copytree(results, results.with_name("whole"))
         table = results / "trials.parquet"
         table.write_bytes(table.read_bytes()[:-20])
-        words = {"compare": [results, results], "replay": [results, "--trial", "0"]}.get(verb, [results])
+        words = {"compare": [results, whole], "replay": [results, "--trial", "0"]}.get(verb, [results])
         assert "trials.parquet" in clearway.complaint(verb, *words)
 
     def test_from_a_newer_version(self, clearway: Shell, results: Path):

@@ -147,7 +147,8 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
         if content not in checked:
             checked.add(content)
             for problem in check_scenario(scenario, robot):
-                raise ClearwayError(problem.problem, file=problem.file, field=f"{scenario.name}: {problem.field}")
+                file = spec.suite if spec.suite.endswith(".toml") else problem.file
+                raise ClearwayError(problem.problem, file=file, field=f"{scenario.name}: {problem.field}")
         has_map = granted_map(plan.map, scenario) is not None
         combination = (spec.robot, spec.navigator, spec.localisation, has_map)
         if combination in seen:
