@@ -4,7 +4,7 @@ Runs whole trials of the hospital protocol (world with exact contact, lidar, odo
 local planner) after one that compiles and warms up, and measures the CPU time of the thread, so that other work on the
 machine does not count.
 
-    python benchmarks/full_stack.py [--robot NAME] [--batch NO --batch SO] [--speed 0.6] [--trials N] [--json]
+    python benchmarks/full_stack.py [--robot NAME] [--batch NO --batch SO] [--speed 0.6] [--trials N] [--json] [--smoke]
 """
 
 from __future__ import annotations
@@ -107,7 +107,10 @@ def main() -> None:
     parser.add_argument("--speed", type=float, default=0.6, help="set speed, m/s")
     parser.add_argument("--trials", type=int, default=2, help="trials of each batch")
     parser.add_argument("--json", action="store_true")
+    parser.add_argument("--smoke", action="store_true", help="one trial: only to see that it runs")
     given = parser.parse_args()
+    if given.smoke:
+        given.batch, given.trials = ["NO"], 1
     result = measure(given.robot, tuple(given.batch or ("NO", "SO", "MO", "CE")), given.speed, given.trials)
     if given.json:
         print(json.dumps(result))
