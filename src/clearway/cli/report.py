@@ -8,10 +8,15 @@ from clearway.cli._options import Json, ResultsDirectory
 
 
 def report(results: ResultsDirectory, as_json: Json = False) -> None:
-    """Write the report of a results directory: a self-contained page, SVG figures, CSV tables."""
+    """Write the report of a results directory (a self-contained page, SVG figures, CSV tables) and print its tables."""
     import json
 
     from clearway.reports import write_report
+    from clearway.reports.text import numbers
+    from clearway.trials.store import open_results
 
     page = write_report(results)
-    typer.echo(json.dumps({"report": str(page)}) if as_json else f"report: {page}")
+    if as_json:
+        typer.echo(json.dumps({"report": str(page)}))
+    else:
+        typer.echo(f"{numbers(open_results(results))}\n\nreport: {page}")

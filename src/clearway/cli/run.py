@@ -56,7 +56,7 @@ def run(
     from clearway import api
     from clearway.cli._progress import Progress
     from clearway.errors import ClearwayError
-    from clearway.reports.text import headline
+    from clearway.reports.text import beside_published, headline
 
     if official:
         if suites != ["barn"]:
@@ -97,6 +97,8 @@ def run(
         typer.echo(json.dumps(about))
     else:
         typer.echo(headline(results.trials))
+        if published := beside_published(results):
+            typer.echo(f"\n{published}")
         typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
     if failed:
         typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)

@@ -1,14 +1,20 @@
-"""Tables for a terminal: the headline numbers of results, and a comparison of two."""
+"""Tables for a terminal: the headline numbers of results, all of the report's tables, and a comparison of two."""
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 import pyarrow as pa
 
 from clearway.indicators import HEADLINE, INDICATORS
+from clearway.reports import outcomes
+from clearway.reports.barn import barn
+from clearway.reports.findings import Findings
+from clearway.reports.grid import Grid
 from clearway.statistics import Comparison, describe, success_rates
+from clearway.trials.store import Results
 
 
 def headline(table: pa.Table) -> str:
@@ -26,6 +32,32 @@ def headline(table: pa.Table) -> str:
         numbers = [_number(means.get((*group, name))) for name in HEADLINE]
         rows.append([*map(str, group[:3]), f"{r['speed']:g}", str(r["n"] + r["unknown"]), rate, *numbers])
     return columns(heads, rows)
+
+
+def numbers(results: Results) -> str:
+    """The report's tables: every batch, beside the papers, statistics; for BARN, world by world beside the published runs."""
+    f = Findings(results)
+    parts = [_text(outcomes.batches(f, system)) for system in f.systems]
+    parts += [_text(g) for g in (outcomes.beside(f), outcomes.breakdown(f), outcomes.space(f)) if g]
+    parts += [_text(g) for system in f.systems if (g := outcomes.significance(f, system))]
+    correlated, notes = outcomes.correlations(f)
+    parts += [_text(correlated), *notes] if correlated else []
+    for system in f.systems:
+        if found := barn(f, system):
+            parts += [_text(found.table), _text(found.summary), found.agreement]
+    return "\n\n".join(parts)
+
+
+def beside_published(results: Results) -> str:
+    """The suite `barn` beside the published runs, in sum; empty where it was not run."""
+    f = Findings(results)
+    found = [b for system in f.systems if (b := barn(f, system))]
+    return "\n\n".join(f"{_text(b.summary)}\n{b.agreement}" for b in found)
+
+
+def _text(table: Grid) -> str:
+    rows = [[f"{cell.text} {cell.small}".strip() for cell in row] for row in table.rows]
+    return f"{textwrap.fill(table.caption, 110)}\n{columns([c.name for c in table.columns], rows)}"
 
 
 def comparison(found: Comparison) -> str:
@@ -72,4 +104,4 @@ def _p(value: float | None) -> str:
 
 
 def _numeric(text: str) -> bool:
-    return not text or text[0] in "+-0123456789"
+    return not text or text[0] in "+-−–0123456789"
