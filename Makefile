@@ -3,13 +3,15 @@ PYTHON ?= python3
 BIN := .venv/bin
 DEMO ?= results/demo
 
-.PHONY: demo test lint pytest clean
+.PHONY: demo install test lint pytest clean
 
 demo: .venv/installed
 	@rm -rf $(DEMO)
 	$(BIN)/clearway run hospital --robot tiago --robot hosbot --repetitions 1 --speed 0.6 --size 0.30 --gap 1.5 \
 	  --obstacle-speed 0.6 --out $(DEMO)
-	@echo "All of it (672 trials): $(BIN)/clearway run hospital --robot tiago --robot hosbot --out results/hospital"
+	@echo "Open $(DEMO)/report/index.html; for all 672 trials: $(BIN)/clearway run hospital --out results/hospital"
+
+install: .venv/installed
 
 test: lint pytest
 
