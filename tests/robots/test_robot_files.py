@@ -13,7 +13,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
 from clearway.robots import load_robot, robot_names
 
-PRESETS = {"tiago": ["trajectory"], "hosbot": ["vendor", "literal", "rollout"], "jackal": []}
+PRESETS = {"tiago": ["trajectory"], "hosbot": ["vendor", "literal", "melodic", "rollout"], "jackal": []}
 
 
 def leaves(table: dict[str, Any], path: str = "") -> Iterator[str]:
