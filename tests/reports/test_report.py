@@ -8,14 +8,17 @@ import re
 import shutil
 from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from clearway.errors import ClearwayError
+from clearway.indicators import HEADLINE
 from clearway.reports import figure, write_replay, write_report
+from clearway.reports.conditions import deviations
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num, p_value, percent
-from clearway.reports.outcomes import breakdown, significance
+from clearway.reports.outcomes import breakdown, normality, significance, why
 from clearway.reports.parameters import every_parameter, source, table_3
 from clearway.reports.selection import representative
 from clearway.reports.theme import themed, to_svg
@@ -151,25 +154,90 @@ def test_figures_by_name_and_selection(results: Results) -> None:
             figure(results, name, **selection)
 
 
+def _rows(batch: str, configuration: str, *values: dict[str, Any]) -> list[dict[str, Any]]:
+    plain: dict[str, Any] = {"batch": batch, "configuration": configuration, "speed": 0.2, "success": True, "CT": 50.0}
+    blank: dict[str, Any] = {"size": None, "obstacle_speed": None, "gap": None}
+    return [plain | blank | {"trial": i} | v for i, v in enumerate(values)]
+
+
 def test_the_representative_trial_has_the_median_time() -> None:
-    rows = [
-        {"trial": i, "speed": v, "success": ok, "CT": ct}
-        for i, (v, ok, ct) in enumerate(
-            [
-                (0.2, True, 50.0),
-                (0.2, True, 48.0),
-                (0.2, False, 49.5),
-                (0.2, True, 49.0),
-                (0.6, True, 17.0),
-                (0.2, True, 51.0),
-            ]
-        )
-    ]
+    rows = _rows(
+        "NO", "free", {}, {"CT": 48.0}, {"CT": 49.5, "success": False}, {"CT": 49.0}, {"CT": 17.0, "speed": 0.6}, {"CT": 51.0}
+    )  # fmt: skip
     found = representative(rows)
     assert found is not None
     assert found["trial"] == 3  # of 48, 49, 50, 51 the lower one in the middle is 49
     assert representative([]) is None
     assert representative([r | {"success": False} for r in rows]) == rows[0] | {"success": False}
+
+
+def test_the_representative_trial_is_one_that_figure_5_shows() -> None:
+    cases: list[tuple[str, str, dict[str, Any], dict[str, Any]]] = [
+        ("SO", "single", {"size": 0.03}, {"size": 0.15}),
+        ("SO", "parallel", {"size": 0.6}, {"size": 0.03}),
+        ("SO", "perpendicular", {"size": 0.15}, {"size": 0.03}),
+        ("MO", "passing", {"obstacle_speed": 0.2}, {"obstacle_speed": 0.6}),
+        ("MO", "crossing", {"obstacle_speed": 0.2}, {"obstacle_speed": 0.6}),
+        ("CE", "complex", {"obstacle_speed": 0.6, "size": 0.3}, {"obstacle_speed": 0.6, "size": 0.15}),
+    ]
+    for batch, configuration, other, wanted in cases:
+        found = representative(_rows(batch, configuration, other, wanted, other))
+        assert found is not None
+        assert found["trial"] == 1
+        failed = representative(_rows(batch, configuration, other, wanted | {"success": False}))
+        assert failed is not None
+        assert failed["trial"] == 1  # a failure isn't hidden behind another condition
+        elsewhere = representative(_rows(batch, configuration, other))
+        assert elsewhere is not None  # what was not run can't be shown
+
+
+def test_a_missed_goal_is_told_in_figures(results: Results) -> None:
+    row = next(r for r in results.trials.to_pylist() if r["success"] and r["batch"] == "SO")
+    attempt = results.trial(row["trial"]).attempt
+    allowed = attempt.legs[0].xy_tolerance
+    missed = row | {
+        "success": False,
+        "failure": "DE+OE",
+        "DE_forth": allowed / 2,
+        "DE_back": allowed + 0.0131,
+        "OE_forth": 9.0,
+    }
+    said = why(missed, attempt)
+    assert f"{allowed + 0.0131:.3f} m off after “back”, {allowed:g} m allowed" in said
+    assert "9.000 rad off after “forth”" in said
+    assert said.count("off after") == 2
+    assert why(row | {"reason": "Traceback\n  x\nValueError: no"}, attempt) == "ValueError: no"
+    assert why(row, attempt) == ""
+
+
+def test_deviations_name_what_was_not_run_and_what_table_3_prints(results: Results) -> None:
+    found = deviations(Findings(results))
+    short = next(line for line in found if line.startswith("TIAGo: not the whole protocol"))
+    run = [r["batch"] for r in results.trials.to_pylist() if r["robot"] == "tiago"]
+    for batch, whole in (("NO", 9), ("SO", 252), ("CE", 48)):
+        assert f"{batch} {run.count(batch)} of {whole}" in short
+    changed = next(line for line in found if line.startswith("HOSBOT: not as the paper's Table 3"))
+    assert "local obstacle range 3 m (printed: 0.3 m)" in changed
+    assert "tolerance in reaching goal orientation 0.05 rad (printed: 0.01 rad)" in changed
+    assert "raytrace" not in changed
+
+
+def test_a_lane_reaches_as_far_as_any_trial_shows_it(results: Results) -> None:
+    crossing = figure(results, "layout", batch="MO", configuration="crossing", robot="tiago").axes[0]
+    low, high = crossing.get_ylim()
+    arrows: list[Any] = [t for t in crossing.texts if getattr(t, "arrow_patch", None) is not None]
+    lane = next(a for a in arrows if abs(a.get_position()[0]) < 0.05)  # through the midpoint, across the whole panel
+    assert lane.get_position()[1] == pytest.approx(high, abs=0.05)
+    assert lane.xy[1] == pytest.approx(low, abs=0.05)
+    words = figure(results, "layout", batch="SO", robot="tiago").axes[1].get_xlabel()
+    assert words.startswith("S2, S3 0.15, 0.3 m")
+
+
+def test_normality_is_counted_over_the_batches(results: Results) -> None:
+    f = Findings(results)
+    samples = [r for r in f.described if r["indicator"] in HEADLINE and r["shapiro_p"] is not None]
+    rejected = sum(r["shapiro_p"] <= 0.05 for r in samples)
+    assert f"rejected at 0.05 in {rejected} of {len(samples)} samples" in normality(f)
 
 
 def test_the_breakdown_stands_beside_the_papers_number(results: Results) -> None:

@@ -53,16 +53,20 @@ def bars(data: Bars) -> Figure:
     speeds = sorted({r["speed"] for r in data.rates})
     colours = _shades(len(speeds))
     lines = -(-len(batches) // 2)
-    figure = theme.new_figure(10.0, 0.45 + 2.45 * lines)
+    figure = theme.new_figure(10.0, 0.45 + 2.3 * lines)
+    figure.get_layout_engine().set(hspace=0.1)  # type: ignore[union-attr,call-arg]
+    top = 1.1
     for i, batch in enumerate(batches):
         ax = figure.add_subplot(lines, min(2, len(batches)), i + 1)
         theme.panel_grid(ax)
         for k, name in enumerate(SHOWN):
-            _group(ax, k, name, batch, speeds, colours, data)
+            top = max(top, _group(ax, k, name, batch, speeds, colours, data))
         ax.set_title(f"{batch}   n = {_counts(data, batch, speeds)}")
-        ax.set(xlim=(-0.55, len(SHOWN) - 0.45), ylim=(0, 1.42), xticks=range(len(SHOWN)), yticks=[0, 0.5, 1.0])
+        ax.set(xlim=(-0.55, len(SHOWN) - 0.45), xticks=range(len(SHOWN)), yticks=[0, 0.5, 1.0])
         ax.set_xticklabels(SHOWN, color=theme.INK)
         ax.spines["left"].set_visible(False)
+    for ax in figure.axes:
+        ax.set_ylim(0, top + 0.04)
     from matplotlib.patches import Patch
 
     handles = [Patch(facecolor=c, label=f"{s:g} m/s") for s, c in zip(speeds, colours, strict=True)]
@@ -81,7 +85,8 @@ def _counts(data: Bars, batch: str, speeds: Sequence[float]) -> str:
 
 def _group(
     ax: Axes, place: int, name: str, batch: str, speeds: Sequence[float], colours: Sequence[str], data: Bars
-) -> None:
+) -> float:
+    """Draw an indicator's bars; returns how high they and their asterisks reach."""
     width = 0.78 / len(speeds)
     at = {s: place + (i - (len(speeds) - 1) / 2) * width for i, s in enumerate(speeds)}
     tops: dict[float, float] = {}
@@ -95,7 +100,7 @@ def _group(
         tops[speed] = min(max(high, mean), 1.12)
     if not tops:
         ax.text(place, 0.03, "n/a", ha="center", color=theme.MUTED, fontsize=7)
-        return
+        return 0.0
     level = max(tops.values()) + 0.05
     for a, b in combinations(sorted(tops), 2):
         test = next((t for t in data.tests if _is(t, name, batch, a, b)), None)
@@ -106,6 +111,7 @@ def _group(
         ax.plot([at[a], at[a], at[b], at[b]], [level - 0.015, level, level, level - 0.015], color=colour, linewidth=0.6)
         ax.text((at[a] + at[b]) / 2, level - 0.012, test["stars"], ha="center", va="bottom", fontsize=6.5, color=colour)
         level += 0.085
+    return level
 
 
 def _bar(name: str, batch: str, speed: float, data: Bars) -> tuple[float, float, float] | None:

@@ -11,7 +11,7 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from clearway.reports import paper
+from clearway.reports import paper, parameters
 from clearway.reports.findings import Findings
 from clearway.reports.selection import distinct
 from clearway.robots import Robot
@@ -104,6 +104,8 @@ def deviations(f: Findings) -> list[str]:
         preset = name.partition(":")[2]
         if preset and not name.endswith(".toml"):
             found.append(f"{f.title(name)}: the robot's preset “{preset}” replaces some of its parameters.")
+        if found_there := parameters.differences(f, name):
+            found.append(f"{f.title(name)}: not as the paper's Table 3 prints it: {'; '.join(found_there)}.")
     if len(kinds := distinct(f.rows, "localisation")) > 1 or kinds not in (["amcl"], ["odometry"], ["recorded"]):
         found.append(f"Localisation: {', '.join(kinds)}.")
     for navigator in dict.fromkeys(r["navigator"] for r in f.rows if r["privileged"]):

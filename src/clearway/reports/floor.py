@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
-from clearway.reports import theme
+from clearway.reports import paper, theme
 from clearway.reports.selection import Row, configurations, distinct, label, representative
 from clearway.trials import Body, Trial
 from clearway.trials.store import Results
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 MOST_PANELS = 12
 """Configurations drawn in one figure; of more, a sample spread evenly."""
+MOST_LANES = 60
+"""Trials of a configuration that are read to see how far its moving obstacle goes."""
 SLIMMEST = 0.42
 """Short side of a panel over its long one, at least."""
 FOOTPRINT_EVERY = 0.6
@@ -37,19 +39,23 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         gap = gaps[len(gaps) // 2] if gaps else None
         trial = max((results.trial(r["trial"]) for r in [r for r in chosen if r["gap"] == gap][:24]), key=_shown)
         _set_up(ax, trial, theme.FIXTURE)
+        lanes = [results.trial(r["trial"]) for r in chosen[:MOST_LANES] if r["obstacle_speed"] is not None]
         for size in reversed(sizes):
             row = next((r for r in chosen if r["gap"] == gap and r["size"] == size), None)
             if row is not None:
                 nested = results.trial(row["trial"]).attempt.bodies
                 _bodies(ax, [b for b in nested if b.kind == "obstacle"], alpha=0.25 + 0.75 / len(sizes))
-        _lanes(ax, trial)
+        _lanes(ax, lanes or [trial])
         _robot_at(ax, trial, trial.attempt.legs[0].start)
         ax.set_title(f"{batch} {configuration}" if configuration not in (batch, "free") else batch)
         notes = []
         if sizes:
-            notes.append(f"edge {_join(sizes)} m")
+            notes.append(f"{_named('S', sizes, paper.EDGES) or 'edge'} {_join(sizes)} m")
         if gaps:
-            notes.append(f"gap {_join(gaps)} d_base" + (f" (drawn: {gap:g})" if len(gaps) > 1 else ""))
+            drawn = f" (drawn: {gap:g})" if len(gaps) > 1 else ""
+            notes.append(f"{_named('d', gaps, paper.GAPS) or 'gap'} {_join(gaps)} d_base{drawn}")
+        if not sizes and trial.attempt.reference_length and not distinct(chosen, "obstacle_speed"):
+            notes.append(f"d_AB {trial.attempt.reference_length:g} m, v {_join(distinct(chosen, 'speed'))} m/s")
         if distinct(chosen, "obstacle_speed"):
             notes.append(f"obstacle {_join(distinct(chosen, 'obstacle_speed'))} m/s")
         _note(ax, "\n".join(notes))
@@ -126,7 +132,7 @@ def _panels(
         samples.append(results.trial(row["trial"]))
     x0, y0, x1, y1 = _around(samples, driven=not setting)
     tall = (y1 - y0) / (x1 - x0)
-    columns = min(max(columns, 6 if tall > 1.5 else 4 if tall > 0.72 else 2), max(len(panels), 2))
+    columns = min(max(columns, 6 if tall > 1.5 else 4 if tall > 0.72 or len(panels) > 4 else 2), max(len(panels), 2))
     lines, width = -(-len(panels) // columns), 10.0
     figure = theme.new_figure(width, lines * (0.62 + width / columns * (y1 - y0) / (x1 - x0)))
     axes = [figure.add_subplot(lines, columns, i + 1) for i in range(len(panels))]
@@ -176,13 +182,12 @@ def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
         *zip(*[e[:2] for e, _ in ends], strict=True), color=theme.MARK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2
     )
     footprint = trial.attempt.footprint
-    beyond = 0.28 + (circumscribed_radius(footprint) if footprint is not None else 0.15)
-    centre = 0.5 * (ends[0][0][:2] + ends[-1][0][:2])
+    beyond = 0.2 + (circumscribed_radius(footprint) if footprint is not None else 0.15)
+    along = ends[-1][0][:2] - ends[0][0][:2]
+    beside = np.array([along[1], -along[0]]) / max(float(np.hypot(*along)), 1e-9)  # a mover may come along the line
     for end, name in ends:
-        outward = end[:2] - centre
-        outward = outward / max(float(np.hypot(*outward)), 1e-9)
         ax.plot(*end[:2], marker="o", markersize=3.5, color=theme.MARK, zorder=6)
-        x, y = (end[:2] + beyond * outward).tolist()
+        x, y = (end[:2] + beyond * beside).tolist()
         ax.text(x, y, name, color=theme.MARK, weight="bold", ha="center", va="center", zorder=8)
 
 
@@ -204,6 +209,9 @@ def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha:
             PolyCollection(shown, facecolors=_FILLS.get(kind, theme.FURNITURE), edgecolors=edge, linewidths=0.5, alpha=alpha, zorder=3),
             autolim=False,
         )  # fmt: skip
+        if kind == "obstacle":
+            small = np.array([o.mean(0) for o in shown if np.ptp(o, axis=0).max() < 0.1]).reshape(-1, 2)
+            ax.plot(*small.T, linestyle="", marker="s", markersize=2.2, color=edge, zorder=7)  # S1 would be lost
 
 
 def _shown(trial: Trial) -> float:
@@ -213,23 +221,39 @@ def _shown(trial: Trial) -> float:
     return float(np.ptp(known, axis=0).sum()) if len(known) else 0.0
 
 
-def _lanes(ax: Axes, trial: Trial) -> None:
-    """Each mover's way on the first leg that it has one, as an arrow, with its shape at the start of it."""
-    moving = [b for b in trial.attempt.bodies if b.pose is None]
-    for m, body in enumerate(moving):
-        known = np.flatnonzero(np.isfinite(trial.movers[:, m]).all(1))
-        if not len(known):
+def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
+    """Each mover's way on the first leg as an arrow, with its shape where the arrow begins.
+
+    A trial that ended early shows a part of the way, so the farthest ends over all `trials` count.
+    """
+    for m, body in enumerate(b for b in trials[0].attempt.bodies if b.pose is None):
+        tracks = [track for trial in trials if len(track := _first_way(trial, m)) > 1]
+        if not tracks:
             continue
-        leg = np.asarray(trial.leg)[known[0]]
-        track = trial.movers[known[np.asarray(trial.leg)[known] == leg], m]
+        longest = max(tracks, key=lambda t: float(np.hypot(*(t[-1, :2] - t[0, :2]))))
+        start, way = longest[0, :2], longest[-1, :2] - longest[0, :2]
+        along = way / max(float(np.hypot(*way)), 1e-9)
+        aside = (longest[:, :2] - start) @ np.array([-along[1], along[0]])
+        if np.abs(aside).max() > 0.05:  # not straight: as far as this one trial shows it
+            ax.plot(*longest[:, :2].T, color=theme.MOVER, linewidth=1.2, zorder=5)
+            ax.fill(*theme.outline(body.shape, longest[0]).T, facecolor=theme.MOVER, alpha=0.55, zorder=5)
+            continue
+        ends = np.concatenate([(t[[0, -1], :2] - start) @ along for t in tracks])
         x, y = ax.get_xlim(), ax.get_ylim()
-        inside = track[(track[:, 0] > x[0]) & (track[:, 0] < x[1]) & (track[:, 1] > y[0]) & (track[:, 1] < y[1])]
+        points = start + np.linspace(ends.min(), ends.max(), 400)[:, None] * along
+        inside = points[(points[:, 0] > x[0]) & (points[:, 0] < x[1]) & (points[:, 1] > y[0]) & (points[:, 1] < y[1])]
         if len(inside) < 2:
             continue
         style = {"arrowstyle": "-|>", "color": theme.MOVER, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
-        ax.annotate("", xy=tuple(inside[-1, :2]), xytext=tuple(inside[0, :2]), arrowprops=style, zorder=5)
-        at = inside[len(inside) // 6]
+        ax.annotate("", xy=tuple(inside[-1]), xytext=tuple(inside[0]), arrowprops=style, zorder=5)
+        at = np.array([*inside[len(inside) // 10], longest[0, 2]])
         ax.fill(*theme.outline(body.shape, at).T, facecolor=theme.MOVER, alpha=0.55, edgecolor=theme.MOVER, zorder=5)
+
+
+def _first_way(trial: Trial, m: int) -> FloatArray:
+    """Where mover `m` was on the first leg, poses (k, 3)."""
+    track: FloatArray = trial.movers[np.asarray(trial.leg) == 0, m]
+    return track[np.isfinite(track).all(1)]
 
 
 def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
@@ -267,6 +291,15 @@ def _prints(ax: Axes, body: Body, track: FloatArray, colour: str, every: float) 
 
 def _note(ax: Axes, text: str) -> None:
     ax.set_xlabel(text, fontsize=7.5, loc="left", color=theme.MUTED)
+
+
+def _named(letter: str, values: Sequence[float], all_of_them: Sequence[float]) -> str:
+    """What the paper calls these values, such as `S1–S4`; empty if it has no name for one of them."""
+    places = [i + 1 for v in values for i, w in enumerate(all_of_them) if abs(v - w) < 1e-9]
+    if len(places) != len(values):
+        return ""
+    together = len(places) > 2 and places == list(range(places[0], places[-1] + 1))
+    return f"{letter}{places[0]}–{letter}{places[-1]}" if together else ", ".join(f"{letter}{p}" for p in places)
 
 
 def _join(values: Sequence[float]) -> str:

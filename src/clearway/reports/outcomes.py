@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from statistics import median
 from typing import Any
@@ -12,6 +13,7 @@ from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System
 from clearway.statistics import PAPER_A, POOLED, reduced_set
+from clearway.trials import Attempt
 
 DIGITS = {"CT": 2, "PL": 2, "DE": 3, "OE": 3, "MDO": 3, "TCS": 1}
 
@@ -45,14 +47,21 @@ def cards(f: Findings) -> list[Card]:
         gaps = [r["MDO"] for r in rows if r["MDO"] is not None]
         walls = not gaps
         gaps = gaps or [r["MDO_walls"] for r in rows if r["MDO_walls"] is not None]
-        failed = f"failed: {rate['failures']}" if rate["failures"] else "no failure"
+        failures = Counter(verdict(r) for r in rows if r["success"] is False)
+        failed = "failed: " + "; ".join(f"{w} ({n})" for w, n in failures.most_common()) if failures else "no failure"
+        if rate["SR_self"] is not None and rate["self_successes"] != rate["successes"]:
+            failed += f". By the robot's own estimate {num(rate['SR_self'], 1)} %"
         found.append(
             Card(
                 f.name(system), f"{system.navigator}, {', '.join(dict.fromkeys(r['localisation'] for r in rows))}", len(rows),
                 num(rate["SR"], 1), span(rate["low"], rate["high"], 1),
                 f"{rate['successes']} of {rate['n']}; {failed}",
                 num(means[0][1], 1) if means else NONE,
-                tuple(f"{num(mean, 1)} s at {s:g} m/s" for s, mean in means[1:]) or ("all batches",),
+                (
+                    f"mean at {means[0][0]:g} m/s" if means else "no trial finished",
+                    *(f"{num(mean, 1)} s at {s:g} m/s" for s, mean in means[1:]),
+                    *(["all batches, finished trials"] if means else []),
+                ),
                 num(median(gaps), 2) if gaps else NONE,
                 f"least of all {num(min(gaps), 3)} m" + (", from walls" if walls else "") if gaps else "no obstacles",
             )
@@ -228,6 +237,18 @@ def significance(f: Findings, system: System) -> Grid | None:
     ) if rows else None  # fmt: skip
 
 
+def normality(f: Findings) -> str:
+    """How often Shapiro and Wilk's test rejects that an indicator is normal in a batch at a set speed; empty if untested."""
+    tested = [r for r in f.described if r["indicator"] in HEADLINE and r["shapiro_p"] is not None]
+    if not tested:
+        return ""
+    rejected = sum(not r["normal"] for r in tested)
+    return (
+        f"Normality (Shapiro and Wilk, each indicator in each batch at each set speed): rejected at 0.05 in {rejected} of "
+        f"{len(tested)} samples, so ranks are compared, as in the paper; tables/summary.csv has each p."
+    )
+
+
 def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
     """Every pair of indicators per robot and pooled beside the paper's, and which set of indicators remains."""
     matrices = f.matrices
@@ -267,7 +288,7 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     labels: list[tuple[str, str, str, int | None]] = [
         ("trial", "no.", "", 0), ("robot", "robot", "", None), ("navigator", "navigator", "", None),
         ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
-        ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0),
+        ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "d_base", 1), ("repetition", "rep.", "", 0),
         ("verdict", "result", "", None),
         *((n, n, INDICATORS[n].unit, DIGITS[n]) for n in HEADLINE),
     ]  # fmt: skip
@@ -277,6 +298,8 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     columns = []
     for key, name, unit, digits in labels:
         values = {r[key] for r in f.rows if r.get(key) is not None} if key != "verdict" else set(map(verdict, f.rows))
+        if key == "reason":
+            values = {r["reason"] or r["failure"] for r in f.rows} - {None, ""}
         if key in ("navigator", "obstacle_speed", "size", "gap", "reason") and len(values) < 1 + (key == "navigator"):
             continue
         column: dict[str, Any] = {"key": key, "name": name, "unit": unit, "number": digits is not None}
@@ -300,3 +323,20 @@ def verdict(row: Row) -> str:
         return f"{row['outcome']}, not judged"
     failure = str(row["failure"] or row["outcome"])
     return f"{failure} too large" if failure in ("DE", "OE", "DE+OE") else failure
+
+
+def why(row: Row, attempt: Attempt) -> str:
+    """Why a trial failed, in a line: what the world or the navigator said, or by how much which goal was missed."""
+    if row["reason"]:
+        return str(row["reason"].strip().splitlines()[-1])
+    said = []
+    scored = [leg for leg in attempt.legs if leg.scored]
+    for name, unit in (("DE", "m"), ("OE", "rad")):
+        if name not in str(row["failure"] or "").split("+"):
+            continue
+        for leg in scored:
+            allowed = leg.xy_tolerance if name == "DE" else leg.yaw_tolerance
+            found = row.get(f"{name}_{leg.name}")
+            if found is not None and allowed is not None and found > allowed:
+                said.append(f"{found:.3f} {unit} off after “{leg.name}”, {allowed:g} {unit} allowed")
+    return "; ".join(said)

@@ -102,7 +102,8 @@ def build(results: Results, folder: Path) -> None:
         (folder / "replay").mkdir()
         for trial, text in packed.items():
             (folder / "replay" / f"{trial:05d}.js").write_text(f"clearwayTrial({text});\n", encoding="ascii")
-    first = representative([r for r in f.rows if r["batch"] == f.rows[-1]["batch"]]) if f.rows else None
+    last = [r for r in f.rows if r["batch"] == f.rows[-1]["batch"]]
+    first = representative([r for r in last if r["success"]] or last)
     columns = outcomes.trial_columns(f)
     page = _environment().get_template("page.html").render(
         f=f,
@@ -117,6 +118,7 @@ def build(results: Results, folder: Path) -> None:
         beside=outcomes.beside(f),
         space=outcomes.space(f),
         significance=[g for s in f.systems if (g := outcomes.significance(f, s))],
+        normality=outcomes.normality(f),
         correlations=outcomes.correlations(f),
         table_3=[g for name in f.robots if (g := parameters.table_3(f, name))],
         every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None],
@@ -191,9 +193,10 @@ def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
     for name, digits in outcomes.DIGITS.items():
         if row[name] is not None:
             facts[name] = f"{row[name]:.{digits}f} {INDICATORS[name].unit}"
-    if row["reason"]:
-        facts["reason"] = row["reason"].strip().splitlines()[-1]
-    packed = packer.pack(f.results.trial(row["trial"]), row["trial"], facts)
+    trial = f.results.trial(row["trial"])
+    if reason := outcomes.why(row, trial.attempt):
+        facts["reason"] = reason
+    packed = packer.pack(trial, row["trial"], facts)
     return packed | {"verdict": outcomes.verdict(row), "success": bool(row["success"])}
 
 
@@ -201,11 +204,9 @@ def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[
     """The trials' cells by column, and last whether the trial failed."""
     out = []
     for row in f.rows:
-        shown = row | {
-            "verdict": outcomes.verdict(row),
-            "reason": (row["reason"] or "").strip().splitlines()[-1:] or None,
-        }
-        shown["reason"] = shown["reason"][0] if shown["reason"] else None
+        told = row["reason"] or row["failure"]
+        why = outcomes.why(row, f.results.trial(row["trial"]).attempt) if told else ""
+        shown = row | {"verdict": outcomes.verdict(row), "reason": why or None}
         cells = [shown[c["key"]] for c in columns]
         rounded = [round(v, 6) if isinstance(v, float) else v for v in cells]
         out.append([*rounded, row["success"] is not None and not row["success"]])

@@ -106,6 +106,20 @@ TABLE_3 = (
     Parameter("costmaps", "Local resolution", "0.050 m", "0.025 m"),
 )
 
+FIGURE_5: dict[tuple[str, str], dict[str, float]] = {
+    ("SO", "single"): {"size": 0.15},
+    ("SO", "parallel"): {"size": 0.03},
+    ("SO", "perpendicular"): {"size": 0.03},
+    ("MO", "passing"): {"obstacle_speed": V1},
+    ("MO", "crossing"): {"obstacle_speed": V1},
+    ("CE", "complex"): {"obstacle_speed": V1, "size": 0.15},
+}
+"""The trials that Fig. 5 shows, by (batch, configuration): the columns that it names. All at v_0; overtaking has one speed."""
+
+EDGES = (0.03, 0.15, 0.30, 0.60)
+GAPS = (1.0, 1.5, 2.0)
+"""S_1 to S_4 in m, d_1 to d_3 in multiples of d_base: Fig. 2 and the protocol's text."""
+
 MANOEUVRING_SHARE = 0.10
 """Results and discussion: the environment should leave more than 10 % of the robot's characteristic size."""
 

@@ -50,7 +50,12 @@ def table_3(f: Findings, robot: str) -> Grid | None:
         theirs = getattr(printed, column) if column else NONE
         if not places:
             rows.append(
-                [printed.title, theirs, "each control period", "move_base asks its local planner anew each period"]
+                [
+                    printed.title,
+                    theirs,
+                    Cell("each control period", strong=True),
+                    "move_base asks its local planner anew each period; it has no such parameter",
+                ]
             )
             continue
         path, value = next(
@@ -76,6 +81,18 @@ def table_3(f: Findings, robot: str) -> Grid | None:
         [text("Parameter"), "paper", "here", text("Source of the value here")],
         rows,
     )
+
+
+def differences(f: Findings, robot: str) -> list[str]:
+    """What a robot was driven with that is not as Table 3 prints it, such as `Local resolution 0.05 m (0.025 m)`."""
+    found = table_3(f, robot)
+    if found is None:
+        return []
+    return [
+        f"{row[0].text[:1].lower()}{row[0].text[1:]} {row[2].text} (printed: {row[1].text})"
+        for row in found.rows
+        if row[2].strong
+    ]
 
 
 def every_parameter(robot: Robot) -> list[tuple[str, str, str]]:

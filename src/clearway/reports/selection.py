@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from clearway.errors import ClearwayError, unknown
+from clearway.reports import paper
 from clearway.trials.store import Results
 
 Row = dict[str, Any]
@@ -75,17 +76,23 @@ def distinct(rows: Iterable[Row], column: str) -> list[Any]:
 
 
 def representative(rows: Sequence[Row]) -> Row | None:
-    """The trial to show for these: of the successful ones at the lowest set speed, the one with the median CT.
+    """The trial to show for these: at the lowest set speed, in the conditions of paper A's Fig. 5 where it was run in them.
 
-    The lower of the two in the middle, the first of several alike. Without a success: the first trial; None: no rows.
+    Of the successful ones among these the one with the median CT (the lower of the two in the middle, the first of
+    several alike); without a success the first, for a figure must not hide that all of them failed. None: no rows.
     """
     if not rows:
         return None
     slowest = min(r["speed"] for r in rows)
-    good = [r for r in rows if r["speed"] == slowest and r["success"] and r["CT"] is not None]
-    if not good:
-        return next((r for r in rows if r["success"]), rows[0])
-    return sorted(good, key=lambda r: (r["CT"], r["trial"]))[(len(good) - 1) // 2]
+    there = [r for r in rows if r["speed"] == slowest]
+    there = [r for r in there if _as_in_figure_5(r)] or there
+    good = [r for r in there if r["success"] and r["CT"] is not None]
+    return sorted(good, key=lambda r: (r["CT"], r["trial"]))[(len(good) - 1) // 2] if good else there[0]
+
+
+def _as_in_figure_5(row: Row) -> bool:
+    wanted = paper.FIGURE_5.get((row["batch"], row["configuration"]), {})
+    return all(row[column] == value for column, value in wanted.items())
 
 
 def label(row: Row) -> str:

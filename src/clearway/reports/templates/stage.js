@@ -134,7 +134,7 @@ const Stage = (() => {
   // Clearance over time with a cursor; returns pixel -> time for clicks.
   function chart(canvas, trial, now) {
     const c = palette(), { g, width, height } = fit(canvas);
-    const s = trial.samples, n = s.t.length, end = s.t[n - 1] || 1, left = 44, right = 10, top = 8, bottom = 20;
+    const s = trial.samples, n = s.t.length, end = s.t[n - 1] || 1, left = 74, right = 10, top = 8, bottom = 20;
     const px = (t) => left + ((width - left - right) * t) / end;
     g.font = "12px system-ui, sans-serif"; g.lineWidth = 1;
     for (const [leg, from, to] of trial.spans) {
@@ -149,7 +149,7 @@ const Stage = (() => {
       high = Math.min(high, 3);
       const py = (value) => height - bottom - ((height - top - bottom) * Math.min(Math.max(value, 0), high)) / high;
       g.textAlign = "right"; g.fillStyle = c.muted;
-      g.fillText(high.toFixed(1) + " m", left - 6, top + 9); g.fillText("0", left - 6, height - bottom + 1);
+      g.fillText(high.toFixed(1) + " m", left - 6, top + 9); g.fillText("0", left - 6, height - bottom + 1); g.fillText("clearance", left - 6, height - 5);
       g.strokeStyle = c.rule;
       g.beginPath(); g.moveTo(left, py(0)); g.lineTo(width - right, py(0)); g.stroke();
       g.strokeStyle = c.robot; g.lineWidth = 1.5; g.beginPath();
