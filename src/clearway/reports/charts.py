@@ -75,7 +75,7 @@ def bars(data: Bars) -> Figure:
 
 
 def _shades(count: int) -> Sequence[str]:
-    return theme.SPEEDS[-1:] if count == 1 else (theme.SPEEDS * (1 + count // len(theme.SPEEDS)))[:count]
+    return theme.SPEEDS[1:2] if count == 1 else (theme.SPEEDS * (1 + count // len(theme.SPEEDS)))[:count]
 
 
 def _counts(data: Bars, batch: str, speeds: Sequence[float]) -> str:
@@ -96,7 +96,9 @@ def _group(
             continue
         mean, low, high = found
         ax.bar(at[speed], max(mean, 0.008), width * 0.9, color=colour, zorder=2)
-        ax.plot([at[speed]] * 2, [max(low, 0.0), min(high, 1.12)], color=theme.INK, linewidth=0.8, zorder=3)
+        ends = [max(low, 0.0), min(high, 1.12)]
+        ax.plot([at[speed]] * 2, ends, color=theme.PAPER, linewidth=2.0, zorder=3)  # so that it shows on a dark bar
+        ax.plot([at[speed]] * 2, ends, color=theme.INK, linewidth=0.8, zorder=3)
         tops[speed] = min(max(high, mean), 1.12)
     if not tops:
         ax.text(place, 0.03, "n/a", ha="center", color=theme.MUTED, fontsize=7)
@@ -179,14 +181,13 @@ def _square(x: float, y: float, colour: Any) -> Any:
 
 
 def agreement(points: Sequence[tuple[str, float, float]], x: str, y: str, title: str) -> Figure:
-    """Each course's (name, published, ours), in the same unit, against the line where both agree."""
+    """Each course's (name, published, ours), shares of runs, against the line where both agree."""
     figure = theme.new_figure(5.2, 4.6)
     ax = figure.add_subplot()
     theme.panel_grid(ax)
     ax.grid(axis="x")
     a, b = np.array([[p, q] for _, p, q in points]).T
-    low, high = float(min(a.min(), b.min())), float(max(a.max(), b.max()))
-    pad = 0.05 * (high - low or 1.0)
+    low, high, pad = 0.0, max(1.0, float(a.max()), float(b.max())), 0.04
     ax.plot([low, high], [low, high], color=theme.MUTED, linewidth=0.8, linestyle=(0, (4, 3)))
     ax.scatter(a, b, s=22, color=theme.ROBOT, alpha=0.55, edgecolors="none", zorder=3)
     ax.set(title=title, xlabel=x, ylabel=y, xlim=(low - pad, high + pad), ylim=(low - pad, high + pad), aspect="equal")

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.reports import paper, theme
-from clearway.reports.selection import Row, configurations, distinct, label, representative
+from clearway.reports.selection import Row, configurations, distinct, label, representative, verdict
 from clearway.trials import Body, Trial
 from clearway.trials.store import Results
 
@@ -54,8 +54,9 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         if gaps:
             drawn = f" (drawn: {gap:g})" if len(gaps) > 1 else ""
             notes.append(f"{_named('d', gaps, paper.GAPS) or 'gap'} {_join(gaps)} d_base{drawn}")
-        if not sizes and trial.attempt.reference_length and not distinct(chosen, "obstacle_speed"):
-            notes.append(f"d_AB {trial.attempt.reference_length:g} m, v {_join(distinct(chosen, 'speed'))} m/s")
+        if not sizes and not distinct(chosen, "obstacle_speed"):
+            way = trial.attempt.legs[0].goal[:2] - trial.attempt.legs[0].start[:2]
+            notes.append(f"A–B {float(np.hypot(*way)):g} m, v {_join(distinct(chosen, 'speed'))} m/s")
         if distinct(chosen, "obstacle_speed"):
             notes.append(f"obstacle {_join(distinct(chosen, 'obstacle_speed'))} m/s")
         _note(ax, "\n".join(notes))
@@ -74,7 +75,7 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
         _set_up(ax, trial, theme.FIXTURE)
         _bodies(ax, [b for b in trial.attempt.bodies if b.kind == "obstacle"])
         _tracks(ax, trial)
-        ended = "" if row["success"] else f" ({row['failure'] or row['outcome']})"
+        ended = "" if row["success"] else f" ({verdict(row)})"
         ax.set_title(f"{key[0]} {key[1]}" if key[1] not in (key[0], "free") else key[0])
         words = f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}"
         _note(ax, textwrap.fill(words, 38 if columns > 2 else 90))

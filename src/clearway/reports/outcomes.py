@@ -11,7 +11,7 @@ from clearway.indicators import HEADLINE, INDICATORS
 from clearway.reports import paper
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System
+from clearway.reports.selection import Row, System, verdict
 from clearway.statistics import PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
@@ -288,7 +288,7 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     labels: list[tuple[str, str, str, int | None]] = [
         ("trial", "no.", "", 0), ("robot", "robot", "", None), ("navigator", "navigator", "", None),
         ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
-        ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "d_base", 1), ("repetition", "rep.", "", 0),
+        ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0),
         ("verdict", "result", "", None),
         *((n, n, INDICATORS[n].unit, DIGITS[n]) for n in HEADLINE),
     ]  # fmt: skip
@@ -315,16 +315,6 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     return columns
 
 
-def verdict(row: Row) -> str:
-    """`success`, or how the trial failed."""
-    if row["success"]:
-        return "success"
-    if row["success"] is None:
-        return f"{row['outcome']}, not judged"
-    failure = str(row["failure"] or row["outcome"])
-    return f"{failure} too large" if failure in ("DE", "OE", "DE+OE") else failure
-
-
 def why(row: Row, attempt: Attempt) -> str:
     """Why a trial failed, in a line: what the world or the navigator said, or by how much which goal was missed."""
     if row["reason"]:
@@ -338,5 +328,5 @@ def why(row: Row, attempt: Attempt) -> str:
             allowed = leg.xy_tolerance if name == "DE" else leg.yaw_tolerance
             found = row.get(f"{name}_{leg.name}")
             if found is not None and allowed is not None and found > allowed:
-                said.append(f"{found:.3f} {unit} off after “{leg.name}”, {allowed:g} {unit} allowed")
+                said.append(f"{leg.name}: {found:.3f} {unit} off, {allowed:g} allowed")
     return "; ".join(said)

@@ -29,7 +29,7 @@ from clearway.reports import charts, conditions, floor, outcomes, paper, paramet
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.packing import Packer
-from clearway.reports.selection import Row, label, representative
+from clearway.reports.selection import Row, label, representative, verdict
 from clearway.reports.tables import NAMES, write_tables
 from clearway.trials.store import Results, open_results
 
@@ -197,7 +197,7 @@ def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
     if reason := outcomes.why(row, trial.attempt):
         facts["reason"] = reason
     packed = packer.pack(trial, row["trial"], facts)
-    return packed | {"verdict": outcomes.verdict(row), "success": bool(row["success"])}
+    return packed | {"verdict": verdict(row), "success": bool(row["success"])}
 
 
 def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[Any]]:
@@ -206,7 +206,7 @@ def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[
     for row in f.rows:
         told = row["reason"] or row["failure"]
         why = outcomes.why(row, f.results.trial(row["trial"]).attempt) if told else ""
-        shown = row | {"verdict": outcomes.verdict(row), "reason": why or None}
+        shown = row | {"verdict": verdict(row), "reason": why or None}
         cells = [shown[c["key"]] for c in columns]
         rounded = [round(v, 6) if isinstance(v, float) else v for v in cells]
         out.append([*rounded, row["success"] is not None and not row["success"]])
@@ -218,7 +218,7 @@ def _replay(
 ) -> dict[str, Any]:
     several = len(f.systems) > 1
     trials = [
-        [r["trial"], f"{r['trial']}  {f.title(r['robot']) + ', ' if several else ''}{label(r)}: {outcomes.verdict(r)}"]
+        [r["trial"], f"{r['trial']}  {f.title(r['robot']) + ', ' if several else ''}{label(r)}: {verdict(r)}"]
         for r in rows
     ]
     scenes = [

@@ -53,7 +53,7 @@ def table_3(f: Findings, robot: str) -> Grid | None:
                 [
                     printed.title,
                     theirs,
-                    Cell("each control period", strong=True),
+                    Cell("each control period", strong=column is not None),
                     "move_base asks its local planner anew each period; it has no such parameter",
                 ]
             )

@@ -105,3 +105,13 @@ def label(row: Row) -> str:
     if row["gap"] is not None:
         parts.append(f"gap {row['gap']:g} d_base")
     return ", ".join([*parts, f"no. {row['repetition']}"])
+
+
+def verdict(row: Row) -> str:
+    """`success`, or how the trial failed."""
+    if row["success"]:
+        return "success"
+    if row["success"] is None:
+        return f"{row['outcome']}, not judged"
+    failure = str(row["failure"] or row["outcome"])
+    return f"{failure} too large" if failure in ("DE", "OE", "DE+OE") else failure
