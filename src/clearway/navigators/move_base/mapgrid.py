@@ -173,7 +173,9 @@ def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: np.int64
 
 
 @kernel
-def spread_from(room: Room, grid: GridArray, target: int, seek: Seek, mask: np.int64, stride: int, unreached: int) -> None:
+def spread_from(
+    room: Room, grid: GridArray, target: int, seek: Seek, mask: np.int64, stride: int, unreached: int
+) -> None:
     """Fill `grid` with the distances to one cell (-1: to nowhere), exact in the sought cells."""
     refill(grid, room.blank)
     if target >= 0:
