@@ -33,7 +33,6 @@ from clearway.navigators.move_base.plans import to_frame
 
 _NO_GRID: ByteGrid = np.zeros((0, 0), np.uint8)
 _NO_STAMPS: layers.IntGrid = np.zeros((0, 0), np.int32)
-_FIRST_BASE = 2**30
 _NO_BOUNDS = (1e30, 1e30, -1e30, -1e30)
 
 
@@ -106,7 +105,7 @@ class Costmap:
         self._forgotten = False  # a recovery cleared the obstacle layer: everything is to be rebuilt
         inflation = parameters.inflation_layer
         self._inflation = (
-            _Inflation(inflation, self.resolution, self.inscribed, rows * columns)
+            _Inflation(inflation, self.resolution, self.inscribed, rows, columns)
             if inflation is not None and inflation.enabled
             else None
         )
@@ -149,7 +148,7 @@ class Costmap:
             self._roll(pose)
         bounds = np.array(_NO_BOUNDS)
         if self._static.size and (self._below is not None or self._new_map):
-            _widen(bounds, self._map_bounds(transform))
+            layers.widen(bounds, self._map_bounds(transform))
             self._new_map = False
         polygon = self._update_obstacles(pose, bounds)
         if self._inflation is not None:
@@ -220,7 +219,7 @@ class Costmap:
         grid, origin, res = self._obstacles, self.origin, self.resolution
         if self._forgotten:
             far = np.array((*origin, origin[0] + grid.shape[1] * res, origin[1] + grid.shape[0] * res))
-            _widen(bounds, far)
+            layers.widen(bounds, far)
             if self._cleared_by.size and self._sweeps:
                 grid[self._cleared_by >= self._sweeps[0].number] = layers.FREE
             self._forgotten = False
@@ -241,9 +240,7 @@ class Costmap:
                 )
                 sweep.traced = self._cleared_by.size > 0
         if self._sweeps:
-            touched = np.array([sweep.bounds for sweep in self._sweeps])
-            np.minimum(bounds[:2], touched[:, :2].min(axis=0), out=bounds[:2])
-            np.maximum(bounds[2:], touched[:, 2:].max(axis=0), out=bounds[2:])
+            layers.widen(bounds, np.concatenate([sweep.bounds for sweep in self._sweeps]))
             if self._expired:
                 gone = np.concatenate([sweep.marks for sweep in self._expired])
                 layers.expire_points(grid, origin, res, gone, self._cleared_by, self._sweeps[0].number, bounds)
@@ -252,7 +249,7 @@ class Costmap:
         if not layer.footprint_clearing_enabled:
             return None
         polygon = to_frame(self.footprint, pose)
-        _widen(bounds, np.array((*polygon.min(axis=0), *polygon.max(axis=0))))
+        layers.widen(bounds, np.concatenate((polygon, polygon), axis=1).reshape(-1))  # each corner is a box of its own
         return polygon
 
     def _map_bounds(self, transform: FloatArray) -> FloatArray:
@@ -281,19 +278,30 @@ class Costmap:
 class _Inflation:
     """The inflation layer: tables of its costs, and the queue that `layers.inflate` works with."""
 
-    def __init__(self, parameters: InflationLayer, resolution: float, inscribed: float, cells: int) -> None:
+    def __init__(
+        self, parameters: InflationLayer, resolution: float, inscribed: float, rows: int, columns: int
+    ) -> None:
         self.parameters = parameters
-        self._reach = math.ceil(parameters.inflation_radius / resolution)
-        distance = np.hypot(*np.indices((self._reach + 2, self._reach + 2), dtype=np.float64))
-        ranks = np.unique(distance[distance <= self._reach])
-        self._rank: layers.IntGrid = np.asarray(np.searchsorted(ranks, distance), np.int32)
-        self._rank[distance > self._reach] = -1
-        self._cost = inflation_cost(distance * resolution, inscribed, parameters.cost_scaling_factor)
-        self._nearest = np.full(cells, _FIRST_BASE, np.int32)
-        self._base = _FIRST_BASE
-        self._head, self._tail = np.empty(len(ranks), np.int32), np.empty(len(ranks), np.int32)
-        nodes = 5 * cells + 1  # every cell a source, and queued from four sides; memory is taken as it is used
-        self._after, self._node = np.empty(nodes, np.int32), np.empty((nodes, 4), np.int16)
+        reach = self._reach = math.ceil(parameters.inflation_radius / resolution)
+        across = np.arange(-reach, reach + 1)
+        up, across = (axis.reshape(-1) for axis in np.meshgrid(across, across, indexing="ij"))
+        distance = np.hypot(across, up)
+        ranks = np.unique(distance[distance <= reach])
+        cost = inflation_cost(ranks * resolution, inscribed, parameters.cost_scaling_factor)
+        ranks, self._cost = ranks[cost > 0], cost[cost > 0]  # no cost changes nothing
+        side, outwards = 2 * reach + 1, [0] * distance.size
+        self._moves = np.full((distance.size, 4, 4), layers.FAR, np.int32)
+        for dx, dy in ((-1, 0), (0, -1), (1, 0), (0, 1)):
+            there = np.hypot(across + dx, up + dy)
+            for i in np.flatnonzero((there > distance) & (there <= ranks[-1])):
+                rank = np.searchsorted(ranks, there[i])
+                self._moves[i, outwards[i]] = rank, dx + dy * (columns + 2), dx + dy * columns, dx + dy * side
+                outwards[i] += 1
+        self._nearest: layers.RankGrid = np.full((rows + 2, columns + 2), -1, np.int16)
+        self._tail = np.empty(len(ranks), np.int32)
+        self._node = np.empty(
+            (5 * rows * columns + len(ranks), 4), np.int32
+        )  # each a source, and queued from four sides
         self._last: FloatArray | None = None
 
     def widen(self, bounds: FloatArray) -> None:
@@ -302,7 +310,7 @@ class _Inflation:
         if before is None:
             bounds[:] = -layers.NO_BOUND, -layers.NO_BOUND, layers.NO_BOUND, layers.NO_BOUND
             return
-        _widen(bounds, before)
+        layers.widen(bounds, before)
         bounds[:2] -= self.parameters.inflation_radius
         bounds[2:] += self.parameters.inflation_radius
 
@@ -310,22 +318,15 @@ class _Inflation:
         """Inflate the lethal cells in and around the window."""
         if self._reach == 0:
             return
-        self._base -= len(self._head)
-        if self._base <= -_FIRST_BASE:
-            self._nearest[:] = self._base = _FIRST_BASE
-            self._base -= len(self._head)
         layers.inflate(
             cost,
             window,
             self._reach,
-            self._rank,
+            self._moves,
             self._cost,
             self.parameters.inflate_unknown,
             self._nearest,
-            self._base,
-            self._head,
             self._tail,
-            self._after,
             self._node,
         )
 
@@ -351,14 +352,10 @@ def interpret(map: OccupancyGrid, layer: StaticLayer) -> ByteGrid:
 def _shift(grid: npt.NDArray[Any], across: int, up: int, fill: int) -> npt.NDArray[Any]:
     """The grid's window moved by (across, up) cells; what was outside of it is `fill`."""
     rows, columns = grid.shape
-    moved = np.full_like(grid, fill)
-    if abs(across) < columns and abs(up) < rows:
-        moved[max(0, -up) : rows - max(0, up), max(0, -across) : columns - max(0, across)] = grid[
-            max(0, up) : rows - max(0, -up), max(0, across) : columns - max(0, -across)
-        ]
+    r0, r1, c0, c1 = max(0, -up), rows - max(0, up), max(0, -across), columns - max(0, across)
+    if r1 <= r0 or c1 <= c0:
+        return np.full_like(grid, fill)
+    moved = np.empty_like(grid)
+    moved[:r0], moved[r1:], moved[:, :c0], moved[:, c1:] = fill, fill, fill, fill
+    moved[r0:r1, c0:c1] = grid[r0 + up : r1 + up, c0 + across : c1 + across]
     return moved
-
-
-def _widen(bounds: FloatArray, by: FloatArray) -> None:
-    np.minimum(bounds[:2], by[:2], out=bounds[:2])
-    np.maximum(bounds[2:], by[2:], out=bounds[2:])

@@ -18,12 +18,28 @@ from clearway.geometry.shapes import FloatArray
 
 ByteGrid = npt.NDArray[np.uint8]
 IntGrid = npt.NDArray[np.int32]
+RankGrid = npt.NDArray[np.int16]
 
 FREE, INSCRIBED, LETHAL, UNKNOWN = 0, 253, 254, 255
 """Costs with a meaning of their own (costmap_2d/cost_values.h)."""
 
+FAR = np.int16(32767)
+"""A rank beyond any."""
+
 NO_BOUND = 3.4e38
 """A bound that holds any map (FLT_MAX, as in the inflation layer)."""
+
+_SHIFT = 40
+_ONE = 1 << _SHIFT
+"""One as a fixed-point number."""
+
+
+@kernel
+def widen(bounds: FloatArray, by: FloatArray) -> None:
+    """Widen `bounds` (4,) smallest x, y, largest x, y by others' (4 n,)."""
+    for i in range(0, by.size, 4):
+        bounds[0], bounds[1] = min(bounds[0], by[i]), min(bounds[1], by[i + 1])
+        bounds[2], bounds[3] = max(bounds[2], by[i + 2]), max(bounds[3], by[i + 3])
 
 
 @kernel
@@ -132,20 +148,22 @@ def clear_rays(
             major, minor, step_major, step_minor = nx, ny, step_x, step_y
         else:
             major, minor, step_major, step_minor = ny, nx, step_y, step_x
-        error = major // 2
+        # After i steps along the longer side Bresenham's line is (major // 2 + i * minor) // major across. The quotient
+        # is held as a fixed-point number, rounded up, which gives the same cells on any map that fits into memory.
+        unit = _ONE // max(major, 1) + 1
+        across, slope = (major // 2) * unit, minor * unit
         cell = r0 * columns + c0
-        for _ in range(min(int(part * major), major)):
-            cells[np.uint32(cell)] = FREE
-            if keep:
-                stamps[np.uint32(cell)] = number
-            cell += step_major
-            error += minor
-            if error >= major:
-                cell += step_minor
-                error -= major
-        cells[np.uint32(cell)] = FREE
         if keep:
-            stamps[np.uint32(cell)] = number
+            for _ in range(min(int(part * major), major) + 1):
+                place = np.uint32(cell + (across >> _SHIFT) * step_minor)
+                cells[place], stamps[place] = FREE, number
+                cell += step_major
+                across += slope
+        else:
+            for _ in range(min(int(part * major), major) + 1):
+                cells[np.uint32(cell + (across >> _SHIFT) * step_minor)] = FREE
+                cell += step_major
+                across += slope
     bounds[0], bounds[1], bounds[2], bounds[3] = low_x, low_y, high_x, high_y
 
 
@@ -298,73 +316,79 @@ def inflate(
     grid: ByteGrid,
     window: npt.NDArray[np.int64],
     reach: int,
-    rank_of: IntGrid,
+    moves: IntGrid,
     cost_of: ByteGrid,
     unknown_too: bool,
-    nearest: IntGrid,
-    base: int,
-    head: IntGrid,
+    nearest: RankGrid,
     tail: IntGrid,
-    after: IntGrid,
-    node: npt.NDArray[np.int16],
+    node: IntGrid,
 ) -> None:
     """Spread the cost of lethal cells around them, each cell from the source that reaches it first.
 
     Cells are visited in the order of their Euclidean distance to their source, through four-neighbours, as ROS does;
-    a cell is queued again only for a source that is nearer than the one that it is queued for.
+    a cell is queued again only for a source that is nearer than the one that it is queued for. A source spreads only
+    outwards: the cell that lies one step nearer to it has always been queued for it, or for a nearer one, before.
 
     Args:
         window: (4,) r0, r1, c0, c1 of what changed; sources up to `reach` cells around it count.
-        rank_of: (reach + 2, reach + 2) int32 rank of the distance (dx, dy), -1 beyond reach; cost_of: uint8, its cost.
-        nearest: (cells,) int32, `base` plus the rank that a cell is queued with; whatever is above that range is old.
-        head, tail: (ranks,) int32; after: (nodes,) int32 and node: (nodes, 4) int16 hold the queue, a list per rank.
+        moves: ((2 reach + 1)^2, 4, 4) int32. Row (reach + dy) (2 reach + 1) + reach + dx is for a cell that lies
+            (dx, dy) from its source: up to four neighbours further out, each with its rank by distance and the steps
+            there in `nearest`, in `grid` and in `moves`; rank `FAR` ends the list.
+        cost_of: (ranks,) uint8, cost of a rank. nearest: (rows + 2, columns + 2) int16, the rank that a cell is queued
+            with; the outermost ring is below any. tail: (ranks,) int32, the end of each rank's queue.
+        node: (nodes, 4) int32, what is queued: index in `nearest`, in `grid`, row of `moves`, next node.
     """
     rows, columns = grid.shape
-    r0, r1 = max(0, window[0] - reach), min(rows, window[1] + reach)
+    centre, ranks = moves.shape[0] // 2, tail.size
+    first, last = max(0, window[2] - 2 * reach) + 1, min(columns, window[3] + 2 * reach) + 1
+    for r in range(max(0, window[0] - 2 * reach), min(rows, window[1] + 2 * reach)):
+        nearest[r + 1, first:last] = FAR
+    nearest, cells = nearest.reshape(nearest.size), grid.reshape(grid.size)
+    for rank in range(ranks):  # each queue begins with a node that holds nothing
+        tail[rank], node[rank, 3] = rank, -1
+    count = ranks
     c0, c1 = max(0, window[2] - reach), min(columns, window[3] + reach)
-    head[:] = -1
-    count = 0
-    across, up = np.array([-1, 0, 1, 0]), np.array([0, -1, 0, 1])
     lethal = np.uint8(LETHAL)
-    for r in range(r0, r1):
-        line = grid[r, c0:c1]
-        for i in range(c1 - c0):
-            if line[i] == lethal:
-                after[count] = count + 1
-                node[count, 0], node[count, 1], node[count, 2], node[count, 3] = c0 + i, r, c0 + i, r
-                nearest[r * columns + c0 + i] = base
-                count += 1
-    if count == 0:
-        return
-    after[count - 1] = -1
-    head[0], tail[0] = 0, count - 1
-    for rank in range(head.size):
-        current = head[rank]
-        while current >= 0:
-            c, r, sc, sr = int(node[current, 0]), int(node[current, 1]), int(node[current, 2]), int(node[current, 3])
-            if nearest[r * columns + c] == base + rank:
-                old = np.int64(grid[r, c])
-                cost = np.int64(cost_of[abs(c - sc), abs(r - sr)])
-                if old != UNKNOWN:
-                    if cost > old:
-                        grid[r, c] = cost
-                elif cost >= INSCRIBED or (unknown_too and cost > FREE):
-                    grid[r, c] = cost
-                for k in range(4):
-                    nc, nr = c + across[k], r + up[k]
-                    if nc < 0 or nr < 0 or nc >= columns or nr >= rows:
-                        continue
-                    there = rank_of[abs(nc - sc), abs(nr - sr)]
-                    cell = nr * columns + nc
-                    if there < 0 or base + there >= nearest[cell]:
-                        continue
-                    nearest[cell] = base + there
-                    node[count, 0], node[count, 1], node[count, 2], node[count, 3] = nc, nr, sc, sr
-                    after[count] = -1
-                    if head[there] < 0:
-                        head[there] = count
-                    else:
-                        after[tail[there]] = count
-                    tail[there] = count
+    for r in range(max(0, window[0] - reach), min(rows, window[1] + reach)):
+        for begin in range(c0, c1, 32):  # most have none: one look at 32 cells
+            line = grid[r, begin : min(begin + 32, c1)]
+            some = False
+            for value in line:
+                some |= value == lethal
+            if not some:
+                continue
+            for i in range(line.size):
+                if line[i] == lethal:
+                    cell = (r + 1) * (columns + 2) + begin + i + 1
+                    nearest[cell] = 0
+                    node[count, 0], node[count, 1], node[count, 2] = cell, r * columns + begin + i, centre
+                    node[count, 3] = -1
+                    node[tail[0], 3] = count
+                    tail[0] = count
                     count += 1
-            current = after[current]
+    for rank in range(ranks):
+        cost = cost_of[rank]
+        current = np.int64(node[rank, 3])
+        while current >= 0:
+            cell, place, offset = np.int64(node[current, 0]), np.int64(node[current, 1]), np.int64(node[current, 2])
+            current = np.int64(node[current, 3])
+            if nearest[cell] != rank:
+                continue
+            old = cells[place]
+            if old != UNKNOWN:
+                cells[place] = max(cost, old)
+            elif cost >= INSCRIBED or (unknown_too and cost > FREE):
+                cells[place] = cost
+            for k in range(4):
+                there = moves[offset, k, 0]
+                if there == FAR:
+                    break
+                beside = cell + moves[offset, k, 1]
+                if there >= nearest[beside]:
+                    continue
+                nearest[beside] = there
+                node[count, 0], node[count, 1] = beside, place + moves[offset, k, 2]
+                node[count, 2], node[count, 3] = offset + moves[offset, k, 3], -1
+                node[tail[there], 3] = count
+                tail[there] = count
+                count += 1

@@ -50,8 +50,12 @@ def local_plan(
     return moved, begin
 
 
+@kernel
 def to_frame(points: FloatArray, frame: FloatArray) -> FloatArray:
     """Points (n, 2) of a frame whose pose in the target frame is `frame` (3,), in the target frame."""
     cosine, sine = math.cos(frame[2]), math.sin(frame[2])
-    turned: FloatArray = points @ np.array(((cosine, sine), (-sine, cosine)))
-    return turned + frame[:2]
+    moved = np.empty((points.shape[0], 2))
+    for i in range(points.shape[0]):
+        x, y = points[i, 0], points[i, 1]
+        moved[i, 0], moved[i, 1] = frame[0] + (cosine * x - sine * y), frame[1] + (sine * x + cosine * y)
+    return moved
