@@ -15,7 +15,7 @@ from clearway.scenarios.suites import Selection
 from clearway.trials import Trial
 from clearway.trials.store import Results
 
-HOSTILE = "</script><img src=x onerror=\"document.title='pwned'\">"
+HOSTILE = "</script><img src=x onerror=\"document.title='pwned'\"> $\\frac{$"
 
 
 @pytest.fixture(scope="session")

@@ -134,6 +134,8 @@ def _panels(
     x0, y0, x1, y1 = _around(samples, driven=not setting)
     tall = (y1 - y0) / (x1 - x0)
     columns = min(max(columns, 6 if tall > 1.5 else 4 if tall > 0.72 or len(panels) > 4 else 2), max(len(panels), 2))
+    if len(panels) == 1 and tall < 0.6:
+        columns = 1
     lines, width = -(-len(panels) // columns), 10.0
     figure = theme.new_figure(width, lines * (0.62 + width / columns * (y1 - y0) / (x1 - x0)))
     axes = [figure.add_subplot(lines, columns, i + 1) for i in range(len(panels))]

@@ -66,6 +66,7 @@ _STYLE: Any = {
     "savefig.facecolor": PAPER,
     "legend.frameon": False,
     "svg.fonttype": "none",
+    "text.parse_math": False,  # a name with dollar signs is a name
     "hatch.linewidth": 0.6,
 }
 
