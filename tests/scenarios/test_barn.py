@@ -10,7 +10,7 @@ import pytest
 
 from clearway.errors import ClearwayError
 from clearway.robots import load_robot
-from clearway.scenarios.barn import START, published_runs, worlds
+from clearway.scenarios.barn import START, TASKS, published_runs, worlds
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.floorplan import load_plan
 from clearway.scenarios.suites import Selection, load_suite
@@ -57,6 +57,26 @@ def test_the_published_score_follows_from_the_reference_length() -> None:
         optimal = worlds()[run.world].reference_length / 2
         scores.append(run.success * optimal / min(max(run.time, 2 * optimal), 8 * optimal))
     assert np.mean(scores) == pytest.approx(0.159, abs=0.001)
+
+
+def test_the_published_runs_were_driven_under_the_task_of_2022() -> None:
+    """Their last column is 2 x time / length of start + path + goal: it fits a start at x = -2, not one at -2.25."""
+    for run in published_runs():
+        if run.success:
+            length = 2 * run.time / run.ratio
+            assert worlds()[run.world].length(TASKS["barn-2022"]) == pytest.approx(length, abs=0.01)
+    off = [abs(worlds()[r.world].length(TASKS["barn"]) - 2 * r.time / r.ratio) for r in published_runs() if r.success]
+    assert max(off) > 0.25
+
+
+def test_the_task_of_2022() -> None:
+    (test,) = load_suite("barn-2022").build(JACKAL, Selection(worlds=(108,), repetitions=1), 1)
+    (leg,) = test.legs
+    assert test.start == (-2.0, 3.0, 1.57)
+    assert leg.goal[:2] == (-2.0, 13.0)
+    assert leg.xy_tolerance == 0.5
+    assert (test.labels.suite, test.plan) == ("barn-2022", "barn-108")
+    assert len(load_suite("barn-2022").build(JACKAL, Selection(batches=("official",)), 1)) == 500
 
 
 def test_published_runs() -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import Pilot, body, constant, make_robot, make_scenario, mover, run, steer
+from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, mover, run, steer
 
 from clearway.contract import Budget, Command, Decision, Diagnostics, Sensing
 from clearway.errors import ClearwayError
@@ -266,3 +266,35 @@ def test_a_test_of_the_hospital_from_its_suite() -> None:
     assert len(trial.attempt.bodies) > 3
     assert trial.velocity is not None
     assert trial.velocity[:, 0].max() == pytest.approx(0.6)
+
+
+def test_a_base_that_turns_about_a_point_ahead_of_it() -> None:
+    """In place, base_link goes round that point at its distance; wheel odometry believes that it stands."""
+    ahead = 0.04
+    robot = make_robot(drive=DRIVE | {"pivot": ahead})
+    trial = run(constant(0.0, 1.0), robot=robot)
+    heading = np.unwrap(trial.pose[:, 2])
+    assert heading[-1] > 2 * math.pi
+    centre = trial.pose[:, :2] + ahead * np.stack((np.cos(heading), np.sin(heading)), axis=1)
+    np.testing.assert_allclose(centre, np.broadcast_to((ahead, 0.0), centre.shape), atol=1e-9)
+    assert np.ptp(trial.pose[:, 0]) == pytest.approx(2 * ahead, abs=1e-3)
+    pilot = constant(0.0, 1.0)
+    run(pilot, robot=robot)
+    assert all(np.hypot(*s.odom_pose[:2]) < 1e-12 for s in pilot.seen)
+
+
+def test_where_a_base_that_turns_about_another_point_is_touched() -> None:
+    """Driving straight, the point makes no difference: neither to the contact nor to what the lidar sees."""
+    wall = body(rectangle(0.2, 4.0), 2.0, 0.0)
+    trials, seen = [], []
+    for ahead in (0.0, 0.1):
+        pilot = constant(0.5)
+        trials.append(run(pilot, robot=make_robot(drive=DRIVE | {"pivot": ahead}), bodies=[wall]))
+        seen.append(pilot.seen)
+    assert trials[0].outcome is trials[1].outcome is Outcome.COLLISION
+    np.testing.assert_allclose(trials[0].pose, trials[1].pose, atol=2e-5)
+    for a, b in zip(*seen, strict=True):
+        assert a.scan is not None
+        assert b.scan is not None
+        np.testing.assert_allclose(a.scan.ranges, b.scan.ranges, atol=1e-9)
+        assert a.scan.mount[0] == b.scan.mount[0] == 0.0

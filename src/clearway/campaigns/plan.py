@@ -16,7 +16,11 @@ from clearway.robots import load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
 
-USUAL_ROBOTS: dict[str, tuple[str, ...]] = {"hospital": ("hosbot", "tiago"), "barn": ("jackal",)}
+USUAL_ROBOTS: dict[str, tuple[str, ...]] = {
+    "hospital": ("hosbot", "tiago"),
+    "barn": ("jackal",),
+    "barn-2022": ("jackal",),
+}
 """Who drives a suite unless the user says otherwise: the robots of the paper and of the challenge."""
 
 

@@ -59,8 +59,8 @@ def run(
     from clearway.reports.text import beside_published, headline
 
     if official:
-        if suites != ["barn"]:
-            raise ClearwayError("--official belongs to the suite barn", field="--official")
+        if not suites or not set(suites) <= {"barn", "barn-2022"}:
+            raise ClearwayError("--official belongs to the suites barn and barn-2022", field="--official")
         batches = ["official"]
     with _stoppable(), Progress("trials") as progress:
         if resume and not suites:

@@ -178,7 +178,7 @@ def space(f: Findings) -> Grid | None:
             here = [
                 r for r in system.of(f.rows)
                 if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"])
-                and r["suite"] != "barn"
+                and not str(r["suite"]).startswith("barn")
                 and r.get("space_rel") is not None
             ]  # fmt: skip
             mean = f.mean(system, rate["batch"], rate["speed"], "space")

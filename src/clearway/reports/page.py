@@ -231,7 +231,11 @@ def _replay(
 
 def _title(f: Findings) -> str:
     suites = list(dict.fromkeys(r["suite"] for r in f.rows))
-    names = {"hospital": "Hospital navigation benchmark", "barn": "BARN navigation courses"}
+    names = {
+        "hospital": "Hospital navigation benchmark",
+        "barn": "BARN navigation courses",
+        "barn-2022": "BARN navigation courses, task of the published runs",
+    }
     return " and ".join(names.get(s, f"Suite {s}") for s in suites) or "No trials"
 
 

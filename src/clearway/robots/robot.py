@@ -68,6 +68,11 @@ class Drive(_Part):
     omega_max: Positive = Field(description="yaw rate, rad/s")
     angular_acceleration: Positive = Field(description="rad/s^2")
     angular_deceleration: Positive = Field(description="rad/s^2")
+    pivot: Finite = Field(
+        default=0.0,
+        description="how far ahead of base_link the point is that the base turns about, m: a skid-steered base turns"
+        " about a point nearer to its heavier end, which its wheel odometry does not know",
+    )
 
 
 class Lidar(_Part):

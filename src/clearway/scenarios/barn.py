@@ -1,8 +1,12 @@
-"""The suite `barn`: static obstacle courses of the BARN Challenge, with its task, its timing and its outcome rules.
+"""The suites `barn` and `barn-2022`: static obstacle courses of the BARN Challenge, with its task, timing and outcomes.
 
 Source: `Daffan/the-barn-challenge` (MIT), `run.py` and `test.sh`: start (-2.25, 3.0, 1.57), goal 10 m further along
 +y; the clock starts once the robot has moved 0.1 m; success within 1 m of the goal by the true position, failure on
 contact or after 100 s. The official test set is every sixth world, ten runs each. There is no map.
+
+The published runs of move_base (`res/dwa_out.txt`, March 2022) were driven under an older `run.py` (commit 3f77441):
+start (-2, 3, 1.57), success within 0.5 m. The file itself shows it: its last column is 2 x time / (length of the
+reference path), which fits the length from (-2, 3) only. `barn-2022` is that task, for comparing with those runs.
 """
 
 from __future__ import annotations
@@ -12,7 +16,7 @@ import itertools
 import json
 import math
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib import resources
 
 import numpy as np
@@ -26,10 +30,23 @@ from clearway.scenarios.suite import Selection, Suite, scenario_seed
 
 RADIUS = 0.075
 """Of every cylinder, m."""
-START = (-2.25, 3.0, 1.57)
-GOAL = (-2.25, 13.0, 0.0)
-"""As the runner sends it (`odom` frame, orientation 0); the heading never matters, as a run ends 1 m before."""
-ARRIVAL = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class BarnTask:
+    """Start pose, goal pose (as the runner sends it; the heading never matters, as a run ends before), arrival radius [m]."""
+
+    start: tuple[float, float, float]
+    goal: tuple[float, float, float]
+    arrival: float
+
+
+TASKS = {
+    "barn": BarnTask((-2.25, 3.0, 1.57), (-2.25, 13.0, 0.0), 1.0),
+    "barn-2022": BarnTask((-2.0, 3.0, 1.57), (-2.0, 13.0, 0.0), 0.5),
+}
+"""By suite: BARN's present rules, and those that its published runs were driven under."""
+START, GOAL = TASKS["barn"].start, TASKS["barn"].goal
 CLOCK_STARTS_AFTER = 0.1
 TIME_LIMIT = 100.0
 SPEED = 0.5
@@ -54,20 +71,25 @@ class World:
 
     @property
     def reference_length(self) -> float:
-        """Length of start + path + goal [m]: BARN's `path_length`."""
-        points = (START[:2], *self.path, GOAL[:2])
+        """Length of start + path + goal [m] under the present rules: BARN's `path_length`."""
+        return self.length(TASKS["barn"])
+
+    def length(self, task: BarnTask) -> float:
+        """Length of the task's start + path + its goal [m]."""
+        points = (task.start[:2], *self.path, task.goal[:2])
         return sum(math.dist(p, q) for p, q in itertools.pairwise(points))
 
 
 @dataclass(frozen=True, slots=True)
 class PublishedRun:
-    """One published run of the real move_base; time in s."""
+    """One published run of the real move_base; time in s; `ratio` is BARN's score of then, 2 x time / reference length."""
 
     world: int
     success: bool
     collided: bool
     timed_out: bool
     time: float
+    ratio: float
 
 
 @cache
@@ -87,7 +109,7 @@ def published_runs() -> tuple[PublishedRun, ...]:
     """The runs of move_base with TrajectoryPlannerROS (`dwa: true`) at 0.5 m/s that BARN publishes (`res/dwa_out.txt`)."""
     text = (resources.files("clearway.scenarios") / "barn_worlds" / "dwa_reference.txt").read_text("utf-8")
     rows = (line.split() for line in text.splitlines() if line.strip())
-    return tuple(PublishedRun(int(r[0]), r[1] == "1", r[2] == "1", r[3] == "1", float(r[4])) for r in rows)
+    return tuple(PublishedRun(int(r[0]), r[1] == "1", r[2] == "1", r[3] == "1", float(r[4]), float(r[5])) for r in rows)
 
 
 def world_plan(number: int) -> FloorPlan:
@@ -103,16 +125,16 @@ def world_plan(number: int) -> FloorPlan:
     return FloorPlan(f"barn-{number}", f"BARN world {number}", fixtures, None, None, None, None, bounds)
 
 
-def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
+def build(robot: Robot, selection: Selection, seed: int, suite: str = "barn") -> list[Scenario]:
     """Every selected world with its repetitions; `selection.speeds` sets the speed (default 0.5 m/s)."""
     if selection.plan is not None:
         raise ClearwayError(
-            "the worlds of the suite 'barn' are its floor plans; select them by number instead", field="plan"
+            f"the worlds of the suite {suite!r} are its floor plans; select them by number instead", field="plan"
         )
     for number in selection.worlds:
         if number not in worlds():
             raise ClearwayError(
-                f"no world {number} in the suite 'barn'; it has the even numbers 0 to 298", field="worlds"
+                f"no world {number} in the suite {suite!r}; it has the even numbers 0 to 298", field="worlds"
             )
     for speed in selection.speeds:
         if not 0 < speed <= robot.drive.v_max:
@@ -123,7 +145,7 @@ def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
     chosen = [w for w in worlds().values() if not selection.worlds or w.number in selection.worlds]
     ordered = sorted(chosen, key=lambda w: (not w.official, w.number))
     return [
-        _scenario(world, speed, repetition, seed)
+        _scenario(suite, world, speed, repetition, seed)
         for world in ordered
         for speed in selection.speeds or (SPEED,)
         for repetition in range(1, (selection.repetitions or REPETITIONS[_batch(world)]) + 1)
@@ -134,12 +156,13 @@ def _batch(world: World) -> str:
     return "official" if world.official else "other"
 
 
-def _scenario(world: World, speed: float, repetition: int, seed: int) -> Scenario:
-    name = f"barn-{world.number}-v{speed:g}-r{repetition}"
+def _scenario(suite: str, world: World, speed: float, repetition: int, seed: int) -> Scenario:
+    task = TASKS[suite]
+    name = f"{suite}-{world.number}-v{speed:g}-r{repetition}"
     leg = LegSpec(
         name="course",
-        goal=GOAL,
-        xy_tolerance=ARRIVAL,
+        goal=task.goal,
+        xy_tolerance=task.arrival,
         yaw_tolerance=math.inf,
         time_limit=TIME_LIMIT,
         arrival="measured",
@@ -148,13 +171,13 @@ def _scenario(world: World, speed: float, repetition: int, seed: int) -> Scenari
     return Scenario(
         name=name,
         plan=f"barn-{world.number}",
-        start=START,
+        start=task.start,
         legs=(leg,),
         speed=speed,
         labels=LabelSpec(
-            suite="barn", batch=_batch(world), configuration=f"world-{world.number}", repetition=repetition
+            suite=suite, batch=_batch(world), configuration=f"world-{world.number}", repetition=repetition
         ),
-        reference_length=world.reference_length,
+        reference_length=world.length(task),
         localisation="odometry",
         placement_xy=PLACEMENT,
         placement_yaw=PLACEMENT,
@@ -169,4 +192,14 @@ BARN = Suite(
     batches=("official", "other"),
     configurations=tuple(f"world-{n}" for n in range(0, 300, 2)),
     make=build,
+)
+
+BARN_2022 = Suite(
+    name="barn-2022",
+    title="BARN Challenge courses, task of the published runs",
+    description="the courses of the suite barn under the task of BARN's published runs of move_base (March 2022):"
+    " start at x = -2, arrival within 0.5 m",
+    batches=BARN.batches,
+    configurations=BARN.configurations,
+    make=partial(build, suite="barn-2022"),
 )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from clearway.errors import unknown
-from clearway.scenarios.barn import BARN
+from clearway.scenarios.barn import BARN, BARN_2022
 from clearway.scenarios.files import load_suite_file
 from clearway.scenarios.hospital import HOSPITAL
 from clearway.scenarios.suite import Selection, Suite, scenario_seed
 
 __all__ = ["Selection", "Suite", "load_suite", "scenario_seed", "suite_names"]
 
-_SUITES = {s.name: s for s in (HOSPITAL, BARN)}
+_SUITES = {s.name: s for s in (HOSPITAL, BARN, BARN_2022)}
 
 
 def suite_names() -> list[str]:

@@ -39,11 +39,14 @@ class World:
         self._still = [b for b in bodies if b.pose is not None]
         self._moving = [b for b in bodies if b.pose is None]
         self._robot, self._tracks, self._period = robot, tracks, robot.period
+        self._pivot = robot.drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
         self._state = np.zeros(plant.STATE)
-        self._state[:3] = start
+        self._state[:3] = self._shifted(start, self._pivot)
         self._count = 0
 
         foot = pack([robot.shape])
+        foot = place(foot, np.array([[-self._pivot, 0.0, 0.0]]))
+        foot = foot._replace(reach=np.hypot(*foot.points.T).max(keepdims=True) + foot.radius)
         poses = np.array([b.pose for b in self._still], dtype=np.float64).reshape(-1, 3)
         still = place(pack([b.shape for b in self._still]), poses)
         moving = pack([b.shape for b in self._moving])
@@ -71,7 +74,7 @@ class World:
             optics = np.array([rays.angle_min, rays.increment, rays.range_min, rays.range_max, lidar.sigma])
             fixed, movable = scene([b.shape for b in self._still], poses), scene([b.shape for b in self._moving])
             self._scan = (
-                mount.copy(), fixed.segments, fixed.circles, movable.segments, movable.segment_owner, movable.circles,
+                mount - (self._pivot, 0.0, 0.0), fixed.segments, fixed.circles, movable.segments, movable.segment_owner, movable.circles,
                 movable.circle_owner, self.movers, rays.directions, optics, stream(seed, "lidar"),
             )  # fmt: skip
             self._beams = lidar.beams
@@ -81,7 +84,16 @@ class World:
     def state(self) -> FloatArray:
         """(10,) now: true pose (3) in the map frame and velocity (2), dead-reckoned pose (3) in the odom frame since
         the start and measured velocity (2); m, rad, m/s, rad/s."""
-        return self._state[:10].copy()
+        return self._shifted(self._state[:10], -self._pivot)
+
+    @staticmethod
+    def _shifted(state: FloatArray, ahead: float) -> FloatArray:
+        """A copy whose first three entries, a pose, are `ahead` m further along their heading."""
+        out = state.copy()
+        if ahead != 0.0:
+            out[0] += ahead * math.cos(out[2])
+            out[1] += ahead * math.sin(out[2])
+        return out
 
     def begin_leg(self, leg: int, t: float) -> None:
         """From `t` [s] on the moving bodies follow their tracks of leg `leg`."""
@@ -113,7 +125,7 @@ class World:
 
     def touching(self) -> Body | None:
         """A body that the robot touches where it stands now, None if there is none."""
-        shape, pose = self._robot.shape, self._state[0:3]
+        shape, pose = self._robot.shape, self._shifted(self._state[0:3], -self._pivot)
         near, moving = self._within(pose[:2])
         for body, at in [(self._still[i], self._still[i].pose) for i in near] + moving:
             if at is not None and clearance(shape, pose, body.shape, at) <= plant.TOUCH:
@@ -123,7 +135,7 @@ class World:
     def _within(self, centre: FloatArray) -> tuple[list[int], list[tuple[Body, FloatArray]]]:
         """The static bodies that the robot's reach around `centre` (2,) may meet, and the moving ones that are present."""
         outside = np.maximum(np.maximum(self._boxes[:, :2] - centre, centre - self._boxes[:, 2:]), 0.0)
-        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + plant.TOUCH)
+        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + abs(self._pivot) + plant.TOUCH)
         return near.tolist(), [(b, at) for b, at in zip(self._moving, self.movers, strict=True) if math.isfinite(at[0])]
 
     def speed_of(self, body: Body, t: float) -> float:
