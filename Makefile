@@ -7,8 +7,7 @@ DEMO ?= results/demo
 
 demo: .venv/installed
 	@rm -rf $(DEMO)
-	$(BIN)/clearway run hospital --robot tiago --robot hosbot --repetitions 1 --speed 0.6 --size 0.30 --gap 1.5 \
-	  --obstacle-speed 0.6 --out $(DEMO)
+	$(BIN)/clearway run hospital --robot tiago --robot hosbot --repetitions 1 --size 0.15 --size 0.60 --out $(DEMO)
 	@echo "Open $(DEMO)/report/index.html; for all 672 trials: $(BIN)/clearway run hospital --out results/hospital"
 
 install: .venv/installed
