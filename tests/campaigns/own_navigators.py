@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 
 import numpy as np
@@ -62,3 +63,15 @@ class Slow(Drives):
 
 class Cheats(Drives):
     needs = frozenset({"obstacles"})
+
+
+class Exits(Drives):
+    def step(self, o: Observation) -> Command:
+        raise SystemExit(3)
+
+
+class Dies(Drives):
+    """Takes its process along, as a crash in compiled code would."""
+
+    def step(self, o: Observation) -> Command:
+        os._exit(1)

@@ -66,6 +66,7 @@ def test_the_bytes_do_not_depend_on_the_workers(tmp_path: Path) -> None:
     [
         ("Raises", "RuntimeError: lost"),
         ("NotANumber", "not finite"),
+        ("Exits", "sys.exit(3)"),
         ("Hangs", "took longer than 0.2 s for a decision"),
     ],
 )
@@ -78,6 +79,13 @@ def test_a_navigator_that_fails_is_recorded(tmp_path: Path, navigator: str, says
     assert any("Traceback" in e.detail for e in trial.events)
     if navigator == "Raises":
         assert any("own_navigators.py" in e.detail for e in trial.events)
+
+
+def test_a_navigator_that_takes_its_process_along_is_one_clear_line(tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match="a worker process died"):
+        run_campaign(plan("Dies"), tmp_path / "out", 2)
+    with pytest.raises(ClearwayError, match="a worker process died"):  # and the directory can still be gone on with
+        run_campaign(plan("Dies"), tmp_path / "out", 2, resume=True)
 
 
 def test_what_breaks_in_the_world_is_recorded_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

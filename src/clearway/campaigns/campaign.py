@@ -186,11 +186,20 @@ def _finished(plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore,
         for spec in specs:
             yield run_and_keep(plan, spec, store.partial, store.key)
         return
+    from concurrent.futures.process import BrokenProcessPool
+
     from joblib import Parallel, delayed
 
     job = delayed(run_and_keep)
     parallel = Parallel(n_jobs=workers, backend="loky", batch_size=1, return_as="generator_unordered", max_nbytes=None)
-    yield from parallel(job(plan, spec, store.partial, store.key, os.getpid()) for spec in specs)
+    try:
+        yield from parallel(job(plan, spec, store.partial, store.key, os.getpid()) for spec in specs)
+    except BrokenProcessPool as error:
+        raise ClearwayError(
+            "a worker process died: the navigator crashed it, or memory ran out; what is finished is kept, --resume goes "
+            "on from there, with --workers 1 up to the trial that does it",
+            file=store.path,
+        ) from error
 
 
 def _stop_workers() -> None:

@@ -74,7 +74,7 @@ class _Composed:
         key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that neither stream moves the other's
         self._localiser.reset(task, robot, _stream(key, "localiser"))
         told = task if self._map or task.map is None else replace(task, map=None)
-        with _limited(None if self._limit is None else max(self._limit, 60.0), "to prepare"):
+        with _no_exit(), _limited(None if self._limit is None else max(self._limit, 60.0), "to prepare"):
             self._navigator.reset(told, robot, _stream(key, "navigator"))
 
     def decide(self, sensing: Sensing) -> Decision:
@@ -96,7 +96,7 @@ class _Composed:
             scan=sensing.scan if self._scan else None,
             obstacles=sensing.obstacles if self._obstacles else None,
         )
-        with _limited(self._limit, "for a decision"):
+        with _no_exit(), _limited(self._limit, "for a decision"):
             command = self._navigator.step(observation)
         return Decision(command, pose, self._show(sensing.t))
 
@@ -135,6 +135,15 @@ def _points(values: FloatArray, width: int) -> FloatArray:
 
 def _stream(key: list[int], name: str) -> np.random.Generator:
     return np.random.default_rng([*key, *name.encode()])
+
+
+@contextmanager
+def _no_exit() -> Iterator[None]:
+    """A navigator that asks Python to exit has failed; the campaign goes on."""
+    try:
+        yield
+    except SystemExit as error:
+        raise RuntimeError(f"the navigator called sys.exit({error.code!r})") from error
 
 
 @contextmanager
