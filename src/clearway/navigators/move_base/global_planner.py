@@ -13,6 +13,7 @@ import numpy as np
 
 from clearway.geometry import search
 from clearway.geometry.angles import wrap
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base.costmap import Costmap
 from clearway.navigators.move_base.layers import FREE, LETHAL, UNKNOWN
@@ -280,7 +281,7 @@ def orient(plan: FloatArray, start: FloatArray, mode: int, window: int) -> None:
         i = np.arange(n - 1)
         before, after = plan[np.maximum(0, i - window)], plan[np.minimum(n - 1, i + window)]
         forward = np.arctan2(after[:, 1] - before[:, 1], after[:, 0] - before[:, 0])
-        plan[:-1, 2] = [wrap(a) for a in forward + {4: math.pi, 5: -math.pi / 2, 6: math.pi / 2}.get(mode, 0.0)]
+        plan[:-1, 2] = _wrapped(forward + {4: math.pi, 5: -math.pi / 2, 6: math.pi / 2}.get(mode, 0.0))
     first = 0
     if mode == 3:
         first = max(n - 3, 0)
@@ -293,6 +294,13 @@ def orient(plan: FloatArray, start: FloatArray, mode: int, window: int) -> None:
         yaw = plan[first, 2]
         for k in range(first, n):
             plan[k, 2] = wrap(yaw + turn * k)  # k, not k - first: as the filter has it
+
+
+@kernel
+def _wrapped(angles: FloatArray) -> FloatArray:
+    for i in range(angles.size):
+        angles[i] = wrap(angles[i])
+    return angles
 
 
 def _fitting(space: search.Workspace, rows: int, columns: int) -> search.Workspace:
