@@ -127,11 +127,8 @@ class _Drive:
             return self._failed(0.0, error, estimate, command)
         while True:
             t = count * period
-            now, told, leg = (
-                world.state,
-                world.state,
-                referee.leg,
-            )  # two copies: what the pilot does to its own is its affair
+            now, told = world.state, world.state  # two copies: what the pilot does to its own is its affair
+            leg = referee.leg
             sensing = Sensing(t, told[5:8], told[8:10], world.sense(), None, referee.goal, told[0:3])
             before = perf_counter()
             try:
