@@ -220,6 +220,10 @@ def test_deviations_name_what_was_not_run_and_what_table_3_prints(results: Resul
     assert "local obstacle range 3 m (printed: 0.3 m)" in changed
     assert "tolerance in reaching goal orientation 0.05 rad (printed: 0.01 rad)" in changed
     assert "raytrace" not in changed
+    hosbot = [r for r in results.trials.to_pylist() if r["robot"] == "hosbot"]
+    met = sum(r["success"] and r["OE_max"] <= 0.01 for r in hosbot)
+    assert f"by the 0.01 rad of Table 3, {met} would be" in " ".join(found)
+    assert not any(line.startswith("TIAGo: judged by") for line in found)
 
 
 def test_a_lane_reaches_as_far_as_any_trial_shows_it(results: Results) -> None:

@@ -13,7 +13,7 @@ from typing import Any
 
 from clearway.reports import paper, parameters
 from clearway.reports.findings import Findings
-from clearway.reports.selection import distinct
+from clearway.reports.selection import System, distinct
 from clearway.robots import Robot
 
 Facts = list[tuple[str, str]]
@@ -106,6 +106,9 @@ def deviations(f: Findings) -> list[str]:
             found.append(f"{f.title(name)}: the robot's preset “{preset}” replaces some of its parameters.")
         if found_there := parameters.differences(f, name):
             found.append(f"{f.title(name)}: not as the paper's Table 3 prints it: {'; '.join(found_there)}.")
+    for system in f.systems:
+        if stricter := _as_printed(f, system):
+            found.append(stricter)
     if len(kinds := distinct(f.rows, "localisation")) > 1 or kinds not in (["amcl"], ["odometry"], ["recorded"]):
         found.append(f"Localisation: {', '.join(kinds)}.")
     for navigator in dict.fromkeys(r["navigator"] for r in f.rows if r["privileged"]):
@@ -123,6 +126,19 @@ def deviations(f: Findings) -> list[str]:
             "What the paper leaves open (gaps, timing of the moving obstacle, cruise band, pairing of trials) is read as docs/decisions.md states."
         )
     return found
+
+
+def _as_printed(f: Findings, system: System) -> str:
+    """How many trials would be a success by the heading tolerance that Table 3 prints, where another one was used."""
+    robot, printed = f.robots.get(system.robot), paper.YAW_TOLERANCE.get(system.robot.partition(":")[0])
+    if robot is None or printed is None or robot.tolerances.yaw <= printed:
+        return ""
+    rows = [r for r in system.of(f.rows) if r["suite"] == "hospital"]
+    met = sum(bool(r["success"]) and r["OE_max"] is not None and r["OE_max"] <= printed for r in rows)
+    return (
+        f"{f.name(system)}: judged by a heading tolerance of {robot.tolerances.yaw:g} rad, {sum(bool(r['success']) for r in rows)} "
+        f"of {len(rows)} trials are a success; by the {printed:g} rad of Table 3, {met} would be."
+    )
 
 
 def _dict(value: Any) -> dict[str, Any]:

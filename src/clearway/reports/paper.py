@@ -106,6 +106,9 @@ TABLE_3 = (
     Parameter("costmaps", "Local resolution", "0.050 m", "0.025 m"),
 )
 
+YAW_TOLERANCE = {"hosbot": 0.01, "tiago": 0.2}
+"""Table 3, tolerance in reaching goal orientation, rad."""
+
 FIGURE_5: dict[tuple[str, str], dict[str, float]] = {
     ("SO", "single"): {"size": 0.15},
     ("SO", "parallel"): {"size": 0.03},
