@@ -212,3 +212,26 @@ def test_inflation_off_leaves_only_lethal_cells() -> None:
     costmap = Costmap(given, Circle(0.05), None, "local_costmap")
     seen(costmap, beam(1.02))
     assert sorted(np.unique(costmap.cost)) == [0, 254]
+
+
+def test_rays_are_bresenhams_lines() -> None:
+    rng = np.random.default_rng(3)
+    for size in (7, 90, 1500):
+        grid, no_stamps = np.full((size, size), layers.UNKNOWN, np.uint8), np.zeros((0, 0), np.int32)
+        ends = rng.integers(0, size, (20, 2))
+        x, y = size // 3, size // 2
+        bounds = np.array((1e30, 1e30, -1e30, -1e30))
+        layers.clear_rays(grid, np.zeros(2), 1.0, ends + 0.5, x + 0.5, y + 0.5, 1e4, bounds, no_stamps, 0)
+        expected = np.full_like(grid, layers.UNKNOWN)
+        for dx, dy in (ends - (x, y)).tolist():
+            major, minor = max(abs(dx), abs(dy)), min(abs(dx), abs(dy))
+            c, r, error = x, y, major // 2
+            expected[r, c] = layers.FREE
+            for _ in range(major):
+                error += minor
+                turn = error >= major
+                error -= major * turn
+                c += int(np.sign(dx)) * (turn or abs(dx) >= abs(dy))
+                r += int(np.sign(dy)) * (turn or abs(dx) < abs(dy))
+                expected[r, c] = layers.FREE
+        assert np.array_equal(grid, expected)
