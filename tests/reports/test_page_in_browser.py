@@ -58,6 +58,23 @@ def test_loads_alone_and_without_a_complaint(browser: Any, report: Path) -> None
     assert len(browser.find_elements("css selector", "figure svg")) == 6  # layout, 2 trajectories, 2 bars, correlations
 
 
+def test_on_paper_no_table_is_cut_off(browser: Any, report: Path) -> None:
+    load(browser, report)
+    a4_landscape = {"width": 1032, "height": 703, "deviceScaleFactor": 1, "mobile": False}  # within 12 mm margins
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", a4_landscape)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    try:
+        widest = browser.execute_script(
+            "return Math.max(...[...document.querySelectorAll('table')].map(t => t.getBoundingClientRect().right))"
+        )
+        assert widest <= 1033
+        assert not find(browser, "#replay").is_displayed()
+        assert find(browser, ".sign").is_displayed()
+    finally:
+        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
 def test_the_table_sorts_and_filters_as_the_rows_say(browser: Any, report: Path, results: Results) -> None:
     load(browser, report)
     rows = results.trials.to_pylist()
