@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import replace
 from types import FrameType
+from typing import Any, TypeVar
 
 import numpy as np
 from numba.core import event
@@ -31,6 +31,9 @@ SHOW_EVERY = 0.5
 
 DECISION_LIMIT = 10.0
 """s of wall clock after which a decision counts as hung."""
+
+
+_T = TypeVar("_T")
 
 
 class TookTooLong(Exception):
@@ -63,6 +66,8 @@ class _Composed:
     ) -> None:
         self._navigator, self._localiser, self._localisation = navigator, localiser, localisation
         self._limit = decision_limit
+        self._prepare_limit = None if decision_limit is None else max(decision_limit, 60.0)
+        self._watch = _Watchdog()
         needs = frozenset(getattr(navigator, "needs", frozenset()))
         self._map, self._scan, self._obstacles = "map" in needs, "scan" in needs, "obstacles" in needs
         self._diagnostics = getattr(navigator, "diagnostics", None)
@@ -74,8 +79,7 @@ class _Composed:
         key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that neither stream moves the other's
         self._localiser.reset(task, robot, _stream(key, "localiser"))
         told = task if self._map or task.map is None else replace(task, map=None)
-        with _no_exit(), _limited(None if self._limit is None else max(self._limit, 60.0), "to prepare"):
-            self._navigator.reset(told, robot, _stream(key, "navigator"))
+        self._watch(self._prepare_limit, "to prepare", self._navigator.reset, told, robot, _stream(key, "navigator"))
 
     def decide(self, sensing: Sensing) -> Decision:
         """Localise, then ask the navigator; now and then also what it thought."""
@@ -96,8 +100,7 @@ class _Composed:
             scan=sensing.scan if self._scan else None,
             obstacles=sensing.obstacles if self._obstacles else None,
         )
-        with _no_exit(), _limited(self._limit, "for a decision"):
-            command = self._navigator.step(observation)
+        command = self._watch(self._limit, "for a decision", self._navigator.step, observation)
         return Decision(command, pose, self._show(sensing.t))
 
     def _show(self, t: float) -> Diagnostics | None:
@@ -137,39 +140,43 @@ def _stream(key: list[int], name: str) -> np.random.Generator:
     return np.random.default_rng([*key, *name.encode()])
 
 
-@contextmanager
-def _no_exit() -> Iterator[None]:
-    """A navigator that asks Python to exit has failed; the campaign goes on."""
-    try:
-        yield
-    except SystemExit as error:
-        raise RuntimeError(f"the navigator called sys.exit({error.code!r})") from error
+class _Watchdog:
+    """Breaks a navigator's code off after some wall clock, where signals can do it. Compiling kernels doesn't count.
 
+    Its handler stays installed between decisions: to change it costs more than the timer.
+    """
 
-@contextmanager
-def _limited(seconds: float | None, what: str) -> Iterator[None]:
-    """Break the block off after `seconds` of wall clock, where signals can do it. Compiling kernels doesn't count."""
-    if seconds is None or threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    compiled = _compiling.count
+    def __init__(self) -> None:
+        self._seconds, self._compiled = 0.0, 0
 
-    def ring(signum: int, frame: FrameType | None) -> None:
-        nonlocal compiled
-        if _compiling.count == compiled and not _compiling.running:
+    def __call__(self, seconds: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:
+        """What `function` returns.
+
+        Raises:
+            TookTooLong: after `seconds`; None: never. RuntimeError: it asked Python to exit, which is a failure too.
+        """
+        watched = seconds is not None and threading.current_thread() is threading.main_thread()
+        try:
+            if watched:
+                assert seconds is not None
+                self._seconds, self._compiled = seconds, _compiling.count
+                if signal.getsignal(signal.SIGALRM) != self._ring:
+                    signal.signal(signal.SIGALRM, self._ring)
+                signal.setitimer(signal.ITIMER_REAL, seconds)
+            return function(*arguments)
+        except _Alarm:
+            raise TookTooLong(f"took longer than {seconds:g} s {what}") from None
+        except SystemExit as error:
+            raise RuntimeError(f"the navigator called sys.exit({error.code!r})") from error
+        finally:
+            if watched:
+                signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+    def _ring(self, signum: int, frame: FrameType | None) -> None:
+        if _compiling.count == self._compiled and not _compiling.running:
             raise _Alarm
-        compiled = _compiling.count
-        signal.setitimer(signal.ITIMER_REAL, seconds)
-
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.setitimer(signal.ITIMER_REAL, seconds)
-    try:
-        yield
-    except _Alarm:
-        raise TookTooLong(f"took longer than {seconds:g} s {what}") from None
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, before)
+        self._compiled = _compiling.count
+        signal.setitimer(signal.ITIMER_REAL, self._seconds)
 
 
 class _Compiling(event.Listener):  # type: ignore[misc]
