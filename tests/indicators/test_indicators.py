@@ -125,6 +125,9 @@ def test_reasons_of_failure():
     assert score_row(replace(trial, pose=pose))["failure"] == "DE+OE"
     touched = replace(trial, events=(Event(3.0, "contact", "box"),))
     assert score_row(touched)["failure"] == "collision"
+    waiting = replace(touched, velocity=np.zeros_like(trial.velocity))
+    assert score_row(waiting)["failure"] == "collision at rest"
+    assert score_row(waiting)["success"] is False
     late = replace(trial, outcome=Outcome.TIMEOUT, spans=(*trial.spans[:2], replace(trial.spans[2], reached=False)))
     row = score_row(late)
     assert (row["failure"], row["success"], row["CT"]) == ("timeout", False, None)

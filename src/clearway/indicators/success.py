@@ -8,24 +8,28 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from clearway.indicators.goal_error import Whose, distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import begun
 from clearway.trials import Outcome, Trial
 
+AT_REST = 0.01
+"""m/s and rad/s below which a robot stands."""
 _ROUNDING = 1e-9
 """m or rad; an error that exceeds its tolerance by less is within."""
 
 
 def failure(trial: Trial, whose: Whose = "true") -> str:
-    """Why the trial failed, in one word: how it ended (`collision`, `timeout`, ...), `unfinished`, `DE`, `OE` or `DE+OE`;
-    empty for a success.
+    """Why the trial failed: how it ended (`collision`, `timeout`, ...), `unfinished`, `DE`, `OE` or `DE+OE`; empty for a
+    success. `collision at rest`: something ran into the robot while it stood; a failure all the same.
 
     Raises:
         NotComputable: it ended well as far as is known, but the pose, the goal or a tolerance is unknown.
     """
     if trial.outcome is Outcome.COLLISION or any(event.kind == "contact" for event in trial.events):
-        return Outcome.COLLISION.value
+        return f"{Outcome.COLLISION.value} at rest" if _stood(trial) else Outcome.COLLISION.value
     if trial.outcome is not Outcome.REACHED:
         return trial.outcome.value
     reached = {span.leg for span in trial.spans if span.reached}
@@ -40,6 +44,13 @@ def failure(trial: Trial, whose: Whose = "true") -> str:
         if not math.isinf(leg.yaw_tolerance):
             excess["OE"] |= orientation_error(drive, whose) > leg.yaw_tolerance + _ROUNDING
     return "+".join(name for name, found in excess.items() if found)
+
+
+def _stood(trial: Trial) -> bool:
+    """Whether the robot stood when it was touched."""
+    touched = next((event.t for event in trial.events if event.kind == "contact"), float(trial.t[-1]))
+    at = min(int(np.searchsorted(trial.t, touched)), len(trial.t) - 1)
+    return trial.velocity is not None and bool((np.abs(trial.velocity[at]) < AT_REST).all())
 
 
 @measure
