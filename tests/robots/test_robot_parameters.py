@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from clearway.navigators.move_base.parameters import parameters_of
@@ -28,3 +30,14 @@ def test_presets_change_what_they_say() -> None:
         layer = parameters_of(load_robot(name)).global_costmap.obstacle_layer
         assert layer is not None
         assert layer.enabled is enabled
+
+
+def test_a_global_costmap_holds_the_map_unless_it_rolls() -> None:
+    tiago = load_robot("tiago")
+
+    def static_layer(table: dict[str, Any]) -> object:
+        return parameters_of(tiago.model_copy(update={"navigators": {"move-base": table}})).global_costmap.static_layer
+
+    assert static_layer({}) is not None
+    assert static_layer({"global_costmap": {"update_frequency": 2.0}}) is not None
+    assert static_layer({"global_costmap": {"rolling_window": True}}) is None

@@ -78,7 +78,11 @@ class Costmap:
         self._map = map
         if parameters.static_layer is not None and parameters.static_layer.enabled:
             if map is None:
-                raise ClearwayError(f"{name} has a static layer, which needs a map, and the task grants none")
+                raise ClearwayError(
+                    f"{name} has a static layer, which needs a map, and the task grants none; without a map it needs "
+                    "rolling_window = true",
+                    field=f"navigators.move-base.{name}",
+                )
             self._static = interpret(map, parameters.static_layer)
             if not parameters.rolling_window:
                 self.resolution, self.origin = map.resolution, np.array(map.origin)

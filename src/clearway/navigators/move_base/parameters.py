@@ -162,7 +162,7 @@ class Parameters(Group):
     """Everything under `[navigators.move-base]`."""
 
     move_base: MoveBaseGroup = MoveBaseGroup()
-    global_costmap: Costmap = Costmap()
+    global_costmap: Costmap = Costmap(static_layer=StaticLayer())
     local_costmap: Costmap = Costmap(global_frame="odom", rolling_window=True)
     global_planner: GlobalPlannerGroup = GlobalPlannerGroup()
     DWAPlannerROS: DWAParameters = DWAParameters()
@@ -170,11 +170,16 @@ class Parameters(Group):
 
     @model_validator(mode="before")
     @classmethod
-    def _local_defaults(cls, table: Any) -> Any:
-        """A local costmap rolls in the odom frame unless its file says otherwise."""
-        if isinstance(table, dict) and isinstance(local := table.get("local_costmap"), dict):
-            return table | {"local_costmap": {"global_frame": "odom", "rolling_window": True} | local}
-        return table
+    def _usual(cls, table: Any) -> Any:
+        """Unless its file says otherwise, a global costmap that doesn't roll holds the map, and a local one rolls in odom."""
+        if not isinstance(table, dict):
+            return table
+        usual: dict[str, Any] = {}
+        if isinstance(wide := table.get("global_costmap", {}), dict) and not wide.get("rolling_window", False):
+            usual["global_costmap"] = {"static_layer": {}} | wide
+        if isinstance(local := table.get("local_costmap", {}), dict):
+            usual["local_costmap"] = {"global_frame": "odom", "rolling_window": True} | local
+        return table | usual
 
     @model_validator(mode="after")
     def _navfn_has_few(self) -> Parameters:
