@@ -13,8 +13,9 @@ class Progress:
     def __init__(self, what: str) -> None:
         self.what = what
         self.live = sys.stderr.isatty()
-        self.began = self.spoke = time.monotonic()
-        self.started_at = 0
+        self.spoke = time.monotonic()
+        self.found: int | None = None  # what was done already when it began (a campaign that goes on)
+        self.pace: tuple[float, int] | None = None  # when the first of it was done, and how much that made
         self.width = 0
 
     def __enter__(self) -> Progress:
@@ -28,12 +29,16 @@ class Progress:
 
     def __call__(self, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
-        if not self.live and done < total and now - self.spoke < 10 and not (note and done == 0):
+        if self.found is None:
+            self.found = done
+        elif self.pace is None and done > self.found:
+            self.pace = (now, done)  # the pace is taken from here: what came before was compiling
+        if not self.live and done < total and now - self.spoke < 10 and not (note and done == self.found):
             return
         self.spoke = now
         left = ""
-        if 0 < done < total:
-            left = f", {_duration((now - self.began) / done * (total - done))} left"
+        if self.pace is not None and self.pace[1] < done < total:
+            left = f", {_duration((now - self.pace[0]) / (done - self.pace[1]) * (total - done))} left"
         text = f"{self.what}: {done}/{total}{left}" + (f"  {note}" if note else "")
         if self.live:
             print(f"\r{text:<{self.width}}", end="", file=sys.stderr, flush=True)

@@ -1,0 +1,21 @@
+"""Time left is told from the pace of the work, not of the compiling before it."""
+
+from __future__ import annotations
+
+import pytest
+
+from clearway.cli import _progress
+
+
+def test_time_left_leaves_compiling_and_earlier_work_out(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+):
+    clock = iter([0.0, 0.0, 60.0, 80.0])
+    monkeypatch.setattr(_progress.time, "monotonic", lambda: next(clock))
+    progress = _progress.Progress("trials")
+    progress(100, 200, "compiling")  # resumed: 100 were done before
+    progress(101, 200)  # the first took a minute, most of it compiling
+    progress(111, 200)  # ten more in 20 s: 89 are left
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "trials: 100/200  compiling"
+    assert said[-1] == "trials: 111/200, 2 min 58 s left"
