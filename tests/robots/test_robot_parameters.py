@@ -32,7 +32,7 @@ def test_presets_change_what_they_say() -> None:
         assert layer.enabled is enabled
 
 
-def test_a_global_costmap_holds_the_map_unless_it_rolls() -> None:
+def test_a_global_costmap_holds_the_map_unless_it_rolls_or_lies_in_odom() -> None:
     tiago = load_robot("tiago")
 
     def static_layer(table: dict[str, Any]) -> object:
@@ -41,3 +41,11 @@ def test_a_global_costmap_holds_the_map_unless_it_rolls() -> None:
     assert static_layer({}) is not None
     assert static_layer({"global_costmap": {"update_frequency": 2.0}}) is not None
     assert static_layer({"global_costmap": {"rolling_window": True}}) is None
+    assert static_layer({"global_costmap": {"global_frame": "odom"}}) is None
+
+
+def test_jackal_navigates_without_a_map() -> None:
+    """BARN grants none."""
+    parameters = parameters_of(load_robot("jackal"))
+    assert parameters.global_costmap.static_layer is None
+    assert parameters.local_costmap.static_layer is None

@@ -80,7 +80,7 @@ class Costmap:
             if map is None:
                 raise ClearwayError(
                     f"{name} has a static layer, which needs a map, and the task grants none; without a map it needs "
-                    "rolling_window = true",
+                    'rolling_window = true or global_frame = "odom"',
                     field=f"navigators.move-base.{name}",
                 )
             self._static = interpret(map, parameters.static_layer)

@@ -171,12 +171,14 @@ class Parameters(Group):
     @model_validator(mode="before")
     @classmethod
     def _usual(cls, table: Any) -> Any:
-        """Unless its file says otherwise, a global costmap that doesn't roll holds the map, and a local one rolls in odom."""
+        """Unless its file says otherwise, a global costmap that stands in the map's frame holds the map, and a local one
+        rolls in odom."""
         if not isinstance(table, dict):
             return table
         usual: dict[str, Any] = {}
-        if isinstance(wide := table.get("global_costmap", {}), dict) and not wide.get("rolling_window", False):
-            usual["global_costmap"] = {"static_layer": {}} | wide
+        if isinstance(wide := table.get("global_costmap", {}), dict):
+            stands = not wide.get("rolling_window", False) and wide.get("global_frame", "map") == "map"
+            usual["global_costmap"] = ({"static_layer": {}} if stands else {}) | wide
         if isinstance(local := table.get("local_costmap", {}), dict):
             usual["local_costmap"] = {"global_frame": "odom", "rolling_window": True} | local
         return table | usual
