@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
@@ -47,15 +48,22 @@ class Obstacles:
     """Perceived obstacles as discs, in the map frame (in a `Sensing`: as measured; in an `Observation`: tracked).
 
     Attributes:
-        position: (n, 2) m; velocity: (n, 2) m/s, NaN where unknown; radius: (n,) m.
-        error: (n,) bound on the position's error, m; identity: (n,) int64, the same over time for the same obstacle.
+        position: (n, 2) m; velocity: (n, 2) m/s, NaN where unknown (in an `Observation`: never); radius: (n,) m.
+        error: (n,) bound on the position's error, m; velocity_error: (n,) the same for the velocity, m/s, inf where
+        unknown. identity: (n,) int64, the same over time for the same obstacle. moving: (n,) bool, whether it is
+        perceived as one that moves (or can move).
     """
 
     position: FloatArray
     velocity: FloatArray
     radius: FloatArray
     error: FloatArray
-    identity: np.ndarray
+    velocity_error: FloatArray
+    identity: npt.NDArray[np.int64]
+    moving: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.radius)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +100,8 @@ class Task:
     Attributes:
         period: control period, s. speed_limit: the set speed of the test, m/s; the plant clips to it.
         start: (3,) where the robot is believed to stand, map frame (placed by hand: the truth differs a little).
-        map: what is known of the floor, or None. budget: per control period.
+        map: what is known of the floor, or None. area: x_min, y_min, x_max, y_max [m] of where the robot's centre may
+        be, None: anywhere. budget: per control period.
         time_limit: seconds for each leg. forecast: the truth, for privileged navigators only.
     """
 
@@ -100,6 +109,7 @@ class Task:
     speed_limit: float
     start: FloatArray
     map: OccupancyGrid | None = None
+    area: tuple[float, float, float, float] | None = None
     budget: Budget = field(default_factory=Budget)
     time_limit: float = float("inf")
     forecast: Forecast | None = None
@@ -111,8 +121,8 @@ class Sensing:
 
     Attributes:
         odom_pose: (3,) dead-reckoned pose in the odom frame. odom_velocity: (2,) measured v [m/s], omega [rad/s].
-        scan: the lidar's sweep, None without a lidar. obstacles: measured obstacles where the scenario perceives
-        them directly (map frame), else None. goal: where to go. truth: (3,) the true pose in the map frame; only
+        scan: the lidar's sweep, None without a lidar. obstacles: what the camera measured (map frame, by the true
+        pose), None without a camera. goal: where to go. truth: (3,) the true pose in the map frame; only
         the localiser `truth` may read it, to show what localisation costs.
     """
 
@@ -153,12 +163,16 @@ class Command:
         arrived: True or False where the navigator judges arrival itself (as move_base does); None leaves it to the
         run's goal checker (within the goal's tolerances by the estimated pose).
         gave_up: why the navigator can't go on; ends the trial as `aborted`.
+        status: a word on how it was found, such as `infeasible`; each change of it becomes an event of the trial.
+        cut: whether the budget ended the thinking before it was finished.
     """
 
     v: float
     omega: float
     arrived: bool | None = None
     gave_up: str | None = None
+    status: str = ""
+    cut: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,6 +219,18 @@ class Localiser(Protocol):
 
     def update(self, sensing: Sensing) -> FloatArray:
         """The estimated pose (3,) in the map frame."""
+
+
+class Tracker(Protocol):
+    """Makes obstacles with position, velocity and error bounds of what the sensors gave: `clearway.perception` has
+    `difference` (no memory beyond the last frame) and `kalman`.
+    """
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Forget all obstacles."""
+
+    def update(self, sensing: Sensing, pose: FloatArray) -> Obstacles:
+        """The obstacles now, given the robot's estimated pose (3,) in the map frame."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -19,7 +19,9 @@ ROBOT = load_robot("tiago")
 GRID = OccupancyGrid(np.zeros((2, 2), np.int8), 0.05, (0.0, 0.0))
 GOAL = Goal(np.zeros(3), 0.1, 0.1)
 SCAN = Scan(np.ones(3), 0.0, 0.1, 0.0, 5.0, np.zeros(3))
-DISCS = Obstacles(np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1), np.zeros(1), np.zeros(1, np.int64))
+DISCS = Obstacles(
+    np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.bool_)
+)
 
 
 class Recorder:

@@ -149,7 +149,10 @@ class Room:
     def _obstacles(self) -> Obstacles:
         discs = np.array(self.situation.discs if self.situation.sees else ()).reshape(-1, 3)
         n = len(discs)
-        return Obstacles(discs[:, :2].copy(), np.zeros((n, 2)), discs[:, 2].copy(), np.zeros(n), np.arange(n))
+        return Obstacles(
+            position=discs[:, :2].copy(), velocity=np.zeros((n, 2)), radius=discs[:, 2].copy(), error=np.zeros(n),
+            velocity_error=np.zeros(n), identity=np.arange(n), moving=np.zeros(n, np.bool_),
+        )  # fmt: skip
 
 
 def _towards(now: float, target: float, change: float) -> float:

@@ -21,7 +21,13 @@ from clearway.errors import ClearwayError, unknown
 GROUP = "clearway.navigators"
 """The entry-point group that navigators register under."""
 
-SHIPPED = {"move-base": "clearway.navigators.move_base:MoveBase"}
+SHIPPED = {
+    "move-base": "clearway.navigators.move_base:MoveBase",
+    "hp-tmpc": "clearway.navigators.hp_tmpc:HpTmpc",
+    "hl-rrt": "clearway.navigators.hl_rrt:HlRrt",
+    "colregs-apf": "clearway.navigators.colregs_apf:ColregsApf",
+    "oracle": "clearway.navigators.oracle:Oracle",
+}
 """Known even where no package metadata is installed (a source checkout on the path)."""
 
 

@@ -16,15 +16,18 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape
+from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Rate = Annotated[float, Field(gt=0)]
+"""An acceleration limit, which may be infinite."""
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
 
 
 class CircleSpec(_Part):
@@ -63,11 +66,11 @@ class Drive(_Part):
 
     v_max: Positive = Field(description="forward speed, m/s")
     v_min: Finite = Field(description="most negative speed (reverse), m/s, at most 0", le=0)
-    acceleration: Positive = Field(description="m/s^2")
-    deceleration: Positive = Field(description="m/s^2")
+    acceleration: Rate = Field(description="m/s^2; inf: none is known")
+    deceleration: Rate = Field(description="m/s^2; inf: none is known")
     omega_max: Positive = Field(description="yaw rate, rad/s")
-    angular_acceleration: Positive = Field(description="rad/s^2")
-    angular_deceleration: Positive = Field(description="rad/s^2")
+    angular_acceleration: Rate = Field(description="rad/s^2; inf: none is known")
+    angular_deceleration: Rate = Field(description="rad/s^2; inf: none is known")
     pivot: Finite = Field(
         default=0.0,
         description="how far ahead of base_link the point is that the base turns about, m: a skid-steered base turns"
@@ -85,6 +88,13 @@ class Lidar(_Part):
     range_max: Positive = Field(description="m")
     sigma: NonNegative = Field(description="standard deviation of a range, m")
     mount: tuple[Finite, Finite, Finite] = Field(default=(0.0, 0.0, 0.0), description="pose in base_link: m, m, rad")
+
+
+class Camera(_Part):
+    """Sees obstacles as discs within a circle around the robot (paper B's perception field, assumptions A1 and A3)."""
+
+    range: Positive = Field(description="radius of the perception field, m; an obstacle that reaches into it is seen")
+    error: NonNegative = Field(description="bound on the error of a moving obstacle's perceived position, m")
 
 
 class Odometry(_Part):
@@ -116,6 +126,7 @@ class Robot(_Part):
     period: Positive = Field(description="control period, s")
     drive: Drive
     lidar: Lidar | None = None
+    camera: Camera | None = None
     odometry: Odometry
     tolerances: Tolerances
     navigators: dict[str, dict[str, Any]] = Field(
@@ -150,10 +161,15 @@ class Robot(_Part):
         return None
 
 
+RESCUE = "rescue"
+"""Paper B's robot, of which hardly anything was published: all of it is in the file of stand-ins."""
+
+
 def robot_names() -> list[str]:
     """Names of the robots that come with Clearway."""
     folder = resources.files("clearway.robots")
-    return sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml"))
+    files = [f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")]
+    return sorted([*files, RESCUE])
 
 
 def load_robot(which: str) -> Robot:
@@ -172,6 +188,8 @@ def _load(path: Path, preset: str | None, changed: int) -> Robot:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ClearwayError(f"not a TOML file: {error}", file=path) from error
+    if path == STAND_INS:
+        table = table["robot"]
     if preset is not None:
         presets = table.get("presets", {})
         if preset not in presets:
@@ -190,6 +208,8 @@ def _locate(which: str) -> tuple[Path, str | None]:
     else:
         name, _, rest = which.rpartition(":") if ":" in which else (which, "", "")
         preset = rest or None
+    if name == RESCUE:
+        return STAND_INS, preset
     if name in shipped:
         return Path(str(resources.files("clearway.robots") / f"{name}.toml")), preset
     path = Path(name)

@@ -95,19 +95,49 @@ class RunSpec(_Part):
     delay: Finite = Field(default=0.0, description="s after the leg begins; negative: already under way")
 
 
+class OscillationSpec(_Part):
+    """Motion about a fixed point of attraction: paper B, eqs. 6-7, per axis x'' = stiffness (attraction - x)."""
+
+    start: tuple[Finite, Finite] = Field(description="where it is at time 0, m")
+    velocity: tuple[Finite, Finite] = Field(description="at time 0, m/s")
+    attraction: tuple[Finite, Finite] = Field(description="m")
+    stiffness: tuple[Positive, Positive] = Field(description="alpha and beta, 1/s^2")
+
+
 class ObstacleSpec(_Part):
-    """An obstacle of the test: static with a `pose`, or moving with `runs`."""
+    """An obstacle of the test: static with a `pose`, or moving with `runs` or by an `oscillation`."""
 
     name: str = Field(min_length=1)
     shape: ShapeSpec
     pose: PoseSpec | None = Field(default=None, description="where a static one stands: m, m, rad")
     runs: tuple[RunSpec, ...] = Field(default=(), description="when and where a moving one moves")
+    oscillation: OscillationSpec | None = Field(default=None, description="how one moves that is always there")
 
     @model_validator(mode="after")
     def _static_or_moving(self) -> ObstacleSpec:
-        if (self.pose is None) != bool(self.runs):
-            raise ValueError(f"the obstacle {self.name!r} needs either a pose (static) or runs (moving)")
+        if sum((self.pose is not None, bool(self.runs), self.oscillation is not None)) != 1:
+            raise ValueError(
+                f"the obstacle {self.name!r} needs one of these: a pose (static), runs (moving), an oscillation (moving)"
+            )
         return self
+
+
+class DisturbanceSpec(_Part):
+    """Bounded disturbance of the robot's motion (paper B, assumption A2), drawn anew each control period from the seed."""
+
+    position: NonNegative = Field(description="the most that it is moved in a control period: uniform in a disc, m")
+    heading: NonNegative = Field(default=0.0, description="the most that it is turned in a control period, uniform, rad")
+    velocity: NonNegative = Field(default=0.0, description="the most that v deviates from what the base drives, uniform, m/s")
+    turn: NonNegative = Field(default=0.0, description="the same for omega, rad/s")
+    at_rest: bool = Field(default=True, description="whether it also moves a robot that stands")
+
+
+class LimitSpec(_Part):
+    """What a clairvoyant could do at best: holonomic, at the set speed, undisturbed, knowing every obstacle's future."""
+
+    time: Positive = Field(description="shortest time to the goal, s")
+    path: Positive = Field(description="length of that way, m")
+    error: NonNegative = Field(description="bound on the relative error of `time` by discretisation")
 
 
 class LegSpec(_Part):
@@ -156,6 +186,11 @@ class Scenario(_Part):
     localisation: Literal["truth", "odometry", "amcl"] = Field(
         default="amcl", description="unless the run says otherwise"
     )
+    tracking: Literal["difference", "kalman"] = Field(
+        default="kalman", description="how the robot follows obstacles, unless the run says otherwise"
+    )
+    disturbance: DisturbanceSpec | None = None
+    limit: LimitSpec | None = None
     livelock: bool = Field(
         default=False, description="whether a robot that has not come 0.5 m away from where it was 20 s ago has failed"
     )

@@ -21,7 +21,8 @@ class Selection:
     Attributes:
         batches, configurations: names. speeds, obstacle_speeds: m/s. sizes: edge of the static obstacles, m.
         gaps: in multiples of d_base. repetitions: how many of each. worlds: numbers of BARN's worlds.
-        plan: floor plan to use instead of the suite's.
+        plan: floor plan to use instead of the suite's. seeds: (a, b): instead of the suite's frozen scenarios those that
+        its generator draws from the seeds a, a + 1, ..., b - 1.
     """
 
     batches: tuple[str, ...] = ()
@@ -33,6 +34,7 @@ class Selection:
     repetitions: int | None = None
     worlds: tuple[int, ...] = ()
     plan: str | None = None
+    seeds: tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,6 +10,9 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from clearway.contract import Diagnostics
 from clearway.geometry.shapes import FloatArray, Shape
 
@@ -32,6 +35,7 @@ class Labels:
     Attributes:
         suite, batch, configuration: names, such as `hospital`, `SO`, `parallel`. speed: set speed, m/s.
         obstacle_speed: m/s. size: edge of the static obstacles, m. gap: in multiples of d_base. repetition: from 1.
+        setup: how much thinking was allowed, such as paper B's `1` (0.15 s a decision) and `2` (unlimited).
     """
 
     suite: str
@@ -42,6 +46,7 @@ class Labels:
     size: float | None = None
     gap: float | None = None
     repetition: int = 1
+    setup: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +91,8 @@ class Attempt:
         footprint: contact shape in base_link; None if unknown. speed_limit: set speed, m/s, None if unknown.
         period: control or sampling period, s. reference_length: of one leg, m (paper A's d_AB, BARN's path), None without.
         plan: name of the floor plan. scenario: id in its suite, None for a recording. seed: of this attempt.
-        privileged: whether the navigator was given the truth.
+        privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
+        weren't. limit_time [s], limit_path [m]: of the best that a clairvoyant could do, None where nobody has searched.
     """
 
     labels: Labels
@@ -103,11 +109,15 @@ class Attempt:
     scenario: str | None = None
     seed: int | None = None
     privileged: bool = False
+    tracking: str = ""
+    limit_time: float | None = None
+    limit_path: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened at time `t` [s]: kind `contact`, `recovery`, `timeout`, `error`, ...; detail for people."""
+    """Something that happened at time `t` [s]: kind `contact`, `status`, `timeout`, `error`, ...; detail for people
+    (of `status`: the navigator's word, whenever it changes)."""
 
     t: float
     kind: str
@@ -141,6 +151,7 @@ class Trial:
         estimate: (n, 3) the robot's own belief, or None. command: (n, 2) given at t, or None.
         leg: (n,) int index into attempt.legs of what was being driven at t.
         movers: (n, m, 3) poses of the bodies whose pose is None, in their order; NaN while one is absent.
+        cut: (n,) bool, whether the budget cut the decision at t short, or None.
         spans: one per leg begun, in order. outcome: how it ended, reason: why, for people.
         provenance: what ran, on which version, from which file. timing: wall-clock figures [s], kept apart.
     """
@@ -157,6 +168,7 @@ class Trial:
     events: tuple[Event, ...]
     outcome: Outcome
     reason: str = ""
+    cut: npt.NDArray[np.bool_] | None = None
     snapshots: tuple[Snapshot, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
     timing: Mapping[str, float] = field(default_factory=dict)
