@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
 from clearway.campaigns.campaign import ProgressCallback
-from clearway.contract import Budget
 from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection
 from clearway.trials import store
@@ -79,7 +78,8 @@ def run(
     seed: int = 0,
     localisation: str | None = None,
     map: str | Path | None = None,
-    budget: Budget | None = None,
+    tracking: str | None = None,
+    setups: Iterable[str] = (),
     decision_limit: float | None = 10.0,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = None,
@@ -97,7 +97,9 @@ def run(
             empty: all. repetitions: of each; None: as the suite has it. plan: another floor plan for the suite.
         seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
         map: None for the true map, or the ROS map (yaml) that a robot built.
-        budget: how much a navigator may think per control period.
+        tracking: how obstacles are followed, `difference` or `kalman`; None: as each scenario says.
+        setups: how much a navigator may think per decision: `1`, `2` (paper B's), `0.15 s` (wall clock) or
+            `400 iterations`; several are run side by side; empty: no bound.
         decision_limit: s of wall clock after which a decision counts as hung; None: never.
         options: navigator's name -> what its constructor is given.
         workers: processes; None: one a core. The results don't depend on it.
@@ -127,7 +129,8 @@ def run(
         seed=seed,
         localisation=localisation,
         map=None if map is None else str(map),
-        budget=budget or Budget(),
+        tracking=tracking,
+        setups=_strings(setups, "setups"),
         decision_limit=decision_limit,
         options=options or {},
     )

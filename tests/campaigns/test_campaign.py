@@ -17,7 +17,6 @@ import pytest
 import clearway.world
 from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
 from clearway.campaigns.plan import USUAL_ROBOTS, TrialSpec
-from clearway.contract import Budget
 from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection
 from clearway.trials import Outcome
@@ -135,7 +134,7 @@ def test_a_suite_has_its_usual_robots(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_plan_survives_json() -> None:
-    asked = plan("Drives", seed=7, budget=Budget(iterations=5), options={"a": {"b": [1, 2]}}, map="m.yaml")
+    asked = plan("Drives", seed=7, setups=("5 iterations", "1"), options={"a": {"b": [1, 2]}}, map="m.yaml")
     assert CampaignPlan.from_json(json.loads(json.dumps(asked.to_json()))) == asked
     with pytest.raises(ClearwayError, match="not a campaign's plan"):
         CampaignPlan.from_json({"suites": ["hospital"]})

@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from clearway.contract import Budget
+from clearway.campaigns.setup import FREE, Setup, read_setup
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.robots import load_robot
@@ -33,7 +33,8 @@ class CampaignPlan:
         navigators: registered names, or addresses such as `my_pkg:MyNavigator`. selection: which part of each suite.
         seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
         map: None for the floor plan's true map, or the path of a ROS map that a robot built.
-        budget: how much a navigator may think per control period.
+        tracking: how obstacles are followed, `difference` or `kalman`; None: as each scenario says.
+        setups: how much a navigator may think per control period, as `read_setup` has it; empty: no bound.
         decision_limit: s of wall clock after which a decision counts as hung and the trial as failed; None: never.
         options: navigator's name -> what its constructor is given.
     """
@@ -45,7 +46,8 @@ class CampaignPlan:
     seed: int = 0
     localisation: str | None = None
     map: str | None = None
-    budget: Budget = field(default_factory=Budget)
+    tracking: str | None = None
+    setups: tuple[str, ...] = ()
     decision_limit: float | None = 10.0
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
@@ -53,7 +55,8 @@ class CampaignPlan:
         for name in ("suites", "navigators"):
             if not getattr(self, name):
                 raise ClearwayError("at least one is needed", field=name)
-        for name in ("suites", "robots", "navigators"):
+        object.__setattr__(self, "setups", tuple(str(read_setup(s).name) for s in self.setups))
+        for name in ("suites", "robots", "navigators", "setups"):
             values = getattr(self, name)
             if len(set(values)) < len(values):
                 raise ClearwayError(f"{next(v for v in values if values.count(v) > 1)!r} stands twice", field=name)
@@ -76,9 +79,8 @@ class CampaignPlan:
             selection: dict[str, Any] = {
                 k: tuple(v) if isinstance(v, list) else v for k, v in given.pop("selection").items()
             }
-            budget = Budget(**given.pop("budget"))
-            lists = {k: tuple(given.pop(k)) for k in ("suites", "robots", "navigators")}
-            return cls(selection=Selection(**selection), budget=budget, **(given | lists))
+            lists = {k: tuple(given.pop(k)) for k in ("suites", "robots", "navigators", "setups")}
+            return cls(selection=Selection(**selection), **(given | lists))
         except (KeyError, TypeError, AttributeError) as error:
             raise ClearwayError(f"this is not a campaign's plan: {error}", field="plan") from error
 
@@ -89,14 +91,17 @@ class CampaignPlan:
             ClearwayError: an unknown suite or robot, or a selection that selects nothing.
         """
         built = []
+        setups = [read_setup(s) for s in self.setups] or [FREE]
         for name in self.suites:
             suite = load_suite(name)
             for robot in self.robots:
                 scenarios = suite.build(load_robot(robot), self.selection, self.seed)
-                built += [(robot, navigator, s, name) for navigator in self.navigators for s in scenarios]
+                built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
         return [
-            TrialSpec(i, s, robot, navigator, self.localisation or s.localisation, suite)
-            for i, (robot, navigator, s, suite) in enumerate(built)
+            TrialSpec(
+                i, s, robot, navigator, self.localisation or s.localisation, self.tracking or s.tracking, setup, suite
+            )
+            for i, (suite, robot, navigator, setup, s) in enumerate(built)
         ]
 
 
@@ -109,12 +114,15 @@ class TrialSpec:
     robot: str
     navigator: str
     localisation: str
+    tracking: str
+    setup: Setup
     suite: str
 
     @property
     def id(self) -> str:
         """Readable, unique in its campaign."""
-        return f"{self.scenario.labels.suite}/{self.scenario.name}/{self.robot}/{self.navigator}"
+        id = f"{self.scenario.labels.suite}/{self.scenario.name}/{self.robot}/{self.navigator}"
+        return id if self.setup.name is None else f"{id}/{self.setup.name}"
 
 
 def granted_map(plan: str | None, scenario: Scenario) -> OccupancyGrid | None:

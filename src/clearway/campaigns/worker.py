@@ -67,7 +67,8 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
             localisation=spec.localisation,
             map=granted_map(plan.map, spec.scenario),
             privileged=bool(getattr(navigator_class(spec.navigator), "privileged", False)),
-            budget=plan.budget,
+            budget=spec.setup.budget,
+            setup=spec.setup.name,
         )
     except ClearwayError:
         raise
@@ -92,7 +93,7 @@ def _broken(spec: TrialSpec, reason: str, detail: str) -> Trial:
         )
         for i, leg in enumerate(s.legs)
     )
-    labels: dict[str, Any] = s.labels.model_dump()
+    labels: dict[str, Any] = s.labels.model_dump() | {"setup": spec.setup.name}
     bodies: tuple[Body, ...] = ()
     attempt = Attempt(
         labels=Labels(speed=s.speed, **labels),

@@ -39,6 +39,16 @@ def run(
     map_: Annotated[
         Path | None, typer.Option("--map", help="A map that the robot built (map.yaml) instead of the true one.")
     ] = None,
+    tracking: Annotated[
+        str | None, typer.Option(help="How obstacles are followed: difference or kalman; default: the scenario's.")
+    ] = None,
+    setups: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--setup", help="Thinking per decision: 1 (0.15 s) or 2 (no bound) as in paper B, 0.1s, 400iterations."
+        ),
+    ] = None,
+    budget: Annotated[float | None, typer.Option(help="Seconds of wall clock a decision; as --setup SECONDSs.")] = None,
     decision_limit: Annotated[
         float, typer.Option(help="Seconds of wall clock after which a navigator's decision counts as hung.")
     ] = 10.0,
@@ -84,6 +94,8 @@ def run(
                 seed=seed,
                 localisation=localisation,
                 map=map_,
+                tracking=tracking,
+                setups=[*(setups or ()), *([f"{budget:g}s"] if budget is not None else [])],
                 decision_limit=decision_limit,
                 workers=workers,
                 out=resume or out,

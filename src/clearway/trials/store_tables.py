@@ -53,6 +53,7 @@ FILES: dict[str, TableFile] = {
             **_POSE,
             **{c: (_F, _UNITS[c.rpartition("_")[2]]) for columns in _OPTIONAL.values() for c in columns},
             leg=(_I, ""),
+            cut=(pa.bool_(), ""),
         ),
     ),
     "obstacles": TableFile(
@@ -111,13 +112,14 @@ _WIDTH = {"polyline": 2, "circles": 3, "tube": 3, "tree": 4}
 def to_tables(index: int, trial: Trial) -> Tables:
     """The trial as tables; `index` goes into their column `trial`."""
     n, m = len(trial.t), trial.movers.shape[1]
-    known = [name for name in _OPTIONAL if getattr(trial, name) is not None]
+    known = [name for name in (*_OPTIONAL, "cut") if getattr(trial, name) is not None]
     robot: dict[str, Any] = {"trial": np.full(n, index, np.int32), "t": trial.t}
     robot |= dict(zip(("x", "y", "theta"), _columns(trial.pose, 3), strict=True))
     for name, columns in _OPTIONAL.items():
         values = getattr(trial, name)
         robot |= dict.fromkeys(columns, pa.nulls(n, _F)) if values is None else _named(columns, values)
     robot["leg"] = np.asarray(trial.leg, dtype=np.int32)
+    robot["cut"] = pa.nulls(n, pa.bool_()) if trial.cut is None else np.asarray(trial.cut, dtype=np.bool_)
     movers = np.ascontiguousarray(trial.movers, dtype=np.float64).reshape(n * m, 3)
     obstacles = {
         "trial": np.full(n * m, index, np.int32),
@@ -175,6 +177,7 @@ def from_tables(tables: Tables) -> Trial:
         events=tuple(Event(float(t), kind, detail) for t, kind, detail in json.loads(row["events"])),
         outcome=Outcome(row["outcome"]),
         reason=attempt["reason"],
+        cut=robot["cut"].to_numpy().astype(np.bool_) if "cut" in attempt["known"] else None,
         snapshots=_read_snapshots(tables["snapshots"], tables["drawings"]),
         provenance=json.loads(row["provenance"]),
         timing={r["name"]: r["value"] for r in tables["timing"].to_pylist()},
@@ -183,13 +186,13 @@ def from_tables(tables: Tables) -> Trial:
 
 # --- attempt ---------------------------------------------------------------------------------------------------------
 
-_PLAIN = ("robot", "navigator", "localisation", "plan", "scenario", "seed", "privileged")
-_NUMBERS = ("speed_limit", "period", "reference_length")
+_PLAIN = ("robot", "navigator", "localisation", "tracking", "plan", "scenario", "seed", "privileged")
+_NUMBERS = ("speed_limit", "period", "reference_length", "limit_time", "limit_path")
 _LABEL_NUMBERS = ("speed", "obstacle_speed", "size", "gap")
 
 
 def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
-    labels = {name: getattr(a.labels, name) for name in ("suite", "batch", "configuration", "repetition")}
+    labels = {name: getattr(a.labels, name) for name in ("suite", "batch", "configuration", "repetition", "setup")}
     return {
         **{name: getattr(a, name) for name in _PLAIN},
         **{name: _number(getattr(a, name)) for name in _NUMBERS},

@@ -37,13 +37,15 @@ def simulate(
     map: OccupancyGrid | None,
     privileged: bool = False,
     budget: Budget | None = None,
+    setup: str | None = None,
+    tracking: str = "",
 ) -> Trial:
     """Run `scenario` with `robot`, driven by `pilot`.
 
     Args:
         navigator, localisation: what the pilot is made of, by name, for the record.
         map: what the robot is told of the floor, None for nothing. privileged: whether it is told the truth about
-            the obstacles' future. budget: of a decision; default: none.
+            the obstacles' future. budget: of a decision; default: none. setup, tracking: their names, for the record.
 
     Returns:
         The trial. A pilot that raises, or whose command isn't finite, ends it as `navigator_failed`.
@@ -54,7 +56,8 @@ def simulate(
     bodies = bodies_of(load_plan(scenario.plan).fixtures, scenario)
     return simulate_in(
         bodies, tracks(movers_of(scenario), [leg.name for leg in scenario.legs]), scenario, robot, pilot,
-        navigator=navigator, localisation=localisation, map=map, privileged=privileged, budget=budget,
+        navigator=navigator, localisation=localisation, map=map, privileged=privileged, budget=budget, setup=setup,
+        tracking=tracking,
     )  # fmt: skip
 
 
@@ -70,11 +73,13 @@ def simulate_in(
     map: OccupancyGrid | None = None,
     privileged: bool = False,
     budget: Budget | None = None,
+    setup: str | None = None,
+    tracking: str = "",
 ) -> Trial:
     """As `simulate`, among `bodies` wherever they come from; `tracks` of those without a pose, in their order."""
     begun = perf_counter()
     start = np.array(scenario.start, dtype=np.float64)
-    attempt = _attempt(bodies, scenario, robot, navigator, localisation, privileged)
+    attempt = _attempt(bodies, scenario, robot, navigator, localisation, privileged, setup, tracking)
     world = World(robot, _placed(start, scenario), scenario.speed, bodies, tracks, scenario.seed)
     referee = Referee(attempt.legs, scenario.legs, scenario.livelock, world.state)
     task = Task(
@@ -204,8 +209,9 @@ def _placed(start: FloatArray, scenario: Scenario) -> FloatArray:
 
 
 def _attempt(
-    bodies: Sequence[Body], scenario: Scenario, robot: Robot, navigator: str, localisation: str, privileged: bool
-) -> Attempt:
+    bodies: Sequence[Body], scenario: Scenario, robot: Robot, navigator: str, localisation: str, privileged: bool,
+    setup: str | None, tracking: str,
+) -> Attempt:  # fmt: skip
     legs: list[Leg] = []
     at = np.array(scenario.start, dtype=np.float64)
     for spec in scenario.legs:
@@ -215,7 +221,7 @@ def _attempt(
         legs.append(Leg(spec.name, at, goal, xy, yaw, spec.scored, spec.time_limit))
         at = goal
     return Attempt(
-        labels=Labels(speed=scenario.speed, **scenario.labels.model_dump()),
+        labels=Labels(speed=scenario.speed, setup=setup, **scenario.labels.model_dump()),
         robot=robot.name,
         navigator=navigator,
         localisation=localisation,
@@ -229,6 +235,9 @@ def _attempt(
         scenario=scenario.name,
         seed=scenario.seed,
         privileged=privileged,
+        tracking=tracking,
+        limit_time=None if scenario.limit is None else scenario.limit.time,
+        limit_path=None if scenario.limit is None else scenario.limit.path,
     )
 
 

@@ -1,0 +1,51 @@
+"""Set-ups: how much a navigator may think per decision, by name."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from clearway.contract import Budget
+from clearway.errors import ClearwayError
+
+PAPER_B = {"1": Budget(seconds=0.15), "2": Budget()}
+"""Paper B's set-ups: 0.15 s of wall clock a decision, and no bound."""
+
+_WORDS = re.compile(r"(?P<number>[0-9.e+-]+) ?(?P<unit>s|iterations?)")
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """A budget with the name under which the results list it; `name` None: the campaign has no set-ups."""
+
+    name: str | None
+    budget: Budget
+
+    @property
+    def timed(self) -> bool:
+        """Whether it is bounded by wall clock: such trials are not the same bits each time."""
+        return self.budget.seconds is not None
+
+
+FREE = Setup(None, Budget())
+"""No bound: a navigator thinks until its own end."""
+
+
+def read_setup(text: str) -> Setup:
+    """A set-up from `1` or `2` (paper B's), `0.15 s` (wall clock a decision) or `400 iterations` (reproducible).
+
+    Raises:
+        ClearwayError: it is none of these.
+    """
+    if text in PAPER_B:
+        return Setup(text, PAPER_B[text])
+    found = _WORDS.fullmatch(text.strip())
+    try:
+        number = float(found["number"]) if found else 0.0
+    except ValueError:
+        number = 0.0
+    if found is None or not 0.0 < number < 1e9 or (found["unit"] != "s" and number != int(number)):
+        raise ClearwayError(f"{text!r} is no set-up; write 1 or 2 (paper B's), 0.15s or 400 iterations", field="setup")
+    if found["unit"] == "s":
+        return Setup(f"{number:g} s", Budget(seconds=number))
+    return Setup(f"{number:g} iterations", Budget(iterations=int(number)))
