@@ -1,0 +1,25 @@
+"""Pattern (compass) search with several starts: one of the two solvers that paper B names."""
+
+from __future__ import annotations
+
+import math
+
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_tmpc.gauss_newton import solve_gauss_newton
+from clearway.navigators.hp_tmpc.tracking import Problem, Solution
+
+
+def pattern_search(
+    problem: Problem, starts: FloatArray, *, budget: int | None = None, deadline: float = math.inf
+) -> Solution:
+    """The best plan that a compass search finds from each of `starts`.
+
+    Args:
+        problem: see `Problem`. starts: (S, N, 2) plans, the most promising first (shifted plan, then `seeds`).
+        budget: evaluations of the cost (one roll-out each), None: to the method's own end.
+        deadline: `time.perf_counter()` [s] at which it stops after the chunk at work (some tenths of a millisecond).
+
+    Returns:
+        The best feasible plan seen so far, else the one with the least merit; `iterations` counts evaluations.
+    """
+    return solve_gauss_newton(problem, starts[0], 0)

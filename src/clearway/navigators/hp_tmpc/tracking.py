@@ -1,0 +1,348 @@
+"""The tracking problem of paper B (eqs. 1-3) as plain arrays: what a solver sees, and how an answer is judged.
+
+A `Problem` holds numbers only. Whoever fills it has made the predictions (3b) and tightened the bounds (4)-(5) for
+every stage. Stage k = 0 .. N-1 is the paper's kappa+1+k for states and obstacles and kappa+k for inputs: `inputs[k]`
+leads from state k-1 (the start for k = 0) to state k. N is N^P; the last N^P - N^c inputs equal the one before them.
+Frames and units: map frame, m, rad, s.
+
+A plan (N, 2) of (v [m/s], omega [rad/s]) is an answer; solvers give plans that went through `project`, so the input
+box (3d), the rate limit (3e) and the held inputs hold by construction wherever they are compatible at all. What can
+be violated is told by `violations`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.geometry.angles import turn_between, wrap
+from clearway.geometry.compiled import kernel
+from clearway.geometry.motion import arc
+from clearway.geometry.shapes import FloatArray
+
+IntArray: TypeAlias = npt.NDArray[np.int64]
+
+TOLERANCE = 1e-4
+"""A plan whose largest violation is at most this [m] keeps the constraints."""
+
+PENALTY = 100.0
+"""Weight [1/m] of the sum of violations in the merit of a plan: larger than any multiplier, hence exact."""
+
+CONVERGED, ITERATION_LIMIT, INFEASIBLE, INPUT_LIMIT = 0, 1, 2, 3
+"""Status of a `Solution`: the method's own end; ended by the budget; no plan found that keeps (3c), (3f)-(3j), at
+the method's own end; no input lies both in the box (3d) and within the rate limit (3e), so one of them is broken."""
+
+
+class Problem(NamedTuple):
+    """One tracking problem. All arrays float64 and C-contiguous, except `counts`.
+
+    Attributes:
+        start: (3,) measured (or nominal) pose at kappa. previous: (2,) input u_{kappa-1}.
+        reference: (N, 3) x^ref. nominal: (N, 2) u^ref: not in the cost, a start for the search.
+        rows: (N, M, 3) x, y, required distance [m] of centres, the tightening included (3g-3j); the first `counts[k]`
+        of stage k count. counts: (N,) int64.
+        centre: (2,) and reach: (N,) circle around the position at kappa in which stage k stays (3f), inf: none.
+        area: (N, 4) x_min, y_min, x_max, y_max for the position at stage k (3c), +-inf: none. Headings are angles and
+        have no bounds.
+        low, high: (N, 2) input box (3d). smooth: (N,) bound on |u_k - u_{k-1}| (3e), inf: none; [0] is against
+        `previous`.
+        discount: (N,) weight of stage k's error, see `discounts`. effort: w_2.
+        heading_weight: scale of the heading's error beside the position's, m/rad.
+        period: c, s. exact: the exact arc, else eq. 1 as printed. control_horizon: N^c, 1 .. N.
+    """
+
+    start: FloatArray
+    previous: FloatArray
+    reference: FloatArray
+    nominal: FloatArray
+    rows: FloatArray
+    counts: IntArray
+    centre: FloatArray
+    reach: FloatArray
+    area: FloatArray
+    low: FloatArray
+    high: FloatArray
+    smooth: FloatArray
+    discount: FloatArray
+    effort: float
+    heading_weight: float
+    period: float
+    exact: bool
+    control_horizon: int
+
+
+class Solution(NamedTuple):
+    """A solver's answer.
+
+    Attributes:
+        inputs: (N, 2) plan; inputs[0] is u_kappa. states: (N, 3) poses that it leads to.
+        cost: eq. 2. violation: the largest entry of `violations`; at most `TOLERANCE`: the plan keeps the constraints.
+        iterations: what was spent, in the solver's own unit. status: one of CONVERGED, ITERATION_LIMIT, INFEASIBLE,
+        INPUT_LIMIT.
+    """
+
+    inputs: FloatArray
+    states: FloatArray
+    cost: float
+    violation: float
+    iterations: int
+    status: int
+
+
+def problem(
+    *,
+    start: npt.ArrayLike,
+    reference: npt.ArrayLike,
+    low: npt.ArrayLike,
+    high: npt.ArrayLike,
+    period: float,
+    previous: npt.ArrayLike = (0.0, 0.0),
+    nominal: npt.ArrayLike | None = None,
+    rows: npt.ArrayLike | None = None,
+    counts: npt.ArrayLike | None = None,
+    centre: npt.ArrayLike | None = None,
+    reach: npt.ArrayLike = math.inf,
+    area: npt.ArrayLike = (-math.inf, -math.inf, math.inf, math.inf),
+    smooth: npt.ArrayLike = math.inf,
+    discount: npt.ArrayLike = 1.0,
+    effort: float = 0.0,
+    heading_weight: float = 0.0,
+    exact: bool = True,
+    control_horizon: int | None = None,
+) -> Problem:
+    """A `Problem` with the right types: bounds may be given once for all stages, what is left out does not bind.
+
+    Copies its arguments (a read-only array would make Numba compile everything once more).
+
+    Raises:
+        ValueError: shapes don't fit, or the horizon is 0.
+    """
+    ref = np.array(reference, dtype=np.float64, order="C").reshape(-1, 3)
+    n = len(ref)
+    if n == 0:
+        raise ValueError("reference: a horizon of 0 stages; at least 1 is needed")
+    held = n if control_horizon is None else int(control_horizon)
+    if not 1 <= held <= n:
+        raise ValueError(f"control_horizon: {held} is not within 1 .. {n}")
+
+    def each(values: npt.ArrayLike, *shape: int) -> FloatArray:
+        return np.array(np.broadcast_to(np.asarray(values, dtype=np.float64), (n, *shape)), order="C")
+
+    obstacles = np.zeros((n, 0, 3)) if rows is None else np.array(rows, dtype=np.float64, order="C")
+    if obstacles.ndim != 3 or obstacles.shape[0] != n or obstacles.shape[2] != 3:
+        raise ValueError(f"rows: shape {obstacles.shape}; ({n}, M, 3) is needed")
+    count = np.full(n, obstacles.shape[1], dtype=np.int64) if counts is None else np.array(counts, dtype=np.int64)
+    if count.shape != (n,) or (count < 0).any() or (count > obstacles.shape[1]).any():
+        raise ValueError(f"counts: {n} integers within 0 .. {obstacles.shape[1]} are needed")
+    pose = np.array(start, dtype=np.float64).reshape(3)
+    return Problem(
+        start=pose,
+        previous=np.array(previous, dtype=np.float64).reshape(2),
+        reference=ref,
+        nominal=np.zeros((n, 2)) if nominal is None else each(nominal, 2),
+        rows=obstacles,
+        counts=count,
+        centre=pose[:2].copy() if centre is None else np.array(centre, dtype=np.float64).reshape(2),
+        reach=each(reach),
+        area=each(area, 4),
+        low=each(low, 2),
+        high=each(high, 2),
+        smooth=each(smooth),
+        discount=each(discount),
+        effort=float(effort),
+        heading_weight=float(heading_weight),
+        period=float(period),
+        exact=bool(exact),
+        control_horizon=held,
+    )
+
+
+@kernel
+def discounts(horizon: int, w1: float, step: int, literal: bool) -> FloatArray:
+    """(N,) weights of the errors in eq. 2: w_1^(k-kappa), or as printed w_1^(k/(kappa+1)) with kappa = `step`."""
+    out = np.empty(horizon)
+    for k in range(horizon):
+        out[k] = w1 ** ((step + 1.0 + k) / (step + 1.0)) if literal else w1 ** (k + 1.0)
+    return out
+
+
+@kernel
+def advance(
+    x: float, y: float, theta: float, v: float, omega: float, period: float, exact: bool
+) -> tuple[float, float, float]:
+    """The next pose: along the exact arc, or by eqs. 1a-1c as printed (whose second-order term lacks its 1/2)."""
+    if exact:
+        return arc(x, y, theta, v, omega, period)
+    c, s = math.cos(theta), math.sin(theta)
+    return (
+        x + period * (v * c - period * omega * v * s),
+        y + period * (v * s + period * omega * v * c),
+        wrap(theta + period * omega),
+    )
+
+
+@kernel
+def roll_out(problem: Problem, inputs: FloatArray) -> FloatArray:
+    """(N, 3) poses that the plan `inputs` (N, 2) leads to from the start; headings in (-pi, pi]."""
+    states = np.empty((len(inputs), 3))
+    x, y, theta = problem.start[0], problem.start[1], problem.start[2]
+    for k in range(len(inputs)):
+        x, y, theta = advance(x, y, theta, inputs[k, 0], inputs[k, 1], problem.period, problem.exact)
+        states[k, 0], states[k, 1], states[k, 2] = x, y, theta
+    return states
+
+
+@kernel
+def cost(problem: Problem, inputs: FloatArray, states: FloatArray) -> float:
+    """Eq. 2 of a plan and the poses that it leads to: norms of (dx, dy, heading_weight dtheta), not squared."""
+    total = 0.0
+    for k in range(len(inputs)):
+        dx = states[k, 0] - problem.reference[k, 0]
+        dy = states[k, 1] - problem.reference[k, 1]
+        turn = problem.heading_weight * turn_between(problem.reference[k, 2], states[k, 2])
+        total += problem.discount[k] * math.sqrt(dx * dx + dy * dy + turn * turn)
+        total += problem.effort * (inputs[k, 0] ** 2 + inputs[k, 1] ** 2)
+    return total
+
+
+@kernel
+def judge(problem: Problem, inputs: FloatArray) -> tuple[float, float, float]:
+    """The cost (eq. 2) of a plan, the largest and the summed violation of (3c), (3f)-(3j) [m]."""
+    total, worst, summed = 0.0, 0.0, 0.0
+    x, y, theta = problem.start[0], problem.start[1], problem.start[2]
+    for k in range(len(inputs)):
+        v, omega = inputs[k, 0], inputs[k, 1]
+        x, y, theta = advance(x, y, theta, v, omega, problem.period, problem.exact)
+        dx, dy = x - problem.reference[k, 0], y - problem.reference[k, 1]
+        turn = problem.heading_weight * turn_between(problem.reference[k, 2], theta)
+        total += problem.discount[k] * math.sqrt(dx * dx + dy * dy + turn * turn)
+        total += problem.effort * (v * v + omega * omega)
+        for excess in (
+            problem.area[k, 0] - x,
+            problem.area[k, 1] - y,
+            x - problem.area[k, 2],
+            y - problem.area[k, 3],
+            math.hypot(x - problem.centre[0], y - problem.centre[1]) - problem.reach[k],
+        ):
+            if excess > 0.0:
+                worst, summed = max(worst, excess), summed + excess
+        for i in range(problem.counts[k]):
+            dx, dy, need = x - problem.rows[k, i, 0], y - problem.rows[k, i, 1], problem.rows[k, i, 2]
+            squared = dx * dx + dy * dy
+            if squared < need * need and need > 0.0:
+                excess = need - math.sqrt(squared)
+                worst, summed = max(worst, excess), summed + excess
+    return total, worst, summed
+
+
+@kernel
+def violations(problem: Problem, inputs: FloatArray) -> FloatArray:
+    """How far a plan (N, 2) breaks each kind of constraint at most, 0: not at all.
+
+    Returns:
+        (5,): state box (3c) [m], input box (3d) [m/s or rad/s], rate limit (3e), stay-inside circle (3f) [m],
+        obstacles (3g-3j) [m].
+    """
+    out = np.zeros(5)
+    states = roll_out(problem, inputs)
+    for k in range(len(inputs)):
+        x, y = states[k, 0], states[k, 1]
+        out[0] = max(
+            out[0],
+            problem.area[k, 0] - x,
+            problem.area[k, 1] - y,
+            x - problem.area[k, 2],
+            y - problem.area[k, 3],
+        )
+        last = problem.previous if k == 0 else inputs[k - 1]
+        for j in range(2):
+            out[1] = max(out[1], problem.low[k, j] - inputs[k, j], inputs[k, j] - problem.high[k, j])
+        change = math.hypot(inputs[k, 0] - last[0], inputs[k, 1] - last[1])
+        out[2] = max(out[2], change - problem.smooth[k])
+        out[3] = max(out[3], math.hypot(x - problem.centre[0], y - problem.centre[1]) - problem.reach[k])
+        for i in range(problem.counts[k]):
+            gap = math.hypot(x - problem.rows[k, i, 0], y - problem.rows[k, i, 1])
+            out[4] = max(out[4], problem.rows[k, i, 2] - gap)
+    return out
+
+
+@kernel
+def box(problem: Problem, k: int) -> tuple[float, float, float, float]:
+    """v_low, v_high, omega_low, omega_high of input k < N^c; for the last one, which is held, of all stages that it
+    serves. Where nothing lies in between, the middle counts."""
+    a, b, c, d = problem.low[k, 0], problem.high[k, 0], problem.low[k, 1], problem.high[k, 1]
+    if k == problem.control_horizon - 1:
+        for j in range(k + 1, len(problem.low)):
+            a, b = max(a, problem.low[j, 0]), min(b, problem.high[j, 0])
+            c, d = max(c, problem.low[j, 1]), min(d, problem.high[j, 1])
+    if a > b:
+        a = b = 0.5 * (a + b)
+    if c > d:
+        c = d = 0.5 * (c + d)
+    return a, b, c, d
+
+
+@kernel
+def project(problem: Problem, inputs: FloatArray) -> bool:
+    """Move a plan (N, 2), in place, into the input boxes (3d) and the rate limits (3e), and hold its last inputs.
+
+    Stage by stage: the plan's input is clipped to its box, then drawn towards the input before it as far as the rate
+    limit asks. A plan that keeps all three stays as it is (up to rounding).
+
+    Returns:
+        False if some box can't be reached within the rate limit: the box is kept, the rate limit broken.
+    """
+    fits = True
+    free = problem.control_horizon
+    v, omega = problem.previous[0], problem.previous[1]
+    for k in range(free):
+        a, b, c, d = box(problem, k)
+        z0, z1 = min(max(inputs[k, 0], a), b), min(max(inputs[k, 1], c), d)
+        q0, q1 = min(max(v, a), b), min(max(omega, c), d)  # the box's nearest to the input before
+        limit = problem.smooth[k]
+        e0, e1 = q0 - v, q1 - omega
+        room = limit * limit - e0 * e0 - e1 * e1
+        d0, d1 = z0 - q0, z1 - q1
+        if room < 0.0:
+            fits = False
+            t = 0.0
+        else:
+            long, along = d0 * d0 + d1 * d1, e0 * d0 + e1 * d1
+            t = 1.0
+            if long + 2.0 * along > room:
+                t = max(0.0, (math.sqrt(along * along + long * room) - along) / long)
+        v, omega = q0 + t * d0, q1 + t * d1
+        inputs[k, 0], inputs[k, 1] = v, omega
+    for k in range(free, len(inputs)):
+        inputs[k, 0], inputs[k, 1] = v, omega
+    return fits
+
+
+@kernel
+def shift(plan: FloatArray) -> FloatArray:
+    """The plan (N, 2) of the period before, one stage on, its last input repeated: where to start from now."""
+    out = np.empty_like(plan)
+    out[:-1] = plan[1:]
+    out[-1] = plan[-1]
+    return out
+
+
+@kernel
+def seeds(problem: Problem) -> FloatArray:
+    """(S, N, 2) plans worth starting from, projected: brake straight, brake while turning left or right, the
+    reference's inputs, full speed straight, full speed in wide and tight arcs to either side, half speed."""
+    n = len(problem.reference)
+    v, fast = problem.high[0, 0], problem.high[0, 1]
+    kinds = ((0.0, 0.0), (0.0, fast), (0.0, -fast), (v, 0.0), (v, 0.5 * fast), (v, -0.5 * fast), (v, fast), (v, -fast),
+             (0.5 * v, 0.0), (0.5 * v, 0.7 * fast), (0.5 * v, -0.7 * fast))  # fmt: skip
+    out = np.empty((len(kinds) + 1, n, 2))
+    for i in range(len(kinds)):
+        for k in range(n):
+            out[i, k, 0], out[i, k, 1] = kinds[i]
+    out[len(kinds)] = problem.nominal
+    for i in range(len(out)):
+        project(problem, out[i])
+    return out
