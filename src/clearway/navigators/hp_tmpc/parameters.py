@@ -1,0 +1,111 @@
+"""Parameters of HP+TMPC, checked. The paper prints the prediction horizon only: the others are stand-ins.
+
+`stand_ins.toml` holds the defaults; a robot's file may override any of them under `[navigators.hp-tmpc]`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Annotated, Any, Literal, TypeAlias, get_args
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from clearway.errors import ClearwayError, unknown
+from clearway.robots import Robot
+from clearway.stand_ins import stand_ins
+from clearway.validation import first_problem
+
+NAVIGATOR = "hp-tmpc"
+"""Its name in the registry, in a robot's file and in the file of stand-ins."""
+
+MAX_HORIZON = 40
+"""Longest prediction horizon, periods: the solver's arrays and its time grow with it."""
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Damping = Annotated[float, Field(ge=0, le=1)]
+Pole = Annotated[float, Field(ge=0, lt=1)]
+Horizon = Annotated[int, Field(ge=1, le=MAX_HORIZON)]
+
+Solver: TypeAlias = Literal["gauss-newton", "pattern-search", "genetic"]
+Planner: TypeAlias = Literal["heuristic", "exact"]
+Literally: TypeAlias = Literal["1", "2", "3f", "3k"]
+"""Equations of the paper whose printed form can be had: see docs/decisions.md."""
+
+
+class Parameters(BaseModel):
+    """Everything that HP+TMPC can be told about itself; the papers' symbols behind the colons."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    prediction_horizon: Horizon = Field(description="N^P: periods")
+    control_horizon: Horizon = Field(description="N^c: periods after which the inputs stay as they are")
+    w1: float = Field(gt=0, lt=1, description="w_1 of (2): discount of the tracking error per period")
+    w2: Positive = Field(description="w_2 of (2): weight of u'u beside the tracking error in m")
+    heading_weight: NonNegative = Field(description="of the heading's error in (2) beside the position's, 1/rad")
+    safe_margin: NonNegative = Field(description="rho^safe beyond rho^rob + rho^obs, m")
+    input_change: Positive = Field(description="u^smooth of (3e): norm of the change of (m/s, rad/s) in a period")
+    w_rob: NonNegative = Field(description="w-bar^rob of (4): disturbance of the position in a period, m")
+    w_dyn: NonNegative = Field(description="w-bar^dyn,obs of (5): error of an obstacle's perceived position, m")
+    xi_rob: Damping = Field(description="xi^rob of (4)")
+    xi_dyn: Damping = Field(description="xi^dyn,obs of (5)")
+    tracking_threshold: Positive = Field(description="tracking error beyond which it plans anew, m")
+    commitment: int = Field(ge=1, le=1000, description="most periods that it keeps a plan")
+    pole_along: Pole = Field(description="of K's closed loop: what is left of an error along the motion after a period")
+    pole_left: Pole = Field(description="the same for the error to the left (slower at low speed: gain_limit)")
+    pole_heading: Pole = Field(description="the same for the heading's error")
+    gain_limit: Positive = Field(description="largest correction of omega per error to the left, rad/s/m")
+
+    @model_validator(mode="after")
+    def _horizons(self) -> Parameters:
+        if self.control_horizon > self.prediction_horizon:
+            raise ValueError(
+                f"control_horizon is {self.control_horizon}, beyond prediction_horizon {self.prediction_horizon};"
+                " it must be at most that"
+            )
+        return self
+
+
+def parameters_of(robot: Robot | None = None, **chosen: Any) -> Parameters:
+    """The stand-ins, overridden by the robot's file, overridden by what is `chosen` and not None.
+
+    A control horizon that only the stand-ins give follows a prediction horizon that is shorter or longer.
+
+    Raises:
+        ClearwayError: one of them is wrong; the message names the robot, the field, the value and what would be right.
+    """
+    picked = {k: v for k, v in chosen.items() if v is not None}
+    given = (robot.navigators.get(NAVIGATOR, {}) if robot else {}) | picked
+    table = stand_ins(NAVIGATOR) | given
+    if "control_horizon" not in given:
+        table["control_horizon"] = table["prediction_horizon"]
+    try:
+        return Parameters.model_validate(table)
+    except ValidationError as error:
+        problem = first_problem(error, Parameters)
+        name = (problem.field or "").split(".")[0]
+        if name in picked or robot is None or name not in given:
+            raise ClearwayError(problem.problem, file=NAVIGATOR, field=problem.field) from error
+        field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")
+        raise ClearwayError(problem.problem, file=f"robot {robot.name}", field=field) from error
+
+
+def chosen_from(kind: str, value: str, choices: Any) -> str:
+    """`value` if it is one of the literals `choices`.
+
+    Raises:
+        ClearwayError: it isn't; the message lists what is.
+    """
+    if value not in get_args(choices):
+        raise unknown(kind, str(value), get_args(choices))
+    return value
+
+
+def literal_from(names: Collection[str] | str) -> frozenset[str]:
+    """The equations to be taken literally, from names such as ("1", "3f") or a text such as "1,3f".
+
+    Raises:
+        ClearwayError: there is no such reading.
+    """
+    given = [n.strip() for n in names.split(",") if n.strip()] if isinstance(names, str) else list(names)
+    return frozenset(chosen_from("literal reading", str(name), Literally) for name in given)
