@@ -138,7 +138,9 @@ def _is(test: Mapping[str, Any], name: str, batch: str, a: float, b: float) -> b
     )
 
 
-def correlations(matrices: Mapping[tuple[str, str], Correlations], titles: Mapping[str, str] | None = None) -> Figure:
+def correlations(
+    matrices: Mapping[tuple[str, str, str | None], Correlations], titles: Mapping[str, str] | None = None
+) -> Figure:
     """A matrix a panel: r with n below it; stronger is darker, blue is negative, orange positive."""
     from matplotlib.colors import LinearSegmentedColormap
 
@@ -146,10 +148,10 @@ def correlations(matrices: Mapping[tuple[str, str], Correlations], titles: Mappi
     columns = min(3, len(matrices))
     lines = -(-len(matrices) // columns)
     figure = theme.new_figure(10.0, 3.45 * lines if columns > 1 else 5.0)
-    several = len({navigator for _, navigator in matrices}) > 1
-    for i, ((robot, navigator), matrix) in enumerate(matrices.items()):
+    several = len({key[1:] for key in matrices}) > 1
+    for i, ((robot, navigator, setup), matrix) in enumerate(matrices.items()):
         ax = figure.add_subplot(lines, columns, i + 1)
-        ax.set_title((titles or {}).get(robot, robot) + (f", {navigator}" if several else ""))
+        ax.set_title((titles or {}).get(robot, robot) + (f", {navigator} {setup or ''}".rstrip() if several else ""))
         _matrix(ax, matrix, shades)
     return figure
 

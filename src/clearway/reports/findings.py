@@ -11,10 +11,11 @@ from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
 from clearway.reports.charts import Bars
 from clearway.reports.packing import robot_or_none
-from clearway.reports.selection import Row, System, systems, table_of
+from clearway.reports.selection import Row, System, system_of, systems, table_of
 from clearway.robots import Robot
 from clearway.statistics import (
     POOLED,
+    SYSTEM,
     correlation_table,
     correlations_by_robot,
     describe,
@@ -41,26 +42,26 @@ class Findings:
 
     @cached_property
     def systems(self) -> list[System]:
-        """Robots with their navigators, in the campaign's order."""
+        """Robots with their navigators and set-ups, in the campaign's order."""
         return systems(self.rows)
 
     @cached_property
     def described(self) -> list[Row]:
-        """Mean, spread and intervals by robot, navigator, batch, speed and indicator."""
+        """Mean, spread and intervals by system, batch, speed and indicator."""
         there = [n for n in DESCRIBED if n in self.results.trials.column_names]
         rows: list[Row] = describe(self.results.trials, there).to_pylist()
         return rows
 
     @cached_property
     def rates(self) -> list[Row]:
-        """SR by robot, navigator, batch and speed."""
+        """SR by system, batch and speed."""
         rows: list[Row] = success_rates(self.results.trials).to_pylist()
         return rows
 
     @cached_property
     def overall(self) -> list[Row]:
-        """SR by robot and navigator."""
-        rows: list[Row] = success_rates(self.results.trials, ("robot", "navigator")).to_pylist()
+        """SR by system."""
+        rows: list[Row] = success_rates(self.results.trials, SYSTEM).to_pylist()
         return rows
 
     @cached_property
@@ -75,8 +76,8 @@ class Findings:
         return rows
 
     @cached_property
-    def matrices(self) -> dict[tuple[str, str], Any]:
-        """Correlations by (robot or `pooled`, navigator)."""
+    def matrices(self) -> dict[tuple[str, str, str | None], Any]:
+        """Correlations by (robot or `pooled`, navigator, set-up)."""
         return correlations_by_robot(self.results.trials)
 
     @cached_property
@@ -105,18 +106,21 @@ class Findings:
         return f"{known.title} ({preset})" if preset else known.title
 
     def name(self, system: System) -> str:
-        """A system's name for people: the navigator only where there are several."""
-        several = len({s.navigator for s in self.systems}) > 1
-        return self.title(system.robot) + (f" · {system.navigator}" if several else "")
+        """A system's name for people: navigator and set-up only where there are several."""
+        parts = [self.title(system.robot)]
+        if len({s.navigator for s in self.systems}) > 1:
+            parts.append(system.navigator)
+        if system.setup is not None and len({s.setup for s in self.systems}) > 1:
+            parts.append(f"set-up {system.setup}")
+        return " · ".join(parts)
 
     def mean(self, system: System, batch: str, speed: float, indicator: str) -> Row | None:
         """The row of `described`, or None."""
-        key = (system.robot, system.navigator, batch, speed, indicator)
-        return self._by_key.get(key)
+        return self._by_key.get((system, batch, speed, indicator))
 
     @cached_property
     def _by_key(self) -> dict[tuple[Any, ...], Row]:
-        return {(r["robot"], r["navigator"], r["batch"], r["speed"], r["indicator"]): r for r in self.described}
+        return {(system_of(r), r["batch"], r["speed"], r["indicator"]): r for r in self.described}
 
     def bars(self, system: System) -> Bars:
         """What the bars of one system show."""

@@ -266,8 +266,8 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
             )
         cells.append(num(_paper_r((a, b))))
         rows.append(cells)
-    several = len({navigator for _, navigator in matrices}) > 1
-    names = [f.title(robot) + (f" · {navigator}" if several else "") for robot, navigator in matrices]
+    several = len({key[1:] for key in matrices}) > 1
+    names = [f.name(System(*key)) for key in matrices]
     kept = []
     for name, (key, matrix) in zip(names, matrices.items(), strict=True):
         if len(matrices) > 1 and key[0] != POOLED and not several:
@@ -286,7 +286,7 @@ def _paper_r(pair: tuple[str, str]) -> float | None:
 def trial_columns(f: Findings) -> list[dict[str, Any]]:
     """The columns of the table of trials, as JSON for its script."""
     labels: list[tuple[str, str, str, int | None]] = [
-        ("trial", "no.", "", 0), ("robot", "robot", "", None), ("navigator", "navigator", "", None),
+        ("trial", "no.", "", 0), ("robot", "robot", "", None), ("navigator", "navigator", "", None), ("setup", "set-up", "", None),
         ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
         ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0),
         ("verdict", "result", "", None),
@@ -300,12 +300,14 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
         values = {r[key] for r in f.rows if r.get(key) is not None} if key != "verdict" else set(map(verdict, f.rows))
         if key == "reason":
             values = {r["reason"] or r["failure"] for r in f.rows} - {None, ""}
-        if key in ("navigator", "obstacle_speed", "size", "gap", "reason") and len(values) < 1 + (key == "navigator"):
+        if key in ("navigator", "setup", "obstacle_speed", "size", "gap", "reason") and len(values) < 1 + (
+            key == "navigator"
+        ):
             continue
         column: dict[str, Any] = {"key": key, "name": name, "unit": unit, "number": digits is not None}
         if digits is not None:
             column["digits"] = digits
-        if key in ("robot", "navigator", "batch", "configuration", "verdict") and len(values) <= 60:
+        if key in ("robot", "navigator", "setup", "batch", "configuration", "verdict") and len(values) <= 60:
             column["choices"] = sorted(map(str, values))
         if key in INDICATORS:
             column["title"] = INDICATORS[key].title

@@ -163,7 +163,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
         if f.systems:
             keep("layout", "layout", "Layout of the configurations", floor.layout(f.results, f.systems[0].of(f.rows)))
         for system in f.systems:
-            slug, name = _slug(f"{system.robot} {system.navigator}"), f.name(system)
+            slug, name = _slug(f"{system.robot} {system.navigator} {system.setup or ''}".strip()), f.name(system)
             rows = system.of(f.rows)
             keep("trajectories", f"trajectories-{slug}", name, floor.trajectories(f.results, rows))
             keep("bars", f"bars-{slug}", name, charts.bars(f.bars(system)))
@@ -172,7 +172,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 drawn = charts.agreement(points, "success, published", "success, here", "Success per world")
                 keep("barn", f"barn-{slug}", f"{name}, success per world", drawn)
         if f.matrices:
-            titles = {robot: f.title(robot) for robot, _ in f.matrices}
+            titles = {key[0]: f.title(key[0]) for key in f.matrices}
             keep("correlations", "correlations", "Correlations", charts.correlations(f.matrices, titles))
     return out
 
@@ -181,7 +181,7 @@ def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
     """One trial for the replay, with the lines that stand beside it."""
     facts = {
         "robot": f.title(row["robot"]),
-        "navigator": row["navigator"],
+        "navigator": row["navigator"] + (f", set-up {row['setup']}" if row.get("setup") else ""),
         "test": f"{row['batch']} {row['configuration']}",
     }
     for key, name, unit in (("speed", "set speed", "m/s"), ("obstacle_speed", "obstacle speed", "m/s"), ("size", "edge", "m"),

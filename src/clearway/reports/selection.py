@@ -12,32 +12,33 @@ from clearway.trials.store import Results
 
 Row = dict[str, Any]
 COLUMNS = (
-    "suite", "batch", "configuration", "robot", "navigator", "localisation", "plan", "speed", "obstacle_speed", "size",
+    "suite", "batch", "configuration", "robot", "navigator", "setup", "localisation", "plan", "speed", "obstacle_speed", "size",
     "gap", "repetition", "outcome", "scenario", "trial",
 )  # fmt: skip
 """What trials can be selected by."""
 
 
-@dataclass(frozen=True, slots=True, order=True)
+@dataclass(frozen=True, slots=True)
 class System:
-    """What is being tested: a robot with a navigator, by name."""
+    """What is being tested: a robot with a navigator, by name, and how long that may think."""
 
     robot: str
     navigator: str
+    setup: str | None = None
 
     def of(self, rows: Iterable[Row]) -> list[Row]:
         """Its rows, in order."""
-        return [r for r in rows if system(r) == self]
+        return [r for r in rows if system_of(r) == self]
 
 
-def system(row: Row) -> System:
+def system_of(row: Row) -> System:
     """What a row tested."""
-    return System(row["robot"], row["navigator"])
+    return System(row["robot"], row["navigator"], row.get("setup"))
 
 
 def systems(rows: Iterable[Row]) -> list[System]:
     """What was tested, in the order of the campaign."""
-    return list(dict.fromkeys(system(r) for r in rows))
+    return list(dict.fromkeys(system_of(r) for r in rows))
 
 
 def rows_of(results: Results, **selection: Any) -> list[Row]:

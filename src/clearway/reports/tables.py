@@ -9,6 +9,7 @@ from typing import Any
 from clearway.reports.barn import barn
 from clearway.reports.findings import BREAKDOWN, Findings
 from clearway.reports.parameters import every_parameter
+from clearway.statistics import GROUP
 
 NAMES = {
     "summary": "every indicator by robot, navigator, batch and speed",
@@ -37,7 +38,7 @@ def write_tables(f: Findings, folder: Path) -> list[str]:
         "trials": f.results.trials,
     }
     courses = [
-        {"robot": s.robot, "navigator": s.navigator, **_as_dict(c)} for s in f.systems if (b := barn(f, s)) for c in b.courses
+        {"robot": s.robot, "navigator": s.navigator, "setup": s.setup, **_as_dict(c)} for s in f.systems if (b := barn(f, s)) for c in b.courses
     ]  # fmt: skip
     if courses:
         tables["barn"] = pa.Table.from_pylist(courses)
@@ -53,10 +54,10 @@ def write_tables(f: Findings, folder: Path) -> list[str]:
 
 def _breakdown(f: Findings) -> list[Mapping[str, Any]]:
     names = ("CT", *BREAKDOWN)
-    keys = dict.fromkeys((r["robot"], r["navigator"], r["batch"], r["speed"]) for r in f.described)
-    values = {(r["robot"], r["navigator"], r["batch"], r["speed"], r["indicator"]): r["mean"] for r in f.described}
+    keys = dict.fromkeys(tuple(r[c] for c in GROUP) for r in f.described)
+    values = {(*(r[c] for c in GROUP), r["indicator"]): r["mean"] for r in f.described}
     return [
-        dict(zip(("robot", "navigator", "batch", "speed"), key, strict=True)) | {n: values.get((*key, n)) for n in names}
+        dict(zip(GROUP, key, strict=True)) | {n: values.get((*key, n)) for n in names}
         for key in keys
     ]  # fmt: skip
 

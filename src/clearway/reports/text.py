@@ -13,24 +13,22 @@ from clearway.reports import outcomes
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
-from clearway.statistics import Comparison, describe, success_rates
+from clearway.statistics import GROUP, Comparison, describe, success_rates
 from clearway.trials.store import Results
 
 
 def headline(table: pa.Table) -> str:
-    """SR with its exact interval and the mean of each of paper A's indicators, per robot, navigator, batch and speed."""
-    means = {
-        (r["robot"], r["navigator"], r["batch"], r["speed"], r["indicator"]): r["mean"]
-        for r in describe(table, HEADLINE).to_pylist()
-    }
-    heads = ["robot", "navigator", "batch", "v [m/s]", "n", "SR [%] (95 %)"]
+    """SR with its exact interval and the mean of each of paper A's indicators, per system, batch and speed."""
+    means = {(*(r[c] for c in GROUP), r["indicator"]): r["mean"] for r in describe(table, HEADLINE).to_pylist()}
+    shown = [c for c in GROUP if c != "setup" or any(table["setup"].to_pylist())]
+    heads = [{"speed": "v [m/s]", "setup": "set-up"}.get(c, c) for c in shown] + ["n", "SR [%] (95 %)"]
     heads += [f"{name} [{INDICATORS[name].unit}]" for name in HEADLINE]
     rows = []
     for r in success_rates(table).to_pylist():
         rate = "unknown" if r["SR"] is None else f"{r['SR']:.0f} ({r['low']:.0f}-{r['high']:.0f})"
-        group = (r["robot"], r["navigator"], r["batch"], r["speed"])
-        numbers = [_number(means.get((*group, name))) for name in HEADLINE]
-        rows.append([*map(str, group[:3]), f"{r['speed']:g}", str(r["n"] + r["unknown"]), rate, *numbers])
+        numbers = [_number(means.get((*(r[c] for c in GROUP), name))) for name in HEADLINE]
+        labels = [f"{r[c]:g}" if c == "speed" else str(r[c] or "-") for c in shown]
+        rows.append([*labels, str(r["n"] + r["unknown"]), rate, *numbers])
     return columns(heads, rows)
 
 

@@ -5,6 +5,7 @@ Everything here works on numpy arrays or on a results table (`trials.parquet` as
 
 from __future__ import annotations
 
+from clearway.statistics.columns import GROUP, SYSTEM
 from clearway.statistics.comparison import Comparison, compare, compare_all
 from clearway.statistics.correlation import (
     PAPER_A,
@@ -38,9 +39,11 @@ from clearway.statistics.speeds import ANALYSES, wilcoxon_between_speeds
 
 __all__ = [
     "ANALYSES",
+    "GROUP",
     "PAPER_A",
     "PAPER_A_PAIRS",
     "POOLED",
+    "SYSTEM",
     "Comparison",
     "Correlation",
     "Correlations",

@@ -14,6 +14,11 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import INDICATORS, Indicator
 
+SYSTEM = ("robot", "navigator", "setup")
+"""What is tested: who moves, who decides, and how long it may think."""
+GROUP = (*SYSTEM, "batch", "speed")
+"""Paper A's groups: Fig. 6 shows a bar for each batch and speed of a robot."""
+
 
 def values(table: pa.Table, name: str) -> list[Any]:
     """The column as Python values, None where it is null.

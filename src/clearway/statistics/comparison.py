@@ -1,7 +1,7 @@
 """Two results side by side, test by test: paired differences with intervals, and paired successes.
 
-Trials are paired by suite and scenario (every navigator and robot meets the same, with the same seed). Robot and
-navigator are part of the pair where both results share any; two results with one robot each are thus compared across
+Trials are paired by suite and scenario (every navigator and robot meets the same, with the same seed). Robot,
+navigator and set-up are part of the pair where both results share any; two results with one robot each are thus compared across
 robots, two with one navigator each across navigators.
 """
 
@@ -17,7 +17,7 @@ import pyarrow as pa
 
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE, Indicator
-from clearway.statistics.columns import findings, groups, indicators_in, numbers, schema, values
+from clearway.statistics.columns import SYSTEM, findings, groups, indicators_in, numbers, schema, values
 from clearway.statistics.describe import bootstrap_interval
 from clearway.statistics.multiple import asterisks, holm
 from clearway.statistics.proportions import PairedSuccess, paired_success
@@ -107,8 +107,8 @@ def compare_all(tables: Mapping[str, pa.Table], **options: Any) -> list[Comparis
 def _key_columns(a: pa.Table, b: pa.Table) -> list[str]:
     named = all(None not in values(t, "scenario") for t in (a, b))
     keys = ["suite", "scenario"] if named else ["suite", *_LABELS]
-    for column in ("robot", "navigator"):
-        if set(values(a, column)) & set(values(b, column)):
+    for column in SYSTEM:
+        if column in a.column_names and column in b.column_names and set(values(a, column)) & set(values(b, column)):
             keys.append(column)
     return keys
 
@@ -118,7 +118,9 @@ def _index(table: pa.Table, keys: list[str], name: str) -> dict[tuple[Any, ...],
     for row, key in enumerate(zip(*[values(table, column) for column in keys], strict=True)):
         if key in found:
             what = ", ".join(f"{column} {value}" for column, value in zip(keys, key, strict=True))
-            raise ClearwayError(f"{name}: two trials for {what}; choose one robot and one navigator of each")
+            raise ClearwayError(
+                f"{name}: two trials for {what}; choose one robot, one navigator and one set-up of each"
+            )
         found[key] = row
     return found
 

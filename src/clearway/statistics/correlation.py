@@ -13,7 +13,7 @@ from scipy import special, stats
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import HEADLINE
-from clearway.statistics.columns import findings, groups, indicators_in, numbers, schema
+from clearway.statistics.columns import SYSTEM, findings, groups, indicators_in, numbers, schema
 
 PAPER_A = {
     ("DE", "OE"): 0.48,
@@ -34,7 +34,18 @@ REDUNDANT = 0.40
 POOLED = "pooled"
 
 _PAIRS = schema(
-    robot=str, navigator=str, a=str, b=str, r=float, n=int, p=float, low=float, high=float, strength=str, paper=float
+    robot=str,
+    navigator=str,
+    setup=str,
+    a=str,
+    b=str,
+    r=float,
+    n=int,
+    p=float,
+    low=float,
+    high=float,
+    strength=str,
+    paper=float,
 )
 
 
@@ -134,26 +145,32 @@ def correlations(table: pa.Table, indicators: Sequence[str] | None = None) -> Co
 
 def correlations_by_robot(
     table: pa.Table, indicators: Sequence[str] | None = None
-) -> dict[tuple[str, str], Correlations]:
-    """Matrices by (robot, navigator), and by (`pooled`, navigator) over all robots where there are several."""
-    found = {
-        key: correlations(table.take(pa.array(rows)), indicators)
-        for key, rows in groups(table, ("robot", "navigator")).items()
-    }
-    for (navigator,), rows in groups(table, ("navigator",)).items():
-        if sum(key[1] == navigator for key in found) > 1:
-            found[POOLED, navigator] = correlations(table.take(pa.array(rows)), indicators)
+) -> dict[tuple[str, str, str | None], Correlations]:
+    """Matrices by (robot, navigator, set-up), and by (`pooled`, ...) over all robots where there are several."""
+    found = {key: correlations(table.take(pa.array(rows)), indicators) for key, rows in groups(table, SYSTEM).items()}
+    for (navigator, setup), rows in groups(table, SYSTEM[1:]).items():
+        if sum(key[1:] == (navigator, setup) for key in found) > 1:
+            found[POOLED, navigator, setup] = correlations(table.take(pa.array(rows)), indicators)
     return found
 
 
 def correlation_table(table: pa.Table, indicators: Sequence[str] | None = None) -> pa.Table:
     """The same as a table, one row a pair, with paper A's coefficient beside the pooled one."""
     rows = []
-    for (robot, navigator), matrix in correlations_by_robot(table, indicators).items():
+    for (robot, navigator, setup), matrix in correlations_by_robot(table, indicators).items():
         for i, a in enumerate(matrix.indicators):
             for b in matrix.indicators[i + 1 :]:
                 c = matrix.pairs[a, b]
-                row = {"robot": robot, "navigator": navigator, "a": a, "b": b, "r": c.r, "n": c.n, "p": c.p}
+                row = {
+                    "robot": robot,
+                    "navigator": navigator,
+                    "setup": setup,
+                    "a": a,
+                    "b": b,
+                    "r": c.r,
+                    "n": c.n,
+                    "p": c.p,
+                }
                 row |= {"low": c.low, "high": c.high, "strength": c.strength}
                 row["paper"] = PAPER_A.get((a, b), PAPER_A.get((b, a))) if robot == POOLED else None
                 rows.append(row)

@@ -12,23 +12,21 @@ from scipy import stats
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import INDICATORS
-from clearway.statistics.columns import findings, groups, indicators_in, numbers, reasons, schema
+from clearway.statistics.columns import GROUP, findings, groups, indicators_in, numbers, reasons, schema
 from clearway.statistics.proportions import Interval, checked_probability, success_interval, wilson_interval
 
-GROUP = ("robot", "navigator", "batch", "speed")
-"""Paper A's groups: Fig. 6 shows a bar for each batch and speed of a robot."""
 RESAMPLES = 2000
 """Bootstrap resamples of a mean."""
 
 _DESCRIPTION = schema(
-    robot=str, navigator=str, batch=str, speed=float, indicator=str, unit=str,
+    robot=str, navigator=str, setup=str, batch=str, speed=float, indicator=str, unit=str,
     n=int, missing=int, reasons=str, mean=float, sd=float, t_low=float, t_high=float, boot_low=float, boot_high=float,
     median=float, minimum=float, maximum=float, shapiro_p=float, normal=bool,
     range_low=float, range_high=float, norm_mean=float, norm_low=float, norm_high=float,
 )  # fmt: skip
 
 _SUCCESS = schema(
-    robot=str, navigator=str, batch=str, speed=float, n=int, successes=int, unknown=int, SR=float, low=float, high=float,
+    robot=str, navigator=str, setup=str, batch=str, speed=float, n=int, successes=int, unknown=int, SR=float, low=float, high=float,
     wilson_low=float, wilson_high=float, self_successes=int, SR_self=float, failures=str,
 )  # fmt: skip
 
@@ -82,26 +80,26 @@ def normality(sample: FloatArray) -> Normality | None:
 def describe(
     table: pa.Table, indicators: Sequence[str] | None = None, *, confidence: float = 0.95, seed: int = 0
 ) -> pa.Table:
-    """Every indicator (default: all that the table has) per robot, navigator, batch and speed.
+    """Every indicator (default: all that the table has) per robot, navigator, set-up, batch and speed.
 
     A row has the sample's size and what is missing with the reasons, mean, standard deviation, both intervals of the
     mean, median, range, Shapiro-Wilk, and paper A's normalised mean and t interval: by the range of the indicator over
-    all speeds within robot, navigator and batch (Fig. 6), 0 where that range is nil.
+    all speeds within robot, navigator, set-up and batch (Fig. 6), 0 where that range is nil.
     """
     rows = []
     chosen = [i for i in indicators_in(table, indicators, INDICATORS) if not i.name.startswith("success")]
     data = {i.name: numbers(table, i.name) for i in chosen}
-    wide = groups(table, GROUP[:3])
-    for (robot, navigator, batch, speed), members in groups(table, GROUP).items():
+    wide = groups(table, GROUP[:-1])
+    for group, members in groups(table, GROUP).items():
         for indicator in chosen:
-            everything = data[indicator.name][wide[robot, navigator, batch]]
+            everything = data[indicator.name][wide[group[:-1]]]
             everything = everything[~np.isnan(everything)]
             if not len(everything):
                 continue  # does not apply to this batch at all (MDO without obstacles)
             low, high = float(everything.min()), float(everything.max())
             sample = data[indicator.name][members]
             sample = sample[~np.isnan(sample)]
-            row = {"robot": robot, "navigator": navigator, "batch": batch, "speed": speed}
+            row = dict(zip(GROUP, group, strict=True))
             row |= {"indicator": indicator.name, "unit": indicator.unit, "range_low": low, "range_high": high}
             row |= {"n": len(sample), "missing": len(members) - len(sample)}
             row |= {"reasons": reasons(table, members, indicator.name)}
@@ -132,7 +130,7 @@ def _summary(sample: FloatArray, low: float, high: float, confidence: float, see
 
 
 def success_rates(table: pa.Table, by: Sequence[str] = GROUP, *, confidence: float = 0.95) -> pa.Table:
-    """SR in per cent (paper A, eq. 5) with the exact and Wilson's interval, by some of `robot`, `navigator`, `batch`, `speed`.
+    """SR in per cent (paper A, eq. 5) with the exact and Wilson's interval, by some of `GROUP`.
 
     `n` counts the trials of which the success is known, `unknown` the others; `failures` says how trials failed.
     """

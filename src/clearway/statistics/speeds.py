@@ -24,7 +24,7 @@ import pyarrow as pa
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import HEADLINE, Indicator
-from clearway.statistics.columns import findings, groups, indicators_in, numbers, schema, values
+from clearway.statistics.columns import GROUP, findings, groups, indicators_in, numbers, schema, values
 from clearway.statistics.multiple import asterisks, holm
 from clearway.statistics.signed_rank import signed_rank
 
@@ -35,7 +35,7 @@ CONFIGURATION = ("configuration", "plan", "localisation", "size", "gap", "obstac
 """Columns that make a configuration; with the repetition they make a pair."""
 
 _TESTS = schema(
-    robot=str, navigator=str, batch=str, indicator=str, unit=str, better=str, analysis=str, speed_a=float, speed_b=float,
+    robot=str, navigator=str, setup=str, batch=str, indicator=str, unit=str, better=str, analysis=str, speed_a=float, speed_b=float,
     n=int, dropped=int, zeros=int, mean_a=float, mean_b=float, difference=float, low=float, high=float, statistic=float,
     p=float, stars=str, p_holm=float, stars_holm=str, smallest_p=float, exact=bool, effect=float,
 )  # fmt: skip
@@ -57,7 +57,7 @@ def wilcoxon_between_speeds(
     repetition = values(table, "repetition")
     rows: list[dict[str, Any]] = []
     families: list[tuple[Any, ...]] = []
-    for (robot, navigator, batch), members in groups(table, ("robot", "navigator", "batch")).items():
+    for group, members in groups(table, GROUP[:-1]).items():
         speeds = groups(table.take(pa.array(members)), ("speed",))
         for (a, in_a), (b, in_b) in combinations([(key[0], members[rows]) for key, rows in speeds.items()], 2):
             pairs, repeated = _pair(in_a, in_b, configuration, repetition)
@@ -69,12 +69,12 @@ def wilcoxon_between_speeds(
                     found = _test(analysis, indicator, one, two, failed, label, confidence)
                     if found is None:
                         continue
-                    row = {"robot": robot, "navigator": navigator, "batch": batch, "analysis": analysis}
+                    row = dict(zip(GROUP, group, strict=False)) | {"analysis": analysis}
                     row |= {"indicator": indicator.name, "unit": indicator.unit, "better": indicator.better}
                     row |= {"speed_a": a, "speed_b": b} | found
                     row["dropped"] += repeated
                     rows.append(row)
-                    families.append((robot, navigator, analysis))
+                    families.append((*group[:-1], analysis))
     _adjust(rows, families)
     return findings(rows, _TESTS)
 

@@ -151,9 +151,9 @@ class Trial:
         estimate: (n, 3) the robot's own belief, or None. command: (n, 2) given at t, or None.
         leg: (n,) int index into attempt.legs of what was being driven at t.
         movers: (n, m, 3) poses of the bodies whose pose is None, in their order; NaN while one is absent.
-        cut: (n,) bool, whether the budget cut the decision at t short, or None.
         spans: one per leg begun, in order. outcome: how it ended, reason: why, for people.
         provenance: what ran, on which version, from which file. timing: wall-clock figures [s], kept apart.
+        cut: (n,) bool, whether the budget cut the decision at t short, or None.
     """
 
     attempt: Attempt
@@ -168,7 +168,7 @@ class Trial:
     events: tuple[Event, ...]
     outcome: Outcome
     reason: str = ""
-    cut: npt.NDArray[np.bool_] | None = None
     snapshots: tuple[Snapshot, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
     timing: Mapping[str, float] = field(default_factory=dict)
+    cut: npt.NDArray[np.bool_] | None = None
