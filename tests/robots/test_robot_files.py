@@ -12,8 +12,9 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
 from clearway.robots import load_robot, robot_names
+from clearway.stand_ins import FILE as STAND_INS
 
-PRESETS = {"tiago": ["trajectory"], "hosbot": ["vendor", "literal", "melodic", "rollout"], "jackal": []}
+PRESETS = {"tiago": ["trajectory"], "hosbot": ["vendor", "literal", "melodic", "rollout"], "jackal": [], "rescue": []}
 
 
 def leaves(table: dict[str, Any], path: str = "") -> Iterator[str]:
@@ -26,21 +27,24 @@ def leaves(table: dict[str, Any], path: str = "") -> Iterator[str]:
 
 
 def file_of(name: str) -> dict[str, Any]:
+    if name == "rescue":  # it stands among the stand-ins
+        table: dict[str, Any] = tomllib.loads(STAND_INS.read_text("utf-8"))["robot"]
+        return table
     return tomllib.loads((resources.files("clearway.robots") / f"{name}.toml").read_text("utf-8"))
 
 
-def test_the_three_robots_ship() -> None:
-    assert robot_names() == ["hosbot", "jackal", "tiago"]
+def test_the_four_robots_ship() -> None:
+    assert robot_names() == ["hosbot", "jackal", "rescue", "tiago"]
 
 
-@pytest.mark.parametrize("name", ["hosbot", "jackal", "tiago"])
+@pytest.mark.parametrize("name", ["hosbot", "jackal", "rescue", "tiago"])
 def test_every_value_has_a_source(name: str) -> None:
     robot = load_robot(name)
     table = {k: v for k, v in file_of(name).items() if k not in ("name", "title", "sources")}
     assert [f for f in leaves(table) if robot.source(f) is None] == []
 
 
-@pytest.mark.parametrize("name", ["hosbot", "jackal", "tiago"])
+@pytest.mark.parametrize("name", ["hosbot", "jackal", "rescue", "tiago"])
 def test_every_source_belongs_to_a_value(name: str) -> None:
     table = file_of(name)
     fields = list(leaves(table))
@@ -48,7 +52,7 @@ def test_every_source_belongs_to_a_value(name: str) -> None:
     assert stray == []
 
 
-@pytest.mark.parametrize("name", ["hosbot", "jackal", "tiago"])
+@pytest.mark.parametrize("name", ["hosbot", "jackal", "rescue", "tiago"])
 def test_sources_are_named_in_full(name: str) -> None:
     for text in file_of(name)["sources"].values():
         assert not text.startswith("the same")

@@ -21,7 +21,7 @@ both = pytest.mark.parametrize("name", ["hall", "ward"])
 
 
 def test_names() -> None:
-    assert plan_names() == ["hall", "ward"]
+    assert plan_names() == ["arena", "hall", "ward"]
 
 
 @both

@@ -126,7 +126,7 @@ class Robot(_Part):
     period: Positive = Field(description="control period, s")
     drive: Drive
     lidar: Lidar | None = None
-    camera: Camera | None = None
+    camera: Camera | None = Field(default=None, description="sees obstacles as discs; default: none")
     odometry: Odometry
     tolerances: Tolerances
     navigators: dict[str, dict[str, Any]] = Field(

@@ -100,13 +100,19 @@ class PlanSpec(_Part):
     a: PoseSpec | None = Field(default=None, description="start of the protocol's line, heading to b")
     b: PoseSpec | None = Field(default=None, description="its end, same heading")
     clear: Box | None = Field(default=None, description="x0, y0, x1, y1 of the area kept clear around the line, m")
-    walls: tuple[WallSpec, ...] = Field(min_length=1)
+    area: Box | None = Field(
+        default=None, description="x0, y0, x1, y1 that a robot's centre is to stay in, m; a plan without walls needs it"
+    )
+    walls: tuple[WallSpec, ...] = ()
     furniture: tuple[FurnitureSpec, ...] = ()
     rooms: tuple[RoomSpec, ...] = Field(default=(), description="names and floors, for people")
 
     @model_validator(mode="after")
     def _consistent(self) -> PlanSpec:
         _ordered(self.clear)
+        _ordered(self.area)
+        if not self.walls and self.area is None:
+            raise ValueError("a plan has walls, or an area that a robot is to stay in")
         if (self.a is None) != (self.b is None):
             raise ValueError("a plan has both a and b, or neither")
         if self.a is not None and self.b is not None:
@@ -197,8 +203,9 @@ def _fixtures(spec: PlanSpec) -> tuple[Fixture, ...]:
     return (*walls, *(Fixture(f.name, "furniture", f.shape.shape(), np.array(f.pose)) for f in spec.furniture))
 
 
-def _bounds(fixtures: tuple[Fixture, ...]) -> tuple[float, float, float, float]:
-    points = np.concatenate([outline(f.shape, f.pose) for f in fixtures])
+def _bounds(fixtures: tuple[Fixture, ...], area: Box | None = None) -> tuple[float, float, float, float]:
+    corners = [] if area is None else [np.array(area).reshape(2, 2)]
+    points = np.concatenate([outline(f.shape, f.pose) for f in fixtures] + corners)
     (x0, y0), (x1, y1) = points.min(0), points.max(0)
     return float(x0), float(y0), float(x1), float(y1)
 
@@ -206,10 +213,13 @@ def _bounds(fixtures: tuple[Fixture, ...]) -> tuple[float, float, float, float]:
 def _from_toml(path: Path) -> FloorPlan:
     spec = read_plan(path)
     fixtures = _fixtures(spec)
-    grid = draw_map(spec) if spec.map is None else read_map(path.parent / spec.map)
+    grid = None if spec.map is None else read_map(path.parent / spec.map)
+    if grid is None and fixtures:  # where nothing stands there is nothing to know
+        grid = draw_map(spec)
     a, b = (None if p is None else np.array(p) for p in (spec.a, spec.b))
     rooms = tuple(Room(r.name, r.kind, r.beds, r.floor) for r in spec.rooms)
-    return FloorPlan(spec.name, spec.title or spec.name, fixtures, grid, a, b, spec.clear, _bounds(fixtures), rooms)
+    bounds = _bounds(fixtures, spec.area)
+    return FloorPlan(spec.name, spec.title or spec.name, fixtures, grid, a, b, spec.clear, bounds, rooms, spec.area)
 
 
 def _from_map(path: Path) -> FloorPlan:
@@ -225,7 +235,8 @@ def write_shipped_maps() -> None:
     """Draw the maps of the shipped plans anew from their TOML files."""
     for name in plan_names():
         path = Path(str(resources.files("clearway.scenarios") / "plans" / f"{name}.toml"))
-        write_map(path.with_suffix(".yaml"), draw_map(read_plan(path)))
+        if read_plan(path).walls:
+            write_map(path.with_suffix(".yaml"), draw_map(read_plan(path)))
 
 
 if __name__ == "__main__":

@@ -31,6 +31,7 @@ class FloorPlan:
         a, b: (3,) poses of the protocol's line, heading along it; None in a plan without.
         clear: x0, y0, x1, y1 [m] of the area around the line that is free of fixtures, None without a line.
         bounds: x0, y0, x1, y1 [m] around everything. rooms: names and floor areas, for people.
+        area: x0, y0, x1, y1 [m] that a robot's centre is to stay in, None: what stands there says it.
     """
 
     name: str
@@ -42,6 +43,7 @@ class FloorPlan:
     clear: tuple[float, float, float, float] | None
     bounds: tuple[float, float, float, float]
     rooms: tuple[Room, ...] = ()
+    area: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

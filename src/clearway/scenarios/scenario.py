@@ -189,8 +189,8 @@ class Scenario(_Part):
     tracking: Literal["difference", "kalman"] = Field(
         default="kalman", description="how the robot follows obstacles, unless the run says otherwise"
     )
-    disturbance: DisturbanceSpec | None = None
-    limit: LimitSpec | None = None
+    disturbance: DisturbanceSpec | None = Field(default=None, description="of the robot's motion; default: none")
+    limit: LimitSpec | None = Field(default=None, description="the best that is possible, where somebody has searched")
     livelock: bool = Field(
         default=False, description="whether a robot that has not come 0.5 m away from where it was 20 s ago has failed"
     )

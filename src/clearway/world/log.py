@@ -18,6 +18,7 @@ class Log:
         self._columns: dict[str, Any] = {
             "t": np.empty(512), "motion": np.empty((512, 5)), "estimate": np.empty((512, 3)),
             "command": np.empty((512, 2)), "leg": np.empty(512, dtype=np.int64), "movers": np.empty((512, movers, 3)),
+            "cut": np.empty(512, dtype=np.bool_),
         }  # fmt: skip
         self._unpack()
 
@@ -37,6 +38,7 @@ class Log:
         self._estimate[i] = estimate
         self._command[i] = command.v, command.omega
         self._leg[i] = leg
+        self._cut[i] = command.cut
         if self._any_movers:
             self._movers[i] = movers
         self._n = i + 1
@@ -48,4 +50,4 @@ class Log:
         return taken | {"pose": motion[:, :3].copy(), "velocity": motion[:, 3:].copy()}
 
     def _unpack(self) -> None:
-        self._t, self._motion, self._estimate, self._command, self._leg, self._movers = self._columns.values()
+        self._t, self._motion, self._estimate, self._command, self._leg, self._movers, self._cut = self._columns.values()

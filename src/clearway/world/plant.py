@@ -3,6 +3,9 @@
 Contact is found by conservative advancement (Mirtich 1996): a gap of d metres that closes at no more than r m/s stays
 open for d / r seconds, so nothing has to be looked at before. For what stands still the gap is kept across steps, as
 an appointment on the robot's odometer, which counts the metres that no point of its footprint can have exceeded.
+
+Disturbed, the robot ends a control period exactly one draw away from where it would have ended without: the draw grows
+evenly over the period, so that contact on the way is as exact as ever.
 """
 
 from __future__ import annotations
@@ -18,8 +21,9 @@ from clearway.geometry.motion import arc, ramp
 from clearway.geometry.packing import to_box, transform
 from clearway.geometry.raycast import cast, cast_movers
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.streams import normal
+from clearway.geometry.streams import normal, uniform
 from clearway.robots import Drive, Odometry
+from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.world.tracks import pose_at
 
 STEP = 0.01
@@ -51,11 +55,32 @@ def odometry_errors(odometry: Odometry, key: np.uint64) -> FloatArray:
     )  # fmt: skip
 
 
+def disturbance_bounds(spec: DisturbanceSpec | None) -> FloatArray:
+    """(5,) position [m], heading [rad], v [m/s], omega [rad/s], and 1 where it also moves a robot that stands."""
+    if spec is None:
+        return np.zeros(5)
+    return np.array([spec.position, spec.heading, spec.velocity, spec.turn, float(spec.at_rest)])
+
+
+@kernel
+def disturb(bounds: FloatArray, key: np.uint64, count: int, out: FloatArray) -> None:
+    """What control period `count` does to the robot beyond its command, drawn within `bounds` (5,).
+
+    Args:
+        out: (5,), filled: displacement in x and y [m], uniform in a disc, and in heading [rad]; deviations of v [m/s]
+            and omega [rad/s] from what the base drives.
+    """
+    radius, angle = bounds[0] * math.sqrt(uniform(key, count, 0)), 2.0 * math.pi * uniform(key, count, 1)
+    out[0], out[1] = radius * math.cos(angle), radius * math.sin(angle)
+    for i in range(1, 4):
+        out[i + 1] = bounds[i] * (2.0 * uniform(key, count, i + 1) - 1.0)
+
+
 @kernel
 def tick(
-    state: FloatArray, v: float, omega: float, count: int, rows: np.ndarray, leg_time: float, mover_poses: FloatArray,
+    state: FloatArray, v: float, omega: float, count: int, rows: np.ndarray, times: FloatArray, mover_poses: FloatArray,
     period: float,
-    drive: FloatArray, errors: FloatArray, odometry_key: np.uint64,
+    drive: FloatArray, errors: FloatArray, odometry_key: np.uint64, bounds: FloatArray, disturbance_key: np.uint64,
     foot: FloatArray, foot_radius: float, foot_reach: float,
     still_points: FloatArray, still_first: np.ndarray, still_radius: FloatArray, boxes: FloatArray, due: FloatArray,
     points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, knots: FloatArray, speed: FloatArray,
@@ -65,11 +90,12 @@ def tick(
 
     Args:
         state: (STATE,), updated; ELAPSED is the time driven. v, omega: the command. count: of control periods so far.
-        drive, errors: see `drive_limits`, `odometry_errors`. foot...: the footprint, packed.
+        drive, errors, bounds: see `drive_limits`, `odometry_errors`, `disturbance_bounds`. foot...: the footprint, packed.
         still_...: bodies that stand still, packed in the map frame, with their boxes (n, 4), and when each is due: the
         reading of the odometer up to which it needs no look. points...: moving bodies, packed in their own frames,
         with their tracks; slack: metres for which each needs no look.
-        rows: (m, 2) of the current leg's tracks. leg_time: s since it began. mover_poses: (m, 3), filled for the end.
+        rows: (m, 2) of the current leg's tracks. times: (m,) s, now, on the clock of each. mover_poses: (m, 3), filled
+        for the end.
 
     Returns:
         -1, or the body that was touched: the static ones count first, then the moving ones.
@@ -83,12 +109,21 @@ def tick(
     noise_v, noise_w = 0.0, 0.0
     hit = -1
     done = 0.0
+    push = np.zeros(5)
+    at_rest = v_goal == 0.0 and w_goal == 0.0 and state[V] == 0.0 and state[OMEGA] == 0.0
+    if bounds[:4].max() > 0.0 and (bounds[4] > 0.0 or not at_rest):
+        disturb(bounds, disturbance_key, count, push)
+    push[:3] /= period
+    drift = math.hypot(push[0], push[1])
+    nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
     for i in range(n):
         v0, w0 = state[V], state[OMEGA]
-        v1, vm = ramp(v0, v_goal, drive[2], drive[3], h)
-        w1, wm = ramp(w0, w_goal, drive[5], drive[6], h)
-        x, y, theta = state[X], state[Y], state[THETA]
-        rate = abs(vm) + abs(wm) * foot_reach
+        v1, driven = ramp(v0, v_goal, drive[2], drive[3], h)
+        w1, steered = ramp(w0, w_goal, drive[5], drive[6], h)
+        vm, wm = driven + push[3], steered + push[4]
+        x, y = state[X], state[Y]
+        advance = abs(vm) + drift
+        rate = advance + (abs(wm) + abs(push[2])) * foot_reach
         until = h  # contact, or the end of the step
 
         if state[APPOINTMENT] <= state[ODOMETER] + rate * h:
@@ -98,7 +133,7 @@ def tick(
                 s = max(0.0, (due[b] - state[ODOMETER]) / rate) if rate > 0.0 else 0.0
                 shape_b = still_points[still_first[b] : still_first[b + 1]]
                 while s <= until:
-                    px, py, pt = arc(x, y, theta, vm, wm, s)
+                    px, py, pt = _displaced(nx, ny, nt, vm, wm, s, push, done)
                     d = to_box(boxes, b, px, py) - foot_reach
                     if d < _LOOK:
                         transform(foot, px, py, pt, robot)
@@ -113,13 +148,13 @@ def tick(
             state[APPOINTMENT] = due.min() if due.shape[0] > 0 else math.inf
 
         for m in range(reach.shape[0]):
-            closing = (abs(vm) + speed[m]) * h
+            closing = (advance + speed[m]) * h
             if slack[m] > closing:
                 slack[m] -= closing
                 continue
             slack[m] = 0.0
-            before = pose_at(knots, rows[m, 0], rows[m, 1], leg_time + done, here)
-            after = pose_at(knots, rows[m, 0], rows[m, 1], leg_time + done + h, there)
+            before = pose_at(knots, rows[m, 0], rows[m, 1], times[m] + done, here)
+            after = pose_at(knots, rows[m, 0], rows[m, 1], times[m] + done + h, there)
             if not (before or after):
                 continue
             if not before:  # it comes or goes within this step
@@ -135,7 +170,7 @@ def tick(
             shape_m = shape[first[m] : first[m + 1]]
             s = 0.0
             while s <= until:
-                px, py, pt = arc(x, y, theta, vm, wm, s)
+                px, py, pt = _displaced(nx, ny, nt, vm, wm, s, push, done)
                 transform(foot, px, py, pt, robot)
                 transform(
                     points[first[m] : first[m + 1]], here[0] + s * ux, here[1] + s * uy, here[2] + s * turn, shape_m
@@ -149,12 +184,13 @@ def tick(
                     break
                 s += d / relative
 
-        state[X], state[Y], state[THETA] = arc(x, y, theta, vm, wm, until)
+        state[X], state[Y], state[THETA] = _displaced(nx, ny, nt, vm, wm, until, push, done)
+        nx, ny, nt = arc(nx, ny, nt, vm, wm, until)
         share = until / h
         state[V], state[OMEGA] = v0 + share * (v1 - v0), w0 + share * (w1 - w0)
         state[ODOMETER] += rate * until
         done += until
-        distance, turned = vm * until, wm * until
+        distance, turned = driven * until, steered * until  # wheels don't know of disturbance
         e_v = errors[2] * math.sqrt(abs(distance)) * normal(odometry_key, count * n + i, 0)
         spread = math.sqrt(errors[3] * errors[3] * abs(distance) + errors[4] * errors[4] * abs(turned))
         e_w = spread * normal(odometry_key, count * n + i, 1)
@@ -170,8 +206,20 @@ def tick(
         state[ODOM_V] = errors[0] * state[V] + noise_v / period
         state[ODOM_OMEGA] = errors[1] * state[OMEGA] + noise_w / period
     for m in range(reach.shape[0]):
-        pose_at(knots, rows[m, 0], rows[m, 1], leg_time + (done if hit >= 0 else period), mover_poses[m])
+        pose_at(knots, rows[m, 0], rows[m, 1], times[m] + (done if hit >= 0 else period), mover_poses[m])
     return hit
+
+
+@kernel
+def _displaced(
+    x: float, y: float, theta: float, v: float, omega: float, s: float, push: FloatArray, done: float
+) -> tuple[float, float, float]:
+    """The pose `s` [s] further along the arc from (x, y, theta), `done` + s after the displacement at rate `push` began."""
+    px, py, pt = arc(x, y, theta, v, omega, s)
+    if push[0] == 0.0 and push[1] == 0.0 and push[2] == 0.0:
+        return px, py, pt
+    since = done + s
+    return px + since * push[0], py + since * push[1], wrap(pt + since * push[2])
 
 
 @kernel

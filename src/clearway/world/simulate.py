@@ -19,11 +19,11 @@ from clearway.geometry.streams import stream, uniform
 from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_plan
 from clearway.scenarios.scenario import Scenario
-from clearway.trials import Attempt, Body, Labels, Leg, Outcome, Snapshot, Trial
+from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Trial
 from clearway.world.bodies import bodies_of, movers_of
 from clearway.world.log import Log
 from clearway.world.referee import Referee
-from clearway.world.tracks import Tracks, tracks
+from clearway.world.tracks import Tracks, longest, tracks
 from clearway.world.world import World
 
 
@@ -53,11 +53,11 @@ def simulate(
     Raises:
         ClearwayError: the scenario can't be built, or the pilot says that it can't do this task at all.
     """
-    bodies = bodies_of(load_plan(scenario.plan).fixtures, scenario)
+    plan = load_plan(scenario.plan)
+    way = tracks(movers_of(scenario), [leg.name for leg in scenario.legs], longest(scenario.legs))
     return simulate_in(
-        bodies, tracks(movers_of(scenario), [leg.name for leg in scenario.legs]), scenario, robot, pilot,
-        navigator=navigator, localisation=localisation, map=map, privileged=privileged, budget=budget, setup=setup,
-        tracking=tracking,
+        bodies_of(plan.fixtures, scenario), way, scenario, robot, pilot, navigator=navigator, localisation=localisation,
+        map=map, area=plan.area, privileged=privileged, budget=budget, setup=setup, tracking=tracking,
     )  # fmt: skip
 
 
@@ -71,31 +71,38 @@ def simulate_in(
     navigator: str,
     localisation: str,
     map: OccupancyGrid | None = None,
+    area: tuple[float, float, float, float] | None = None,
     privileged: bool = False,
     budget: Budget | None = None,
     setup: str | None = None,
     tracking: str = "",
 ) -> Trial:
-    """As `simulate`, among `bodies` wherever they come from; `tracks` of those without a pose, in their order."""
+    """As `simulate`, among `bodies` wherever they come from; `tracks` of those without a pose, in their order; `area`
+    as in `Task`."""
     begun = perf_counter()
     start = np.array(scenario.start, dtype=np.float64)
     attempt = _attempt(bodies, scenario, robot, navigator, localisation, privileged, setup, tracking)
-    world = World(robot, _placed(start, scenario), scenario.speed, bodies, tracks, scenario.seed)
+    placed = _placed(start, scenario)
+    world = World(robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance)
     referee = Referee(attempt.legs, scenario.legs, scenario.livelock, world.state)
     task = Task(
         period=robot.period,
         speed_limit=scenario.speed,
         start=start,
         map=map,
+        area=area,
         budget=budget or Budget(),
         time_limit=max(leg.time_limit for leg in scenario.legs),
         forecast=world.forecast if privileged else None,
     )
     drive = _Drive(world, referee, pilot, robot)
     outcome = drive.to_the_end(task, np.random.default_rng([scenario.seed, *b"pilot"]))
+    columns = drive.log.columns()
+    if task.budget == Budget() and not columns["cut"].any():
+        columns["cut"] = None  # nothing could have cut it
     return Trial(
         attempt=attempt,
-        **drive.log.columns(),
+        **columns,
         spans=tuple(referee.spans),
         events=tuple(referee.events),
         outcome=outcome,
@@ -120,7 +127,7 @@ class _Drive:
         world, referee, log, thinking = self._world, self._referee, self.log, self.thinking
         decide, period = self._pilot.decide, self._robot.period
         estimate, command, leg = task.start, Command(0.0, 0.0), 0
-        count, t = 0, 0.0
+        count, t, status = 0, 0.0, ""
         touched = world.touching()
         if touched is not None:
             return self._contact(0.0, touched, estimate, command, " where it was placed")
@@ -134,7 +141,7 @@ class _Drive:
             t = count * period
             now, told = world.state, world.state  # two copies: what the pilot does to its own is its affair
             leg = referee.leg
-            sensing = Sensing(t, told[5:8], told[8:10], world.sense(), None, referee.goal, told[0:3])
+            sensing = Sensing(t, told[5:8], told[8:10], world.sense(), world.look(), referee.goal, told[0:3])
             before = perf_counter()
             try:
                 decision = decide(sensing)
@@ -146,6 +153,9 @@ class _Drive:
                 return self._failed(t, error, estimate, command)
             if decision.diagnostics is not None:
                 self.snapshots.append(Snapshot(t, decision.diagnostics))
+            if command.status != status:
+                status = command.status
+                referee.events.append(Event(t, "status", status))
             log.add(t, now[:5], estimate, command, leg, world.movers)
             outcome = referee.judge(t, now, estimate, command)
             if outcome is not None:
@@ -238,6 +248,9 @@ def _attempt(
         tracking=tracking,
         limit_time=None if scenario.limit is None else scenario.limit.time,
         limit_path=None if scenario.limit is None else scenario.limit.path,
+        drive=(
+            max(robot.drive.v_min, -scenario.speed), min(robot.drive.v_max, scenario.speed), robot.drive.omega_max
+        ),
     )
 
 

@@ -3,7 +3,7 @@
 A track is a table of knots (time since the leg began, x, y, theta). Between two knots a body moves on a line at
 constant speed and turns the shorter way; it is absent before its first knot, after its last one, and between a knot
 and one that is NaN. A way along a polyline has two knots at each corner, so that the heading follows the path; any
-other motion arrives as dense knots.
+other motion arrives as dense knots. A body that oscillates keeps its time from the start of the trial.
 """
 
 from __future__ import annotations
@@ -18,8 +18,16 @@ import numpy.typing as npt
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
+from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray
-from clearway.scenarios.scenario import ObstacleSpec, RunSpec
+from clearway.scenarios.scenario import LegSpec, ObstacleSpec, OscillationSpec, RunSpec
+
+KNOT = 0.015
+"""Time between the knots of an oscillation, s: a tenth of paper B's sampling time. A line between two of them is off by
+at most (acceleration) x KNOT^2 / 8, 0.03 mm at 1 m/s^2."""
+LONGEST = 3600.0
+"""An oscillation is laid out for this long at most, s."""
+_NONE: FloatArray = np.zeros((0, 4))
 
 
 class Tracks(NamedTuple):
@@ -29,29 +37,54 @@ class Tracks(NamedTuple):
         knots: (k, 4) s since the leg began, x, y [m], theta [rad], all tracks one after another.
         rows: (l, m, 2) int64; the knots of body j in leg i are knots[rows[i, j, 0]:rows[i, j, 1]]; none: absent.
         speed: (m,) m/s, the most that each ever does; inf for one that jumps.
+        lasting: (m,) whether a body's time runs on from leg to leg, its knots counted from the start of the trial.
     """
 
     knots: FloatArray
     rows: npt.NDArray[np.int64]
     speed: FloatArray
+    lasting: npt.NDArray[np.bool_]
 
 
-def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str]) -> Tracks:
+def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: float = 0.0) -> Tracks:
     """The tracks of the moving ones among `obstacles` in the legs with these names.
 
+    Args:
+        duration: how long the trial may take, s; that far an oscillation is laid out.
+
     Raises:
-        ClearwayError: a run is for a leg that doesn't exist, or two runs of an obstacle overlap in time.
+        ClearwayError: a run is for a leg that doesn't exist, two runs of an obstacle overlap in time, or something
+            oscillates in a trial that may take longer than an hour.
     """
     for obstacle in obstacles:
         for run in obstacle.runs:
             if run.leg not in legs:
                 problem = f"{run.leg!r} is not a leg of this scenario; legs: {', '.join(legs)}"
                 raise ClearwayError(problem, field=f"obstacles.{obstacle.name}.runs.leg")
-    return stack([[_knots(o, [r for r in o.runs if r.leg == leg]) for o in obstacles] for leg in legs])
+        if obstacle.oscillation is not None and duration > LONGEST:
+            problem = f"the legs may take {duration:g} s together; with something that oscillates, at most {LONGEST:g}"
+            raise ClearwayError(problem, field="legs.time_limit")
+    parts = [
+        [_knots(o, [r for r in o.runs if r.leg == leg]) if o.oscillation is None else _NONE for o in obstacles]
+        for leg in legs
+    ]
+    for j, obstacle in enumerate(obstacles):
+        if obstacle.oscillation is not None:
+            parts[0][j] = swing(obstacle.oscillation, duration)
+    return stack(parts, [o.oscillation is not None for o in obstacles])
 
 
-def stack(parts: Sequence[Sequence[FloatArray]]) -> Tracks:
-    """Tracks from `parts`: by leg, by body, (k, 4) knots with times that don't fall."""
+def longest(legs: Sequence[LegSpec]) -> float:
+    """How long a trial of these legs may take, s: a leg whose clock starts late may take its limit twice."""
+    return sum(leg.time_limit * (2.0 if leg.clock_starts_after > 0.0 else 1.0) for leg in legs) + 1.0
+
+
+def stack(parts: Sequence[Sequence[FloatArray]], lasting: Sequence[bool] | None = None) -> Tracks:
+    """Tracks from `parts`: by leg, by body, (k, 4) knots with times that don't fall.
+
+    Args:
+        lasting: see `Tracks`; of such a body only the knots of the first leg count. Default: none is.
+    """
     flat = [p for leg in parts for p in leg]
     ends = np.cumsum([len(p) for p in flat], dtype=np.int64)
     rows = (
@@ -59,9 +92,19 @@ def stack(parts: Sequence[Sequence[FloatArray]]) -> Tracks:
     )
     bodies = len(parts[0]) if parts else 0
     speed = np.array([max((_top_speed(leg[j]) for leg in parts), default=0.0) for j in range(bodies)], dtype=np.float64)
-    return Tracks(
-        np.ascontiguousarray(np.concatenate([np.zeros((0, 4)), *flat])), rows.reshape(len(parts), bodies, 2), speed
+    rows, lasts = rows.reshape(len(parts), bodies, 2), np.array(lasting or [False] * bodies, dtype=np.bool_)
+    rows[:, lasts] = rows[:1, lasts]
+    return Tracks(np.ascontiguousarray(np.concatenate([np.zeros((0, 4)), *flat])), rows, speed, lasts)
+
+
+def swing(motion: OscillationSpec, duration: float) -> FloatArray:
+    """Knots (k, 4) of an oscillation for `duration` [s] and a little more; the body doesn't turn."""
+    start, velocity, attraction, stiffness = (
+        np.array(v, dtype=np.float64) for v in (motion.start, motion.velocity, motion.attraction, motion.stiffness)
     )
+    count = math.ceil(duration / KNOT) + 1
+    states = trajectory(start, velocity, attraction, stiffness, KNOT, count)
+    return np.column_stack([KNOT * np.arange(count + 1), states[:, :2], np.zeros(count + 1)])
 
 
 def line(run: RunSpec) -> FloatArray:

@@ -1,4 +1,4 @@
-"""The world of one robot: bodies that stand and move, the base, the lidar, the odometry."""
+"""The world of one robot: bodies that stand and move, the base, the lidar, the camera, the odometry."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from clearway.contract import Scan
+from clearway.contract import Obstacles, Scan
 from clearway.geometry.distance import clearance
 from clearway.geometry.packing import boxes, pack, place
 from clearway.geometry.raycast import beams, scene
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
 from clearway.robots import Robot
+from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
 from clearway.world import plant
+from clearway.world.camera import Lens
 from clearway.world.tracks import Tracks, pose_at
 
 
@@ -26,14 +28,21 @@ class World:
     Args:
         robot: who moves. start: (3,) true pose, map frame. speed: set speed of the test, m/s; caps the robot's.
         bodies: what it can hit. tracks: of the bodies without a pose, in their order.
-        seed: of the odometry's and the lidar's errors.
+        seed: of the errors of odometry, lidar and camera, and of the disturbance. disturbance: None: undisturbed.
 
     Attributes:
         movers: (m, 3) poses now of the moving bodies; NaN: absent.
     """
 
     def __init__(
-        self, robot: Robot, start: FloatArray, speed: float, bodies: Sequence[Body], tracks: Tracks, seed: int
+        self,
+        robot: Robot,
+        start: FloatArray,
+        speed: float,
+        bodies: Sequence[Body],
+        tracks: Tracks,
+        seed: int,
+        disturbance: DisturbanceSpec | None = None,
     ) -> None:
         self.bodies = tuple(bodies)
         self._still = [b for b in bodies if b.pose is not None]
@@ -57,13 +66,15 @@ class World:
         self.movers = np.full((len(self._moving), 3), np.nan)
         self._tick: Any = (
             robot.period, plant.drive_limits(robot.drive, speed), plant.odometry_errors(robot.odometry, key), key,
+            plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
             still.points, still.first, still.radius, self._boxes, np.zeros(len(self._still)),
             moving.points, moving.first, moving.radius, moving.reach, tracks.knots, tracks.speed, self._slack,
         )  # fmt: skip
         self._rows = tracks.rows[0]
-        self._leg_begin = 0.0
+        self._since = np.zeros(len(self._moving))  # when the clock of each began
         self._place_movers(0.0)
+        self._lens = None if robot.camera is None else Lens(robot.camera, self.bodies, still.reach, moving.reach, seed)
 
         self._scan: Any = None
         if robot.lidar is not None:
@@ -97,9 +108,10 @@ class World:
 
     def begin_leg(self, leg: int, t: float) -> None:
         """From `t` [s] on the moving bodies follow their tracks of leg `leg`."""
-        self._rows, self._leg_begin = self._tracks.rows[leg], t
+        self._rows = self._tracks.rows[leg]
+        self._since[~self._tracks.lasting] = t
         self._slack[:] = 0.0
-        self._place_movers(0.0)
+        self._place_movers(t)
 
     def sense(self) -> Scan | None:
         """The lidar's sweep from here; None without a lidar."""
@@ -110,14 +122,20 @@ class World:
         plant.scan(ranges, x, y, theta, self._count, *self._scan)
         return Scan(ranges, *self._about)
 
+    def look(self) -> Obstacles | None:
+        """What the camera sees from here; None without a camera."""
+        if self._lens is None:
+            return None
+        x, y, _ = self._shifted(self._state[0:3], -self._pivot).tolist()
+        return self._lens.look(x, y, self.movers, self._count)
+
     def advance(self, v: float, omega: float, t: float) -> tuple[float, Body | None]:
         """Drive on command (v [m/s], omega [rad/s]) from time `t` [s] for one control period, or until contact.
 
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
-        leg_time = t - self._leg_begin
-        hit = plant.tick(self._state, v, omega, self._count, self._rows, leg_time, self.movers, *self._tick)
+        hit = plant.tick(self._state, v, omega, self._count, self._rows, t - self._since, self.movers, *self._tick)
         self._count += 1
         if hit < 0:
             return self._period, None
@@ -142,10 +160,11 @@ class World:
         """How fast `body` moves at time `t` [s], m/s."""
         if body.pose is not None:
             return 0.0
-        begin, end = self._rows[self._moving.index(body)].tolist()
+        m = self._moving.index(body)
+        begin, end = self._rows[m].tolist()
         before, now, h = np.empty(3), np.empty(3), 1e-3
-        pose_at(self._tracks.knots, begin, end, t - self._leg_begin - h, before)
-        pose_at(self._tracks.knots, begin, end, t - self._leg_begin, now)
+        pose_at(self._tracks.knots, begin, end, t - self._since[m] - h, before)
+        pose_at(self._tracks.knots, begin, end, t - self._since[m], now)
         moved = math.dist(before[:2], now[:2])
         return moved / h if math.isfinite(moved) else 0.0
 
@@ -155,12 +174,12 @@ class World:
         rows = [(b.pose[0], b.pose[1], r, 1.0) for b, r in zip(self._still, still, strict=True)
                 if b.kind == "obstacle" and b.pose is not None]  # fmt: skip
         at = np.empty(3)
-        for (begin, end), reach in zip(self._rows.tolist(), moving, strict=True):
-            there = pose_at(self._tracks.knots, begin, end, t - self._leg_begin, at)
+        for (begin, end), since, reach in zip(self._rows.tolist(), self._since.tolist(), moving, strict=True):
+            there = pose_at(self._tracks.knots, begin, end, t - since, at)
             rows.append((at[0], at[1], reach, float(there)))
         return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
-    def _place_movers(self, leg_time: float) -> None:
+    def _place_movers(self, t: float) -> None:
         for m in range(len(self._moving)):
             begin, end = self._rows[m].tolist()
-            pose_at(self._tracks.knots, begin, end, leg_time, self.movers[m])
+            pose_at(self._tracks.knots, begin, end, t - self._since[m], self.movers[m])
