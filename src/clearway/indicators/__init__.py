@@ -13,18 +13,20 @@ from clearway.indicators import (
     completion_time,
     cruise,
     goal_error,
+    limit,
     path_length,
     row,
     space,
     success,
 )
+from clearway.indicators.cause import cause
 from clearway.indicators.indicator import Indicator, NotComputable, Value
 from clearway.indicators.success import failure
 from clearway.trials import Trial
 
 INDICATORS: dict[str, Indicator] = {
     indicator.name: indicator
-    for family in (success, completion_time, path_length, goal_error, clearance, cruise, space, barn)
+    for family in (success, completion_time, path_length, goal_error, clearance, cruise, space, barn, limit)
     for indicator in family.ALL
 }
 """Every indicator by its name, in the order of the columns."""
@@ -44,4 +46,14 @@ def row_schema() -> Any:
     return row.schema(INDICATORS)
 
 
-__all__ = ["HEADLINE", "INDICATORS", "Indicator", "NotComputable", "Value", "failure", "row_schema", "score_row"]
+__all__ = [
+    "HEADLINE",
+    "INDICATORS",
+    "Indicator",
+    "NotComputable",
+    "Value",
+    "cause",
+    "failure",
+    "row_schema",
+    "score_row",
+]

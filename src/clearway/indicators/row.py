@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.indicator import Indicator, NotComputable
 from clearway.indicators.success import failure
 from clearway.trials import Trial
@@ -33,6 +34,8 @@ LABELS: dict[str, tuple[str, str]] = {
     "outcome": ("string", ""),
     "reason": ("string", ""),
     "failure": ("string", ""),
+    "cause": ("string", ""),
+    "moved_at_contact": ("string", ""),
 }
 """Columns that are not indicators: name -> (Arrow type, unit)."""
 
@@ -41,7 +44,7 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
     """The row of `trial`: `LABELS`, then each of `indicators`, then `not_computable` (JSON: name -> why).
 
     What does not apply or cannot be computed is None. `success` and `success_self` are True or False. `failure` is
-    empty for a success and None where nobody can tell.
+    empty for a success and None where nobody can tell; `cause` and `moved_at_contact` are empty then.
     """
     attempt, labels = trial.attempt, trial.attempt.labels
     try:
@@ -69,6 +72,8 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
         "outcome": trial.outcome.value,
         "reason": trial.reason,
         "failure": failed,
+        "cause": cause(trial),
+        "moved_at_contact": who_moved(trial),
     }
     why: dict[str, str] = {}
     for name, indicator in indicators.items():

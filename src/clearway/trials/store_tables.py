@@ -198,6 +198,7 @@ def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
         **{name: _number(getattr(a, name)) for name in _NUMBERS},
         "labels": labels | {name: _number(getattr(a.labels, name)) for name in _LABEL_NUMBERS},
         "footprint": None if a.footprint is None else _shape(a.footprint),
+        "drive": None if a.drive is None else [_number(v) for v in a.drive],
         "legs": [_leg(leg) for leg in a.legs],
         "bodies": [_body(b) for b in a.bodies[fixed:]],
     }
@@ -209,10 +210,18 @@ def _read_attempt(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
     return Attempt(
         labels=Labels(**labels),
         footprint=None if d["footprint"] is None else _read_shape(d["footprint"]),
+        drive=_read_drive(d["drive"]),
         legs=tuple(_read_leg(leg) for leg in d["legs"]),
         bodies=tuple(_read_body(b) for b in (*fixtures, *d["bodies"])),
         **rest,
     )
+
+
+def _read_drive(values: Sequence[Any] | None) -> tuple[float, float, float] | None:
+    if values is None:
+        return None
+    v_min, v_max, omega_max = (float(v) for v in values)
+    return v_min, v_max, omega_max
 
 
 def _fixed(bodies: Sequence[Body]) -> int:

@@ -93,6 +93,7 @@ class Attempt:
         plan: name of the floor plan. scenario: id in its suite, None for a recording. seed: of this attempt.
         privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
         weren't. limit_time [s], limit_path [m]: of the best that a clairvoyant could do, None where nobody has searched.
+        drive: v_min, v_max [m/s], omega_max [rad/s] of the base at this set speed, None if unknown.
     """
 
     labels: Labels
@@ -112,6 +113,7 @@ class Attempt:
     tracking: str = ""
     limit_time: float | None = None
     limit_path: float | None = None
+    drive: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,113 @@
+"""Why a trial failed, in paper B's words, each decided by a test that is stated here.
+
+A contact while the robot stood is `contact at rest`. Otherwise, if no way out was left `WINDOW` before the contact,
+it was a `crushing zone`; a way out is a manoeuvre of two commands within the base's limits, each held for half of the
+window, that touches nothing while the obstacles move as they did. If there was one, the navigator's own last word
+before the contact tells: `iteration limit`, `input-limit violation`, `infeasible`; without such a word the contact
+was `unforeseen`. Outcomes without contact are causes of their own.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.indicators.indicator import NotComputable
+from clearway.indicators.success import AT_REST, failure
+from clearway.trials import Outcome, Trial
+
+WINDOW = 0.75
+"""s before the contact: paper B's prediction window, N^P = 5 periods of 0.15 s."""
+_SPEEDS, _TURNS, _STEP = 6, 7, 0.05
+_WORDS = {
+    "iteration limit": "iteration limit",
+    "input limit": "input-limit violation",
+    "infeasible": "infeasible",
+    "braking": "infeasible",
+    "no path": "infeasible",
+}
+"""A navigator's status -> cause."""
+
+
+def cause(trial: Trial) -> str:
+    """Why the trial failed; empty for a success, or where nobody can tell."""
+    try:
+        how = failure(trial)
+    except NotComputable:
+        return ""
+    if not how.startswith(Outcome.COLLISION.value):
+        return how
+    if how != Outcome.COLLISION.value:
+        return "contact at rest"
+    if _crushed(trial):
+        return "crushing zone"
+    said = next((e.detail for e in reversed(trial.events) if e.kind == "status"), "")
+    return _WORDS.get(said, "unforeseen")
+
+
+def who_moved(trial: Trial) -> str:
+    """Who moved at the contact that ended the trial: `robot`, `obstacle`, `both` or `neither`; empty without a contact."""
+    if trial.outcome is not Outcome.COLLISION or trial.velocity is None or len(trial.t) < 2:
+        return ""
+    robot = bool((np.abs(trial.velocity[-1]) >= AT_REST).any())
+    k = _touched(trial)
+    obstacle = False
+    if k is not None:
+        moved = float(np.hypot(*(trial.movers[-1, k, :2] - trial.movers[-2, k, :2])))
+        obstacle = moved >= AT_REST * max(float(trial.t[-1] - trial.t[-2]), 1e-9)
+    return {(True, True): "both", (True, False): "robot", (False, True): "obstacle"}.get((robot, obstacle), "neither")
+
+
+def _touched(trial: Trial) -> int | None:
+    """The moving body that the contact's event names; None if that one stands."""
+    told = next((e.detail for e in reversed(trial.events) if e.kind == "contact"), "")
+    moving = [b for b in trial.attempt.bodies if b.pose is None]
+    return next((k for k, b in enumerate(moving) if repr(b.name) in told), None)
+
+
+def _crushed(trial: Trial) -> bool:
+    """Whether no sampled manoeuvre from `WINDOW` before the end touches nothing until `WINDOW` after that instant."""
+    a = trial.attempt
+    if a.footprint is None or a.drive is None:
+        return False
+    begin = max(float(trial.t[-1]) - WINDOW, float(trial.t[0]))
+    start = trial.pose[int(np.searchsorted(trial.t, begin + 1e-9)) - 1]
+    times = np.arange(_STEP, WINDOW + 1e-9, _STEP)
+    poses = _manoeuvres(start, a.drive, len(times))
+    reach = circumscribed_radius(a.footprint)
+    free = np.ones(len(poses), dtype=np.bool_)
+    movers = iter(range(trial.movers.shape[1]))
+    for body in a.bodies:
+        if body.pose is None:
+            at = _track(trial, next(movers), begin + times)
+        else:
+            at = np.broadcast_to(body.pose[:2], (len(times), 2))
+        gap = np.hypot(poses[:, :, 0] - at[:, 0], poses[:, :, 1] - at[:, 1]) - circumscribed_radius(body.shape) - reach
+        free &= ~(gap <= 0.0).any(axis=1)
+    return not bool(free.any())
+
+
+def _manoeuvres(start: FloatArray, drive: tuple[float, float, float], steps: int) -> FloatArray:
+    """(k, steps, 2) positions along every pair of commands, the second from the middle on."""
+    v_min, v_max, omega_max = drive
+    commands = np.array([(v, w) for v in np.append(np.linspace(v_min, v_max, _SPEEDS), 0.0)
+                         for w in np.linspace(-omega_max, omega_max, _TURNS)])  # fmt: skip
+    pairs = np.concatenate([np.repeat(commands, len(commands), 0), np.tile(commands, (len(commands), 1))], axis=1)
+    x, y, theta = (np.full(len(pairs), float(s)) for s in start)
+    out = np.empty((len(pairs), steps, 2))
+    for k in range(steps):
+        v, w = (pairs[:, 0], pairs[:, 1]) if k < steps // 2 else (pairs[:, 2], pairs[:, 3])
+        middle = theta + 0.5 * _STEP * w
+        x, y, theta = x + _STEP * v * np.cos(middle), y + _STEP * v * np.sin(middle), theta + _STEP * w
+        out[:, k, 0], out[:, k, 1] = x, y
+    return out
+
+
+def _track(trial: Trial, mover: int, times: FloatArray) -> FloatArray:
+    """(n, 2) where a mover was, after the end of the trial on at its last velocity; NaN while absent."""
+    t, at = trial.t, trial.movers[:, mover, :2]
+    out = np.stack([np.interp(times, t, at[:, i]) for i in (0, 1)], axis=1)
+    late = times > t[-1]
+    if late.any() and len(t) > 1 and t[-1] > t[-2]:
+        out[late] = at[-1] + (times[late] - t[-1])[:, None] * (at[-1] - at[-2]) / (t[-1] - t[-2])
+    return out

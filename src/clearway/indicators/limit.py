@@ -1,0 +1,47 @@
+"""Path and time relative to the best that a clairvoyant could do, and how much of the thinking a budget cut off."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from clearway.indicators.indicator import Indicator, NotComputable, measure
+from clearway.indicators.legs import finished
+from clearway.indicators.path_length import length
+from clearway.trials import Trial
+
+
+def _time(trial: Trial) -> float:
+    return sum(drive.span.end - drive.span.start for drive in finished(trial))
+
+
+@measure
+def path_ratio(trial: Trial) -> float:
+    """PL over the length of the clairvoyant's fastest way."""
+    if trial.attempt.limit_path is None:
+        raise NotComputable("no clairvoyant's way is known for this test")
+    return sum(length(drive) for drive in finished(trial)) / trial.attempt.limit_path
+
+
+@measure
+def time_ratio(trial: Trial) -> float:
+    """Time of the scored legs over the clairvoyant's shortest."""
+    if trial.attempt.limit_time is None:
+        raise NotComputable("no clairvoyant's time is known for this test")
+    return _time(trial) / trial.attempt.limit_time
+
+
+@measure
+def cut_share(trial: Trial) -> float:
+    """Share of the decisions that the budget cut short, in per cent."""
+    if trial.cut is None or not len(trial.cut):
+        raise NotComputable("nobody knows which decisions the budget cut")
+    return 100.0 * float(np.mean(trial.cut))
+
+
+_SOURCE = "clairvoyant space-time search"
+
+ALL = (
+    Indicator("PL_limit", "path length over the clairvoyant's", "", _SOURCE, "lower", path_ratio),
+    Indicator("CT_limit", "time over the clairvoyant's", "", _SOURCE, "lower", time_ratio),
+    Indicator("cut", "decisions cut by the budget", "%", "paper B, set-up 1", "neither", cut_share),
+)
