@@ -1,0 +1,178 @@
+"""COLREGS APF: artificial potential fields that keep the rules of the road at sea (Lyu & Yin 2019), as paper B's rival.
+
+Each control period: who has to do what (`encounters`), the force along a predicted course (`force`), and a command
+along its mean. No search and no budget: it takes what it takes, well under a millisecond.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.errors import ClearwayError
+from clearway.geometry.angles import wrap
+from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.colregs_apf.encounters import CLEAR, WORDS, IntArray, follow
+from clearway.navigators.colregs_apf.force import Pace, course, levels, roll_out, situation, steer
+from clearway.navigators.colregs_apf.parameters import NAVIGATOR, Parameters, parameters_of, with_gains
+from clearway.navigators.colregs_apf.retuned import recall
+from clearway.robots import Robot
+from clearway.stand_ins import stand_ins
+
+STATUS = (*WORDS, "emergency")
+FIELD_CELLS, FIELD_SIZE = 60, 9.0
+"""The potential that diagnostics show: cells a side, and how wide, m."""
+SHOWN_STEPS = 40
+"""How many periods of following the force diagnostics show."""
+
+
+class ColregsApf:
+    """Navigates by COLREGS-constrained artificial potential fields.
+
+    Args:
+        gains: `fixed`, those in `stand_ins.toml` (or the robot's file), chosen once on other scenarios; `retuned`,
+            those found for the very scenario where there are some (`sar-case1`, `sar-case2`), as paper B did by hand,
+            else `fixed`; or single ones by name, such as `{"eta_d": 0.5}`.
+    """
+
+    needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+
+    def __init__(self, gains: Literal["fixed", "retuned"] | Mapping[str, float] = "fixed") -> None:
+        if isinstance(gains, str) and gains not in ("fixed", "retuned"):
+            raise ClearwayError(f"{gains!r} is wrong: 'fixed', 'retuned', or gains by name", field="gains")
+        self._retuned = gains == "retuned"
+        self._given = {} if isinstance(gains, str) else dict(gains)
+        with_gains(Parameters(**stand_ins(NAVIGATOR)), self._given)  # a wrong one is told at once
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Forget everything. Nothing is drawn from `rng`."""
+        self._parameters = parameters_of(robot, self._given)
+        self._gains = self._parameters.gains()
+        self._radius = circumscribed_radius(robot.shape)
+        d = robot.drive
+        self._pace = Pace(
+            task.period, min(self._parameters.speed, task.speed_limit, d.v_max), self._parameters.turn_gain,
+            d.omega_max, d.acceleration, d.deceleration, min(d.angular_acceleration, d.angular_deceleration),
+        )  # fmt: skip
+        self._area = np.array((-np.inf, -np.inf, np.inf, np.inf) if task.area is None else task.area)
+        self._unrecognised = self._retuned
+        self._encounters = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
+        self._goal: Goal | None = None
+        self._turning = False
+        self._seen: Observation | None = None
+
+    def step(self, observation: Observation) -> Command:
+        """Decide for one control period.
+
+        Raises:
+            ValueError: the pose, the velocity or the goal is not finite.
+        """
+        for name, values in (
+            ("pose", observation.pose),
+            ("velocity", observation.velocity),
+            ("goal.pose", observation.goal.pose),
+        ):
+            if not np.isfinite(values).all():
+                raise ValueError(f"observation.{name} is {values}, which holds a number that is not finite")
+        self._seen = observation
+        self._look(observation)
+        pose, velocity, goal = observation.pose, observation.velocity, observation.goal
+        code = situation(pose, self._discs, self._kinds, self._radius, self._gains.d_safe)
+        if self._at_goal(pose, goal):
+            e = wrap(goal.pose[2] - pose[2])
+            direction = goal.pose[2] if abs(e) > 0.5 * goal.yaw_tolerance else pose[2]
+            v, omega = steer(direction, pose[2], velocity[0], velocity[1], 0.0, self._pace)
+            return Command(v, omega, status=STATUS[code])
+        self._horizon, mean = self._predict(self._parameters.horizon)
+        if not mean.any():
+            return Command(0.0, 0.0, status=STATUS[code])
+        direction = course(
+            pose, mean, self._discs, self._kinds, self._sides, self._radius, self._gains, self._pace.speed
+        )
+        d_g = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
+        v, omega = steer(direction, pose[2], velocity[0], velocity[1], d_g, self._pace)
+        return Command(v, omega, status=STATUS[code])
+
+    def diagnostics(self) -> Diagnostics:
+        """The potential around the robot, where the force leads, and whom it meets."""
+        o = self._seen
+        if o is None:
+            return Diagnostics()
+        path, _ = self._predict(SHOWN_STEPS)
+        moving = self._discs[:, 5] != 0.0
+        near = self._radius + self._discs[:, 4] + self._gains.d_safe
+        rings = np.column_stack((self._discs[:, :2], near))
+        met = rings[self._kinds != CLEAR] + (0.0, 0.0, self._gains.rho_0)
+        code = situation(o.pose, self._discs, self._kinds, self._radius, self._gains.d_safe)
+        return Diagnostics(
+            polylines={"plan": path[:, :2].copy()},
+            circles={"emergency": rings[moving], "risk": met},
+            field=self._field(o),
+            status=STATUS[code],
+        )
+
+    def _look(self, observation: Observation) -> None:
+        """Take in the obstacles and follow the encounters with those that move."""
+        discs, identity = _discs(observation.obstacles)
+        if self._unrecognised and len(discs) and observation.obstacles is not None:
+            self._unrecognised = False
+            self._gains = with_gains(self._parameters, recall(observation.obstacles) or {}).gains()
+        self._discs = discs
+        targets = discs.copy()
+        targets[:, 4] += self._radius + self._gains.d_safe
+        self._kinds, self._sides = follow(
+            observation.pose, observation.velocity, targets, identity, self._gains.rho_0, *self._encounters
+        )
+        on = self._kinds != CLEAR
+        self._encounters = (identity[on], self._kinds[on], self._sides[on])
+
+    def _at_goal(self, pose: FloatArray, goal: Goal) -> bool:
+        """Whether the robot is near enough to turn in place: well within the tolerance, or still within it since."""
+        if goal is not self._goal:
+            self._goal, self._turning = goal, False
+        d = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
+        self._turning = d <= goal.xy_tolerance * (1.0 if self._turning else 0.5)
+        return self._turning
+
+    def _predict(self, steps: int) -> tuple[FloatArray, FloatArray]:
+        assert self._seen is not None
+        o = self._seen
+        return roll_out(
+            o.pose, o.velocity, o.goal.pose[:2], self._discs, self._kinds, self._sides, self._area, self._radius,
+            self._gains, self._pace, steps, self._parameters.w1,
+        )  # fmt: skip
+
+    def _field(self, o: Observation) -> OccupancyGrid:
+        """The potential, 0 at its least to 100 at three times the attraction's range over what is shown."""
+        resolution = FIELD_SIZE / FIELD_CELLS
+        corner = o.pose[:2] - 0.5 * FIELD_SIZE
+        heading = np.array((math.cos(o.pose[2]), math.sin(o.pose[2])))
+        vx, vy = o.velocity[0] * heading
+        values = levels(
+            corner, resolution, FIELD_CELLS, vx, vy, o.goal.pose[:2], self._discs, self._kinds, self._sides,
+            self._area, self._radius, self._gains,
+        )  # fmt: skip
+        top = 3.0 * self._gains.epsilon * min(self._gains.goal_cap, FIELD_SIZE) * FIELD_SIZE
+        shown = np.clip(100.0 * (values - values.min()) / top, 0.0, 100.0)
+        return OccupancyGrid(shown.astype(np.int8), resolution, (float(corner[0]), float(corner[1])))
+
+
+def _discs(obstacles: Obstacles | None) -> tuple[FloatArray, IntArray]:
+    """(n, 6) x, y, vx, vy, radius with its error, whether it moves; and identities. What isn't finite is left out."""
+    if obstacles is None or not len(obstacles):
+        return np.empty((0, 6)), np.empty(0, np.int64)
+    discs = np.column_stack(
+        (
+            obstacles.position,
+            np.nan_to_num(obstacles.velocity, nan=0.0, posinf=0.0, neginf=0.0),
+            obstacles.radius + np.nan_to_num(obstacles.error, nan=0.0, posinf=0.0),
+            obstacles.moving,
+        )
+    ).astype(np.float64)
+    good = np.isfinite(discs).all(1)
+    return np.ascontiguousarray(discs[good]), np.ascontiguousarray(obstacles.identity[good])
