@@ -20,6 +20,9 @@ USUAL_ROBOTS: dict[str, tuple[str, ...]] = {
     "hospital": ("hosbot", "tiago"),
     "barn": ("jackal",),
     "barn-2022": ("jackal",),
+    "sar-case1": ("rescue",),
+    "sar-case2": ("rescue",),
+    "sar-confined": ("rescue",),
 }
 """Who drives a suite unless the user says otherwise: the robots of the paper and of the challenge."""
 

@@ -126,8 +126,12 @@ class DisturbanceSpec(_Part):
     """Bounded disturbance of the robot's motion (paper B, assumption A2), drawn anew each control period from the seed."""
 
     position: NonNegative = Field(description="the most that it is moved in a control period: uniform in a disc, m")
-    heading: NonNegative = Field(default=0.0, description="the most that it is turned in a control period, uniform, rad")
-    velocity: NonNegative = Field(default=0.0, description="the most that v deviates from what the base drives, uniform, m/s")
+    heading: NonNegative = Field(
+        default=0.0, description="the most that it is turned in a control period, uniform, rad"
+    )
+    velocity: NonNegative = Field(
+        default=0.0, description="the most that v deviates from what the base drives, uniform, m/s"
+    )
     turn: NonNegative = Field(default=0.0, description="the same for omega, rad/s")
     at_rest: bool = Field(default=True, description="whether it also moves a robot that stands")
 

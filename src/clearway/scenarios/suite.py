@@ -44,8 +44,9 @@ class Suite:
     Attributes:
         batches: names, in the order in which they run. configurations: names.
         make: builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered;
-        of the selection it heeds `plan`, `repetitions`, `worlds`.
-        file: where it was read from, None for one that comes with Clearway.
+        of the selection it heeds `plan`, `repetitions`, `worlds`, `seeds`.
+        file: where it was read from, None for one that comes with Clearway. generated: whether it has a generator, which
+        draws more scenarios from `Selection.seeds`.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Suite:
     configurations: tuple[str, ...]
     make: Callable[[Robot, Selection, int], Sequence[Scenario]]
     file: str | None = None
+    generated: bool = False
 
     def build(self, robot: Robot, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
         """The selected scenarios for `robot`, in the suite's order.
@@ -68,6 +70,11 @@ class Suite:
         chosen = selection or Selection()
         if chosen.repetitions is not None and chosen.repetitions < 1:
             raise ClearwayError(f"{chosen.repetitions} repetitions make no trial; at least 1", field="repetitions")
+        if chosen.seeds is not None and not self.generated:
+            raise ClearwayError(f"the suite {self.name!r} has no generator that could draw from seeds", field="seeds")
+        if chosen.seeds is not None and not 0 <= chosen.seeds[0] < chosen.seeds[1]:
+            a, b = chosen.seeds
+            raise ClearwayError(f"{a}:{b} are no seeds; A:B with 0 <= A < B are the seeds A to B - 1", field="seeds")
         made = self.make(robot, chosen, seed)
         _refuse_unknown(self, chosen, made)
         kept = [s for s in made if _selects(chosen, s)]

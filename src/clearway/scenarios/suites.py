@@ -6,11 +6,12 @@ from clearway.errors import unknown
 from clearway.scenarios.barn import BARN, BARN_2022
 from clearway.scenarios.files import load_suite_file
 from clearway.scenarios.hospital import HOSPITAL
+from clearway.scenarios.sar import SUITES as SAR
 from clearway.scenarios.suite import Selection, Suite, scenario_seed
 
 __all__ = ["Selection", "Suite", "load_suite", "scenario_seed", "suite_names"]
 
-_SUITES = {s.name: s for s in (HOSPITAL, BARN, BARN_2022)}
+_SUITES = {s.name: s for s in (HOSPITAL, BARN, BARN_2022, *SAR)}
 
 
 def suite_names() -> list[str]:

@@ -50,4 +50,6 @@ class Log:
         return taken | {"pose": motion[:, :3].copy(), "velocity": motion[:, 3:].copy()}
 
     def _unpack(self) -> None:
-        self._t, self._motion, self._estimate, self._command, self._leg, self._movers, self._cut = self._columns.values()
+        self._t, self._motion, self._estimate, self._command, self._leg, self._movers, self._cut = (
+            self._columns.values()
+        )

@@ -248,9 +248,7 @@ def _attempt(
         tracking=tracking,
         limit_time=None if scenario.limit is None else scenario.limit.time,
         limit_path=None if scenario.limit is None else scenario.limit.path,
-        drive=(
-            max(robot.drive.v_min, -scenario.speed), min(robot.drive.v_max, scenario.speed), robot.drive.omega_max
-        ),
+        drive=(max(robot.drive.v_min, -scenario.speed), min(robot.drive.v_max, scenario.speed), robot.drive.omega_max),
     )
 
 

@@ -1,0 +1,194 @@
+"""The suites `sar-case1`, `sar-case2` and `sar-confined`: paper B's search-and-rescue cases, as far as they are known.
+
+Paper B prints how many obstacles there are, how they move (eqs. 6-7) and how large the place is; everything else is a
+stand-in (`clearway/stand_ins.toml`). Ten scenarios of each case are frozen in a file, which `python -m
+clearway.scenarios.sar` writes anew; `Selection.seeds` draws others by the same rules.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from functools import cache, partial
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import Circle
+from clearway.robots import Robot
+from clearway.robots.robot import RESCUE, load_robot
+from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate
+from clearway.scenarios.sar_rules import RADIUS, TASK, Layout
+from clearway.scenarios.scenario import (
+    DiscSpec,
+    DisturbanceSpec,
+    LabelSpec,
+    LegSpec,
+    LimitSpec,
+    ObstacleSpec,
+    OscillationSpec,
+    Scenario,
+)
+from clearway.scenarios.suite import Selection, Suite, scenario_seed
+
+FROZEN = 10
+"""Scenarios of each case, as in paper B."""
+_FILE = "sar_scenarios.json"
+_START, _GOAL = ((float(x), float(y), float(theta)) for x, y, theta in (TASK["start"], TASK["goal"]))
+
+
+def build(robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequence[str]) -> list[Scenario]:
+    """The frozen scenarios of the `cases`, or those of `selection.seeds`; at `selection.speeds` (default: 1 m/s, or what
+    the robot can do), `selection.repetitions` times, each with another disturbance."""
+    if selection.plan is not None:
+        raise ClearwayError(f"the suite {suite!r} takes place in the floor plan 'arena'", field="plan")
+    for speed in selection.speeds:
+        if not 0 < speed <= robot.drive.v_max:
+            raise ClearwayError(
+                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
+                field="speeds",
+            )
+    usual = min(load_robot(RESCUE).drive.v_max, robot.drive.v_max)
+    chosen = [CASES[name] for name in cases if not selection.batches or name in selection.batches]
+    return [
+        _scenario(suite, case, label, drawn, robot, speed, repetition, seed)
+        for case in chosen
+        for label, drawn in _drawn(case, selection.seeds)
+        for speed in selection.speeds or (usual,)
+        for repetition in range(1, (selection.repetitions or 1) + 1)
+    ]
+
+
+def _drawn(case: Case, seeds: tuple[int, int] | None) -> list[tuple[str, Drawn]]:
+    """Labels and obstacles."""
+    if seeds is None:
+        return [(f"scenario-{i}", drawn) for i, drawn in enumerate(frozen()[case.name], 1)]
+    return [(f"seed-{s}", generate(case, s)) for s in range(*seeds)]
+
+
+def _scenario(
+    suite: str, case: Case, label: str, drawn: Drawn, robot: Robot, speed: float, repetition: int, seed: int
+) -> Scenario:
+    name = f"{case.name.replace(' ', '-')}-{label}-v{speed:g}-r{repetition}"
+    return Scenario(
+        name=name,
+        plan="arena",
+        start=_START,
+        legs=(LegSpec(name="way", goal=_GOAL, yaw_tolerance=math.inf, time_limit=TASK["time_limit"]),),
+        speed=speed,
+        obstacles=obstacles(drawn.layout),
+        labels=LabelSpec(suite=suite, batch=case.name, configuration=label, repetition=repetition),
+        reference_length=math.dist(_START[:2], _GOAL[:2]),
+        localisation="truth",
+        tracking="difference",
+        disturbance=DisturbanceSpec(**TASK["disturbance"]),
+        limit=drawn.limit if _is_meant(robot, speed) else None,
+        livelock=True,
+        placement_xy=0.0,
+        placement_yaw=0.0,
+        seed=scenario_seed(seed, name),
+    )
+
+
+def _is_meant(robot: Robot, speed: float) -> bool:
+    """Whether the clairvoyant's limit, which was searched for the stand-in robot, holds for this one at this speed."""
+    meant, shape = load_robot(RESCUE), robot.shape
+    return (
+        isinstance(shape, Circle)
+        and shape == meant.shape
+        and robot.tolerances.xy == meant.tolerances.xy
+        and speed == meant.drive.v_max
+    )
+
+
+def obstacles(layout: Layout) -> tuple[ObstacleSpec, ...]:
+    """The layout as a scenario has it: `static-1`, ..., `moving-1`, ..."""
+    disc = DiscSpec(kind="disc", radius=RADIUS)
+    still = [
+        ObstacleSpec(name=f"static-{i}", shape=disc, pose=(x, y, 0.0))
+        for i, (x, y) in enumerate(layout.static.tolist(), 1)
+    ]
+    each = zip(*(a.tolist() for a in (layout.start, layout.velocity, layout.attraction, layout.stiffness)), strict=True)
+    moving = [
+        ObstacleSpec(
+            name=f"moving-{i}",
+            shape=disc,
+            oscillation=OscillationSpec(start=start, velocity=velocity, attraction=attraction, stiffness=stiffness),
+        )
+        for i, (start, velocity, attraction, stiffness) in enumerate(each, 1)
+    ]
+    return (*still, *moving)
+
+
+@cache
+def frozen() -> dict[str, tuple[Drawn, ...]]:
+    """The scenarios that come with Clearway, by case."""
+    text = (resources.files("clearway.scenarios") / _FILE).read_text("utf-8")
+    return {case: tuple(_read(row) for row in rows) for case, rows in json.loads(text).items()}
+
+
+def freeze(case: Case, count: int = FROZEN) -> list[dict[str, Any]]:
+    """The first scenarios of `case` in the family of the frozen ones, as JSON values."""
+    return [_written(generate(case, s, "frozen")) for s in range(count)]
+
+
+def _written(drawn: Drawn) -> dict[str, Any]:
+    layout = drawn.layout
+    return {
+        "seed": drawn.seed,
+        "static": layout.static.tolist(),
+        "start": layout.start.tolist(),
+        "velocity": layout.velocity.tolist(),
+        "attraction": layout.attraction.tolist(),
+        "stiffness": layout.stiffness.tolist(),
+        "limit": drawn.limit.model_dump(),
+    }
+
+
+def _read(row: dict[str, Any]) -> Drawn:
+    parts = ("static", "start", "velocity", "attraction", "stiffness")
+    layout = Layout(*(np.array(row[part], dtype=np.float64).reshape(-1, 2) for part in parts))
+    return Drawn(row["seed"], layout, LimitSpec(**row["limit"]))
+
+
+def write_frozen() -> None:
+    """Draw the frozen scenarios anew."""
+    rows = {name: ",\n".join(json.dumps(row) for row in freeze(case)) for name, case in CASES.items()}
+    text = ",\n".join(f'"{name}": [\n{listed}\n]' for name, listed in rows.items())
+    Path(str(resources.files("clearway.scenarios") / _FILE)).write_text(f"{{\n{text}\n}}\n", encoding="utf-8")
+
+
+def _suite(name: str, title: str, description: str, cases: tuple[str, ...]) -> Suite:
+    configurations = tuple(f"scenario-{i}" for i in range(1, FROZEN + 1))
+    make = partial(build, suite=name, cases=cases)
+    return Suite(name, title, description, cases, configurations, make, generated=True)
+
+
+SUITES = (
+    _suite(
+        "sar-case1",
+        "Search and rescue, case 1",
+        "6 static and 5 oscillating obstacles in an open square of 14 m, ten scenarios (paper B)",
+        ("case 1",),
+    ),
+    _suite(
+        "sar-case2",
+        "Search and rescue, case 2",
+        "8 static and 8 oscillating obstacles with a gap that closes on the shortest way, ten scenarios (paper B)",
+        ("case 2",),
+    ),
+    _suite(
+        "sar-confined",
+        "Search and rescue, confined",
+        "both cases with obstacles that stay near their attraction and inside the square",
+        ("case 1 confined", "case 2 confined"),
+    ),
+)
+
+
+if __name__ == "__main__":
+    write_frozen()

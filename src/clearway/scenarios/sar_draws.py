@@ -1,0 +1,162 @@
+"""Draws search-and-rescue scenarios until one holds what it must: the generator behind the suites `sar-*`.
+
+Every number comes from a stream keyed by (what is drawn, seed), draw by draw, so that a seed gives the same scenario for
+ever, whichever others are drawn. Drawn numbers are rounded to 0.1 mm before they are used: files of them stay small.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
+from clearway.geometry.streams import stream, uniform
+from clearway.scenarios import sar_rules as rules
+from clearway.scenarios.sar_rules import OBSTACLES, Layout
+from clearway.scenarios.scenario import LimitSpec
+
+DRAWS = 50_000
+"""So many draws are tried for one scenario before the generator gives up."""
+SECONDS = 60.0
+"""A clairvoyant that hasn't arrived by then counts as stuck, s; the straight way takes 15 s."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One of paper B's cases: how many obstacles stand and move, whether a gap closes, how motions are placed.
+
+    Attributes:
+        name: of the batch. confined: the whole swing stays in the square and near its attraction; else literal, which
+        lets an obstacle swing far out of it.
+    """
+
+    name: str
+    static: int
+    moving: int
+    closing_gap: bool
+    confined: bool = False
+
+
+CASES = {
+    case.name: case
+    for case in (
+        Case("case 1", 6, 5, closing_gap=False),
+        Case("case 2", 8, 8, closing_gap=True),
+        Case("case 1 confined", 6, 5, closing_gap=False, confined=True),
+        Case("case 2 confined", 8, 8, closing_gap=True, confined=True),
+    )
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """A scenario's obstacles, the clairvoyant's limit, and how it was found.
+
+    Attributes:
+        refused: why earlier draws were refused -> how many of them.
+    """
+
+    seed: int
+    layout: Layout
+    limit: LimitSpec
+    refused: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def draws(self) -> int:
+        """How many draws it took."""
+        return sum(self.refused.values()) + 1
+
+
+@lru_cache(maxsize=4096)
+def generate(case: Case, seed: int, kind: str = "held out") -> Drawn:
+    """The scenario of `case` that `seed` gives; `kind` names a family of its own for the same seeds (the frozen ones').
+
+    Raises:
+        ClearwayError: none of very many draws holds what it must.
+    """
+    key = stream(seed, f"{case.name}, {kind}")
+    refused: Counter[str] = Counter()
+    for attempt in range(DRAWS):
+        layout = draw(case, key, attempt)
+        found = examine(case, layout)
+        if isinstance(found, LimitSpec):
+            return Drawn(seed, layout, found, dict(refused))
+        refused[found] += 1
+    why = ", ".join(f"{reason} {100 * n / DRAWS:.1f} %" for reason, n in refused.most_common())
+    raise ClearwayError(
+        f"{case.name}, seed {seed}: none of {DRAWS} draws makes a solvable scenario ({why})", field="seeds"
+    )
+
+
+def draw(case: Case, key: np.uint64, attempt: int) -> Layout:
+    """One draw, good or bad."""
+    n, m = case.static, case.moving
+    u = np.array([uniform(key, attempt, i) for i in range(2 * n + 7 * m)])
+    low, high = OBSTACLES["region"]
+    span = high - low
+    static = low + span * u[: 2 * n].reshape(n, 2)
+    u = u[2 * n :].reshape(m, 7)
+    attraction, start = low + span * u[:, 0:2], low + span * u[:, 2:4]
+    if case.confined:
+        near = np.maximum(attraction - OBSTACLES["confined"], low), np.minimum(attraction + OBSTACLES["confined"], high)
+        start = near[0] + (near[1] - near[0]) * u[:, 2:4]
+    velocity = OBSTACLES["speed"] * (2.0 * u[:, 4:6] - 1.0)
+    static, attraction, start, velocity = (np.round(v, 4) for v in (static, attraction, start, velocity))
+    stiffness = 0.2 * (1.0 + 4.0 * u[:, 6:7]) / (OBSTACLES["span"] + np.abs(start - attraction))
+    return Layout(static, start, velocity, attraction, np.round(stiffness, 6))
+
+
+def examine(case: Case, layout: Layout) -> LimitSpec | str:
+    """The clairvoyant's limit of a layout that holds what it must, else the first reason why it doesn't."""
+    if rules.overlaps(layout):
+        return "overlap"
+    if rules.crowds_an_end(layout):
+        return "start or goal crowded"
+    if case.confined and rules.leavers(layout).any():
+        return "leaves the arena"
+    path = static_path(layout)
+    if path is None:
+        return "no static way"
+    if case.closing_gap and rules.closing_gap(layout, path) is None:
+        return "no closing gap"
+    return clairvoyant(layout) or "not solvable"
+
+
+def static_path(layout: Layout) -> FloatArray | None:
+    """(k, 2) the shortest way from start to goal past what stands alone; None if there is none."""
+    from scipy.sparse.csgraph import dijkstra
+
+    k = 48
+    angle = 2 * np.pi * np.arange(k) / k
+    ring = np.stack([np.cos(angle), np.sin(angle)], 1) * (rules.APART / np.cos(np.pi / k) + 1e-9)
+    points = np.concatenate([[rules.START, rules.GOAL], (layout.static[:, None] + ring).reshape(-1, 2)])
+    points = points[((points >= 0.0) & (points <= rules.SIZE)).all(1)]
+    apart = np.hypot(*(points[:, None] - layout.static).transpose(2, 0, 1))
+    points = points[(apart >= rules.APART).all(1)]
+    a, b = points[:, None], points[None]
+    d = b - a
+    square = np.maximum((d * d).sum(-1), 1e-300)
+    blocked = np.zeros(square.shape, dtype=bool)
+    for c in layout.static:
+        s = np.clip(((c - a) * d).sum(-1) / square, 0.0, 1.0)[..., None]
+        blocked |= np.hypot(*(a + s * d - c).transpose(2, 0, 1)) < rules.APART
+    graph = np.where(blocked, 0.0, np.sqrt(square))
+    reached, before = dijkstra(graph, indices=0, return_predecessors=True)
+    if not np.isfinite(reached[1]):
+        return None
+    path = [1]
+    while path[-1] != 0:
+        path.append(int(before[path[-1]]))
+    return points[path[::-1]]
+
+
+def clairvoyant(layout: Layout) -> LimitSpec | None:
+    """The best that one who knows the future can do; None if even that doesn't arrive."""
+    path = static_path(layout)
+    assert path is not None
+    way = rules.length(path)
+    return LimitSpec(time=round(way, 4), path=round(way, 4), error=1.0)
