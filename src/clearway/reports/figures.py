@@ -19,14 +19,16 @@ FIGURES = {
     "correlations": "Pearson's r between the indicators (Fig. 7)",
     "trial": "the trajectory of one trial",
     "clearance": "clearance over time of one trial",
+    "paths": "paths of one test under each set-up, and the distance to the nearest obstacle (paper B, Figs. 4-9)",
+    "thought": "what a navigator thought at an instant of one trial, `at` [s] (paper B, Figs. 2 and 10)",
 }
 
 
-def figure(results: Results, name: str, **selection: Any) -> Figure:
+def figure(results: Results, name: str, *, at: float | None = None, **selection: Any) -> Figure:
     """A figure of the selected trials.
 
     Args:
-        results: an open results directory. name: one of `FIGURES`.
+        results: an open results directory. name: one of `FIGURES`. at: s, for `thought` only.
         selection: columns of the trials' table with the value (or values) wanted, such as `batch="CE"`, `trial=17`.
 
     Raises:
@@ -47,6 +49,16 @@ def figure(results: Results, name: str, **selection: Any) -> Figure:
             assert row is not None
             title = f"Trial {row['trial']}: {row['robot']}, {label(row)}"
             return (floor.one_trial if name == "trial" else floor.clearance)(results.trial(row["trial"]), title)
+        if name in ("paths", "thought"):
+            from clearway.reports import rescue_figures
+
+            if name == "thought":
+                row = rows[0] if len(rows) == 1 else representative(rows)
+                assert row is not None
+                return rescue_figures.thought(results, row, at)
+            if len({(r["scenario"], r["robot"], r["navigator"]) for r in rows}) > 1:
+                raise ClearwayError("paths are of one scenario, robot and navigator; select them", field="scenario")
+            return rescue_figures.paths(results, rows, f"{rows[0]['navigator']}, {rows[0]['scenario']}")
         from clearway.reports import charts
         from clearway.statistics import correlations_by_robot
 

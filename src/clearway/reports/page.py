@@ -25,7 +25,19 @@ from markupsafe import Markup, escape
 
 from clearway.errors import ClearwayError
 from clearway.indicators import INDICATORS
-from clearway.reports import charts, conditions, floor, outcomes, paper, parameters, theme
+from clearway.reports import (
+    charts,
+    conditions,
+    contest,
+    floor,
+    outcomes,
+    paper,
+    paper_b,
+    parameters,
+    rescue,
+    rescue_figures,
+    theme,
+)
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.packing import Packer
@@ -105,6 +117,7 @@ def build(results: Results, folder: Path) -> None:
     last = [r for r in f.rows if r["batch"] == f.rows[-1]["batch"]]
     first = representative([r for r in last if r["success"]] or last)
     columns = outcomes.trial_columns(f)
+    duels = contest.comparisons(f)
     page = _environment().get_template("page.html").render(
         f=f,
         title=_title(f),
@@ -122,6 +135,10 @@ def build(results: Results, folder: Path) -> None:
         correlations=outcomes.correlations(f),
         table_3=[g for name in f.robots if (g := parameters.table_3(f, name))],
         every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None],
+        rescues=rescue.tables(f),
+        duels=[g for g in (contest.table(duels), contest.indicator_table(duels)) if g is not None],
+        verdicts=contest.verdicts(duels),
+        paper_b=paper_b,
         barns=[b for s in f.systems if (b := barn(f, s))],
         tables=[(name, NAMES[name]) for name in tables],
         trials=_json({"columns": columns, "rows": _table_rows(f, columns), "page": 50}),
@@ -152,6 +169,8 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
         "bars": [],
         "correlations": [],
         "barn": [],
+        "rescue": [],
+        "thoughts": [],
     }
 
     def keep(section: str, name: str, title: str, drawn: Any) -> None:
@@ -171,6 +190,25 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 points = [(str(c.world), c.published, c.here) for c in found.courses]
                 drawn = charts.agreement(points, "success, published", "success, here", "Success per world")
                 keep("barn", f"barn-{slug}", f"{name}, success per world", drawn)
+        for suite in rescue.suites(f):
+            for robot, navigator in dict.fromkeys((s.robot, s.navigator) for s in f.systems):
+                rivals = [s for s in f.systems if (s.robot, s.navigator) == (robot, navigator)]
+                row = rescue.shown(f, suite, rivals[-1])
+                if row is None:
+                    continue
+                same = [
+                    r for s in rivals for r in s.of(f.rows) if (r["suite"], r["scenario"]) == (suite, row["scenario"])
+                ]
+                title = f"{f.title(robot)} · {navigator}, {row['scenario']}"
+                slug = _slug(f"{robot} {navigator} {suite}")
+                keep(
+                    "rescue",
+                    f"paths-{slug}",
+                    title,
+                    rescue_figures.paths(f.results, same, f"{navigator}, {row['scenario']}"),
+                )
+                if f.results.trial(row["trial"]).snapshots:
+                    keep("thoughts", f"thought-{slug}", title, rescue_figures.thought(f.results, row))
         if f.matrices:
             titles = {key[0]: f.title(key[0]) for key in f.matrices}
             keep("correlations", "correlations", "Correlations", charts.correlations(f.matrices, titles))
@@ -235,6 +273,8 @@ def _title(f: Findings) -> str:
         "hospital": "Hospital navigation benchmark",
         "barn": "BARN navigation courses",
         "barn-2022": "BARN navigation courses, task of the published runs",
+        "sar-case1": "Search and rescue, case 1",
+        "sar-case2": "Search and rescue, case 2",
     }
     return " and ".join(names.get(s, f"Suite {s}") for s in suites) or "No trials"
 

@@ -9,7 +9,7 @@ from typing import Any
 import pyarrow as pa
 
 from clearway.indicators import HEADLINE, INDICATORS
-from clearway.reports import outcomes
+from clearway.reports import contest, outcomes, rescue
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
@@ -40,6 +40,9 @@ def numbers(results: Results) -> str:
     parts += [_text(g) for system in f.systems if (g := outcomes.significance(f, system))]
     correlated, notes = outcomes.correlations(f)
     parts += [_text(correlated), *notes] if correlated else []
+    parts += [_text(g) for g in rescue.tables(f)]
+    duels = contest.comparisons(f)
+    parts += [_text(g) for g in (contest.table(duels), contest.indicator_table(duels)) if g]
     for system in f.systems:
         if found := barn(f, system):
             parts += [_text(found.table), _text(found.summary), found.agreement]
@@ -47,10 +50,12 @@ def numbers(results: Results) -> str:
 
 
 def beside_published(results: Results) -> str:
-    """The suite `barn` beside the published runs, in sum; empty where it was not run."""
+    """BARN beside the published runs and the rescue cases beside paper B, in sum, and what the navigators' comparison
+    shows; empty where there is none of it."""
     f = Findings(results)
     found = [b for system in f.systems if (b := barn(f, system))]
-    return "\n\n".join(f"{_text(b.summary)}\n{b.agreement}" for b in found)
+    parts = [f"{_text(b.summary)}\n{b.agreement}" for b in found] + [_text(g) for g in rescue.text_summary(f)]
+    return "\n\n".join([*parts, "\n".join(contest.verdicts(contest.comparisons(f)))]).strip()
 
 
 def _text(table: Grid) -> str:

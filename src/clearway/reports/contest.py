@@ -1,0 +1,134 @@
+"""Navigators on the same tests: who is better at what, by how much, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.indicators import HEADLINE
+from clearway.reports.findings import Findings
+from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
+from clearway.reports.selection import System
+from clearway.statistics import Comparison, compare, holm
+
+MOST = 12
+"""Systems that are compared with each other; of more, only neighbours in the campaign's order would still be readable."""
+
+
+def comparisons(f: Findings) -> list[tuple[System, System, Comparison]]:
+    """Every two systems that share a robot and met the same tests, the later against the earlier."""
+    if not 1 < len(f.systems) <= MOST:
+        return []
+    found = []
+    for a, b in combinations(f.systems, 2):
+        if a.robot != b.robot or (a.navigator != b.navigator and a.setup != b.setup):
+            continue
+        try:
+            pair = compare(f.table(a), f.table(b), names=(f.name(a), f.name(b)), indicators=_indicators(f))
+        except ClearwayError:
+            continue  # they have no test in common
+        found.append((a, b, pair))
+    return found
+
+
+def _indicators(f: Findings) -> tuple[str, ...]:
+    more = [n for n in ("PL_limit", "CT_limit") if any(r.get(n) is not None for r in f.rows)]
+    return (*HEADLINE, *more)
+
+
+def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
+    """Success: a row a pair, with McNemar's p and Holm's over all pairs."""
+    if not found:
+        return None
+    wins = [c.success.get(None) for _, _, c in found]
+    adjusted = holm([np.nan if s is None else s.p for s in wins]).tolist()
+    lines: Rows = []
+    groups: list[int] = []
+    last = None
+    for (a, _, c), s, p in zip(found, wins, adjusted, strict=True):
+        if a != last:
+            groups.append(len(lines))
+            last = a
+        if s is None:
+            continue
+        d = s.difference
+        better = "" if p > 0.05 else (c.b if d.estimate > 0 else c.a)
+        lines.append([
+            Cell(c.b, strong=True), c.a, str(s.n), f"{s.both + s.only_b} : {s.both + s.only_a}",
+            Cell(f"{num(100 * d.estimate, 1)}", span(100 * d.low, 100 * d.high, 1)), p_value(s.p), p_value(p), better or NONE,
+        ])  # fmt: skip
+    heads: Heads = [
+        text("System"),
+        text("against"),
+        "tests",
+        "successes",
+        "difference (points)",
+        "p",
+        "p (Holm)",
+        text("better"),
+    ]
+    return grid(
+        "Success on the same tests: difference of the rates with Newcombe's 95 % interval, McNemar's exact test, Holm's "
+        "correction over all rows", heads, lines, groups,
+    )  # fmt: skip
+
+
+def indicator_table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
+    """Every indicator: a row a pair and indicator, over the tests that both finished."""
+    lines: Rows = []
+    groups: list[int] = []
+    for _, _, c in found:
+        rows = [r for r in c.differences.to_pylist() if r["batch"] is None and r["n"] > 0]
+        if rows:
+            groups.append(len(lines))
+        lines += [_line(c, r) for r in rows]
+    if not lines:
+        return None
+    heads: Heads = [text("System"), text("against"), text("indicator"), "n", "mean", "against's mean", "difference", "p", "p (Holm)",
+             "effect", text("better")]  # fmt: skip
+    return grid(
+        "Indicators over the tests that both finished (so a navigator that fails the hard ones is not punished here: read it "
+        "with the success above): mean of the paired differences with its 95 % bootstrap interval, Wilcoxon's signed-rank "
+        "test, Holm's correction over the indicators of one pair, rank-biserial effect",
+        heads, lines, groups,
+    )  # fmt: skip
+
+
+def _line(c: Comparison, r: Mapping[str, Any]) -> list[Cell | str]:
+    digits = 3 if r["unit"] in ("rad", "") or r["indicator"] in ("DE", "MDO") else 2
+    unit = f" ({r['unit']})" if r["unit"] else ""
+    return [
+        Cell(c.b, strong=True), c.a, f"{r['indicator']}{unit}", str(r["n"]), num(r["mean_b"], digits), num(r["mean_a"], digits),
+        Cell(num(r["mean_difference"], digits), span(r["boot_low"], r["boot_high"], digits)), p_value(r["p"]), p_value(r["p_holm"]),
+        num(r["effect"], 2), {"A": c.a, "B": c.b}.get(r["favours"], NONE),
+    ]  # fmt: skip
+
+
+def verdicts(found: list[tuple[System, System, Comparison]]) -> list[str]:
+    """In a sentence a pair: what is shown with confidence (p after Holm at most 0.05)."""
+    wins = [c.success.get(None) for _, _, c in found]
+    adjusted = holm([np.nan if s is None else s.p for s in wins]).tolist()
+    out = []
+    for (_, _, c), s, p in zip(found, wins, adjusted, strict=True):
+        said = []
+        if s is not None and p <= 0.05:
+            d = s.difference
+            who, by = (c.b, d) if d.estimate > 0 else (c.a, d)
+            low, high = sorted((abs(by.low), abs(by.high)))
+            said.append(
+                f"{who} succeeds more often, by {num(100 * abs(by.estimate), 0)} points ({num(100 * low, 0)} to {num(100 * high, 0)})"
+            )
+        for r in c.differences.to_pylist():
+            if r["batch"] is None and r["favours"]:
+                who = {"A": c.a, "B": c.b}[r["favours"]]
+                said.append(
+                    f"{who} is better in {r['indicator']}, by {num(abs(r['mean_difference']), 3)} {r['unit']}".rstrip()
+                )
+        out.append(
+            f"{c.b} against {c.a}: " + ("; ".join(said) if said else "no difference is shown with confidence") + "."
+        )
+    return out

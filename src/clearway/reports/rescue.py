@@ -1,0 +1,173 @@
+"""Paper B's Tables 2 and 3 for the search-and-rescue suites: per scenario, in sum, beside the paper and the clairvoyant."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from statistics import mean, stdev
+
+from clearway.reports import paper_b
+from clearway.reports.findings import Findings
+from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
+from clearway.reports.selection import Row, System, distinct
+from clearway.statistics import success_interval
+
+MOST_SCENARIOS = 20
+"""Scenarios listed one by one; of more only the sum is shown."""
+
+
+def suites(f: Findings) -> list[str]:
+    """The search-and-rescue suites among the results, in the campaign's order."""
+    return [s for s in dict.fromkeys(r["suite"] for r in f.rows) if str(s).startswith("sar-")]
+
+
+def title(suite: str) -> str:
+    """A suite's name for people."""
+    return paper_b.SUITES.get(suite, suite)
+
+
+def tables(f: Findings) -> list[Grid]:
+    """For each suite: scenario by scenario (where they are few), then in sum, then why trials failed."""
+    out = []
+    for suite in suites(f):
+        rows = [r for r in f.rows if r["suite"] == suite]
+        if len(distinct(rows, "scenario")) <= MOST_SCENARIOS:
+            out += [by_scenario(f, suite, setup) for setup in dict.fromkeys(r["setup"] for r in rows)]
+        out.append(summary(f, suite))
+        if (why := causes(f, suite)) is not None:
+            out.append(why)
+    return out
+
+
+def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
+    """Path and time of every navigator in every scenario, mean and standard deviation, as the paper lays them out."""
+    rows = [r for r in f.rows if (r["suite"], r["setup"]) == (suite, setup)]
+    systems = [s for s in f.systems if s.setup == setup and s.of(rows)]
+    several = len({s.robot for s in systems}) > 1
+    heads: Heads = [text("Scenario")]
+    for s in systems:
+        name = paper_b.METHODS.get(s.navigator, s.navigator) + (f" ({f.title(s.robot)})" if several else "")
+        heads += [f"{name} path (m)", "time (s)"]
+    lines: Rows = []
+    for scenario in dict.fromkeys(r["scenario"] for r in rows):
+        line: list[Cell | str] = [Cell(str(scenario).rpartition("-")[2] or str(scenario), strong=True)]
+        for s in systems:
+            line += _run(next((r for r in s.of(rows) if r["scenario"] == scenario), None))
+        lines.append(line)
+    groups = [len(lines)]
+    for name, of in (("Mean", _mean), ("Standard deviation", _sd)):
+        line = [Cell(name, strong=True)]
+        for s in systems:
+            line += [num(of(values), 1) if values else NONE for values in _successes(s.of(rows))]
+        lines.append(line)
+    printed = {s: paper_b.PRINTED.get((suite, str(setup), s.navigator)) for s in systems}
+    if any(printed.values()):
+        groups.append(len(lines))
+        for name, of in (("Mean, paper", _mean), ("Standard deviation, paper", _sd)):
+            line = [Cell(name, strong=True)]
+            for s in systems:
+                runs = [r for r in printed[s] or () if r is not None]
+                line += [num(of([r[i] for r in runs]), 1) if runs else NONE for i in (0, 1)]
+            lines.append(line)
+    where = f", set-up {setup}" if setup is not None else ""
+    note = " The paper's scenarios are not public, so its rows are of other draws." if any(printed.values()) else ""
+    return grid(
+        f"{title(suite)}{where}: length of the path and time, scenario by scenario; a dash is a failure.{note}",
+        heads, lines, groups,
+    )  # fmt: skip
+
+
+def summary(f: Findings, suite: str) -> Grid:
+    """Success with exact intervals beside the paper's, path, time, and both relative to the clairvoyant's limit."""
+    rows = [r for r in f.rows if r["suite"] == suite]
+    lines: Rows = []
+    for s in f.systems:
+        own = s.of(rows)
+        if not own:
+            continue
+        wins = sum(bool(r["success"]) for r in own)
+        rate = success_interval(wins, len(own))
+        printed = paper_b.PRINTED.get((suite, str(s.setup), s.navigator))
+        theirs = NONE if printed is None else f"{sum(r is not None for r in printed)}/{len(printed)}"
+        path, time = _successes(own)
+        ratios = [[r[c] for r in own if r["success"] and r[c] is not None] for c in ("PL_limit", "CT_limit")]
+        cut = [r["cut"] for r in own if r["cut"] is not None]
+        privileged = " (privileged)" if any(r["privileged"] for r in own) else ""
+        lines.append([
+            Cell(s.navigator + privileged, f.title(s.robot), strong=True), s.setup or NONE,
+            Cell(f"{wins}/{len(own)}", span(100 * rate.low, 100 * rate.high, 1) + " %"), theirs,
+            _pm(path), _pm(time), *(_pm(v, 3) for v in ratios), f"{num(mean(cut), 1)} %" if cut else NONE,
+        ])  # fmt: skip
+    heads: Heads = [text("Navigator"), text("Set-up"), "success", "paper", "path (m)", "time (s)", "path / limit", "time / limit",
+             "decisions cut"]  # fmt: skip
+    return grid(
+        f"{title(suite)}: successes with the exact 95 % interval; path and time of the successes, mean ± standard deviation, and "
+        "relative to the best that a clairvoyant could do (holonomic, at the set speed, undisturbed); the share of decisions "
+        "that the budget cut short. A privileged navigator is told the obstacles' future.",
+        heads, lines,
+    )  # fmt: skip
+
+
+def causes(f: Findings, suite: str) -> Grid | None:
+    """Why trials failed, and who moved at contact; None if none failed."""
+    rows = [r for r in f.rows if r["suite"] == suite and r["success"] is False]
+    if not rows:
+        return None
+    kinds = [k for k, _ in Counter(r["cause"] or r["failure"] for r in rows).most_common()]
+    lines: Rows = []
+    for s in f.systems:
+        if not (own := s.of(rows)):
+            continue
+        why = Counter(r["cause"] or r["failure"] for r in own)
+        who = Counter(r["moved_at_contact"] for r in own if r["moved_at_contact"])
+        lines.append([
+            Cell(f.name(s), strong=True), str(len(own)), *(str(why[k]) if why[k] else NONE for k in kinds),
+            "; ".join(f"{w} {n}" for w, n in who.most_common()) or NONE,
+        ])  # fmt: skip
+    heads: Heads = [text("System"), "failures", *kinds, text("moved at contact")]
+    return grid(
+        f"{title(suite)}: why trials failed. Crushing zone: 0.75 s before the contact no manoeuvre within the base's limits was "
+        "left that touches nothing; contact at rest: the robot stood; else the navigator's last word before the contact.",
+        heads, lines,
+    )  # fmt: skip
+
+
+def text_summary(f: Findings) -> list[Grid]:
+    """What a terminal shows: the sums and the causes."""
+    found = [(summary(f, s), causes(f, s)) for s in suites(f)]
+    return [g for pair in found for g in pair if g is not None]
+
+
+def shown(f: Findings, suite: str, system: System) -> Row | None:
+    """The scenario to draw for a navigator: of its successes that with the median time, else its first trial."""
+    own = [r for r in system.of(f.rows) if r["suite"] == suite]
+    good = sorted((r for r in own if r["success"]), key=lambda r: (r["CT"], r["trial"]))
+    return good[(len(good) - 1) // 2] if good else (own[0] if own else None)
+
+
+def _successes(rows: Sequence[Row]) -> tuple[list[float], list[float]]:
+    good = [r for r in rows if r["success"]]
+    return [r["PL"] for r in good], [r["CT"] for r in good]
+
+
+def _run(row: Row | None) -> list[Cell | str]:
+    if row is None:
+        return ["", ""]
+    if not row["success"]:
+        return [Cell(NONE, str(row["cause"] or row["failure"] or "")), NONE]
+    return [num(row["PL"], 1), num(row["CT"], 1)]
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return mean(values) if values else None
+
+
+def _sd(values: Sequence[float]) -> float | None:
+    return stdev(values) if len(values) > 1 else None
+
+
+def _pm(values: Sequence[float], digits: int = 1) -> str:
+    if not values:
+        return NONE
+    spread = f" ± {num(_sd(values), digits)}" if len(values) > 1 else ""
+    return num(mean(values), digits) + spread
