@@ -99,15 +99,15 @@ def spectral_radius(m: FloatArray) -> float:
         u, w = math.copysign(abs(one) ** (1.0 / 3.0), one), math.copysign(abs(other) ** (1.0 / 3.0), other)
         real = u + w
         pair = math.hypot(third - 0.5 * real, 0.5 * math.sqrt(3.0) * (u - w))
-        return max(abs(third + real), pair)
+        return float(max(abs(third + real), pair))
     size = 2.0 * math.sqrt(max(-p / 3.0, 0.0))
     if size == 0.0:
-        return abs(third)
+        return float(abs(third))
     angle = math.acos(min(max(-4.0 * q / size**3, -1.0), 1.0)) / 3.0
     top = 0.0
     for i in range(3):
         top = max(top, abs(third + size * math.cos(angle - 2.0 * math.pi * i / 3.0)))
-    return top
+    return float(top)
 
 
 @kernel

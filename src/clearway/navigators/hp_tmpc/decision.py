@@ -1,0 +1,416 @@
+"""One decision of HP+TMPC in compiled code: plan if need be, tighten, pose the tracking problem, settle on an input.
+
+The nominal motion is committed when a plan is made and carried forward by the inputs that the tracking problem decides
+(`Memory.nominal`); the base gets u = u_bar + K (x - x_bar), which is (3k). Its correction is known before the problem
+is solved, so the input box and the rate limit of the first stage are shifted by it: what is sent keeps (3d) and (3e).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.geometry.angles import turn_between
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_tmpc.ancillary import gain, stability
+from clearway.navigators.hp_tmpc.belts import Reference, plan_reference, predict
+from clearway.navigators.hp_tmpc.gauss_newton import solve_gauss_newton
+from clearway.navigators.hp_tmpc.motion import turn_first
+from clearway.navigators.hp_tmpc.planner import NO_PATH
+from clearway.navigators.hp_tmpc.tracking import (
+    INPUT_LIMIT,
+    ITERATION_LIMIT,
+    TOLERANCE,
+    IntArray,
+    Problem,
+    Solution,
+    advance,
+    discounts,
+    judge,
+    project,
+    roll_out,
+    shift,
+    violations,
+)
+from clearway.navigators.hp_tmpc.tube import tightening
+
+BoolArray: TypeAlias = npt.NDArray[np.bool_]
+
+STATUSES = ("tracking", "infeasible", "iteration limit", "input limit", "braking", "no path")
+"""What a decision came to: constraints kept; broken as little as could be; kept or broken, but the budget ended the
+search; box and rate limit of the inputs exclude each other; nothing free of contact in sight, so it brakes; the planner
+found no path, so it holds the nearest free ground."""
+TRACKING, INFEASIBLE, LIMIT, INPUTS, BRAKING, PATHLESS = range(6)
+
+STEP, AGE, CORNERS, FLAGS = 0, 1, 2, 3
+"""Entries of `Memory.clock`: decisions so far, periods since the plan was made (-1: there is none), rows of `path`,
+status of the plan (flags of `planner`)."""
+
+MAX_CORNERS = 512
+
+
+class Settings(NamedTuple):
+    """What doesn't change during a trial; symbols as in `parameters`. Units: m, s, rad.
+
+    Attributes:
+        area: (4,) of (3c). low, high: (2,) of (3d). rates: (4,) bounds on growth and decline of |v| and |omega|, which
+        may be infinite. poles: (3,) of the ancillary gain. speed: v_ref. align: deviation of the heading from the path
+        beyond which the robot turns on the spot first, and turn: how fast. model, discount, circle, feedback: whether
+        (1), (2), (3f), (3k) are read literally. exact: the planner's mode.
+    """
+
+    period: float
+    horizon: int
+    control_horizon: int
+    commitment: int
+    rho_rob: float
+    safe_margin: float
+    perception: float
+    area: FloatArray
+    low: FloatArray
+    high: FloatArray
+    rates: FloatArray
+    input_change: float
+    w1: float
+    w2: float
+    heading_weight: float
+    w_rob: float
+    xi_rob: float
+    w_dyn: float
+    xi_dyn: float
+    poles: FloatArray
+    gain_limit: float
+    threshold: float
+    speed: float
+    align: float
+    turn: float
+    model: bool
+    discount: bool
+    circle: bool
+    feedback: bool
+    exact: bool
+
+
+class Memory(NamedTuple):
+    """What passes from one decision to the next; the kernels write into it.
+
+    Attributes:
+        points: (count + 1, 3), inputs: (count, 2) the reference as planned. nominal: (3,) x_bar now. plan: (N, 2) last
+        decided u_bar. input: (2,) last command. path: (MAX_CORNERS, 2) the planned path. clock: see STEP, AGE, CORNERS, FLAGS.
+    """
+
+    points: FloatArray
+    inputs: FloatArray
+    nominal: FloatArray
+    plan: FloatArray
+    input: FloatArray
+    path: FloatArray
+    clock: IntArray
+
+
+class Posed(NamedTuple):
+    """A tracking problem, with what it was made of.
+
+    Attributes:
+        problem: see there. warm: (N, 2) plan to start from. tube: (N + 1,) w_k^rob, m. correction: (2,) K (x - x_bar).
+        radius: f^SR(A + B K). slack: m by which a constraint may be broken before contact is predicted. planned:
+        whether a plan was made. reference: that plan (else without points).
+    """
+
+    problem: Problem
+    warm: FloatArray
+    tube: FloatArray
+    correction: FloatArray
+    radius: float
+    slack: float
+    planned: bool
+    reference: Reference
+
+
+class Thought(NamedTuple):
+    """A decision and how it was found.
+
+    Attributes:
+        v, omega: the command, m/s and rad/s. status: index into STATUSES. cut: whether the budget ended the search.
+        iterations: spent by the solver. correction: ||K (x - x_bar)||. radius: f^SR(A + B K). states: (N, 3) predicted.
+        tube: (N + 1,) w_k^rob, m. planned, reference: as in `Posed`.
+    """
+
+    v: float
+    omega: float
+    status: int
+    cut: bool
+    iterations: int
+    correction: float
+    radius: float
+    states: FloatArray
+    tube: FloatArray
+    planned: bool
+    reference: Reference
+
+
+def fresh_memory(horizon: int, count: int) -> Memory:
+    """Of a robot that has decided nothing yet."""
+    clock = np.zeros(4, np.int64)
+    clock[AGE] = -1
+    return Memory(
+        np.zeros((count + 1, 3)), np.zeros((count, 2)), np.zeros(3), np.zeros((horizon, 2)), np.zeros(2),
+        np.zeros((MAX_CORNERS, 2)), clock,
+    )  # fmt: skip
+
+
+@kernel
+def sort_out(
+    position: FloatArray,
+    velocity: FloatArray,
+    radius: FloatArray,
+    error: FloatArray,
+    moving: BoolArray,
+    rho_rob: float,
+    w_dyn: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Obstacles that stand (n, 3): x, y, distance of contact; and that move (m, 6): x, y, v_x, v_y, that, error bound.
+
+    What has no finite position or radius is left out; an unknown velocity counts as zero; the error of one that stands
+    is added to its distance of contact, as eq. 5 is for those that move.
+    """
+    still, movers = np.empty((len(radius), 3)), np.empty((len(radius), 6))
+    n = m = 0
+    for i in range(len(radius)):
+        if not (math.isfinite(position[i, 0]) and math.isfinite(position[i, 1]) and math.isfinite(radius[i])):
+            continue
+        contact, doubt = rho_rob + max(radius[i], 0.0), error[i] if math.isfinite(error[i]) else 0.0
+        if moving[i]:
+            movers[m, 0], movers[m, 1], movers[m, 4], movers[m, 5] = (
+                position[i, 0], position[i, 1], contact, max(w_dyn, doubt),
+            )  # fmt: skip
+            for j in range(2):
+                movers[m, 2 + j] = velocity[i, j] if math.isfinite(velocity[i, j]) else 0.0
+            m += 1
+        else:
+            still[n, 0], still[n, 1], still[n, 2] = position[i, 0], position[i, 1], contact + doubt
+            n += 1
+    return still[:n].copy(), movers[:m].copy()
+
+
+@kernel
+def plan(
+    settings: Settings,
+    memory: Memory,
+    still: FloatArray,
+    movers: FloatArray,
+    pose: FloatArray,
+    goal: FloatArray,
+    draw: float,
+) -> Reference:
+    """Ask the planner for a reference from `pose` (3,) to `goal` (3,) and commit to it: x_bar = x."""
+    n, m = settings.horizon, len(movers)
+    tube = tightening(settings.w_rob, settings.xi_rob, n, 0.0)
+    discs = still.copy()
+    discs[:, 2] += settings.safe_margin + tube[n]
+    margin = np.empty((m, n + 1))
+    for i in range(m):
+        margin[i] = settings.safe_margin + tube + tightening(movers[i, 5], settings.xi_dyn, n, 0.0)
+    predicted = predict(movers[:, :2].copy(), movers[:, 2:4].copy(), movers[:, 4].copy(), margin, settings.period)
+    reference = plan_reference(
+        pose, goal, discs, predicted, settings.area, settings.perception, settings.speed, settings.period,
+        len(memory.inputs), draw, settings.exact,
+    )  # fmt: skip
+    memory.points[:] = reference.points
+    memory.inputs[:] = reference.inputs
+    turn_first(memory.points, memory.inputs, pose[2], settings.align, settings.turn, settings.period)
+    memory.nominal[:] = pose
+    corners = min(len(reference.path), MAX_CORNERS)
+    memory.path[:corners] = reference.path[:corners]
+    memory.clock[CORNERS] = corners
+    memory.clock[AGE] = 0
+    memory.clock[FLAGS] = reference.status
+    return reference
+
+
+@kernel
+def pose_problem(
+    settings: Settings,
+    memory: Memory,
+    still: FloatArray,
+    movers: FloatArray,
+    pose: FloatArray,
+    goal: FloatArray,
+    draw: float,
+    anew: bool,
+) -> Posed:
+    """Plan if asked to (`anew`) or due, and pose the tracking problem (2)-(3) of this period.
+
+    A plan is due where there is none, after `commitment` periods, and where the robot is more than `threshold` off it.
+    """
+    n, c, age = settings.horizon, settings.period, memory.clock[AGE]
+    off = math.hypot(pose[0] - memory.points[max(age, 0), 0], pose[1] - memory.points[max(age, 0), 1])
+    planned = anew or age < 0 or age >= settings.commitment or off > settings.threshold
+    if planned:
+        reference = plan(settings, memory, still, movers, pose, goal, draw)
+    else:
+        empty = np.zeros((0, 2))
+        reference = Reference(0, np.zeros((0, 3)), empty, empty, empty, np.zeros((0, 3)), 0.0, goal[:2].copy(), 0)
+    age = memory.clock[AGE]
+    points, inputs = memory.points[age + 1 : age + 1 + n].copy(), memory.inputs[age : age + n].copy()
+    warm = shift(memory.plan) if memory.clock[STEP] > 0 else inputs.copy()
+
+    nominal, base = memory.nominal, warm[0]
+    if settings.feedback:  # x_bar is the reference itself
+        nominal, base = memory.points[age].copy(), inputs[0]
+    error = pose - nominal
+    error[2] = turn_between(nominal[2], pose[2])
+    k = gain(nominal[2], base[0], base[1], c, settings.model, settings.poles, settings.gain_limit)
+    correction = k @ error
+    radius = stability(nominal[2], base[0], base[1], c, settings.model, k)
+    tube = tightening(settings.w_rob, settings.xi_rob, n, math.hypot(error[0], error[1]))
+
+    low, high = np.empty((n, 2)), np.empty((n, 2))
+    for j in range(2):
+        grow, fall = settings.rates[2 * j], settings.rates[2 * j + 1]
+        now = memory.input[j]
+        up, down = (grow, fall) if now >= 0.0 else (fall, grow)
+        for i in range(n):
+            t = (i + 1) * c
+            low[i, j], high[i, j] = max(settings.low[j], now - down * t), min(settings.high[j], now + up * t)
+        low[0, j] -= correction[j]
+        high[0, j] -= correction[j]
+    rows, counts = obstacle_rows(settings, still, movers, nominal, tube)
+    widest = 0.0
+    for i in range(len(still)):
+        widest = max(widest, still[i, 2])
+    for i in range(len(movers)):
+        widest = max(widest, movers[i, 4])
+    rho_safe = max(widest, settings.rho_rob) + settings.safe_margin
+    reach = settings.perception - rho_safe
+    if settings.circle:
+        farthest = 0.0
+        for i in range(memory.clock[CORNERS]):
+            farthest = max(farthest, math.hypot(memory.path[i, 0] - pose[0], memory.path[i, 1] - pose[1]))
+        reach = farthest - rho_safe
+    area = np.empty((n, 4))
+    for i in range(n):
+        for j in range(2):  # never beyond where it is: a robot at the rim must not be asked for the impossible
+            area[i, j] = min(settings.area[j] + tube[i + 1], nominal[j])
+            area[i, 2 + j] = max(settings.area[2 + j] - tube[i + 1], nominal[j])
+    problem = Problem(
+        nominal.copy(), memory.input - correction, points, inputs, rows, counts, pose[:2].copy(), np.full(n, reach),
+        area, low, high, np.full(n, settings.input_change),
+        discounts(n, settings.w1, memory.clock[STEP], settings.discount), settings.w2, settings.heading_weight, c,
+        not settings.model, settings.control_horizon,
+    )  # fmt: skip
+    slack = settings.safe_margin + tube[1]
+    return Posed(problem, warm, tube, correction, radius, slack, planned, reference)
+
+
+@kernel
+def obstacle_rows(
+    settings: Settings, still: FloatArray, movers: FloatArray, start: FloatArray, tube: FloatArray
+) -> tuple[FloatArray, IntArray]:
+    """(N, M, 3) x, y, required distance of (3g)-(3j), and how many of each stage count; out of reach: left out.
+
+    A moving obstacle counts where it is at the steps before, at and after that of the stage, as far as the window knows.
+    """
+    n, c = settings.horizon, settings.period
+    fastest = max(settings.high[0], -settings.low[0]) * c
+    doubts = np.empty((len(movers), n + 1))
+    for i in range(len(movers)):
+        doubts[i] = tightening(movers[i, 5], settings.xi_dyn, n, 0.0)
+    counts = np.zeros(n, np.int64)
+    rows = np.empty((n, 0, 3))
+    for filling in range(2):
+        if filling:
+            rows = np.empty((n, counts.max() if n else 0, 3))
+            counts[:] = 0
+        for k in range(n):
+            safe, travel = settings.safe_margin + tube[k + 1], fastest * (k + 1)
+            for i in range(len(still)):
+                need = still[i, 2] + safe
+                if math.hypot(still[i, 0] - start[0], still[i, 1] - start[1]) < need + travel:
+                    if filling:
+                        rows[k, counts[k], 0], rows[k, counts[k], 1], rows[k, counts[k], 2] = (
+                            still[i, 0], still[i, 1], need,
+                        )  # fmt: skip
+                    counts[k] += 1
+            for i in range(len(movers)):
+                for j in range(max(k, 1), min(k + 2, n) + 1):
+                    x, y = movers[i, 0] + movers[i, 2] * j * c, movers[i, 1] + movers[i, 3] * j * c
+                    need = movers[i, 4] + safe + doubts[i, j]
+                    if math.hypot(x - start[0], y - start[1]) < need + travel:
+                        if filling:
+                            rows[k, counts[k], 0], rows[k, counts[k], 1], rows[k, counts[k], 2] = x, y, need
+                        counts[k] += 1
+    return rows, counts
+
+
+@kernel
+def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution) -> Thought:
+    """Turn the solver's answer into a command, and carry the nominal motion forward."""
+    problem, inputs, violation = posed.problem, solution.inputs, solution.violation
+    status = TRACKING
+    if settings.feedback:  # (3k) as printed: the reference's inputs, and nothing is left to decide
+        inputs = problem.nominal.copy()
+        project(problem, inputs)
+        _, violation, _ = judge(problem, inputs)
+    if violation > TOLERANCE:
+        status = INFEASIBLE
+        if violations(problem, inputs)[4] > posed.slack:
+            status = BRAKING
+            inputs = np.zeros_like(inputs)
+            project(problem, inputs)
+    if status != BRAKING:
+        if solution.status == INPUT_LIMIT:
+            status = INPUTS
+        elif solution.status == ITERATION_LIMIT:
+            status = LIMIT
+        elif status == TRACKING and memory.clock[FLAGS] & NO_PATH:
+            status = PATHLESS
+    first = inputs[0]
+    x, y, theta = advance(
+        memory.nominal[0], memory.nominal[1], memory.nominal[2], first[0], first[1], settings.period, not settings.model
+    )
+    memory.nominal[0], memory.nominal[1], memory.nominal[2] = x, y, theta
+    memory.plan[:] = inputs
+    for j in range(2):
+        memory.input[j] = min(max(first[j] + posed.correction[j], settings.low[j]), settings.high[j])
+    memory.clock[STEP] += 1
+    memory.clock[AGE] += 1
+    return Thought(
+        memory.input[0], memory.input[1], status, solution.status == ITERATION_LIMIT, solution.iterations,
+        math.hypot(posed.correction[0], posed.correction[1]), posed.radius, roll_out(problem, inputs), posed.tube,
+        posed.planned, posed.reference,
+    )  # fmt: skip
+
+
+@kernel
+def decide(
+    settings: Settings,
+    memory: Memory,
+    position: FloatArray,
+    velocity: FloatArray,
+    radius: FloatArray,
+    error: FloatArray,
+    moving: BoolArray,
+    pose: FloatArray,
+    goal: FloatArray,
+    draw: float,
+    budget: int,
+) -> Thought:
+    """A whole decision with the Gauss-Newton solver.
+
+    Args:
+        position, velocity (n, 2), radius, error (n,), moving (n,) bool: obstacles as perceived. pose, goal: (3,).
+        draw: uniform in [0, 1), decides the planner's ties. budget: interior-point iterations.
+    """
+    still, movers = sort_out(position, velocity, radius, error, moving, settings.rho_rob, settings.w_dyn)
+    posed = pose_problem(settings, memory, still, movers, pose, goal, draw, False)
+    solution = solve_gauss_newton(posed.problem, posed.warm, budget)
+    if solution.violation > TOLERANCE and not posed.planned:
+        spent = solution.iterations
+        posed = pose_problem(settings, memory, still, movers, pose, goal, draw, True)
+        solution = solve_gauss_newton(posed.problem, posed.warm, max(budget - spent, 0))
+    return settle(settings, memory, posed, solution)

@@ -1,0 +1,56 @@
+"""Motion that neither the planner nor the tracking problem provides: turning on the spot."""
+
+from __future__ import annotations
+
+import math
+
+from clearway.geometry.angles import turn_between, wrap
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+
+@kernel
+def spin(error: float, now: float, most: float, faster: float, slower: float, c: float) -> float:
+    """Yaw rate [rad/s] of the next period with which a robot turns by `error` [rad] on the spot and stops there.
+
+    Args:
+        error: turn that is left, rad. now: yaw rate, rad/s. most: bound on it, rad/s.
+        faster, slower: rad/s^2, bounds on its growth and decline; may be infinite. c: control period, s.
+    """
+    left = abs(error)
+    rate = min(most, 0.6 * left / c)
+    if math.isfinite(slower):
+        rate = min(rate, math.sqrt(2.0 * slower * left))
+    rate = math.copysign(rate, error)
+    up, down = (faster, slower) if now >= 0.0 else (slower, faster)
+    return min(max(rate, now - down * c), now + up * c)
+
+
+@kernel
+def turn_first(points: FloatArray, inputs: FloatArray, theta: float, beyond: float, rate: float, c: float) -> int:
+    """Begin a reference with a turn on the spot where it leads off in too different a direction, in place.
+
+    A differential drive can't follow a path that starts behind it, and a short horizon doesn't show that turning pays.
+
+    Args:
+        points: (n + 1, 3) reference poses. inputs: (n, 2) their v, omega. theta: heading of the robot, rad.
+        beyond: rad, up to which the tracking system turns while it drives. rate: rad/s. c: control period, s.
+
+    Returns:
+        How many periods the turn takes, 0: none; the rest of the reference comes that much later.
+    """
+    n = len(inputs)
+    away = turn_between(theta, points[1, 2])
+    moves = math.hypot(points[n, 0] - points[0, 0], points[n, 1] - points[0, 1]) > 1e-6
+    if abs(away) <= beyond or not moves:
+        return 0
+    turn = min(math.ceil((abs(away) - 0.5 * beyond) / (rate * c)), n)
+    for k in range(n, turn, -1):
+        points[k] = points[k - turn]
+        inputs[k - 1] = inputs[k - turn - 1]
+    each = math.copysign(rate * c, away)
+    for k in range(1, turn + 1):
+        points[k, 0], points[k, 1] = points[0, 0], points[0, 1]
+        points[k, 2] = wrap(theta + each * k)
+        inputs[k - 1, 0], inputs[k - 1, 1] = 0.0, each / c
+    return turn

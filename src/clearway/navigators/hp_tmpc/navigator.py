@@ -1,0 +1,252 @@
+"""The navigator `hp-tmpc` (paper B): perceive, plan, tighten, solve the tracking problem, correct; once per period."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Collection
+from typing import ClassVar, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
+from clearway.geometry.angles import turn_between
+from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.geometry.streams import stream
+from clearway.navigators.hp_tmpc.belts import Reference, reference_speed
+from clearway.navigators.hp_tmpc.decision import (
+    AGE,
+    CORNERS,
+    STATUSES,
+    STEP,
+    Settings,
+    Thought,
+    decide,
+    fresh_memory,
+    pose_problem,
+    settle,
+    sort_out,
+)
+from clearway.navigators.hp_tmpc.gauss_newton import BUDGET
+from clearway.navigators.hp_tmpc.genetic import genetic
+from clearway.navigators.hp_tmpc.motion import spin
+from clearway.navigators.hp_tmpc.parameters import (
+    NAVIGATOR,
+    Parameters,
+    Planner,
+    Solver,
+    chosen_from,
+    literal_from,
+    parameters_of,
+)
+from clearway.navigators.hp_tmpc.pattern_search import pattern_search
+from clearway.navigators.hp_tmpc.tracking import TOLERANCE, Problem, Solution, seeds
+from clearway.robots import Robot
+
+_Discs: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.NDArray[np.bool_]]
+"""Position, velocity (n, 2), radius, error, moving (n,) of the obstacles."""
+
+
+class HpTmpc:
+    """Heuristic planner and robust tube-based MPC for a differential drive among discs that stand or move.
+
+    One unit of `task.budget.iterations` is an interior-point iteration (`gauss-newton`) or a roll-out (the others).
+
+    Args:
+        solver: `gauss-newton`, or one of the paper's own: `pattern-search`, `genetic`. planner: `heuristic` (the
+        paper's) or `exact` (tangent visibility graph). prediction_horizon, control_horizon: N^P, N^c, periods; None: the
+        robot's file or the stand-ins. literal: equations to take as printed, of "1", "2", "3f", "3k"; a collection or
+        a text with commas. parameters: any other field of `parameters.Parameters`.
+
+    Attributes:
+        correction: ||K (x - x_bar)|| of the last decision. spectral_radius: f^SR(A + B K) of it.
+
+    Raises:
+        ClearwayError: an option that does not exist, or a parameter out of its range.
+    """
+
+    needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+
+    def __init__(
+        self,
+        solver: Solver = "gauss-newton",
+        planner: Planner = "heuristic",
+        *,
+        prediction_horizon: int | None = None,
+        control_horizon: int | None = None,
+        literal: Collection[str] | str = (),
+        **parameters: float,
+    ) -> None:
+        self._solver = chosen_from("solver", solver, Solver)
+        self._planner = chosen_from("planner", planner, Planner)
+        self._literal = literal_from(literal)
+        self._chosen = {"prediction_horizon": prediction_horizon, "control_horizon": control_horizon, **parameters}
+        parameters_of(None, **self._chosen)  # tells of a wrong one at once
+        self.correction, self.spectral_radius = 0.0, 0.0
+        self._thought: Thought | None = None
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Forget everything and prepare for a new trial.
+
+        Raises:
+            ClearwayError: a parameter in the robot's file is wrong.
+        """
+        p = parameters_of(robot, **self._chosen)
+        self._settings = _settings(p, task, robot, self._literal, self._planner == "exact")
+        self._memory = fresh_memory(p.prediction_horizon, p.prediction_horizon + p.commitment)
+        self._rng, self._key = rng, np.uint64(stream(int(rng.integers(2**62)), NAVIGATOR))
+        self._seconds = task.budget.seconds
+        self._iterations = task.budget.iterations
+        self._goal: Goal | None = None
+        self._thought, self._turning = None, False
+        self._planned: Reference | None = None
+        self._discs: _Discs | None = None
+        self.correction, self.spectral_radius = 0.0, 0.0
+
+    def step(self, observation: Observation) -> Command:
+        """Decide for one control period.
+
+        Raises:
+            ValueError: the pose or the goal is not finite.
+        """
+        pose, goal = _finite("pose", observation.pose), _finite("goal.pose", observation.goal.pose)
+        if observation.goal is not self._goal:
+            first, self._goal = self._goal is None, observation.goal
+            self._memory.clock[AGE] = -1
+            self._turning = False
+            if first:
+                self._memory.input[:] = np.nan_to_num(observation.velocity, posinf=0.0, neginf=0.0)
+        if self._at_goal(pose):
+            return self._turn(turn_between(pose[2], goal[2]))
+        discs = self._discs = _arrays(observation)
+        draw = self._rng.random()
+        if self._solver == "gauss-newton":
+            budget = BUDGET if self._iterations is None else self._iterations
+            thought = decide(self._settings, self._memory, *discs, pose, goal, draw, budget)
+        else:
+            thought = self._decide_in_chunks(discs, pose, goal, draw)
+        self._thought = thought
+        if thought.planned:
+            self._planned = thought.reference
+        self.correction, self.spectral_radius = thought.correction, thought.radius
+        return Command(thought.v, thought.omega, status=STATUSES[thought.status], cut=thought.cut)
+
+    def diagnostics(self) -> Diagnostics:
+        """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
+        thought, memory = self._thought, self._memory
+        if thought is None:
+            return Diagnostics(status="turning" if self._turning else "")
+        polylines = {"horizon": thought.states[:, :2].copy()}
+        polylines["plan"] = memory.path[: memory.clock[CORNERS]].copy()
+        circles = {}
+        if self._discs is not None:
+            seen = np.column_stack((self._discs[0], self._discs[2]))
+            circles["obstacles"] = seen[np.isfinite(seen).all(axis=1)]
+        if self._planned is not None:
+            circles["belts"] = self._planned.belts
+            if len(self._planned.other):
+                polylines["other side"] = self._planned.other
+        tube = np.column_stack((thought.states[:, :2], self._settings.rho_rob + thought.tube[1:]))
+        return Diagnostics(polylines, circles, tube, status=STATUSES[thought.status], iterations=thought.iterations)
+
+    def _decide_in_chunks(self, discs: _Discs, pose: FloatArray, goal: FloatArray, draw: float) -> Thought:
+        """A decision with a solver that may be stopped by the clock."""
+        settings, memory, began = self._settings, self._memory, time.perf_counter()
+        deadline = math.inf if self._seconds is None else began + self._seconds
+        still, movers = sort_out(*discs, settings.rho_rob, settings.w_dyn)
+        left = self._iterations
+        posed = pose_problem(settings, memory, still, movers, pose, goal, draw, False)
+        solution = self._solve(posed.problem, posed.warm, left, deadline)
+        if solution.violation > TOLERANCE and not posed.planned:
+            left = None if left is None else max(left - solution.iterations, 0)
+            posed = pose_problem(settings, memory, still, movers, pose, goal, draw, True)
+            solution = self._solve(posed.problem, posed.warm, left, deadline)
+        return settle(settings, memory, posed, solution)
+
+    def _solve(self, problem: Problem, warm: FloatArray, budget: int | None, deadline: float) -> Solution:
+        starts = np.concatenate((warm[None], seeds(problem)))
+        if self._solver == "genetic":
+            step = int(self._memory.clock[STEP])
+            return genetic(problem, starts, self._key, step, budget=budget, deadline=deadline)
+        return pattern_search(problem, starts, budget=budget, deadline=deadline)
+
+    def _at_goal(self, pose: FloatArray) -> bool:
+        """Whether only the heading is left to be put right; it then stays so until the robot is pushed off."""
+        goal = self._goal
+        assert goal is not None
+        away = math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1])
+        heading_counts = goal.yaw_tolerance < math.pi
+        self._turning = heading_counts and away <= goal.xy_tolerance * (1.0 if self._turning else 0.8)
+        return self._turning
+
+    def _turn(self, error: float) -> Command:
+        """Stop, and turn by `error` [rad] on the spot; the goal checker of the run ends it."""
+        settings, memory = self._settings, self._memory
+        c, faster, slower = settings.period, settings.rates[2], settings.rates[3]
+        v = memory.input[0]
+        v = math.copysign(max(abs(v) - min(settings.rates[1], abs(v) / c) * c, 0.0), v)
+        rate = spin(error, memory.input[1], settings.high[1], faster, slower, c)
+        memory.input[:] = v, rate
+        memory.clock[AGE] = -1
+        memory.plan[:] = 0.0
+        self._thought = None
+        return Command(float(v), float(rate), status="turning")
+
+
+def _arrays(observation: Observation) -> _Discs:
+    """The obstacles in types that the kernels are compiled for (a read-only array would be another one)."""
+    seen = observation.obstacles
+    if seen is None or len(seen) == 0:
+        return np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0, np.bool_)
+    position, velocity = np.array(seen.position, np.float64), np.array(seen.velocity, np.float64)
+    radius, error = np.array(seen.radius, np.float64), np.array(seen.error, np.float64)
+    return position, velocity, radius, error, np.array(seen.moving, np.bool_)
+
+
+def _finite(name: str, pose: FloatArray) -> FloatArray:
+    pose = np.array(pose, dtype=np.float64)
+    if pose.shape != (3,) or not np.isfinite(pose).all():
+        raise ValueError(f"the observation's {name} is {pose.tolist()}; three finite numbers (m, m, rad) are needed")
+    return pose
+
+
+def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], exact: bool) -> Settings:
+    drive = robot.drive
+    top = min(drive.v_max, task.speed_limit)
+    low = max(drive.v_min, -task.speed_limit)
+    sees = robot.camera.range if robot.camera else robot.lidar.range_max if robot.lidar else math.inf
+    return Settings(
+        period=task.period,
+        horizon=p.prediction_horizon,
+        control_horizon=p.control_horizon,
+        commitment=p.commitment,
+        rho_rob=circumscribed_radius(robot.planner_shape),
+        safe_margin=p.safe_margin,
+        perception=float(sees),
+        area=np.array(task.area or (-math.inf, -math.inf, math.inf, math.inf), np.float64),
+        low=np.array((low, -drive.omega_max)),
+        high=np.array((top, drive.omega_max)),
+        rates=np.array(
+            (drive.acceleration, drive.deceleration, drive.angular_acceleration, drive.angular_deceleration)
+        ),
+        input_change=p.input_change,
+        w1=p.w1,
+        w2=p.w2,
+        heading_weight=p.heading_weight,
+        w_rob=p.w_rob,
+        xi_rob=p.xi_rob,
+        w_dyn=p.w_dyn,
+        xi_dyn=p.xi_dyn,
+        poles=np.array((p.pole_along, p.pole_left, p.pole_heading)),
+        gain_limit=p.gain_limit,
+        threshold=p.tracking_threshold,
+        speed=float(reference_speed(low, top)),
+        align=p.turn_beyond,
+        turn=p.turn_share * drive.omega_max,
+        model="1" in literal,
+        discount="2" in literal,
+        circle="3f" in literal,
+        feedback="3k" in literal,
+        exact=exact,
+    )
