@@ -1,26 +1,51 @@
 """The default solver of the tracking problem: a condensed Gauss-Newton method with a small interior point.
 
+The motion is linearised about a plan, and so are the obstacle rows, to the half-plane that touches the circle where
+it is nearest: conservative in position. What remains is convex in the inputs and goes to `interior_point.minimise`;
+its answer, projected into the input box and the rate limits, is the next plan if it has the lower merit, else the way
+to it is halved. Merit = cost + PENALTY x summed violation, exact for a finite penalty. Rows out of reach are left out.
+If the plan from the warm start ends in a violation, the best few of a fixed set of other starts are refined as well.
+
 Deterministic, bounded in interior-point iterations, never raises, always has an answer.
 """
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
+from clearway.geometry.angles import turn_between
 from clearway.geometry.compiled import kernel
+from clearway.geometry.motion import sinc
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_tmpc.interior_point import minimise
 from clearway.navigators.hp_tmpc.tracking import (
     CONVERGED,
     INFEASIBLE,
     INPUT_LIMIT,
+    ITERATION_LIMIT,
+    PENALTY,
     TOLERANCE,
+    IntArray,
     Problem,
     Solution,
+    advance,
+    box,
     judge,
     project,
     roll_out,
+    seeds,
 )
 
 BUDGET = 400
 """Interior-point iterations after which the answer hardly improves: what an unbounded budget means here."""
+
+_STARTS = 3  # how many other starts are refined
+_ROUNDS = 12  # linearisations per start, at most
+_GAIN = 1e-4  # a lower merit by less than this is the end
+_MARGIN = 0.5  # m: rows whose clearance is larger don't enter the convex program
+_MU, _MU_END, _LIMIT = 1e-2, 1e-6, 30  # barrier parameter at the start and the end; iterations of a convex program
 
 
 @kernel
@@ -36,10 +61,148 @@ def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solut
         The plan (inputs within box and rate limits whenever such inputs exist), its poses, cost, residual violation,
         iterations spent and status.
     """
-    inputs = warm.copy()
-    fits = project(problem, inputs)
-    cost, violation, _ = judge(problem, inputs)
-    status = CONVERGED if violation <= TOLERANCE else INFEASIBLE
+    best = warm.copy()
+    fits = project(problem, best)
+    total, worst, summed = judge(problem, best)
+    spent, ended = refine(problem, best, budget)
+    total, worst, summed = judge(problem, best)
+    merit = total + PENALTY * summed
+    if not worst <= TOLERANCE:
+        others = seeds(problem)
+        merits = np.empty(len(others))
+        for i in range(len(others)):
+            total, worst, summed = judge(problem, others[i])
+            merits[i] = total + PENALTY * summed
+        for _ in range(_STARTS):
+            i = int(np.argmin(merits))
+            plan = others[i]
+            merits[i] = math.inf
+            used, cut = refine(problem, plan, budget - spent)
+            spent += used
+            ended = ended and cut
+            total, worst, summed = judge(problem, plan)
+            if not merit <= total + PENALTY * summed:
+                merit = total + PENALTY * summed
+                best = plan.copy()
+    total, worst, summed = judge(problem, best)
+    status = CONVERGED if worst <= TOLERANCE else INFEASIBLE
+    if spent >= budget and not ended:
+        status = ITERATION_LIMIT
     if not fits:
         status = INPUT_LIMIT
-    return Solution(inputs, roll_out(problem, inputs), cost, violation, 0, status)
+    return Solution(best, roll_out(problem, best), total, worst, spent, status)
+
+
+@kernel
+def refine(problem: Problem, plan: FloatArray, budget: int) -> tuple[int, bool]:
+    """Improve a projected plan (N, 2) in place. Returns iterations spent, and whether it came to its own end."""
+    n, free = len(plan), problem.control_horizon
+    low, high = np.empty((free, 2)), np.empty((free, 2))
+    for k in range(free):
+        low[k, 0], high[k, 0], low[k, 1], high[k, 1] = box(problem, k)
+    room = 0
+    for k in range(n):
+        room += problem.counts[k] + 5
+    turn, push, error = np.empty((n, 2)), np.empty((n, 2, 2)), np.empty((n, 3))
+    stage, normal, lack = np.empty(room, np.int64), np.empty((room, 2)), np.empty(room)
+    answer, trial = np.empty((free, 2)), np.empty((n, 2))
+    total, worst, summed = judge(problem, plan)
+    merit = total + PENALTY * summed
+    spent = 0
+    for _ in range(_ROUNDS):
+        if spent >= budget:
+            return spent, False
+        linearise(problem, plan, turn, push, error)
+        count = gather(problem, error, stage, normal, lack)
+        spent += minimise(
+            turn, push, problem.period, error, problem.heading_weight, problem.discount, problem.effort,
+            plan[:free], low, high, problem.smooth, problem.previous, stage, normal, lack, count,
+            PENALTY, _MU, _MU_END, min(_LIMIT, budget - spent), answer,
+        )  # fmt: skip
+        part, gain = 1.0, 0.0
+        for _ in range(4):
+            for k in range(n):
+                j = min(k, free - 1)
+                trial[k, 0] = plan[k, 0] + part * (answer[j, 0] - plan[k, 0])
+                trial[k, 1] = plan[k, 1] + part * (answer[j, 1] - plan[k, 1])
+            project(problem, trial)
+            total, worst, summed = judge(problem, trial)
+            gain = merit - (total + PENALTY * summed)
+            if gain > 0.0:
+                merit -= gain
+                plan[:] = trial
+                break
+            part *= 0.35
+        if not gain > _GAIN:
+            break
+    return spent, True
+
+
+@kernel
+def linearise(problem: Problem, plan: FloatArray, turn: FloatArray, push: FloatArray, error: FloatArray) -> None:
+    """The poses less the reference, and how they depend on the pose before and on the input, along a plan (N, 2).
+
+    Writes `turn` (N, 2) = d(x, y)_k / d theta_{k-1}, `push` (N, 2, 2) = d(x, y)_k / d(v, omega)_k and `error` (N, 3),
+    its heading wrapped.
+    """
+    c = problem.period
+    x, y, theta = problem.start[0], problem.start[1], problem.start[2]
+    for k in range(len(plan)):
+        v, w = plan[k, 0], plan[k, 1]
+        if problem.exact:
+            half = 0.5 * w * c
+            s = sinc(half)
+            bend = (math.cos(half) - s) / half if abs(half) > 1e-4 else -half / 3.0
+            cos, sin = math.cos(theta + half), math.sin(theta + half)
+            push[k, 0, 0], push[k, 1, 0] = c * s * cos, c * s * sin
+            across, along = 0.5 * c * c * v * s, 0.5 * c * c * v * bend
+            push[k, 0, 1], push[k, 1, 1] = along * cos - across * sin, along * sin + across * cos
+            turn[k, 0], turn[k, 1] = -c * v * s * sin, c * v * s * cos
+        else:
+            cos, sin = math.cos(theta), math.sin(theta)
+            push[k, 0, 0], push[k, 1, 0] = c * (cos - c * w * sin), c * (sin + c * w * cos)
+            push[k, 0, 1], push[k, 1, 1] = -c * c * v * sin, c * c * v * cos
+            turn[k, 0], turn[k, 1] = -c * v * (sin + c * w * cos), c * v * (cos - c * w * sin)
+        x, y, theta = advance(x, y, theta, v, w, c, problem.exact)
+        error[k, 0], error[k, 1] = x - problem.reference[k, 0], y - problem.reference[k, 1]
+        error[k, 2] = turn_between(problem.reference[k, 2], theta)
+
+
+@kernel
+def gather(problem: Problem, error: FloatArray, stage: IntArray, normal: FloatArray, lack: FloatArray) -> int:
+    """The soft rows n . dr >= lack of the poses at `error` (N, 3) from the reference that may matter; returns how many.
+
+    Left out: what can't be reached at top speed, and what is farther than the margin.
+    """
+    count = 0
+    far = 0.0
+    for k in range(len(error)):
+        x, y = problem.reference[k, 0] + error[k, 0], problem.reference[k, 1] + error[k, 1]
+        fastest = max(abs(problem.low[k, 0]), abs(problem.high[k, 0])) * problem.period
+        if not problem.exact:
+            fastest *= math.hypot(1.0, problem.period * max(abs(problem.low[k, 1]), abs(problem.high[k, 1])))
+        far += fastest
+        for i in range(problem.counts[k]):
+            dx, dy, need = x - problem.rows[k, i, 0], y - problem.rows[k, i, 1], problem.rows[k, i, 2]
+            squared = dx * dx + dy * dy
+            if need > 0.0 and squared < (need + _MARGIN) ** 2:
+                sx, sy = problem.start[0] - problem.rows[k, i, 0], problem.start[1] - problem.rows[k, i, 1]
+                if sx * sx + sy * sy < (need + far) ** 2:
+                    gap = math.sqrt(squared)
+                    stage[count], lack[count] = k, need - gap
+                    normal[count, 0], normal[count, 1] = (dx / gap, dy / gap) if gap > 1e-9 else (1.0, 0.0)
+                    count += 1
+        dx, dy = x - problem.centre[0], y - problem.centre[1]
+        gap = math.hypot(dx, dy)
+        if gap > problem.reach[k] - _MARGIN and gap > 1e-9:
+            stage[count], lack[count] = k, gap - problem.reach[k]
+            normal[count, 0], normal[count, 1] = -dx / gap, -dy / gap
+            count += 1
+        for j in range(4):
+            axis, sign = j % 2, 1.0 if j < 2 else -1.0
+            lacking = sign * (problem.area[k, j] - (x if axis == 0 else y))
+            if lacking > -_MARGIN:
+                stage[count], lack[count] = k, lacking
+                normal[count, axis], normal[count, 1 - axis] = sign, 0.0
+                count += 1
+    return count
