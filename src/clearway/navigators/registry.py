@@ -26,6 +26,7 @@ SHIPPED = {
     "hp-tmpc": "clearway.navigators.hp_tmpc:HpTmpc",
     "hl-rrt": "clearway.navigators.hl_rrt:HlRrt",
     "colregs-apf": "clearway.navigators.colregs_apf:ColregsApf",
+    "colregs-apf-retuned": "clearway.navigators.colregs_apf:RetunedColregsApf",
     "oracle": "clearway.navigators.oracle:Oracle",
 }
 """Known even where no package metadata is installed (a source checkout on the path)."""

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from clearway.navigators.colregs_apf.navigator import ColregsApf
+from clearway.navigators.colregs_apf.navigator import ColregsApf, RetunedColregsApf
 
-__all__ = ["ColregsApf"]
+__all__ = ["ColregsApf", "RetunedColregsApf"]

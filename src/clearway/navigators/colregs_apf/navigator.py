@@ -162,6 +162,13 @@ class ColregsApf:
         return OccupancyGrid(shown.astype(np.int8), resolution, (float(corner[0]), float(corner[1])))
 
 
+class RetunedColregsApf(ColregsApf):
+    """`ColregsApf(gains="retuned")` under a name of its own, so that both can run in one campaign."""
+
+    def __init__(self) -> None:
+        super().__init__("retuned")
+
+
 def _discs(obstacles: Obstacles | None) -> tuple[FloatArray, IntArray]:
     """(n, 6) x, y, vx, vy, radius with its error, whether it moves; and identities. What isn't finite is left out."""
     if obstacles is None or not len(obstacles):
