@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from clearway.geometry.angles import turn_between
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
+from clearway.geometry.tangents import TOUCH
+from clearway.navigators.hp_tmpc.pieces import polyline, sample
+from clearway.navigators.hp_tmpc.planner import BELT_LIMIT, TEMPORARY, plan_path
 
 ITERATIONS = 10
 """Most rounds of steps 1 to 4."""
+
+SPACING = 0.05
+"""Between points of the polylines on arcs, m."""
 
 
 class Reference(NamedTuple):
@@ -24,7 +32,8 @@ class Reference(NamedTuple):
         path: (k, 2) polyline of the whole path [m]. other: (k2, 2) that of the rejected side, empty if none.
         belts: (m, 3) the predicted discs that were united into belts: x, y, inflated radius [m].
         length: m, exact length of the path. target: (2,) where the path was asked to end (the goal, or the temporary
-            target). rounds: iterations of steps 1 to 4.
+            target). rounds: iterations of steps 1 to 4. side: 1 passes the first obstacle on its left, -1 on its
+            right, 0 goes straight.
     """
 
     status: int
@@ -36,6 +45,7 @@ class Reference(NamedTuple):
     length: float
     target: FloatArray
     rounds: int
+    side: int
 
 
 @kernel
@@ -48,7 +58,14 @@ def predict(
         position, velocity: (m, 2) m, m/s. radius: (m,) inflated, rho_rob + rho_obs + margin, m.
         margin: (m, N + 1) what uncertainty adds at step k, m: w_k^dyn (eq. 5) + w_k^rob (eq. 4).
     """
-    return np.zeros((len(position), margin.shape[1], 3))
+    m, steps = margin.shape
+    discs = np.empty((m, steps, 3))
+    for o in range(m):
+        for k in range(steps):
+            discs[o, k, 0] = position[o, 0] + k * period * velocity[o, 0]
+            discs[o, k, 1] = position[o, 1] + k * period * velocity[o, 1]
+            discs[o, k, 2] = radius[o] + margin[o, k]
+    return discs
 
 
 @kernel
@@ -75,10 +92,84 @@ def plan_reference(
         speed: v_ref, m/s (see `reference_speed`), > 0. period: c, s. count: how many steps to give, >= 1 (may exceed N).
         draw: uniform in [0, 1), decides ties. exact: the tangent graph instead of the greedy rule.
     """
+    zone = np.array([pose[0], pose[1], perception])
+    target, temporary = _target(pose, goal, perception)
+    m, steps = predicted.shape[0], predicted.shape[1]
+    risky = np.zeros((m, steps), np.bool_)
+    stations = np.empty(max(count, steps - 1) + 1)
+    for k in range(len(stations)):
+        stations[k] = k * speed * period
+    discs, belts, rounds = static, 0, 0
+    while True:
+        path = plan_path(pose, target, discs, area, zone, draw, exact)  # steps 1 and 3
+        points = sample(path.pieces, stations, pose)
+        rounds += 1
+        more = _risks(points, predicted, risky)  # step 4
+        if more == 0 or rounds == ITERATIONS:
+            break
+        belts += more
+        discs = _with_belts(static, predicted, risky, belts)
+    status = path.status | (TEMPORARY if temporary else 0) | (BELT_LIMIT if more > 0 else 0)
+    inputs = np.empty((count, 2))
+    points[0] = pose[:3]
+    for k in range(count):
+        inputs[k, 0] = min(speed, max(0.0, path.length / period - k * speed))
+        inputs[k, 1] = turn_between(points[k, 2], points[k + 1, 2]) / period
     return Reference(
-        0, np.zeros((count + 1, 3)), np.zeros((count, 2)), np.zeros((0, 2)), np.zeros((0, 2)), np.zeros((0, 3)), 0.0,
-        goal[:2].copy(), 0,
+        status, points[: count + 1].copy(), inputs, polyline(path.pieces, SPACING), polyline(path.other, SPACING),
+        discs[len(static) :].copy(), path.length, target, rounds, path.side,
     )  # fmt: skip
+
+
+@kernel
+def _target(pose: FloatArray, goal: FloatArray, perception: float) -> tuple[FloatArray, bool]:
+    """The goal, or where the straight line to it leaves the perception field; whether it is the latter."""
+    dx, dy = goal[0] - pose[0], goal[1] - pose[1]
+    distance = math.hypot(dx, dy)
+    if distance <= perception:
+        return np.array([goal[0], goal[1]]), False
+    share = perception / distance
+    return np.array([pose[0] + share * dx, pose[1] + share * dy]), True
+
+
+@kernel
+def _risks(points: FloatArray, predicted: FloatArray, risky: Any) -> int:
+    """Mark the predicted discs that the robot meets; how many are new.
+
+    The robot at step k is compared with the disc at steps k - 1, k and k + 1, as constraints (3h) to (3j) do; all steps
+    of one obstacle between its first and last risky one are taken, so that its belt has no hole.
+    """
+    new = 0
+    for o in range(predicted.shape[0]):
+        steps = predicted.shape[1]
+        first, last = steps, -1
+        for i in range(steps):
+            meets = risky[o, i]
+            x, y, r = predicted[o, i, 0], predicted[o, i, 1], predicted[o, i, 2] - TOUCH
+            for k in range(max(1, i - 1), min(steps, i + 2)):
+                if (points[k, 0] - x) ** 2 + (points[k, 1] - y) ** 2 < r * r:
+                    meets = True
+            if meets:
+                first, last = min(first, i), i
+        for i in range(first, last + 1):
+            if not risky[o, i]:
+                risky[o, i] = True
+                new += 1
+    return new
+
+
+@kernel
+def _with_belts(static: FloatArray, predicted: FloatArray, risky: Any, belts: int) -> FloatArray:
+    """(n + belts, 3) the static discs, then the risky predicted ones."""
+    n = len(static)
+    discs = np.empty((n + belts, 3))
+    discs[:n] = static
+    for o in range(predicted.shape[0]):
+        for i in range(predicted.shape[1]):
+            if risky[o, i]:
+                discs[n] = predicted[o, i]
+                n += 1
+    return discs
 
 
 @kernel

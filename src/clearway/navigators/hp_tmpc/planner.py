@@ -5,12 +5,18 @@ Everything here is a kernel: call it from compiled code, or from Python with flo
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.geometry.compiled import kernel
+from clearway.geometry.disc_unions import SHUT_OFF, Labels, covered, nearest_free, shut_off
 from clearway.geometry.shapes import FloatArray
+from clearway.geometry.tangents import first_on_segment
+from clearway.navigators.hp_tmpc.exact import LESS, NO_WAY, exact_path
+from clearway.navigators.hp_tmpc.greedy import greedy_string
+from clearway.navigators.hp_tmpc.pieces import NOTHING, cut, leaves, path_length, string_pieces
 
 START_COVERED = 1
 """The start lay inside a disc: the path begins with a straight line to the nearest free point."""
@@ -54,29 +60,147 @@ class Path(NamedTuple):
 
 @kernel
 def plan_path(
-    start: FloatArray, target: FloatArray, discs: FloatArray, area: FloatArray, draw: float, exact: bool
+    start: FloatArray,
+    target: FloatArray,
+    discs: FloatArray,
+    area: FloatArray,
+    zone: FloatArray,
+    draw: float,
+    exact: bool,
 ) -> Path:
-    """The shorter of the greedy paths on both sides of the straight line, free of all discs (within 1e-9 m).
+    """The shorter of the greedy paths on both sides of the straight line, clear of all discs (within 1e-9 m).
 
     Args:
         start, target: (2,) m (more columns are ignored). discs: (n, 3) x, y, inflated radius [m], none NaN.
         area: (4,) x_min, y_min, x_max, y_max that the path must keep to; infinite: none.
+        zone: (3,) x, y, radius of the perception field: a covered target moves to a point inside of it, and a path
+            that leaves it is cut there; infinite radius: none.
         draw: in [0, 1): decides between paths of the same length (left below one half).
         exact: the tangent visibility graph instead of the greedy rule.
     """
-    return Path(0, np.zeros((0, 7)), 0.0, 0, np.zeros((0, 7)))
+    status = 0
+    sx, sy, tx, ty = start[0], start[1], target[0], target[1]
+    nowhere = np.zeros((0, 7))
+    if covered(sx, sy, discs):
+        status |= START_COVERED
+        found, sx, sy = nearest_free(sx, sy, discs, area, np.array([sx, sy, np.inf]))
+        if not found:
+            return Path(status | NO_PATH, nowhere, 0.0, 0, nowhere)
+    if covered(tx, ty, discs):
+        status |= TARGET_COVERED
+        found, tx, ty = nearest_free(tx, ty, discs, area, zone)
+        if not found:
+            found, tx, ty = nearest_free(tx, ty, discs, area, np.array([tx, ty, np.inf]))
+        if not found:
+            return Path(status | NO_PATH, _lead(start, sx, sy, nowhere), 0.0, 0, nowhere)
+    labels, stack = np.full(len(discs), -1, np.int64), np.empty(len(discs), np.int64)
+    pieces, other, side = nowhere, nowhere, 0
+    for attempt in range(2):
+        more, pieces, other, side = _between(sx, sy, tx, ty, discs, area, draw, exact, labels, stack)
+        if more & NO_PATH and attempt == 0:
+            where, bx, by = shut_off(sx, sy, tx, ty, target[0], target[1], discs, area, zone)
+            if where == SHUT_OFF:
+                status |= UNREACHABLE
+                tx, ty = bx, by
+                continue
+        status |= more
+        break
+    if status & NO_PATH:
+        pieces = _as_far(sx, sy, tx, ty, discs)
+    pieces, other = _lead(start, sx, sy, pieces), _lead(start, sx, sy, other)
+    was_cut, pieces = cut(pieces, area, np.array([0.0, 0.0, np.inf]))
+    if was_cut:
+        status |= OUTSIDE
+    was_cut, pieces = cut(pieces, area, zone)
+    if was_cut:
+        status |= CUT
+    return Path(status, pieces, path_length(pieces), side, other)
 
 
 @kernel
-def polyline(pieces: FloatArray, spacing: float) -> FloatArray:
-    """(m, 2) the path's corners, and points on its arcs at most `spacing` [m] apart along them."""
-    return np.zeros((0, 2))
+def _between(
+    sx: float, sy: float, tx: float, ty: float, discs: FloatArray, area: FloatArray, draw: float, exact: bool,
+    labels: Labels, stack: Labels,
+) -> tuple[int, FloatArray, FloatArray, int]:  # fmt: skip
+    """(flags, pieces, pieces of the other side, side) between two free points."""
+    nowhere = np.zeros((0, 7))
+    straight = np.array([[sx, sy, 0.0], [tx, ty, 0.0]])
+    distance = math.hypot(tx - sx, ty - sy)
+    if distance <= NOTHING:
+        return 0, nowhere, nowhere, 0
+    hit, _ = first_on_segment(sx, sy, (tx - sx) / distance, (ty - sy) / distance, distance, discs, -1, -1)
+    if hit < 0:
+        return 0, string_pieces(straight), nowhere, 0
+    left, left_length, left_inside = _side(sx, sy, tx, ty, discs, area, 1, labels, stack)
+    right, right_length, right_inside = _side(sx, sy, tx, ty, discs, area, -1, labels, stack)
+    best, other, length, side = left, right, left_length, 1
+    to_left = draw < 0.5 if abs(left_length - right_length) <= 1e-9 else left_length < right_length
+    if left_inside != right_inside:
+        to_left = left_inside
+    if not to_left:
+        best, other, length, side = right, left, right_length, -1
+    inside = left_inside or right_inside
+    if exact or not inside:
+        found, path = exact_path(np.array([sx, sy]), np.array([tx, ty]), discs, area, length if inside else math.inf)
+        if found != NO_WAY and not (inside and path_length(path) > length):
+            flags = (0 if exact else FALLBACK) | (LIMITED if found == LESS else 0)
+            return flags, path, other, _side_of(path)
+    if length == math.inf:
+        return NO_PATH, nowhere, nowhere, 0
+    return 0, best, other, side
 
 
 @kernel
-def sample(pieces: FloatArray, stations: FloatArray, heading: float) -> FloatArray:
-    """(m, 3) x, y, direction of travel at `stations` [m along the path, ascending]; beyond the end: the end.
+def _side(
+    sx: float,
+    sy: float,
+    tx: float,
+    ty: float,
+    discs: FloatArray,
+    area: FloatArray,
+    side: int,
+    labels: Labels,
+    stack: Labels,
+) -> tuple[FloatArray, float, bool]:
+    """(pieces, length, whether it keeps to the area) of the better greedy path on one side; inf: none."""
+    pieces, length, inside = np.zeros((0, 7)), math.inf, False
+    for nearer in (False, True):
+        free, met, string = greedy_string(sx, sy, tx, ty, discs, side, nearer, labels, stack)
+        if free:
+            path = string_pieces(string)
+            total, keeps = path_length(path), not leaves(path, area)
+            if (keeps and not inside) or (keeps == inside and total < length):
+                pieces, length, inside = path, total, keeps
+        if met < 2:
+            break
+    return pieces, length, inside
 
-    `heading` [rad] is the answer where the path has no length.
-    """
-    return np.zeros((len(stations), 3))
+
+@kernel
+def _side_of(pieces: FloatArray) -> int:
+    """1 if the path's first arc leaves its obstacle on the right, -1 on the left, 0 without arcs."""
+    for k in range(len(pieces)):
+        if pieces[k, 6] != 0.0:
+            return 1 if pieces[k, 6] < 0.0 else -1
+    return 0
+
+
+@kernel
+def _lead(start: FloatArray, sx: float, sy: float, pieces: FloatArray) -> FloatArray:
+    """The pieces after a straight one from `start` to s, if they differ."""
+    if math.hypot(sx - start[0], sy - start[1]) <= NOTHING:
+        return pieces
+    rows = np.zeros((len(pieces) + 1, 7))
+    rows[0, 0], rows[0, 1], rows[0, 2], rows[0, 3] = start[0], start[1], sx, sy
+    rows[1:] = pieces
+    return rows
+
+
+@kernel
+def _as_far(sx: float, sy: float, tx: float, ty: float, discs: FloatArray) -> FloatArray:
+    """What the straight line allows."""
+    distance = math.hypot(tx - sx, ty - sy)
+    ux, uy = (tx - sx) / distance, (ty - sy) / distance
+    _, where = first_on_segment(sx, sy, ux, uy, distance, discs, -1, -1)
+    where = min(where, distance)
+    return string_pieces(np.array([[sx, sy, 0.0], [sx + where * ux, sy + where * uy, 0.0]]))
