@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
+from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.robots import Robot, load_robot
 from clearway.trials import Body, Snapshot, Trial
@@ -29,6 +30,8 @@ LONGEST = 4000
 """Samples kept of a trial; a longer one is thinned evenly."""
 SIMPLIFY = 0.01
 """m; a plan's line is stored with no more points than it needs to be this right."""
+MOST_EDGES, MOST_DISCS, FIELD_CELLS = 800, 300, 32
+"""Of a tree, of a kind of circles, and of a side of a field: what the replay keeps of a snapshot."""
 _GAP16, _GAP32 = -(2**15), -(2**31)
 
 
@@ -237,13 +240,34 @@ def _thoughts(snapshots: tuple[Snapshot, ...]) -> list[dict[str, Any]]:
         if d.status:
             entry["status"] = d.status
         if d.circles:
-            entry["circles"] = {k: np.round(np.asarray(v), 2).tolist() for k, v in d.circles.items()}
+            entry["circles"] = {k: _centimetres(v[:MOST_DISCS]) for k, v in d.circles.items()}
         if d.tube is not None:
-            entry["tube"] = np.round(d.tube, 2).tolist()
+            entry["tube"] = _centimetres(d.tube)
         if d.tree is not None:
-            entry["tree"] = np.round(d.tree[:2000], 2).tolist()
+            entry["tree"] = _centimetres(d.tree[:MOST_EDGES])
+        if d.field is not None:
+            entry["field"] = _field(d.field)
         out.append(entry)
     return out
+
+
+def _centimetres(values: FloatArray) -> list[list[int]]:
+    rows: list[list[int]] = np.rint(np.asarray(values, dtype=np.float64) / 0.01).astype(np.int64).tolist()
+    return rows
+
+
+def _field(grid: OccupancyGrid) -> dict[str, Any]:
+    """A coarse copy: at most `FIELD_CELLS` a side, values -1..100 as bytes 0..101."""
+    step = -(-max(grid.data.shape) // FIELD_CELLS)
+    coarse = grid.data[::step, ::step]
+    values = (np.clip(coarse.astype(np.int64), -1, 100) + 1).astype(np.uint8)
+    return {
+        "at": [round(float(v), 3) for v in grid.origin],
+        "cell": round(step * grid.resolution, 4),
+        "rows": values.shape[0],
+        "cols": values.shape[1],
+        "data": base64.b64encode(np.ascontiguousarray(values).tobytes()).decode(),
+    }
 
 
 def _line(points: FloatArray) -> list[int]:

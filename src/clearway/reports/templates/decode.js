@@ -42,7 +42,10 @@ const Decode = (() => {
     return (await json(base64)).map((entry) => {
       const lines = {};
       for (const [name, flat] of Object.entries(entry.lines)) lines[name] = last[name] = flat === 0 ? last[name] : line(flat);
-      return { ...entry, lines };
+      const metres = (rows) => rows && rows.map((row) => row.map((v) => v * 0.01));
+      const circles = Object.fromEntries(Object.entries(entry.circles || {}).map(([name, rows]) => [name, metres(rows)]));
+      const field = entry.field && { ...entry.field, data: Uint8Array.from(atob(entry.field.data), (c) => c.charCodeAt(0)) };
+      return { ...entry, lines, circles, field, tube: metres(entry.tube), tree: metres(entry.tree) };
     });
   }
 

@@ -26,10 +26,12 @@ const Replay = (() => {
     const fixed = scenes.flat(), robot = meta.robots[packed.robot];
     const box = (xs) => xs.reduce(([a, b], x) => [Math.min(a, x), Math.max(b, x)], [Infinity, -Infinity]);
     const known = (values) => Array.from(values || []).filter((x) => !Number.isNaN(x));
-    const corners = (axis) => [
-      ...known(samples[axis ? "y" : "x"]), ...packed.legs.flatMap((l) => [l.start[axis], l.goal[axis]]),
-      ...packed.movers.flatMap((_, m) => known(samples[`m${m}${axis ? "y" : "x"}`])),
-    ];
+    const corners = (axis) => {
+      const own = [...known(samples[axis ? "y" : "x"]), ...packed.legs.flatMap((l) => [l.start[axis], l.goal[axis]])];
+      const [low, high] = box(own); // a mover may go far away: what it does there doesn't matter
+      const clipped = packed.movers.flatMap((_, m) => known(samples[`m${m}${axis ? "y" : "x"}`]).map((x) => Math.min(Math.max(x, low - 2), high + 2)));
+      return [...own, ...clipped];
+    };
     const around = (xs, ys, margin) => { const [a, b] = box(xs), [c, d] = box(ys); return [a - margin, c - margin, b + margin, d + margin]; };
     const near = around(corners(0), corners(1), 0.9);
     const outlines = fixed.flatMap((b) => (b.r !== undefined ? [[b.at[0] - b.r, b.at[1] - b.r], [b.at[0] + b.r, b.at[1] + b.r]] : Lidar.place(b.p, b.at)));

@@ -58,8 +58,9 @@ const Stage = (() => {
 
   function draw(canvas, trial, now, options) {
     const c = palette(), { g, width, height } = fit(canvas), v = view(trial.bounds(options.whole), width, height);
-    const s = trial.samples, i = now.index, pose = now.pose;
+    const s = trial.samples, i = now.index, pose = now.pose, thought = trial.thoughtAt(now.t);
     g.lineJoin = g.lineCap = "round";
+    if (options.plan && thought && thought.field) field(g, v, c, thought.field);
     for (const b of trial.fixed) {
       const fixture = b.kind === "wall", obstacle = b.kind === "obstacle";
       g.lineWidth = 1;
@@ -74,7 +75,6 @@ const Stage = (() => {
       g.globalAlpha = 1;
     }
     if (options.scan && trial.robot.lidar) scan(g, v, c, trial, now);
-    const thought = trial.thoughtAt(now.t);
     if (options.plan && thought) thoughts(g, v, c, thought);
     if (options.path) { g.strokeStyle = c.robot; g.lineWidth = 2; track(g, v, s.x, s.y, 0, i); }
     trial.movers.forEach((mover, m) => {
@@ -118,10 +118,29 @@ const Stage = (() => {
       g.setLineDash(local ? [] : [6, 3]);
       trace(g, v, points); g.stroke();
     });
-    g.setLineDash([]); g.globalAlpha = 0.7; g.strokeStyle = c.plan; g.lineWidth = 1;
-    for (const [x0, y0, x1, y1] of thought.tree || []) { trace(g, v, [[x0, y0], [x1, y1]]); g.stroke(); }
-    const discs = [...Object.values(thought.circles || {}).flat(), ...(thought.tube || [])];
-    for (const [x, y, r] of discs) { g.beginPath(); g.arc(v.x(x), v.y(y), r * v.scale, 0, 7); g.stroke(); }
+    g.setLineDash([]); g.globalAlpha = 0.6; g.strokeStyle = c.muted; g.lineWidth = 0.7;
+    g.beginPath();
+    for (const [x0, y0, x1, y1] of thought.tree || []) { g.moveTo(v.x(x0), v.y(y0)); g.lineTo(v.x(x1), v.y(y1)); }
+    g.stroke();
+    const disc = ([x, y, r]) => { g.beginPath(); g.arc(v.x(x), v.y(y), Math.max(r, 0) * v.scale, 0, 7); };
+    Object.keys(thought.circles).sort().forEach((name, k) => {
+      g.strokeStyle = [c.mover, c.mark, c.muted][k % 3]; g.lineWidth = 1; g.globalAlpha = 0.8;
+      for (const d of thought.circles[name]) { disc(d); g.stroke(); }
+    });
+    g.fillStyle = c.plan; g.globalAlpha = 0.12;
+    for (const d of thought.tube || []) { disc(d); g.fill(); }
+    g.globalAlpha = 1;
+  }
+
+  // A potential or cost, 0 to 100: the higher, the darker; 0 in the data: unknown.
+  function field(g, v, c, f) {
+    g.fillStyle = c.plan;
+    const side = f.cell * v.scale + 0.5;
+    for (let i = 0; i < f.data.length; i++) {
+      if (f.data[i] < 2) continue;
+      g.globalAlpha = 0.6 * (f.data[i] - 1) / 100;
+      g.fillRect(v.x(f.at[0] + (i % f.cols) * f.cell), v.y(f.at[1] + (Math.floor(i / f.cols) + 1) * f.cell), side, side);
+    }
     g.globalAlpha = 1;
   }
 
