@@ -199,13 +199,13 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 same = [
                     r for s in rivals for r in s.of(f.rows) if (r["suite"], r["scenario"]) == (suite, row["scenario"])
                 ]
-                title = f"{f.title(robot)} · {navigator}, {row['scenario']}"
+                title = f"{f.title(robot)} · {navigator}, {label(row)}"
                 slug = _slug(f"{robot} {navigator} {suite}")
                 keep(
                     "rescue",
                     f"paths-{slug}",
                     title,
-                    rescue_figures.paths(f.results, same, f"{navigator}, {row['scenario']}"),
+                    rescue_figures.paths(f.results, same, f"{navigator}, {row['batch']} {row['configuration']}"),
                 )
                 if f.results.trial(row["trial"]).snapshots:
                     keep("thoughts", f"thought-{slug}", title, rescue_figures.thought(f.results, row))

@@ -49,8 +49,8 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
         name = paper_b.METHODS.get(s.navigator, s.navigator) + (f" ({f.title(s.robot)})" if several else "")
         heads += [f"{name} path (m)", "time (s)"]
     lines: Rows = []
-    for scenario in dict.fromkeys(r["scenario"] for r in rows):
-        line: list[Cell | str] = [Cell(str(scenario).rpartition("-")[2] or str(scenario), strong=True)]
+    for scenario, configuration in dict.fromkeys((r["scenario"], r["configuration"]) for r in rows):
+        line: list[Cell | str] = [Cell(str(configuration).removeprefix("scenario-"), strong=True)]
         for s in systems:
             line += _run(next((r for r in s.of(rows) if r["scenario"] == scenario), None))
         lines.append(line)
