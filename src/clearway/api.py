@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
 from clearway.campaigns.campaign import ProgressCallback
 from clearway.errors import ClearwayError
-from clearway.scenarios.suites import Selection
+from clearway.scenarios.suite import Selection, seed_range
 from clearway.trials import store
 
 if TYPE_CHECKING:
@@ -73,6 +73,7 @@ def run(
     sizes: Iterable[float] = (),
     gaps: Iterable[float] = (),
     worlds: Iterable[int] = (),
+    seeds: tuple[int, int] | str | None = None,
     repetitions: int | None = None,
     plan: str | None = None,
     seed: int = 0,
@@ -95,6 +96,8 @@ def run(
         navigators: registered names, or addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`.
         batches, configurations, speeds [m/s], obstacle_speeds [m/s], sizes [m], gaps [d_base], worlds: only these;
             empty: all. repetitions: of each; None: as the suite has it. plan: another floor plan for the suite.
+        seeds: (A, B) or "A:B": instead of a suite's frozen scenarios those that its generator draws from the seeds
+            A, A + 1, ..., B - 1 (`sar-case1` and its like).
         seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
         map: None for the true map, or the ROS map (yaml) that a robot built.
         tracking: how obstacles are followed, `difference` or `kalman`; None: as each scenario says.
@@ -120,6 +123,7 @@ def run(
         repetitions=repetitions,
         worlds=tuple(worlds),
         plan=plan,
+        seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
     )
     campaign = CampaignPlan(
         suites=suites,

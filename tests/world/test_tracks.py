@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from clearway.errors import ClearwayError
-from clearway.scenarios.scenario import ObstacleSpec
-from clearway.world.tracks import pose_at, tracks
+from clearway.scenarios.scenario import LegSpec, ObstacleSpec
+from clearway.world.tracks import KNOT, longest, pose_at, tracks
 
 
 def obstacle(*runs: dict[str, Any]) -> ObstacleSpec:
@@ -63,3 +63,42 @@ def test_what_cannot_be() -> None:
                          {"leg": "a", "path": [(5, 0), (6, 0)], "speed": 1.0, "delay": 0.5})], ["a"])  # fmt: skip
     with pytest.raises(ClearwayError, match="no length"):
         tracks([obstacle({"leg": "a", "path": [(1, 0), (1, 0)], "speed": 1.0})], ["a"])
+
+
+SWING = {"start": (2.0, 9.0), "velocity": (0.5, -0.5), "attraction": (12.0, 3.0), "stiffness": (0.083, 0.125)}
+
+
+def swinging() -> ObstacleSpec:
+    return ObstacleSpec.model_validate({"name": "s", "shape": {"kind": "disc", "radius": 0.35}, "oscillation": SWING})
+
+
+def test_an_oscillation_is_laid_out_to_a_tenth_of_a_millimetre() -> None:
+    """About as wild as the suites draw them: 10 m from its attraction. Between the knots too."""
+    way = tracks([swinging()], ["way"], 130.0)
+    t = np.linspace(0.0, 130.0, 20_011)
+    found = np.array([at(way, 0, 0, float(s)) for s in t])
+    for axis in range(2):
+        x, v, a, w = (SWING[k][axis] for k in ("start", "velocity", "attraction", "stiffness"))
+        w = math.sqrt(w)
+        assert np.abs(found[:, axis] - (a + (x - a) * np.cos(w * t) + v / w * np.sin(w * t))).max() < 1e-4
+    assert (found[:, 2] == 0.0).all()
+    step = np.hypot(*np.diff(found[:, :2], axis=0).T).max() / (t[1] - t[0])
+    assert step <= way.speed[0] * (1 + 1e-9)
+    assert way.speed[0] < 4.0
+    assert KNOT == 0.015
+
+
+def test_an_oscillation_runs_on_from_leg_to_leg() -> None:
+    way = tracks([obstacle({"leg": "b", "path": [(0, 0), (1, 0)], "speed": 1.0}), swinging()], ["a", "b"], 20.0)
+    assert way.lasting.tolist() == [False, True]
+    assert at(way, 0, 1, 7.3) == at(way, 1, 1, 7.3)
+    assert math.isfinite(at(way, 1, 1, 20.0)[0])
+    assert at(way, 1, 0, 0.5) == pytest.approx([0.5, 0, 0])
+
+
+def test_how_long_a_trial_may_take() -> None:
+    legs = [LegSpec(name="a", goal=(0, 0, 0), time_limit=10.0),
+            LegSpec(name="b", goal=(0, 0, 0), time_limit=20.0, clock_starts_after=0.1)]  # fmt: skip
+    assert longest(legs) == 10.0 + 2 * 20.0 + 1.0
+    with pytest.raises(ClearwayError, match="at most 3600"):
+        tracks([swinging()], ["a"], 1e6)

@@ -32,6 +32,10 @@ def run(
     official: Annotated[
         bool, typer.Option("--official", help="BARN's official set: 50 worlds, ten runs each.")
     ] = False,
+    seeds: Annotated[
+        str | None,
+        typer.Option(metavar="A:B", help="Scenarios drawn from the seeds A to B - 1 instead of the frozen ones (sar-...)."),
+    ] = None,
     repetitions: Annotated[int | None, typer.Option(min=1, help="Repetitions of each configuration.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the whole campaign.")] = 0,
     plan: Annotated[str | None, typer.Option(help="Another floor plan for the suite, such as ward.")] = None,
@@ -89,6 +93,7 @@ def run(
                 sizes=sizes or (),
                 gaps=gaps or (),
                 worlds=worlds or (),
+                seeds=seeds,
                 repetitions=repetitions,
                 plan=plan,
                 seed=seed,

@@ -13,11 +13,13 @@ from functools import lru_cache
 import numpy as np
 
 from clearway.errors import ClearwayError
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.sar_rules import OBSTACLES, Layout
 from clearway.scenarios.scenario import LimitSpec
+from clearway.scenarios.static_way import static_way
 
 DRAWS = 50_000
 """So many draws are tried for one scenario before the generator gives up."""
@@ -95,7 +97,7 @@ def generate(case: Case, seed: int, kind: str = "held out") -> Drawn:
 def draw(case: Case, key: np.uint64, attempt: int) -> Layout:
     """One draw, good or bad."""
     n, m = case.static, case.moving
-    u = np.array([uniform(key, attempt, i) for i in range(2 * n + 7 * m)])
+    u = _uniforms(key, attempt, 2 * n + 7 * m)
     low, high = OBSTACLES["region"]
     span = high - low
     static = low + span * u[: 2 * n].reshape(n, 2)
@@ -108,6 +110,15 @@ def draw(case: Case, key: np.uint64, attempt: int) -> Layout:
     static, attraction, start, velocity = (np.round(v, 4) for v in (static, attraction, start, velocity))
     stiffness = 0.2 * (1.0 + 4.0 * u[:, 6:7]) / (OBSTACLES["span"] + np.abs(start - attraction))
     return Layout(static, start, velocity, attraction, np.round(stiffness, 6))
+
+
+@kernel
+def _uniforms(key: np.uint64, attempt: int, count: int) -> FloatArray:
+    """The numbers of one draw, from (0, 1)."""
+    u = np.empty(count)
+    for i in range(count):
+        u[i] = uniform(key, attempt, i)
+    return u
 
 
 def examine(case: Case, layout: Layout) -> LimitSpec | str:
@@ -128,30 +139,12 @@ def examine(case: Case, layout: Layout) -> LimitSpec | str:
 
 def static_path(layout: Layout) -> FloatArray | None:
     """(k, 2) the shortest way from start to goal past what stands alone; None if there is none."""
-    from scipy.sparse.csgraph import dijkstra
+    return static_way(rules.START, rules.GOAL, inflated(layout.static), rules.AREA)
 
-    k = 48
-    angle = 2 * np.pi * np.arange(k) / k
-    ring = np.stack([np.cos(angle), np.sin(angle)], 1) * (rules.APART / np.cos(np.pi / k) + 1e-9)
-    points = np.concatenate([[rules.START, rules.GOAL], (layout.static[:, None] + ring).reshape(-1, 2)])
-    points = points[((points >= 0.0) & (points <= rules.SIZE)).all(1)]
-    apart = np.hypot(*(points[:, None] - layout.static).transpose(2, 0, 1))
-    points = points[(apart >= rules.APART).all(1)]
-    a, b = points[:, None], points[None]
-    d = b - a
-    square = np.maximum((d * d).sum(-1), 1e-300)
-    blocked = np.zeros(square.shape, dtype=bool)
-    for c in layout.static:
-        s = np.clip(((c - a) * d).sum(-1) / square, 0.0, 1.0)[..., None]
-        blocked |= np.hypot(*(a + s * d - c).transpose(2, 0, 1)) < rules.APART
-    graph = np.where(blocked, 0.0, np.sqrt(square))
-    reached, before = dijkstra(graph, indices=0, return_predecessors=True)
-    if not np.isfinite(reached[1]):
-        return None
-    path = [1]
-    while path[-1] != 0:
-        path.append(int(before[path[-1]]))
-    return points[path[::-1]]
+
+def inflated(at: FloatArray) -> FloatArray:
+    """(n, 3) the discs that the robot's centre must not enter around obstacles at `at` (n, 2)."""
+    return np.column_stack([at, np.full(len(at), rules.APART)])
 
 
 def clairvoyant(layout: Layout) -> LimitSpec | None:

@@ -74,13 +74,25 @@ class Suite:
             raise ClearwayError(f"the suite {self.name!r} has no generator that could draw from seeds", field="seeds")
         if chosen.seeds is not None and not 0 <= chosen.seeds[0] < chosen.seeds[1]:
             a, b = chosen.seeds
-            raise ClearwayError(f"{a}:{b} are no seeds; A:B with 0 <= A < B are the seeds A to B - 1", field="seeds")
+            raise ClearwayError(f"'{a}:{b}' is no range of seeds; 0:200 are the seeds 0 to 199", field="seeds")
         made = self.make(robot, chosen, seed)
         _refuse_unknown(self, chosen, made)
         kept = [s for s in made if _selects(chosen, s)]
         if not kept:
             raise ClearwayError(f"no scenario of the suite {self.name!r} has all that is selected together")
         return kept
+
+
+def seed_range(text: str) -> tuple[int, int]:
+    """`A:B` as (A, B): the seeds A, A + 1, ..., B - 1.
+
+    Raises:
+        ClearwayError: it is something else.
+    """
+    first, colon, last = text.partition(":")
+    if not (colon and first.isdecimal() and last.isdecimal() and int(first) < int(last)):
+        raise ClearwayError(f"{text!r} is no range of seeds; 0:200 are the seeds 0 to 199", field="seeds")
+    return int(first), int(last)
 
 
 def scenario_seed(seed: int, name: str) -> int:
