@@ -13,6 +13,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance, min_clearance
+from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray, Shape, inscribed_radius, rectangle
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.files import (
@@ -29,7 +30,7 @@ from clearway.scenarios.files import (
 )
 from clearway.scenarios.floorplan import PlanSpec, load_plan
 from clearway.scenarios.plan import Fixture, FloorPlan
-from clearway.scenarios.scenario import ObstacleSpec, PoseSpec, RunSpec, Scenario
+from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, PoseSpec, RunSpec, Scenario
 from clearway.scenarios.way import widest_way
 
 __all__ = [
@@ -43,7 +44,7 @@ __all__ = [
 ]
 
 STEP = 0.05
-"""How densely a mover's path is checked against what stands in it, m."""
+"""How densely a mover's path is checked against what stands in it, m (of an oscillation: s)."""
 ROBOT = "tiago"
 """The robot that a scenario is checked for if none is named."""
 
@@ -80,6 +81,7 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
             fits = False
             found.append(ClearwayError(problem, field=field))
     found += _movers(scenario, robot, starts, standing)
+    found += _swinging(scenario, robot, fixtures)
     found += _time_limits(scenario, robot, starts)
     if fits:
         found += _ways(scenario, robot, plan, starts, standing)
@@ -196,6 +198,39 @@ def _movers(
                 yield ClearwayError(
                     f"{obstacle.name!r} touches {robot.name} when it appears at {_at(begin)}; give it a longer run-up",
                     field=f"{field}.path",
+                )
+
+
+def _swinging(scenario: Scenario, robot: Robot, fixtures: Sequence[_Standing]) -> Iterator[ClearwayError]:
+    """What oscillates passes through other obstacles, as in paper B, but not through walls."""
+    seconds = sum(leg.time_limit for leg in scenario.legs)
+    for i, obstacle in enumerate(scenario.obstacles):
+        motion = obstacle.oscillation
+        if motion is None:
+            continue
+        shape, field = _shape(obstacle), f"obstacles.{i}.oscillation"
+        if clearance(robot.shape, np.array(scenario.start), shape, np.array([*motion.start, 0.0])) <= 0:
+            yield ClearwayError(
+                f"{obstacle.name!r} at {_at(motion.start)} touches {robot.name} at the start {_at(scenario.start)}",
+                field=f"{field}.start",
+            )
+        if seconds > LONGEST_SWING:
+            yield ClearwayError(
+                f"the legs may take {seconds:g} s together; with something that oscillates, at most {LONGEST_SWING:g}",
+                field="legs.time_limit",
+            )
+            return
+        if fixtures:
+            each = (np.array(v) for v in (motion.start, motion.velocity, motion.attraction, motion.stiffness))
+            states = trajectory(*each, STEP, math.ceil(seconds / STEP))
+            poses = np.column_stack([states[:, :2], np.zeros(len(states))])
+            gaps = min_clearance(shape, poses, list(fixtures), np.zeros((len(poses), 0, 3)))
+            if gaps.min() <= 0:
+                first = int((gaps <= 0).argmax())
+                hit = _first_hit(shape, poses[first], fixtures)
+                yield ClearwayError(
+                    f"{obstacle.name!r} would swing into {hit!r} at {_at(poses[first])} after {first * STEP:.1f} s",
+                    field=field,
                 )
 
 

@@ -95,6 +95,10 @@ class RunSpec(_Part):
     delay: Finite = Field(default=0.0, description="s after the leg begins; negative: already under way")
 
 
+LONGEST_SWING = 3600.0
+"""An oscillation is laid out for this long at most, s."""
+
+
 class OscillationSpec(_Part):
     """Motion about a fixed point of attraction: paper B, eqs. 6-7, per axis x'' = stiffness (attraction - x)."""
 

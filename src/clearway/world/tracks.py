@@ -20,13 +20,11 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray
-from clearway.scenarios.scenario import LegSpec, ObstacleSpec, OscillationSpec, RunSpec
+from clearway.scenarios.scenario import LONGEST_SWING, LegSpec, ObstacleSpec, OscillationSpec, RunSpec
 
 KNOT = 0.015
 """Time between the knots of an oscillation, s: a tenth of paper B's sampling time. A line between two of them is off by
 at most (acceleration) x KNOT^2 / 8, 0.03 mm at 1 m/s^2."""
-LONGEST = 3600.0
-"""An oscillation is laid out for this long at most, s."""
 _NONE: FloatArray = np.zeros((0, 4))
 
 
@@ -61,8 +59,8 @@ def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: flo
             if run.leg not in legs:
                 problem = f"{run.leg!r} is not a leg of this scenario; legs: {', '.join(legs)}"
                 raise ClearwayError(problem, field=f"obstacles.{obstacle.name}.runs.leg")
-        if obstacle.oscillation is not None and duration > LONGEST:
-            problem = f"the legs may take {duration:g} s together; with something that oscillates, at most {LONGEST:g}"
+        if obstacle.oscillation is not None and duration > 2.0 * LONGEST_SWING + 1.0:  # see `longest`
+            problem = f"the legs may take {duration:g} s together; with something that oscillates, at most {LONGEST_SWING:g}"
             raise ClearwayError(problem, field="legs.time_limit")
     parts = [
         [_knots(o, [r for r in o.runs if r.leg == leg]) if o.oscillation is None else _NONE for o in obstacles]
