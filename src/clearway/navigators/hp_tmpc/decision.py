@@ -254,7 +254,7 @@ def pose_problem(
         reference = plan(settings, memory, still, movers, pose, goal, draw)
     else:
         empty = np.zeros((0, 2))
-        reference = Reference(0, np.zeros((0, 3)), empty, empty, empty, np.zeros((0, 3)), 0.0, goal[:2].copy(), 0)
+        reference = Reference(0, np.zeros((0, 3)), empty, empty, empty, np.zeros((0, 3)), 0.0, goal[:2].copy(), 0, 0)
     age = memory.clock[AGE]
     points, inputs = memory.points[age + 1 : age + 1 + n].copy(), memory.inputs[age : age + n].copy()
     warm = shift(memory.plan) if memory.clock[STEP] > 0 else inputs.copy()
