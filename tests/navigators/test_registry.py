@@ -82,3 +82,17 @@ def test_what_is_wrong_is_said_in_one_line(own: Path, address: str, says: str) -
 def test_a_wrong_option_is_one_line(own: Path) -> None:
     with pytest.raises(ClearwayError, match="unexpected keyword argument 'speed'"):
         registry.make_navigator(f"{own}:Still", speed=1.0)
+
+
+def test_options_stand_behind_a_name() -> None:
+    name, options = registry.split_options("hp-tmpc[solver=genetic, prediction_horizon=10,w1=0.5]")
+    assert name == "hp-tmpc"
+    assert options == {"solver": "genetic", "prediction_horizon": 10, "w1": 0.5}
+    assert registry.split_options("own.py:Mine") == ("own.py:Mine", {})
+    made = registry.make_navigator("move-base[base_local_planner=TrajectoryPlannerROS]")
+    assert type(made).__name__ == "MoveBase"
+    for wrong in ("move-base[]", "move-base[speed]", "move-base[=1]"):
+        with pytest.raises(ClearwayError, match="is not an option"):
+            registry.make_navigator(wrong)
+    with pytest.raises(ClearwayError, match="cannot be made"):
+        registry.make_navigator("move-base[nothing=1]")

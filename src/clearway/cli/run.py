@@ -16,7 +16,10 @@ def run(
     suites: Annotated[list[str] | None, typer.Argument(help="Suites: names, or TOML files of your own.")] = None,
     robots: Annotated[list[str] | None, typer.Option("--robot", "-r", help="Robot; repeat for several.")] = None,
     navigators: Annotated[
-        list[str] | None, typer.Option("--navigator", "-n", help="Navigator: name or my_pkg:MyNavigator; repeatable.")
+        list[str] | None,
+        typer.Option(
+            "--navigator", "-n", help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; repeatable."
+        ),
     ] = None,
     batches: Annotated[list[str] | None, typer.Option("--batch", help="Only these batches.")] = None,
     configurations: Annotated[
@@ -34,7 +37,9 @@ def run(
     ] = False,
     seeds: Annotated[
         str | None,
-        typer.Option(metavar="A:B", help="Scenarios drawn from the seeds A to B - 1 instead of the frozen ones (sar-...)."),
+        typer.Option(
+            metavar="A:B", help="Scenarios drawn from the seeds A to B - 1 instead of the frozen ones (sar-...)."
+        ),
     ] = None,
     repetitions: Annotated[int | None, typer.Option(min=1, help="Repetitions of each configuration.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the whole campaign.")] = 0,

@@ -1,12 +1,15 @@
 """Finds navigators: those registered under the entry-point group `clearway.navigators`, and a user's own by address.
 
-An address is `pkg.module:Class`, or `path/to/file.py:Class` for a file that is not installed.
+An address is `pkg.module:Class`, or `path/to/file.py:Class` for a file that is not installed. Options for its
+constructor may stand behind either, as in `hp-tmpc[solver=genetic,prediction_horizon=10]`: a variant with a name of its
+own in the results.
 """
 
 from __future__ import annotations
 
 import importlib
 import importlib.util
+import json
 import sys
 from collections.abc import Callable
 from functools import cache
@@ -42,11 +45,12 @@ def navigator_names() -> list[str]:
 
 
 def navigator_class(name: str) -> Callable[..., Navigator]:
-    """The class (or other factory) behind a registered name or an address.
+    """The class (or other factory) behind a registered name or an address, whatever options stand behind it.
 
     Raises:
         ClearwayError: no such name, module, file or attribute, or its module fails to import.
     """
+    name, _ = split_options(name)
     if ":" in name:
         return _at(name)
     registered = _registered()
@@ -63,7 +67,7 @@ def make_navigator(name: str, **options: Any) -> Navigator:
     """
     factory = navigator_class(name)
     try:
-        navigator = factory(**options)
+        navigator = factory(**(split_options(name)[1] | options))
     except ClearwayError:
         raise
     except Exception as error:
@@ -74,6 +78,27 @@ def make_navigator(name: str, **options: Any) -> Navigator:
                 f"{name!r} is not a navigator: it has no method {method}(); see clearway.contract.Navigator"
             )
     return navigator
+
+
+def split_options(name: str) -> tuple[str, dict[str, Any]]:
+    """The name without its options, and these: numbers, true and false as such, all else as text.
+
+    Raises:
+        ClearwayError: the brackets don't hold `option=value` parts.
+    """
+    if not name.endswith("]"):
+        return name, {}
+    plain, _, inside = name[:-1].partition("[")
+    options: dict[str, Any] = {}
+    for part in inside.split(","):
+        option, equals, value = (text.strip() for text in part.partition("="))
+        if not (option.isidentifier() and equals and value):
+            raise ClearwayError(f"navigator {name!r}: {part.strip()!r} is not an option; write name[option=value,...]")
+        try:
+            options[option] = json.loads(value)
+        except json.JSONDecodeError:
+            options[option] = value
+    return plain, options
 
 
 @cache
