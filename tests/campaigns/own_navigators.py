@@ -61,8 +61,24 @@ class Slow(Drives):
         return super().step(o)
 
 
-class Cheats(Drives):
+class Dodges(Drives):
+    """Steers away from what is near, ahead, and in the way: it sees obstacles, no scan."""
+
     needs = frozenset({"obstacles"})
+
+    def step(self, o: Observation) -> Command:
+        assert o.obstacles is not None
+        assert o.scan is None
+        wanted = super().step(o)
+        aside = 0.0
+        for (x, y), radius in zip(o.obstacles.position - o.pose[:2], o.obstacles.radius, strict=True):
+            gap = math.hypot(x, y) - radius
+            bearing = math.remainder(math.atan2(y, x) - o.pose[2], math.tau)
+            if gap < 0.8 and abs(bearing) < 1.2:
+                aside = max(aside, 0.8 - gap)
+        if aside > 0.45:
+            return Command(0.0, 0.5)
+        return Command(wanted.v * (1.0 - aside), wanted.omega + 2.0 * aside)
 
 
 class Exits(Drives):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from typing import Any
 
 import pytest
 
+import clearway.robots
 import clearway.world
 from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
 from clearway.campaigns.plan import USUAL_ROBOTS, TrialSpec
@@ -108,7 +110,7 @@ def test_what_breaks_in_the_world_is_recorded_too(tmp_path: Path, monkeypatch: p
         ({"localisation": "gps"}, "unknown localisation 'gps'"),
         ({"selection": Selection(batches=("XX",))}, "unknown batch 'XX'"),
         ({"map": "no/such/map.yaml"}, "map.yaml"),
-        ({"navigators": (f"{OWN}:Cheats",)}, "needs obstacles"),
+        ({"navigators": (f"{OWN}:Dodges",), "tracking": "kalmann"}, "unknown tracking 'kalmann'"),
         ({"navigators": (f"{OWN}:Drives",), "options": {f"{OWN}:Drives": {"speed": 1}}}, "cannot be made"),
     ],
 )
@@ -117,6 +119,29 @@ def test_what_is_wrong_is_said_before_anything_runs(tmp_path: Path, change: dict
         run_campaign(CampaignPlan(**({"suites": ("hospital",), "robots": ("tiago",)} | change)), tmp_path / "out", 1)
     assert "\n" not in str(caught.value)
     assert not (tmp_path / "out").exists()
+
+
+def test_a_robot_that_sees_nothing_is_one_clear_line(tmp_path: Path) -> None:
+    text = (Path(clearway.robots.__file__).parent / "tiago.toml").read_text(encoding="utf-8")
+    blind = re.sub(r"^\[lidar\]$.*?(?=^\[)", "", text, flags=re.MULTILINE | re.DOTALL)
+    (tmp_path / "blind.toml").write_text(blind, encoding="utf-8")
+    asked = CampaignPlan(
+        ("hospital",), robots=(str(tmp_path / "blind.toml"),), navigators=(f"{OWN}:Dodges",), localisation="odometry"
+    )
+    with pytest.raises(ClearwayError, match="neither a camera nor a lidar to perceive obstacles with") as caught:
+        run_campaign(asked, tmp_path / "out", 1)
+    assert "\n" not in str(caught.value)
+
+
+def test_obstacles_are_followed_for_a_navigator_that_needs_them(tmp_path: Path) -> None:
+    """In the hospital, by the lidar: it is said how in the trial, and the same trial comes out every time."""
+    asked = plan("Dodges", repetitions=1, tracking="difference")
+    trials = [list(run_campaign(asked, tmp_path / name, 1)) for name in "ab"]
+    assert [t.attempt.tracking for t in trials[0]] == ["difference"]
+    assert trials[0][0].outcome != Outcome.NAVIGATOR_FAILED
+    assert trials[0][0].pose.tobytes() == trials[1][0].pose.tobytes()
+    alone = run_campaign(plan("Drives", repetitions=1), tmp_path / "c", 1).trial(0)
+    assert alone.attempt.tracking == ""
 
 
 @pytest.mark.parametrize("change", [{"suites": ()}, {"robots": ("tiago", "tiago")}])

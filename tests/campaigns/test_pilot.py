@@ -13,6 +13,7 @@ from clearway.campaigns.pilot import TookTooLong, compose
 from clearway.contract import Command, Diagnostics, Goal, Observation, Obstacles, Scan, Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
+from clearway.perception import make_tracker
 from clearway.robots import load_robot
 
 ROBOT = load_robot("tiago")
@@ -20,7 +21,13 @@ GRID = OccupancyGrid(np.zeros((2, 2), np.int8), 0.05, (0.0, 0.0))
 GOAL = Goal(np.zeros(3), 0.1, 0.1)
 SCAN = Scan(np.ones(3), 0.0, 0.1, 0.0, 5.0, np.zeros(3))
 DISCS = Obstacles(
-    np.zeros((1, 2)), np.zeros((1, 2)), np.ones(1), np.zeros(1), np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.bool_)
+    np.zeros((1, 2)),
+    np.zeros((1, 2)),
+    np.ones(1),
+    np.zeros(1),
+    np.zeros(1),
+    np.zeros(1, np.int64),
+    np.zeros(1, np.bool_),
 )
 
 
@@ -50,6 +57,17 @@ class Here:
         return np.array([1.0, 2.0, 3.0])
 
 
+class Follows:
+    """A tracker that draws, and sees the same thing always."""
+
+    def reset(self, task: Task, robot: Any, rng: np.random.Generator) -> None:
+        self.task, self.drawn = task, rng.uniform(size=3)
+
+    def update(self, sensing: Sensing, pose: np.ndarray) -> Obstacles:
+        self.pose = pose
+        return DISCS
+
+
 def needing(*needs: str) -> Recorder:
     recorder = Recorder()
     recorder.needs = frozenset(needs)
@@ -67,8 +85,8 @@ def start(pilot: Any, seed: int = 1) -> None:
 def test_it_gives_only_what_is_needed() -> None:
     nothing, everything = needing(), needing("map", "scan", "obstacles")
     for navigator in (nothing, everything):
-        localiser = Here()
-        pilot = compose(navigator, localiser, "truth")
+        localiser, tracker = Here(), Follows()
+        pilot = compose(navigator, localiser, "truth", tracker=tracker)
         start(pilot)
         decision = pilot.decide(sensing())
         assert localiser.task.map is GRID  # a localiser may always have it
@@ -78,24 +96,49 @@ def test_it_gives_only_what_is_needed() -> None:
         assert navigator.seen.odom_pose.tolist() == [0.5] * 3
     assert (nothing.task.map, nothing.seen.scan, nothing.seen.obstacles) == (None, None, None)
     assert (everything.task.map, everything.seen.scan, everything.seen.obstacles) == (GRID, SCAN, DISCS)
+    assert tracker.task.map is GRID  # a tracker may always have it
+    assert tracker.pose.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_a_tracker_is_not_asked_for_nothing() -> None:
+    class Breaks(Follows):
+        def update(self, sensing: Sensing, pose: np.ndarray) -> Obstacles:
+            raise AssertionError
+
+    pilot = compose(needing("scan"), Here(), "truth", tracker=Breaks())
+    start(pilot)
+    assert pilot.decide(sensing()).command == Command(0.1, 0.2)
+
+
+def test_a_navigator_that_needs_obstacles_gets_them_from_the_lidar_where_there_is_no_camera() -> None:
+    navigator = needing("obstacles")
+    pilot = compose(navigator, Here(), "truth", tracker=make_tracker("kalman", ROBOT))
+    start(pilot)
+    pilot.decide(sensing(obstacles=None))
+    seen = navigator.seen.obstacles
+    assert len(seen) > 0
+    assert np.isfinite(seen.velocity).all()
+    gap = np.hypot(*(seen.position - [1.0, 2.0]).T) - seen.radius  # the scan's three returns lie 1 m away
+    assert gap.min() == pytest.approx(1.0, abs=0.1)
 
 
 def test_what_is_needed_and_not_there_is_an_error() -> None:
-    for need, gone in (("obstacles", {"obstacles": None}), ("scan", {"scan": None})):
-        pilot = compose(needing(need), Here(), "truth")
-        start(pilot)
-        with pytest.raises(ClearwayError, match=f"needs {need}"):
-            pilot.decide(sensing(**gone))
+    with pytest.raises(ClearwayError, match="needs obstacles"):
+        compose(needing("obstacles"), Here(), "truth")
+    pilot = compose(needing("scan"), Here(), "truth")
+    start(pilot)
+    with pytest.raises(ClearwayError, match="needs scans"):
+        pilot.decide(sensing(scan=None))
 
 
 def test_random_streams_are_keyed_by_name() -> None:
     """The localiser's draws don't move the navigator's, and the two streams differ."""
     draws = []
     for n in (1, 7):
-        navigator, localiser = needing(), Here(n)
-        start(compose(navigator, localiser, "truth"))
+        navigator, localiser, tracker = needing("obstacles"), Here(n), Follows()
+        start(compose(navigator, localiser, "truth", tracker=tracker))
         draws.append(navigator.drawn.tolist())
-        assert navigator.drawn[0] != localiser.drawn[0]
+        assert len({navigator.drawn[0], localiser.drawn[0], tracker.drawn[0]}) == 3
     assert draws[0] == draws[1]
     other = needing()
     start(compose(other, Here(), "truth"), seed=2)

@@ -23,7 +23,7 @@ from clearway.campaigns.worker import Done, run_and_keep
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema
 from clearway.navigators.registry import make_navigator
-from clearway.perception import make_localiser
+from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.trials import Outcome
 from clearway.trials.store import Results, TrialStore, refuse_results
@@ -159,7 +159,7 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
         needs: frozenset[str] = getattr(navigator, "needs", frozenset())
         who = f"navigator {spec.navigator!r}"
         if "obstacles" in needs:
-            raise ClearwayError(f"{who} needs obstacles with position and velocity; {scenario.name!r} gives scans only")
+            make_tracker(spec.tracking, robot)
         if "scan" in needs and robot.lidar is None:
             raise ClearwayError(f"{who} needs scans, and the robot {spec.robot!r} has no lidar")
         if spec.localisation == "amcl" and (robot.lidar is None or not has_map):

@@ -1,4 +1,4 @@
-"""Composes a localiser and a navigator into the pilot that the world talks to."""
+"""Composes a localiser, a tracker and a navigator into the pilot that the world talks to."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from clearway.contract import (
     Pilot,
     Sensing,
     Task,
+    Tracker,
 )
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
@@ -45,49 +46,63 @@ class _Alarm(BaseException):
 
 
 def compose(
-    navigator: Navigator, localiser: Localiser, localisation: str, *, decision_limit: float | None = DECISION_LIMIT
+    navigator: Navigator,
+    localiser: Localiser,
+    localisation: str,
+    *,
+    tracker: Tracker | None = None,
+    decision_limit: float | None = DECISION_LIMIT,
 ) -> Pilot:
-    """A pilot of a navigator and a localiser.
+    """A pilot of a navigator, a localiser and a tracker.
 
     Args:
         navigator: gets what its `needs` asks for: the map, scans, obstacles; nothing else.
         localiser: gives the pose that the navigator believes in.
         localisation: its name, for messages.
+        tracker: gives the obstacles of a navigator that needs them; not asked for one that doesn't.
         decision_limit: wall-clock seconds after which a decision is broken off with `TookTooLong`; None: never.
             It works in the main thread of a process, where signals arrive, and can't stop code that never comes
             back to Python.
+
+    Raises:
+        ClearwayError: the navigator needs obstacles, and there is no tracker.
     """
-    return _Composed(navigator, localiser, localisation, decision_limit)
+    return _Composed(navigator, localiser, localisation, tracker, decision_limit)
 
 
 class _Composed:
     def __init__(
-        self, navigator: Navigator, localiser: Localiser, localisation: str, decision_limit: float | None
+        self,
+        navigator: Navigator,
+        localiser: Localiser,
+        localisation: str,
+        tracker: Tracker | None,
+        decision_limit: float | None,
     ) -> None:
         self._navigator, self._localiser, self._localisation = navigator, localiser, localisation
         self._limit = decision_limit
         self._prepare_limit = None if decision_limit is None else max(decision_limit, 60.0)
         self._watch = _Watchdog()
         needs = frozenset(getattr(navigator, "needs", frozenset()))
-        self._map, self._scan, self._obstacles = "map" in needs, "scan" in needs, "obstacles" in needs
+        self._map, self._scan = "map" in needs, "scan" in needs
+        self._tracker = tracker if "obstacles" in needs else None
+        if "obstacles" in needs and tracker is None:
+            raise ClearwayError("the navigator needs obstacles with position and velocity, which takes a tracker")
         self._diagnostics = getattr(navigator, "diagnostics", None)
         self._shown = -np.inf
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
-        """Prepare both for a new trial, each with a random stream of its own."""
+        """Prepare all three for a new trial, each with a random stream of its own."""
         self._shown = -np.inf
-        key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that neither stream moves the other's
+        key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that no stream moves another
         self._localiser.reset(task, robot, _stream(key, "localiser"))
+        if self._tracker is not None:
+            self._tracker.reset(task, robot, _stream(key, "tracker"))
         told = task if self._map or task.map is None else replace(task, map=None)
         self._watch(self._prepare_limit, "to prepare", self._navigator.reset, told, robot, _stream(key, "navigator"))
 
     def decide(self, sensing: Sensing) -> Decision:
-        """Localise, then ask the navigator; now and then also what it thought."""
-        if self._obstacles and sensing.obstacles is None:
-            raise ClearwayError(
-                "the navigator needs obstacles with position and velocity, but this scenario gives scans only; "
-                "use a navigator that reads scans"
-            )
+        """Localise, look for obstacles, then ask the navigator; now and then also what it thought."""
         if self._scan and sensing.scan is None:
             raise ClearwayError("the navigator needs scans, but the robot has no lidar")
         pose = self._localiser.update(sensing)
@@ -98,7 +113,7 @@ class _Composed:
             odom_pose=sensing.odom_pose,
             goal=sensing.goal,
             scan=sensing.scan if self._scan else None,
-            obstacles=sensing.obstacles if self._obstacles else None,
+            obstacles=None if self._tracker is None else self._tracker.update(sensing, pose),
         )
         command = self._watch(self._limit, "for a decision", self._navigator.step, observation)
         return Decision(command, pose, self._show(sensing.t))

@@ -18,7 +18,7 @@ from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
 from clearway.navigators.registry import make_navigator, navigator_class
-from clearway.perception import make_localiser
+from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Trial
 from clearway.trials.store import write_partial
@@ -57,7 +57,9 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
     robot = load_robot(spec.robot)
     navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
     localiser = make_localiser(spec.localisation, robot)
-    pilot = compose(navigator, localiser, spec.localisation, decision_limit=plan.decision_limit)
+    follows = "obstacles" in getattr(navigator, "needs", frozenset())
+    tracker = make_tracker(spec.tracking, robot) if follows else None
+    pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=plan.decision_limit)
     try:
         return simulate(
             spec.scenario,
@@ -69,6 +71,7 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
             privileged=bool(getattr(navigator_class(spec.navigator), "privileged", False)),
             budget=spec.setup.budget,
             setup=spec.setup.name,
+            tracking=spec.tracking if follows else "",
         )
     except ClearwayError:
         raise

@@ -1,4 +1,6 @@
-"""What the robot makes of its sensors: localisers (`truth`, `odometry`, `amcl`) and mapping."""
+"""What the robot makes of its sensors: localisers (`truth`, `odometry`, `amcl`), mapping, and trackers of obstacles
+(`difference`, `kalman`).
+"""
 
 from __future__ import annotations
 
@@ -9,6 +11,7 @@ from clearway.errors import unknown
 from clearway.perception.amcl import Amcl
 from clearway.perception.localisers import Odometry, Truth
 from clearway.perception.parameters import AmclParameters, MappingParameters, amcl_parameters, mapping_parameters
+from clearway.perception.trackers import TRACKERS, TrackerParameters, make_tracker
 from clearway.robots import Robot
 
 LOCALISERS: dict[str, Callable[[Robot], Localiser]] = {
@@ -32,12 +35,15 @@ def make_localiser(name: str, robot: Robot) -> Localiser:
 
 __all__ = [
     "LOCALISERS",
+    "TRACKERS",
     "Amcl",
     "AmclParameters",
     "MappingParameters",
     "Odometry",
+    "TrackerParameters",
     "Truth",
     "amcl_parameters",
     "make_localiser",
+    "make_tracker",
     "mapping_parameters",
 ]

@@ -1,0 +1,283 @@
+"""A lidar's scan as discs: returns, clusters of returns, circles that cover them.
+
+What a disc means: it covers the returns that it is made of, not the body behind them. Of a square of edge e of which
+one face is seen, the returns form a line, and their smallest circle has radius e / 2 and its centre on that face; the
+two far corners stick out of it behind. They come into view before a robot that drives forward can reach them. Every
+disc is grown by half the distance between beams where it was seen, as so much of a body may lie beside the outermost
+beam that met it.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from pydantic import BaseModel, ConfigDict, Field
+from scipy.ndimage import distance_transform_edt
+
+from clearway.contract import Scan
+from clearway.geometry.compiled import kernel
+from clearway.geometry.enclosing import enclosing_circle
+from clearway.geometry.frames import compose
+from clearway.geometry.grid import OCCUPIED, OccupancyGrid
+from clearway.geometry.shapes import FloatArray
+
+IntArray = npt.NDArray[np.int64]
+
+JOIN = 4.5
+"""Standard deviations of a difference of ranges that noise may make within a surface: at 3 one neighbour in 370 would
+part, and with it a body of a hundred returns every few scans."""
+
+
+class ClusterParameters(BaseModel):
+    """How a scan becomes discs. No robot's file sets these: they are ours, unless a source is named."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    range_limit: float = Field(default=4.0, gt=0, description="farther returns are left out, m: as far as paper A's"
+                               " TIAGo looks (raytrace_range)")  # fmt: skip
+    grazing: float = Field(default=math.radians(10), gt=0, lt=math.pi / 2, description="lambda of the adaptive breakpoint"
+                           " detector, rad: below this angle to the beam a surface falls apart (Borges, Aldon 2004)")  # fmt: skip
+    known_within: float = Field(default=0.2, ge=0, description="a return this near to an occupied cell of the map is"
+                                " known structure, m: the localisation's error, 0.05 m and 0.03 rad at 4 m")  # fmt: skip
+    body_radius: float = Field(default=0.5, gt=0, description="a cluster in a larger circle is structure, not a body"
+                               " that may move, m: HOSBOT's rack has 0.42 m")  # fmt: skip
+    body_returns: int = Field(default=3, ge=1, description="a body that may move has at least so many")
+    cell: float = Field(default=0.1, gt=0, description="cells in which structure is covered, m; a disc of one bulges at"
+                        " most 0.71 cell before a wall")  # fmt: skip
+    near: float = Field(default=1.5, ge=0, description="beyond this distance the cells are twice as large, m")
+    discs: int = Field(default=300, ge=16, description="at most so many; cells grow until they are fewer")
+
+
+class Returns(NamedTuple):
+    """The returns of a scan and the clusters that they form.
+
+    Attributes:
+        points: (m, 2) in the frame that was asked for. distance: (m,) from the sensor, m. known: (m,) uint8, whether
+        the map shows something there. label: (m,) index of the cluster. circles: (k, 3) smallest circle around each
+        cluster: x, y, radius. size: (k,) returns in each. far: (k,) mean distance from the sensor, m. cut: (k,)
+        uint8, whether it ends where the view does or behind something nearer. sensor: (3,) where it stood.
+    """
+
+    points: FloatArray
+    distance: FloatArray
+    known: npt.NDArray[np.uint8]
+    label: IntArray
+    circles: FloatArray
+    size: IntArray
+    far: FloatArray
+    cut: npt.NDArray[np.uint8]
+    sensor: FloatArray
+
+
+class KnownStructure(NamedTuple):
+    """Cells (rows, cols) uint8 that lie near an occupied cell of a map, with the map's geometry."""
+
+    cells: npt.NDArray[np.uint8]
+    origin: FloatArray
+    resolution: float
+
+
+NOTHING_KNOWN = KnownStructure(np.zeros((0, 0), dtype=np.uint8), np.zeros(2), 1.0)
+
+
+@lru_cache(maxsize=4)
+def known_structure(map: OccupancyGrid, within: float) -> KnownStructure:
+    """Cells of `map` whose centre lies within `within` [m] of an occupied cell's; kept for the last few maps."""
+    occupied = map.data == OCCUPIED
+    near = distance_transform_edt(~occupied) * map.resolution <= within if occupied.any() else occupied
+    return KnownStructure(near.astype(np.uint8), np.array(map.origin, dtype=np.float64), float(map.resolution))
+
+
+def perceive(
+    scan: Scan, pose: FloatArray, parameters: ClusterParameters, sigma: float = 0.0,
+    known: KnownStructure = NOTHING_KNOWN, believed: FloatArray | None = None,
+) -> Returns:  # fmt: skip
+    """The returns of `scan` within range, in clusters.
+
+    A cluster ends where two neighbours are farther apart than a surface would have them that is met at the angle
+    `grazing` (Borges and Aldon 2004, "Line extraction in 2D range images for mobile robotics"), and where what the
+    map knows ends.
+
+    Args:
+        scan: NaN, inf and anything else without a return is left out. pose: (3,) of the robot in the frame that the
+        points are wanted in. sigma: standard deviation of a range, m. known: structure of the map.
+        believed: (3,) pose of the robot in the map frame; default: `pose`.
+    """
+    at = pose if believed is None else believed
+    return Returns(
+        *_perceive(
+            np.asarray(scan.ranges, dtype=np.float64), scan.angle_min, scan.angle_increment, scan.range_min,
+            min(scan.range_max, parameters.range_limit), np.asarray(scan.mount, dtype=np.float64),
+            np.asarray(pose, dtype=np.float64), np.asarray(at, dtype=np.float64),
+            known.cells, known.origin, known.resolution, parameters.grazing, sigma,
+        )
+    )  # fmt: skip
+
+
+def cover(
+    returns: Returns, chosen: npt.NDArray[np.uint8], increment: float, parameters: ClusterParameters, most: int
+) -> tuple[FloatArray, IntArray, npt.NDArray[np.uint8]]:
+    """Discs that cover the returns of the `chosen` clusters cell by cell, so that they stay where they are while the
+    robot moves.
+
+    Args:
+        returns: in a frame that does not move. chosen: (k,) which clusters. increment: between two beams, rad.
+        most: discs at most; the cells double until that holds.
+
+    Returns:
+        Discs (n, 3) x, y, radius; a number (n,) for each that is its cell's, negative; whether all of it is known (n,).
+    """
+    return _cover(  # type: ignore[no-any-return]
+        returns.points, returns.distance, returns.known, returns.label, chosen, increment, parameters.cell,
+        parameters.near, most,
+    )  # fmt: skip
+
+
+@kernel
+def _perceive(
+    ranges: FloatArray, angle_min: float, increment: float, range_min: float, range_max: float,
+    mount: FloatArray, pose: FloatArray, believed: FloatArray,
+    cells: np.ndarray, origin: FloatArray, resolution: float, grazing: float, sigma: float,
+) -> tuple[
+    FloatArray, FloatArray, np.ndarray, IntArray, FloatArray, IntArray, FloatArray, np.ndarray, FloatArray
+]:  # fmt: skip
+    """See `perceive`; the fields of `Returns`."""
+    n = ranges.shape[0]
+    sensor, seen_from = compose(pose, mount), compose(believed, mount)
+    points, distance, known = np.empty((n, 2)), np.empty(n), np.zeros(n, dtype=np.uint8)
+    beam, label = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
+    rows, columns = cells.shape
+    m, k = 0, 0
+    for i in range(n):
+        r = ranges[i]
+        if not (range_min <= r <= range_max and r > 0.0):  # NaN is none of these
+            continue
+        bearing = angle_min + i * increment
+        points[m, 0] = sensor[0] + r * math.cos(sensor[2] + bearing)
+        points[m, 1] = sensor[1] + r * math.sin(sensor[2] + bearing)
+        if not (math.isfinite(points[m, 0]) and math.isfinite(points[m, 1])):
+            continue
+        if rows > 0:
+            column = math.floor((seen_from[0] + r * math.cos(seen_from[2] + bearing) - origin[0]) / resolution)
+            row = math.floor((seen_from[1] + r * math.sin(seen_from[2] + bearing) - origin[1]) / resolution)
+            known[m] = cells[row, column] if 0 <= row < rows and 0 <= column < columns else 0
+        distance[m], beam[m] = r, i
+        if m == 0 or not _joined(points, distance, known, m - 1, m, (i - beam[m - 1]) * increment, grazing, sigma):
+            k += 1
+        label[m] = k - 1
+        m += 1
+    around = 2.0 * math.pi - n * increment < 0.5 * increment
+    if around and k > 1:
+        gap = (n - beam[m - 1] + beam[0]) * increment
+        if _joined(points, distance, known, m - 1, 0, gap, grazing, sigma):
+            last = k - 1
+            for j in range(m):
+                if label[j] == last:
+                    label[j] = 0
+            k -= 1
+    circles, count, far, cut = np.empty((k, 3)), np.zeros(k, dtype=np.int64), np.zeros(k), np.zeros(k, dtype=np.uint8)
+    for j in range(m):
+        i = beam[j]
+        before, after = i - 1, i + 1
+        if around:
+            before, after = (i - 1) % n, (i + 1) % n
+        if before < 0 or after >= n:
+            cut[label[j]] = 1
+            continue
+        nearer = distance[j] - 3.0 * sigma - 0.05
+        other = label[j - 1] if j > 0 and beam[j - 1] == before else -1
+        if ranges[before] < nearer and other != label[j]:
+            cut[label[j]] = 1
+        other = label[j + 1] if j + 1 < m and beam[j + 1] == after else -1
+        if ranges[after] < nearer and other != label[j]:
+            cut[label[j]] = 1
+    order, first = _by_label(label[:m], k)
+    for c in range(k):
+        members = order[first[c] : first[c + 1]]
+        count[c] = members.shape[0]
+        for j in members:
+            far[c] += distance[j] / count[c]
+        circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(points, members)
+        circles[c, 2] += 0.5 * increment * far[c]
+    return points[:m], distance[:m], known[:m], label[:m], circles, count, far, cut, sensor
+
+
+@kernel
+def _joined(
+    points: FloatArray, distance: FloatArray, known: np.ndarray, a: int, b: int, angle: float, grazing: float, sigma: float
+) -> bool:  # fmt: skip
+    """Whether two returns whose beams are `angle` apart lie on one surface."""
+    if known[a] != known[b] or angle >= 0.5 * grazing:
+        return False
+    near = min(distance[a], distance[b])
+    apart = math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
+    return bool(apart <= near * math.sin(angle) / math.sin(grazing - angle) + JOIN * math.sqrt(2.0) * sigma)
+
+
+@kernel
+def _by_label(label: IntArray, k: int) -> tuple[IntArray, IntArray]:
+    """Indices sorted by label, stably, and where each label's begin: (m,), (k + 1,)."""
+    first = np.zeros(k + 1, dtype=np.int64)
+    for j in range(label.shape[0]):
+        first[label[j] + 1] += 1
+    for c in range(k):
+        first[c + 1] += first[c]
+    at, order = first[:k].copy(), np.empty(label.shape[0], dtype=np.int64)
+    for j in range(label.shape[0]):
+        order[at[label[j]]] = j
+        at[label[j]] += 1
+    return order, first
+
+
+@kernel
+def _cover(
+    points: FloatArray, distance: FloatArray, known: np.ndarray, label: IntArray, chosen: np.ndarray,
+    increment: float, cell: float, near: float, most: int,
+) -> tuple[FloatArray, IntArray, np.ndarray]:  # fmt: skip
+    """See `cover`."""
+    taken = np.empty(points.shape[0], dtype=np.int64)
+    m = 0
+    for j in range(points.shape[0]):
+        if chosen[label[j]]:
+            taken[m] = j
+            m += 1
+    size = 16
+    while size < 2 * m:
+        size *= 2
+    own, keys = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64)
+    slots = np.empty(size, dtype=np.int64)
+    level, k = 0, 0
+    while True:
+        slots[:] = -1
+        k = 0
+        for i in range(m):
+            j = taken[i]
+            deep = level + (1 if distance[j] > near else 0)
+            edge = cell * 2.0**deep
+            column, row = math.floor(points[j, 0] / edge), math.floor(points[j, 1] / edge)
+            key = (np.int64(deep) << 48) | ((np.int64(column) & 0xFFFFFF) << 24) | (np.int64(row) & 0xFFFFFF)
+            at = ((key * 0x9E3779B1) >> 7) & (size - 1)
+            while slots[at] >= 0 and keys[slots[at]] != key:
+                at = (at + 1) & (size - 1)
+            if slots[at] < 0:
+                slots[at], keys[k] = k, key
+                k += 1
+            own[i] = slots[at]
+        if k <= most or level >= 24:
+            break
+        level += 1
+    order, first = _by_label(own, k)
+    discs, all_known = np.empty((k, 3)), np.ones(k, dtype=np.uint8)
+    for c in range(k):
+        members = taken[order[first[c] : first[c + 1]]]
+        discs[c, 0], discs[c, 1], discs[c, 2] = enclosing_circle(points, members)
+        far = 0.0
+        for j in members:
+            far = max(far, distance[j])
+            all_known[c] &= known[j]
+        discs[c, 2] += 0.5 * increment * far
+    return discs, -1 - keys[:k], all_known

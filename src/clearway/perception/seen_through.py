@@ -1,0 +1,56 @@
+"""Whether something has moved, told by what the lidar saw through: free space cannot fill by itself.
+
+A return in a place that an earlier scan looked through has come there since; an earlier return in a place that this
+scan looks through has gone. A face that comes into view, on the other hand, lay in the shadow before. So a body that
+stands is not taken for a moving one merely because more of it is seen, which is what moves the centre of its cluster.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.angles import wrap
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+
+@kernel
+def count_seen_through(
+    points: FloatArray, owner: np.ndarray, owners: int,
+    ranges: FloatArray, sensor: FloatArray, angle_min: float, increment: float, range_max: float,
+    margin: float, slack: float,
+) -> np.ndarray:  # fmt: skip
+    """How many points of each owner lie where a scan saw nothing: (owners,) int64.
+
+    Args:
+        points: (m, 2) in a frame that does not move. owner: (m,) from 0, negative: nobody's.
+        ranges: (n,) of the scan; inf: nothing up to `range_max`. sensor: (3,) where it was taken, in the same frame.
+        margin: m, by which the beams must have gone beyond the point. slack: rad, for so far to either side of it.
+    """
+    found = np.zeros(owners, dtype=np.int64)
+    n = ranges.shape[0]
+    aside = max(1, math.ceil(slack / increment)) if increment > 0.0 else 0
+    around = abs(n * increment - 2.0 * math.pi) < 0.5 * increment
+    for j in range(points.shape[0]):
+        if owner[j] < 0:
+            continue
+        dx, dy = points[j, 0] - sensor[0], points[j, 1] - sensor[1]
+        d = math.hypot(dx, dy)
+        if d + margin >= range_max:
+            continue
+        bearing = wrap(math.atan2(dy, dx) - sensor[2])
+        if bearing < angle_min - 0.5 * increment:
+            bearing += 2.0 * math.pi
+        middle = math.floor((bearing - angle_min) / increment + 0.5) if increment > 0.0 else 0
+        if not around and (middle - aside < 0 or middle + aside >= n):
+            continue
+        free = True
+        for i in range(middle - aside, middle + aside + 1):
+            if not ranges[i % n] > d + margin:  # NaN: not known to be free
+                free = False
+                break
+        if free:
+            found[owner[j]] += 1
+    return found
