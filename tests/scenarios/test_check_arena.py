@@ -71,7 +71,9 @@ def test_what_is_wrong_with_the_task() -> None:
 
 
 def test_a_ring_of_obstacles_leaves_no_way() -> None:
-    ring = [standing(12.25 + math.cos(a) * 1.1, 12.25 + math.sin(a) * 1.1) for a in [k * math.tau / 9 for k in range(9)]]
+    ring = [
+        standing(12.25 + math.cos(a) * 1.1, 12.25 + math.sin(a) * 1.1) for a in [k * math.tau / 9 for k in range(9)]
+    ]
     assert problems(*ring)[0].startswith("legs.0.goal: rescue is 0.50 m wide, but the widest way to the goal 'way'")
 
 

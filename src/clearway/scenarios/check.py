@@ -221,8 +221,9 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Sequence[_Standing]) -
             )
             return
         if fixtures:
-            each = (np.array(v) for v in (motion.start, motion.velocity, motion.attraction, motion.stiffness))
-            states = trajectory(*each, STEP, math.ceil(seconds / STEP))
+            start, velocity = np.array(motion.start), np.array(motion.velocity)
+            attraction, stiffness = np.array(motion.attraction), np.array(motion.stiffness)
+            states = trajectory(start, velocity, attraction, stiffness, STEP, math.ceil(seconds / STEP))
             poses = np.column_stack([states[:, :2], np.zeros(len(states))])
             gaps = min_clearance(shape, poses, list(fixtures), np.zeros((len(poses), 0, 3)))
             if gaps.min() <= 0:

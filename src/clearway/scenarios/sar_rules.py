@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.geometry.compiled import kernel
 from clearway.geometry.oscillator import amplitude, trajectory
 from clearway.geometry.shapes import FloatArray
 from clearway.stand_ins import stand_ins
@@ -23,6 +24,8 @@ START, GOAL = (np.array(TASK[end][:2], dtype=np.float64) for end in ("start", "g
 RADIUS: float = OBSTACLES["radius"]
 APART: float = ROBOT["footprint"]["radius"] + RADIUS
 """Where the robot's centre meets an obstacle's: inflated radius of a disc, m."""
+SPEED: float = ROBOT["drive"]["v_max"]
+TOLERANCE: float = ROBOT["tolerances"]["xy"]
 SAMPLE = 0.05
 """Time between two samples of an obstacle's motion, s; on a line between them it is off by less than 1 mm."""
 
@@ -90,8 +93,7 @@ def leavers(layout: Layout) -> npt.NDArray[np.bool_]:
     """(m,) which of the moving ones swing across the border of the square, sooner or later."""
     reach = layout.amplitude() + RADIUS
     outside = (layout.attraction - reach < 0.0) | (layout.attraction + reach > SIZE)
-    found: npt.NDArray[np.bool_] = outside.any(axis=1)
-    return found
+    return np.asarray(outside.any(axis=1), dtype=np.bool_)
 
 
 def along(path: FloatArray, distance: FloatArray) -> FloatArray:
@@ -107,51 +109,72 @@ def length(path: FloatArray) -> float:
 
 
 def closing_gap(layout: Layout, path: FloatArray) -> ClosingGap | None:
-    """The first gap that closes on a robot on `path` (n, 2), by speeds in their order; None if none does.
+    """The first gap that closes on a robot on `path` (n, 2), at the first speed at which one does; None if none does.
 
     At one of the speeds the robot's centre crosses the line between the centres of two obstacles, one of which moves at
     least, while their edges are at most `closed` apart that were at least `open` apart `before` seconds earlier.
     """
-    way = length(path)
-    n, m = len(layout.static), len(layout.start)
-    first, second = (np.array(i, dtype=np.int64) for i in _pairs(n, m))
-    seconds = way / min(GAP["speeds"])
-    moving = layout.motion(seconds)[:, :, :2]
+    way, n = length(path), len(layout.static)
+    moving = layout.motion(way / min(GAP["speeds"]))[:, :, :2]
     at = np.concatenate([np.broadcast_to(layout.static, (len(moving), n, 2)), moving], axis=1)
-    a, b = at[:, first], at[:, second]
-    gap = np.hypot(*(b - a).transpose(2, 0, 1)) - 2.0 * RADIUS
-    times = SAMPLE * np.arange(len(at))
+    back = GAP["before"] / SAMPLE
     for speed in GAP["speeds"]:
-        count = int(way / speed / SAMPLE) + 1
-        p = along(path, speed * times[:count])[:, None]
-        side, share = _across(p, a[:count], b[:count])
-        between = (share >= 0.0) & (share <= 1.0)
-        crosses = (side[1:] > 0.0) != (side[:-1] > 0.0)
-        for k, j in np.argwhere(crosses & between[1:] & between[:-1]).tolist():
-            t = times[k] + SAMPLE * side[k, j] / (side[k, j] - side[k + 1, j])
-            if t < GAP["before"]:
-                continue
-            now, before = (float(np.interp(s, times, gap[:, j])) for s in (t, t - GAP["before"]))
-            if now <= GAP["closed"] and before >= GAP["open"]:
-                return ClosingGap(speed, float(t), int(first[j]), int(second[j]), now, before)
+        p = along(path, speed * SAMPLE * np.arange(int(way / speed / SAMPLE) + 1, dtype=np.float64))
+        k, i, j, now, before = _between(p, at, n, back, GAP["closed"] + 2.0 * RADIUS, GAP["open"] + 2.0 * RADIUS)
+        if i >= 0:
+            return ClosingGap(speed, SAMPLE * k, i, j, now - 2.0 * RADIUS, before - 2.0 * RADIUS)
     return None
+
+
+@kernel
+def _between(
+    p: FloatArray, at: FloatArray, still: int, back: float, closed: float, opened: float
+) -> tuple[float, int, int, float, float]:
+    """When the robot at `p` (k, 2) first crosses the line between two of `at` (k or more, n, 2) that closed in on it.
+
+    Args:
+        still: so many of the n stand. back: how long before the two were apart, in samples. closed, opened: how far
+            apart their centres are at most, and were at least, m.
+
+    Returns:
+        When, in samples; who (-1: nobody); how far apart they are and were, m.
+    """
+    for k in range(max(1, math.ceil(back)), p.shape[0]):
+        for j in range(still, at.shape[1]):
+            for i in range(j):
+                if max(abs(at[k, i, 0] - at[k, j, 0]), abs(at[k, i, 1] - at[k, j, 1])) > closed + 1.0:
+                    continue
+                side, share = _across(p[k - 1], at[k - 1, i], at[k - 1, j])
+                beyond, after = _across(p[k], at[k, i], at[k, j])
+                if (side > 0.0) == (beyond > 0.0) or not (0.0 <= share <= 1.0 and 0.0 <= after <= 1.0):
+                    continue
+                when = k - 1 + side / (side - beyond)
+                now, before = _apart(at, i, j, when), _apart(at, i, j, when - back)
+                if when >= back and now <= closed and before >= opened:
+                    return when, i, j, now, before
+    return 0.0, -1, -1, 0.0, 0.0
+
+
+@kernel
+def _apart(at: FloatArray, i: int, j: int, when: float) -> float:
+    """Distance of two centres at the fractional sample `when`, m."""
+    k = min(int(when), at.shape[0] - 2)
+    s = when - k
+    dx = (1.0 - s) * (at[k, j, 0] - at[k, i, 0]) + s * (at[k + 1, j, 0] - at[k + 1, i, 0])
+    dy = (1.0 - s) * (at[k, j, 1] - at[k, i, 1]) + s * (at[k + 1, j, 1] - at[k + 1, i, 1])
+    return math.hypot(dx, dy)
+
+
+@kernel
+def _across(p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[float, float]:
+    """On which side of the line a-b the point p (2,) lies (its sign), and how far along it (0 at a, 1 at b)."""
+    dx, dy, rx, ry = b[0] - a[0], b[1] - a[1], p[0] - a[0], p[1] - a[1]
+    return dx * ry - dy * rx, (dx * rx + dy * ry) / (dx * dx + dy * dy)
 
 
 def conflict(layout: Layout, path: FloatArray, speed: float) -> bool:
     """Whether a robot that follows `path` (n, 2) at `speed` [m/s], come what may, hits something that moves."""
     way = length(path)
     moving = layout.motion(way / speed)[:, :, :2]
-    p = along(path, speed * SAMPLE * np.arange(len(moving)))
+    p = along(path, speed * SAMPLE * np.arange(len(moving), dtype=np.float64))
     return bool((np.hypot(*(moving - p[:, None]).transpose(2, 0, 1)) < APART).any())
-
-
-def _pairs(n: int, m: int) -> tuple[list[int], list[int]]:
-    """Both members of each pair of the n + m obstacles of which at least one moves (the last m do)."""
-    pairs = [(i, j) for j in range(n, n + m) for i in range(j)]
-    return [i for i, _ in pairs], [j for _, j in pairs]
-
-
-def _across(p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[Any, Any]:
-    """On which side of the line a-b each point p lies (its sign), and how far along it (0 at a, 1 at b)."""
-    d, r = b - a, p - a
-    return d[..., 0] * r[..., 1] - d[..., 1] * r[..., 0], (d * r).sum(-1) / (d * d).sum(-1)

@@ -1,4 +1,4 @@
-"""The shortest way past discs that stand: straight lines between points around them, searched by Dijkstra.
+"""The shortest way past discs that stand: straight lines between points around them, searched by A*.
 
 Each circle is stood in for by the corners of a polygon around it, so the way is valid everywhere and at most 0.1 % longer
 on arcs than one that follows the circles themselves.
@@ -34,15 +34,16 @@ def static_way(
     free = inside & (apart >= discs[:, 2]).all(axis=1)
     if not free[:2].all():
         return None
-    found = _dijkstra(np.ascontiguousarray(points[free]), np.ascontiguousarray(discs))
+    found = _search(np.ascontiguousarray(points[free]), np.ascontiguousarray(discs))
     return found if len(found) else None
 
 
 @kernel
-def _dijkstra(points: FloatArray, discs: FloatArray) -> FloatArray:
+def _search(points: FloatArray, discs: FloatArray) -> FloatArray:
     """The way from points[0] to points[1] over points that see each other past the discs; empty if there is none."""
     n = points.shape[0]
     cost, before, done = np.full(n, math.inf), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)
+    left = np.hypot(points[:, 0] - points[1, 0], points[:, 1] - points[1, 1])
     cost[0] = 0.0
     here = 0
     while here != 1:
@@ -54,7 +55,7 @@ def _dijkstra(points: FloatArray, discs: FloatArray) -> FloatArray:
                     cost[to], before[to] = total, here
         here = -1
         for k in range(n):
-            if not done[k] and cost[k] < math.inf and (here < 0 or cost[k] < cost[here]):
+            if not done[k] and cost[k] < math.inf and (here < 0 or cost[k] + left[k] < cost[here] + left[here]):
                 here = k
         if here < 0:
             return np.empty((0, 2))

@@ -1,0 +1,196 @@
+"""Suites of paper B's cases: what the generator promises, recomputed from closed forms, and the frozen file."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.robots import load_robot
+from clearway.scenarios import sar_draws
+from clearway.scenarios.check import check_scenario
+from clearway.scenarios.sar import FROZEN, freeze, frozen
+from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, static_path
+from clearway.scenarios.sar_rules import Layout, closing_gap, length
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import Selection, seed_range
+from clearway.scenarios.suites import load_suite
+
+START, GOAL, RADIUS, ROBOT = np.array([1.75, 1.75]), np.array([12.25, 12.25]), 0.35, 0.25
+SUITES = {"sar-case1": ["case 1"], "sar-case2": ["case 2"], "sar-confined": ["case 1 confined", "case 2 confined"]}
+every_case = pytest.mark.parametrize("case", list(CASES))
+
+
+def build(suite: str, robot: str = "rescue", seed: int = 0, **selection: Any) -> list[Scenario]:
+    return load_suite(suite).build(load_robot(robot), Selection(**selection), seed)
+
+
+def exact(layout: Layout, t: np.ndarray) -> np.ndarray:
+    """(k, n + m, 2) centres at the times `t` (k,), by the closed form; static ones first."""
+    w = np.sqrt(layout.stiffness)
+    s = t[:, None, None]
+    moving = (
+        layout.attraction + (layout.start - layout.attraction) * np.cos(w * s) + layout.velocity / w * np.sin(w * s)
+    )
+    return np.concatenate([np.broadcast_to(layout.static, (len(t), *layout.static.shape)), moving], axis=1)
+
+
+def some(case: str) -> list[Drawn]:
+    return [*frozen()[case], *(generate(CASES[case], seed) for seed in range(3))]
+
+
+@pytest.mark.parametrize("suite", list(SUITES))
+def test_ten_scenarios_of_each_case(suite: str) -> None:
+    scenarios = build(suite)
+    assert [s.labels.batch for s in scenarios] == [c for c in SUITES[suite] for _ in range(10)]
+    assert len({s.name for s in scenarios}) == len(scenarios) == 10 * len(SUITES[suite])
+    for s in scenarios:
+        n, m = {"case 1": (6, 5), "case 2": (8, 8)}[s.labels.batch[:6]]
+        assert [o.pose is None for o in s.obstacles] == [False] * n + [True] * m
+        assert (s.plan, s.localisation, s.tracking, s.livelock) == ("arena", "truth", "difference", True)
+        assert (s.placement_xy, s.placement_yaw, s.legs[0].time_limit) == (0.0, 0.0, 120.0)
+        assert s.legs[0].yaw_tolerance == math.inf
+        assert s.limit is not None
+        assert s.disturbance is not None
+    assert check_scenario(scenarios[0], load_robot("rescue")) == []
+    assert check_scenario(scenarios[-1], load_robot("rescue")) == []
+
+
+@every_case
+def test_the_frozen_file_is_what_the_generator_draws(case: str) -> None:
+    assert len(frozen()[case]) == FROZEN == 10
+    for drawn, row in zip(frozen()[case], freeze(CASES[case], 2), strict=False):
+        assert row["seed"] == drawn.seed
+        for part in ("static", "start", "velocity", "attraction", "stiffness"):
+            assert getattr(drawn.layout, part).tolist() == row[part]
+        assert drawn.limit.model_dump() == pytest.approx(row["limit"], abs=1e-3)
+
+
+@every_case
+def test_what_is_drawn_keeps_the_rules(case: str) -> None:
+    for drawn in some(case):
+        layout = drawn.layout
+        at = np.concatenate([layout.static, layout.start])
+        apart = np.hypot(*(at[:, None] - at).transpose(2, 0, 1))[np.triu_indices(len(at), 1)]
+        assert apart.min() >= 2 * RADIUS
+        for end in (START, GOAL):
+            assert np.hypot(*(at - end).T).min() >= 1.5 + RADIUS
+        for drawn_in in (at, layout.attraction):
+            assert drawn_in.min() >= 1.5
+            assert drawn_in.max() <= 12.5
+        assert np.abs(layout.velocity).max() <= 0.5
+        eta = (layout.stiffness * (2.0 + np.abs(layout.start - layout.attraction)) / 0.2 - 1) / 4
+        assert eta[:, 0] == pytest.approx(eta[:, 1], abs=1e-4)  # one draw an obstacle
+        assert -1e-4 < eta.min() < eta.max() < 1 + 1e-4
+        assert drawn.limit.time >= (math.dist(START, GOAL) - 0.2) / 1.0 * (1 - 1e-6)
+        assert drawn.limit.path >= math.dist(START, GOAL) - 0.2 - 1e-3
+        if CASES[case].confined:
+            assert np.abs(layout.start - layout.attraction).max() <= 3.0 + 1e-9
+            swept = exact(layout, np.arange(0.0, 600.0, 0.05))[:, len(layout.static) :]
+            assert swept.min() - RADIUS >= 0.0
+            assert swept.max() + RADIUS <= 14.0
+
+
+@pytest.mark.parametrize("case", ["case 2", "case 2 confined"])
+def test_a_gap_closes_on_the_static_way(case: str) -> None:
+    """Recomputed from the closed form, a millisecond at a time, in the frame of the two that close in."""
+    for drawn in some(case):
+        path = static_path(drawn.layout)
+        assert path is not None
+        found = closing_gap(drawn.layout, path)
+        assert found is not None
+        assert found.speed in (0.5, 0.75, 1.0)
+        assert found.second >= len(drawn.layout.static)
+        t = found.time + np.arange(-0.2, 0.2, 1e-3)
+        reached = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+        p = np.stack([np.interp(found.speed * t, reached, path[:, k]) for k in range(2)], axis=1)
+        a, b = exact(drawn.layout, t)[:, [found.first, found.second]].transpose(1, 0, 2)
+        to_a, to_b = a - p, b - p
+        between = np.arccos(np.clip((to_a * to_b).sum(1) / np.hypot(*to_a.T) / np.hypot(*to_b.T), -1, 1))
+        assert between.max() > math.pi - 0.05  # seen from the robot the two stand opposite each other
+        meeting = t[int(between.argmax())]
+        assert meeting == pytest.approx(found.time, abs=0.02)
+        for moment, gap in ((found.time, found.gap), (found.time - 1.95, found.before)):
+            one, two = exact(drawn.layout, np.array([moment]))[0, [found.first, found.second]]
+            assert math.dist(one, two) - 2 * RADIUS == pytest.approx(gap, abs=2e-3)
+        assert found.gap <= 0.6
+        assert found.before >= 1.1
+
+
+@every_case
+def test_the_static_way_is_free_and_no_shorter_than_the_straight_one(case: str) -> None:
+    for drawn in some(case):
+        path = static_path(drawn.layout)
+        assert path is not None
+        assert path[0].tolist() == START.tolist()
+        assert path[-1].tolist() == GOAL.tolist()
+        dense = np.concatenate([np.linspace(a, b, 200) for a, b in itertools.pairwise(path)])
+        gap = np.hypot(*(dense[:, None] - drawn.layout.static).transpose(2, 0, 1)) - RADIUS - ROBOT
+        assert gap.min() > -1e-9
+        assert math.dist(START, GOAL) <= length(path) <= 1.3 * math.dist(START, GOAL)
+
+
+def test_a_seed_gives_the_same_whichever_others_are_drawn() -> None:
+    generate.cache_clear()
+    alone = generate(CASES["case 1"], 7)
+    generate.cache_clear()
+    after = [generate(CASES["case 1"], s) for s in (5, 6, 7)][-1]
+    assert alone.layout.start.tolist() == after.layout.start.tolist()
+    assert alone.limit == after.limit
+    others = {generate(CASES["case 1"], s).layout.start[0, 0] for s in range(10)}
+    assert len(others | {d.layout.start[0, 0] for d in frozen()["case 1"]}) == 20  # frozen ones are a family apart
+
+
+def test_seeds_select_what_is_drawn() -> None:
+    scenarios = build("sar-case1", seeds=(3, 6))
+    assert [s.labels.configuration for s in scenarios] == ["seed-3", "seed-4", "seed-5"]
+    start = scenarios[0].obstacles[6].oscillation
+    assert start is not None
+    assert start.start == tuple(generate(CASES["case 1"], 3).layout.start[0])
+    both = build("sar-confined", seeds=(0, 2))
+    assert [s.labels.batch for s in both] == ["case 1 confined"] * 2 + ["case 2 confined"] * 2
+    assert len(build("sar-confined", seeds=(0, 2), batches=("case 1 confined",))) == 2
+
+
+def test_repetitions_and_campaign_seeds_change_the_disturbance_only() -> None:
+    one, two = build("sar-case1", repetitions=2, configurations=("scenario-4",))
+    (other,) = build("sar-case1", seed=1, configurations=("scenario-4",))
+    assert one.obstacles == two.obstacles == other.obstacles
+    assert len({one.seed, two.seed, other.seed}) == 3
+    assert one.limit == two.limit
+
+
+def test_the_limit_holds_for_the_robot_and_speed_that_it_was_searched_for() -> None:
+    assert build("sar-case1", speeds=(0.5,))[0].limit is None
+    tiago = build("sar-case1", robot="tiago")[0]
+    assert (tiago.speed, tiago.limit) == (1.0, None)
+
+
+@pytest.mark.parametrize("text", ["", "3", "5:5", "6:5", "-1:4", "a:b", "0:1:2", "0.5:2"])
+def test_what_is_no_range_of_seeds(text: str) -> None:
+    with pytest.raises(ClearwayError, match="is no range of seeds; 0:200 are the seeds 0 to 199"):
+        seed_range(text)
+
+
+def test_other_wrong_selections() -> None:
+    assert seed_range("0:200") == (0, 200)
+    with pytest.raises(ClearwayError, match="'2:1' is no range of seeds"):
+        build("sar-case1", seeds=(2, 1))
+    with pytest.raises(ClearwayError, match="the suite 'hospital' has no generator"):
+        build("hospital", robot="tiago", seeds=(0, 1))
+    with pytest.raises(ClearwayError, match="'sar-case1' takes place in the floor plan 'arena'"):
+        build("sar-case1", plan="hall")
+    with pytest.raises(ClearwayError, match=r"1.5 m/s is out of reach for 'rescue', at most 1"):
+        build("sar-case1", speeds=(1.5,))
+
+
+def test_a_generator_that_finds_nothing_says_why_and_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sar_draws, "DRAWS", 40)
+    with pytest.raises(ClearwayError) as raised:
+        generate(Case("crowd", 80, 80, closing_gap=False), 0)
+    assert str(raised.value) == ("seeds: crowd, seed 0: none of 40 draws makes a solvable scenario (overlap 100.0 %)")
+    assert sum(generate(CASES["case 1"], 1).refused.values()) < 40
