@@ -1,0 +1,130 @@
+"""The navigator `hl-rrt`."""
+
+from __future__ import annotations
+
+import math
+import time
+from functools import cache
+from typing import ClassVar
+
+import numpy as np
+
+from clearway.contract import Budget, Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.geometry.angles import turn_between
+from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.hl_rrt.following import Body, follow, turn
+from clearway.navigators.hl_rrt.parameters import Parameters, parameters_of
+from clearway.navigators.hl_rrt.planner import Plan, Planner
+from clearway.robots import Robot
+from clearway.stand_ins import stand_ins
+
+_NONE = Plan(np.empty((0, 2)), math.inf, False, 0, False)
+
+
+class HlRrt:
+    """Horizon-based lazy RRT* with online learning (HL-RRT*), paper B's first rival.
+
+    Chen, He, Li 2019 (Autonomous Robots, 10.1007/s10514-019-09879-8) as paper B describes it; what neither says is
+    filled in and listed in docs/decisions.md. It predicts nothing: obstacles count where they are now. The robot stays
+    put unless a collision-free way leads to a point nearer to the goal than itself.
+
+    An iteration of its budget is one sample. Without a budget it ends by itself, deterministically: once a valid path to
+    the horizon or the goal has not improved for `patience` samples, or after `cap` samples.
+    """
+
+    needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Forget everything and prepare for a new trial.
+
+        Raises:
+            ClearwayError: a parameter in the robot's file is wrong.
+        """
+        p, d = parameters_of(robot), robot.drive
+        _compile()
+        area = np.array(task.area if task.area is not None else (-np.inf, -np.inf, np.inf, np.inf), np.float64)
+        self._planner = Planner(p, area, rng)
+        self._body = Body(
+            min(p.speed, task.speed_limit, d.v_max), d.omega_max, d.acceleration, d.deceleration,
+            d.angular_acceleration, d.angular_deceleration, task.period,
+        )  # fmt: skip
+        self._margin = circumscribed_radius(robot.planner_shape) + p.padding
+        self._budget = task.budget
+        self._goal: Goal | None = None
+        self._there = False
+        self._plan, self._status = _NONE, ""
+
+    def step(self, observation: Observation) -> Command:
+        """Decide for one control period.
+
+        Raises:
+            ValueError: the pose is not finite.
+        """
+        began, o = time.perf_counter(), observation
+        for name in ("pose", "velocity"):
+            if not np.isfinite(getattr(o, name)).all():
+                raise ValueError(f"observation.{name} is {getattr(o, name)}; it must be finite")
+        at, goal, tolerance = o.pose[:2].copy(), o.goal.pose[:2].copy(), o.goal.xy_tolerance
+        if o.goal is not self._goal:
+            self._goal, self._there = o.goal, False
+            self._planner.forget(at)
+        self._there = math.dist(at, goal) <= (tolerance if self._there else 0.5 * tolerance)
+        if self._there:
+            self._plan, self._status = _NONE, "arrived"
+            yaw = turn_between(float(o.pose[2]), float(o.goal.pose[2]))
+            v, omega = turn(yaw if abs(yaw) > 0.5 * o.goal.yaw_tolerance else 0.0, o.velocity, self._body)
+            return self._command(v, omega)
+        near = self._body.speed * self._body.period
+        discs = self._discs(o.obstacles)
+        self._plan = plan = self._planner.plan(at, goal, 0.5 * tolerance, discs, near, self._budget, began)
+        if not len(plan.points):
+            self._status = "no path"
+            return self._command(*turn(0.0, o.velocity, self._body))
+        assert self._planner.scene is not None
+        v, omega, clear = follow(plan.points, o.pose, o.velocity, self._body, near, self._planner.scene)
+        self._status = "tracking" if clear else "braking"
+        return self._command(v, omega)
+
+    def diagnostics(self) -> Diagnostics:
+        """The tree, the path and the learnt mixture."""
+        scene = self._planner.scene
+        return Diagnostics(
+            polylines={"plan": self._plan.points} if len(self._plan.points) else {},
+            circles={
+                "obstacles": np.empty((0, 3)) if scene is None else scene.discs.copy(),
+                "mixture": self._planner.mixture,
+            },
+            tree=self._planner.edges(),
+            status=self._status,
+            iterations=self._plan.iterations,
+        )
+
+    def _discs(self, obstacles: Obstacles | None) -> FloatArray:
+        """(n, 3) x, y, R: what the robot's centre keeps out of. An obstacle that is not a finite disc is left out."""
+        if obstacles is None:
+            return np.empty((0, 3))
+        discs = np.column_stack([obstacles.position, obstacles.radius + self._margin]).astype(np.float64)
+        return np.ascontiguousarray(discs[np.isfinite(discs).all(axis=1) & (obstacles.radius >= 0.0)])
+
+    def _command(self, v: float, omega: float) -> Command:
+        top = self._body.speed
+        v = min(max(v, 0.0), top)
+        omega = min(max(omega, -self._body.omega_max), self._body.omega_max)
+        return Command(v, omega, status=self._status, cut=self._plan.cut)
+
+
+@cache
+def _compile() -> None:
+    """Compile all kernels now, so that no decision of a trial waits for it."""
+    parameters = Parameters.model_validate(stand_ins("hl-rrt") | {"cap": 20, "capacity": 16})
+    planner = Planner(parameters, np.array((-9.0, -9.0, 9.0, 9.0)), np.random.default_rng(0))
+    planner.forget(np.zeros(2))
+    for _ in range(2):
+        plan = planner.plan(
+            np.zeros(2), np.array((0.4, 0.0)), 0.1, np.array(((5.0, 0.0, 0.2),)), 0.01, Budget(), 0.0
+        )  # fmt: skip
+    body = Body(0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.1)
+    assert planner.scene is not None
+    follow(plan.points, np.zeros(3), np.zeros(2), body, 0.01, planner.scene)
+    turn(0.1, np.zeros(2), body)
+    planner.edges()
