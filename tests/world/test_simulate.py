@@ -298,3 +298,42 @@ def test_where_a_base_that_turns_about_another_point_is_touched() -> None:
         assert b.scan is not None
         np.testing.assert_allclose(a.scan.ranges, b.scan.ranges, atol=1e-9)
         assert a.scan.mount[0] == b.scan.mount[0] == 0.0
+
+
+def test_what_a_trial_keeps_of_a_navigator_s_words_and_of_the_budget() -> None:
+    words = ["", "", "tracking", "tracking", "infeasible", "tracking"]
+    pilot = Pilot(lambda s: Command(0, 0, status=words[round(s.t / 0.1) % 6], cut=round(s.t / 0.1) % 3 == 0))
+    here = make_scenario(legs=[{"name": "f", "goal": (9, 0, 0), "time_limit": 0.8}])
+    trial = run(pilot, scenario=here, budget=Budget(seconds=0.1), tracking="kalman")
+    said = [(round(e.t, 3), e.detail) for e in trial.events if e.kind == "status"]
+    assert said == [(0.2, "tracking"), (0.4, "infeasible"), (0.5, "tracking"), (0.6, ""), (0.8, "tracking")]
+    assert trial.cut is not None
+    assert trial.cut.tolist() == [True, False, False] * 3
+    assert trial.attempt.tracking == "kalman"
+    assert run(constant(0.0), scenario=here).cut is None  # nothing could have cut it
+    bounded = run(constant(0.0), scenario=here, budget=Budget(iterations=5)).cut
+    assert bounded is not None
+    assert not bounded.any()
+
+
+def test_a_test_of_the_rescue_suites() -> None:
+    robot = load_robot("rescue")
+    scenario = load_suite("sar-case1").build(robot)[0]
+    pilot = Pilot(steer)
+    trial = simulate(scenario, robot, pilot, navigator="steer", localisation="truth", map=None)
+    assert pilot.task is not None
+    assert pilot.task.area == (0.0, 0.0, 14.0, 14.0)
+    assert pilot.task.map is None
+    assert scenario.limit is not None
+    assert trial.attempt.limit_time == scenario.limit.time
+    assert trial.attempt.limit_path == scenario.limit.path
+    assert trial.movers.shape[1] == 5
+    assert len(trial.attempt.bodies) == 11
+    first = scenario.obstacles[6].oscillation
+    assert first is not None
+    assert trial.movers[0, 0, :2].tolist() == list(first.start)
+    for sensing, pose in zip(pilot.seen, trial.pose, strict=False):
+        assert sensing.obstacles is not None
+        assert sensing.truth.tolist() == pose.tolist()
+        apart = np.hypot(*(sensing.obstacles.position - pose[:2]).T) - sensing.obstacles.radius
+        assert (apart <= robot.camera.range + robot.camera.error).all()  # type: ignore[union-attr]
