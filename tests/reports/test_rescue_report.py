@@ -1,0 +1,182 @@
+"""Paper B's tables and figures, and the comparison of navigators, from made-up trials that repeat the paper's own runs."""
+
+from __future__ import annotations
+
+import math
+from statistics import mean, stdev
+
+import numpy as np
+import pytest
+
+from clearway.contract import Diagnostics
+from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.shapes import Circle
+from clearway.indicators import row_schema, score_row
+from clearway.reports import contest, figure, paper_b, rescue, write_report
+from clearway.reports.findings import Findings
+from clearway.reports.grid import NONE, Grid
+from clearway.reports.packing import Packer
+from clearway.reports.rescue_figures import centre_distance, chosen
+from clearway.reports.text import beside_published, numbers
+from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+from clearway.trials.store import Results, TrialStore
+
+START, GOAL = np.array([1.75, 1.75, 0.8]), np.array([12.25, 12.25, 0.8])
+SNAPSHOT = Diagnostics(
+    polylines={"plan": np.array([[1.75, 1.75], [12.25, 12.25]])},
+    circles={"belts": np.array([[6.0, 6.0, 0.7], [6.5, 6.0, 0.7]])},
+    tube=np.array([[2.0, 2.0, 0.3]]),
+    tree=np.array([[1.75, 1.75, 3.0, 2.0]]),
+    field=OccupancyGrid(np.arange(2500, dtype=np.int8).reshape(50, 50) % 100, 0.2, (0.0, 0.0)),
+    status="tracking",
+)
+
+
+def trial(suite: str, setup: str, navigator: str, number: int, run: paper_b.Run) -> Trial:
+    """A robot that takes the path and the time of `run` around a corner; None: it hits a moving obstacle half way."""
+    length, time = run or (16.0, 40.0)
+    side = math.sqrt((length / 2) ** 2 - (math.dist(START[:2], GOAL[:2]) / 2) ** 2)
+    corner = (START[:2] + GOAL[:2]) / 2 + side * np.array([-1.0, 1.0]) / math.sqrt(2)
+    n = 41
+    s = np.linspace(0.0, 2.0, n)[:, None]
+    xy = np.where(s < 1, START[:2] + s * (corner - START[:2]), corner + (s - 1) * (GOAL[:2] - corner))
+    if run is None:
+        n = 20
+        xy = xy[:n]
+    pose = np.column_stack([xy, np.full(n, 0.8)])
+    t = np.linspace(0.0, time, 41)[:n]
+    movers = np.tile(np.array([9.0, 2.0, 0.0]), (n, 1, 1))
+    if run is None:
+        movers[:, 0, :2] = pose[-1, :2] + np.outer(np.linspace(3.0, 0.6, n), [1.0, 0.0])
+    leg = Leg("way", START, GOAL, 0.2, math.inf)
+    bodies = (
+        Body("static-1", "obstacle", Circle(0.35), np.array([4.0, 9.0, 0.0])),
+        Body("moving-1", "mover", Circle(0.35), None),
+    )
+    attempt = Attempt(
+        Labels(suite, suite[4:], f"scenario-{number}", 1.0, setup=setup), "rescue", navigator, "truth", Circle(0.25), (leg,),
+        bodies, 1.0, 0.15, scenario=f"{suite}-{number}", seed=number, limit_time=14.7, limit_path=14.7, drive=(0.0, 1.0, 1.5),
+    )  # fmt: skip
+    velocity = np.tile([0.4, 0.0], (n, 1))
+    end = float(t[-1])
+    events = (
+        () if run else (Event(0.0, "status", "iteration limit"), Event(end, "contact", "mover 'moving-1' at 1 m/s"))
+    )
+    return Trial(
+        attempt, t, pose, velocity, pose, velocity, np.zeros(n, np.int64), movers, (Span(0, 0.0, end, run is not None),), events,
+        Outcome.REACHED if run else Outcome.COLLISION, "" if run else "contact with mover 'moving-1'",
+        (Snapshot(0.0, Diagnostics()), Snapshot(float(t[3]), SNAPSHOT)), cut=np.arange(n) % 2 == 0,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """The paper's own tables as trials."""
+    trials = [trial(suite, setup, navigator, i + 1, run)
+              for (suite, setup, navigator), runs in paper_b.PRINTED.items() for i, run in enumerate(runs)]  # fmt: skip
+    with TrialStore(tmp_path_factory.mktemp("sar") / "out", {"suite": "sar"}, len(trials), row_schema()) as store:
+        for i, t in enumerate(trials):
+            store.add(i, t, score_row(t))
+        return store.finish()
+
+
+def cells(grid: Grid, row: str) -> list[str]:
+    return next([c.text for c in line[1:]] for line in grid.rows if line[0].text == row)
+
+
+def test_what_is_printed_agrees_with_the_papers_own_sums() -> None:
+    """Its means and standard deviations, but for the two misprints that decisions.md tells of."""
+    printed = {
+        ("sar-case1", "1", "hp-tmpc"): (19.2, 2.40, 48.6, 8.50),
+        ("sar-case1", "2", "hp-tmpc"): (17.4, 1.78, 41.4, 6.13),
+        ("sar-case1", "2", "hl-rrt"): (20.5, 3.18, 40.7, 7.41),
+        ("sar-case2", "1", "hp-tmpc"): (20.0, 1.26, 49.4, 2.26),
+        ("sar-case2", "2", "hp-tmpc"): (18.0, 1.16, 46.8, 4.01),
+    }
+    for key, (path, path_sd, time, time_sd) in printed.items():
+        runs = [r for r in paper_b.PRINTED[key] if r is not None]
+        assert mean(r[0] for r in runs) == pytest.approx(path, abs=0.06)
+        assert stdev(r[0] for r in runs) == pytest.approx(path_sd, abs=0.06)
+        assert mean(r[1] for r in runs) == pytest.approx(time, abs=0.06)
+        assert stdev(r[1] for r in runs) == pytest.approx(time_sd, abs=0.06)
+
+
+def test_the_paper_s_runs_give_the_paper_s_tables(results: Results) -> None:
+    f = Findings(results)
+    table = rescue.by_scenario(f, "sar-case1", "1")
+    assert [c.name for c in table.columns][1:3] == ["HP+TMPC path (m)", "time (s)"]
+    assert cells(table, "1") == ["18.8", "49.8", NONE, NONE, NONE, NONE]
+    assert cells(table, "7") == ["15.2", "32.3", "15.0", "30.9", "15.4", "30.8"]
+    assert cells(table, "Mean") == cells(table, "Mean, paper")
+    assert cells(table, "Standard deviation") == cells(table, "Standard deviation, paper")
+    assert cells(table, "Mean")[:2] == ["19.2", "48.6"]
+
+
+def test_the_sum_has_intervals_the_limit_and_the_share_that_was_cut(results: Results) -> None:
+    table = rescue.summary(Findings(results), "sar-case1")
+    first = table.rows[0]
+    assert [c.text for c in first[:4]] == ["hp-tmpc", "1", "10/10", "10/10"]
+    assert first[2].small.startswith("[69.2, 100.0]")  # Clopper and Pearson, 10 of 10
+    assert first[6].text.startswith(f"{19.2 / 14.7:.3f}"[:4])
+    assert first[8].text == f"{100 * 21 / 41:.1f} %"
+    apf = table.rows[-1]
+    assert [c.text for c in apf[:4]] == ["colregs-apf", "2", "1/10", "1/10"]
+
+
+def test_causes_and_who_moved(results: Results) -> None:
+    table = rescue.causes(Findings(results), "sar-case2")
+    assert table is not None
+    assert "iteration limit" in [c.name for c in table.columns]
+    assert sum(int(row[1].text) for row in table.rows) == 8 + 3 + 10 + 10 + 10 + 10
+
+
+def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
+    f = Findings(results)
+    duels = contest.comparisons(f)
+    assert {(a.navigator, b.navigator) for a, b, _ in duels} >= {("hp-tmpc", "hl-rrt"), ("hp-tmpc", "hp-tmpc")}
+    assert all(a.navigator == b.navigator or a.setup == b.setup for a, b, _ in duels)
+    table = contest.table(duels)
+    assert table is not None
+    by = {(r[0].text, r[1].text): r for r in table.rows}
+    row = by["Search-and-rescue robot · colregs-apf · set-up 2", "Search-and-rescue robot · hp-tmpc · set-up 2"]
+    assert row[3].text == "1 : 17"
+    assert row[7].text.endswith("hp-tmpc · set-up 2")
+    assert any("hp-tmpc · set-up 2 succeeds more often" in line for line in contest.verdicts(duels))
+
+
+def test_figures_and_the_page(results: Results) -> None:
+    drawn = figure(results, "paths", navigator="hp-tmpc", scenario="sar-case1-3")
+    assert len(drawn.axes) == 2
+    assert len(drawn.axes[0].get_lines()) >= 2
+    assert figure(results, "thought", trial=0).axes[0].get_title("left").endswith("tracking")
+    assert figure(results, "thought", trial=0, at=0.0).axes[0].get_title("left").endswith("at 0.0 s")
+    page = write_report(results.path)
+    text = page.read_text(encoding="utf-8")
+    for part in ('id="rescue"', 'id="compared"', "HL-RRT*", "why trials failed", "58.3 s"):
+        assert part in text
+    assert list((page.parent / "figures").glob("thought-*.svg"))
+    assert "succeeds more often" in beside_published(results)
+    assert "why trials failed" in numbers(results)
+
+
+def test_what_a_snapshot_holds_reaches_the_replay(results: Results) -> None:
+    import base64
+    import json
+    import zlib
+
+    t = results.trial(0)
+    packed = Packer().pack(t, 0, {})
+    thoughts = json.loads(zlib.decompress(base64.b64decode(packed["thoughts"])))
+    shown = thoughts[1]
+    assert shown["circles"]["belts"][0] == [600, 600, 70]
+    assert shown["tree"] == [[175, 175, 300, 200]]
+    field = shown["field"]
+    assert (field["rows"], field["cols"], field["cell"]) == (25, 25, 0.4)
+    assert len(base64.b64decode(field["data"])) == 625
+    snapshot = chosen(t)
+    assert snapshot is not None
+    assert snapshot.diagnostics.status == "tracking"
+    distance, touching = centre_distance(t)
+    assert touching == pytest.approx(0.6)
+    assert distance is not None
+    assert float(distance[0]) == pytest.approx(min(math.dist(START[:2], (4, 9)), math.dist(START[:2], (9, 2))))
