@@ -14,7 +14,7 @@ import numpy.typing as npt
 from clearway.geometry.angles import TURN
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.tangents import TOUCH, advance
+from clearway.geometry.tangents import NONE, TOUCH, advance
 
 Labels = npt.NDArray[np.int64]
 
@@ -36,7 +36,7 @@ def within(x: float, y: float, area: FloatArray, zone: FloatArray) -> bool:
     """Whether the point lies in the rectangle x_min, y_min, x_max, y_max and in the circle x, y, radius."""
     if not (area[0] - TOUCH <= x <= area[2] + TOUCH and area[1] - TOUCH <= y <= area[3] + TOUCH):
         return False
-    return math.hypot(x - zone[0], y - zone[1]) <= zone[2] + TOUCH
+    return math.hypot(x - zone[0], y - zone[1]) <= float(zone[2] + TOUCH)
 
 
 @kernel
@@ -158,7 +158,7 @@ def shut_off(
     n = len(discs)
     at = 0.0
     for _ in range(n + 1):
-        hit, where = -1, distance
+        hit, where = NONE, distance
         for j in range(n):
             px, py = discs[j, 0] - sx, discs[j, 1] - sy
             rest = discs[j, 2] ** 2 - (ux * py - uy * px) ** 2

@@ -9,6 +9,9 @@ Metres and radians throughout; a path clears a disc if it enters it by at most `
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import numpy as np
 
 from clearway.geometry.angles import TURN
 from clearway.geometry.compiled import kernel
@@ -16,6 +19,9 @@ from clearway.geometry.shapes import FloatArray
 
 TOUCH = 1e-9
 """How deep [m] a path may enter a disc by rounding and still count as clear of it."""
+
+NONE: Any = np.int64(-1)
+"""No disc, where an index is asked for (not a literal: one specialisation to compile)."""
 
 
 @kernel

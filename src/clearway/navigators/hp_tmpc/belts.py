@@ -11,7 +11,7 @@ from clearway.geometry.angles import turn_between
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.tangents import TOUCH
-from clearway.navigators.hp_tmpc.pieces import polyline, sample
+from clearway.navigators.hp_tmpc.pieces import polyline, put, sample
 from clearway.navigators.hp_tmpc.planner import BELT_LIMIT, TEMPORARY, plan_path
 
 ITERATIONS = 10
@@ -111,7 +111,7 @@ def plan_reference(
         discs = _with_belts(static, predicted, risky, belts)
     status = path.status | (TEMPORARY if temporary else 0) | (BELT_LIMIT if more > 0 else 0)
     inputs = np.empty((count, 2))
-    points[0] = pose[:3]
+    put(points, 0, pose[0], pose[1], pose[2])
     for k in range(count):
         inputs[k, 0] = min(speed, max(0.0, path.length / period - k * speed))
         inputs[k, 1] = turn_between(points[k, 2], points[k + 1, 2]) / period
@@ -163,11 +163,12 @@ def _with_belts(static: FloatArray, predicted: FloatArray, risky: Any, belts: in
     """(n + belts, 3) the static discs, then the risky predicted ones."""
     n = len(static)
     discs = np.empty((n + belts, 3))
-    discs[:n] = static
+    for i in range(n):
+        put(discs, i, static[i, 0], static[i, 1], static[i, 2])
     for o in range(predicted.shape[0]):
         for i in range(predicted.shape[1]):
             if risky[o, i]:
-                discs[n] = predicted[o, i]
+                put(discs, n, predicted[o, i, 0], predicted[o, i, 1], predicted[o, i, 2])
                 n += 1
     return discs
 

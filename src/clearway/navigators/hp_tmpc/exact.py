@@ -15,7 +15,7 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.tangents import TOUCH, advance, arc_leaves, first_on_segment, sweep, tangent
-from clearway.navigators.hp_tmpc.pieces import string_pieces
+from clearway.navigators.hp_tmpc.pieces import put, string_pieces
 
 FOUND, NO_WAY, LESS = 0, 1, 2
 """`exact_path`: the shortest; there is none; free, but of a graph with fewer discs than mattered."""
@@ -41,27 +41,25 @@ def exact_path(
     rings = 2 * m + 2  # ring 2 i: clockwise around near disc i; 2 i + 1: counter-clockwise; then start, target
     string = np.empty((rings, 3))
     for i in range(m):
-        disc = discs[near[i]]
-        string[2 * i] = disc
-        string[2 * i + 1] = disc
-        string[2 * i, 2] = -disc[2]
+        x, y, r = discs[near[i], 0], discs[near[i], 1], discs[near[i], 2]
+        put(string, 2 * i, x, y, -r)
+        put(string, 2 * i + 1, x, y, r)
     origin, goal = rings - 2, rings - 1
-    string[origin] = (sx, sy, 0.0)
-    string[goal] = (tx, ty, 0.0)
+    put(string, origin, sx, sy, 0.0)
+    put(string, goal, tx, ty, 0.0)
     # an edge is from * rings + to; `best`: its cost up to its end; `before`: the edge that the search came by
     best = np.full(rings * rings, np.inf)
     before = np.full(rings * rings, -1, np.int64)
     done = np.zeros(rings * rings, np.bool_)
     keys, edges = np.empty(8 * rings), np.empty(8 * rings, np.int64)
-    size = 0
+    size: Any = np.int64(0)
     bound += 1e-9
     here, cost, last = origin, 0.0, -1
     ux, uy, room = 1.0, 0.0, math.inf
     while True:
         cx, cy, r = string[here, 0], string[here, 1], string[here, 2]
         if size + rings > len(keys):
-            keys = np.concatenate((keys, np.empty(len(keys) + rings)))
-            edges = np.concatenate((edges, np.empty(len(edges) + rings, np.int64)))
+            keys, edges = _longer(keys, edges, 2 * len(keys) + rings)
         for to in range(rings):
             edge = here * rings + to
             if (to >> 1 == here >> 1 and here != origin) or to == origin or done[edge]:
@@ -117,9 +115,22 @@ def _matter(sx: float, sy: float, tx: float, ty: float, discs: FloatArray, bound
             count += 1
         else:
             detour[i] = math.inf
-    if count > MOST:
-        return np.argsort(detour, kind="mergesort")[:MOST], True
-    return np.flatnonzero(detour < math.inf), False
+    near = np.empty(min(count, MOST), np.int64)
+    k = 0
+    if count <= MOST:
+        for i in range(len(discs)):
+            if detour[i] < math.inf:
+                near[k] = i
+                k += 1
+        return near, False
+    for k in range(MOST):
+        least = 0
+        for i in range(len(discs)):
+            if detour[i] < detour[least]:
+                least = i
+        near[k] = least
+        detour[least] = math.inf
+    return near, True
 
 
 @kernel
@@ -153,11 +164,21 @@ def _back(edge: int, before: Any, string: FloatArray, rings: int) -> FloatArray:
     path = np.empty((count, 3))
     e = edge
     for k in range(count - 1, 0, -1):
-        path[k] = string[e % rings]
+        i = e % rings
+        put(path, k, string[i, 0], string[i, 1], string[i, 2])
         if k == 1:
-            path[0] = string[e // rings]
+            i = e // rings
+            put(path, 0, string[i, 0], string[i, 1], string[i, 2])
         e = before[e]
     return path
+
+
+@kernel
+def _longer(keys: FloatArray, edges: Any, size: int) -> Any:
+    more_keys, more_edges = np.empty(size), np.empty(size, np.int64)
+    for i in range(len(keys)):
+        more_keys[i], more_edges[i] = keys[i], edges[i]
+    return more_keys, more_edges
 
 
 @kernel

@@ -16,6 +16,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.disc_unions import Labels, label_cluster
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.tangents import first_on_arc, first_on_segment, segment_enters, sweep, tangent
+from clearway.navigators.hp_tmpc.pieces import put
 
 MOST_CIRCLES = 160
 """A string of more circles is given up."""
@@ -52,10 +53,11 @@ def greedy_string(
     line = np.empty((MOST_CIRCLES, 3))  # u_x, u_y, length of the tangent from circle k to k + 1
     clear = np.zeros((MOST_CIRCLES, 2), np.bool_)  # the tangent after circle k; the arc on it
     sides = np.zeros(len(discs), np.int64)  # by cluster
-    string[0] = (sx, sy, 0.0)
-    string[1] = (tx, ty, 0.0)
-    m, met, k = 2, 0, 0
-    _tie(0, string, line, clear)
+    put(string, 0, sx, sy, 0.0)
+    put(string, 1, tx, ty, 0.0)
+    m: Any = np.int64(2)  # not literals: fewer specialisations to compile
+    k: Any = np.int64(0)
+    _tie(k, string, line, clear)
     for _ in range(4 * min(len(discs), MOST_CIRCLES) + 16):
         hit, place = -1, 0
         while k < m - 1 and hit < 0:  # everything before circle k is clear
@@ -76,20 +78,17 @@ def greedy_string(
                 clear[k, 0] = True
             k += 1
         if hit < 0:
-            m = _shorten(string, identity, line, discs, m)
+            m = _shorten(string, identity, line, clear, discs, m)
             return True, _clusters(sides), string[:m].copy()
         if m == MOST_CIRCLES:
             break
-        if labels[hit] < 0:
-            return False, 0, string[:0].copy()
         way = sides[labels[hit]]
         m = _insert(place, discs[hit], hit, way, string, identity, line, clear, m)
         m, place = _tighten(place, string, identity, line, clear, m)
         if m < 0:
             break
         k = max(0, place - 2)
-    met = _clusters(sides)
-    return False, met, string[:0].copy()
+    return False, _clusters(sides), string[:0].copy()
 
 
 @kernel
@@ -149,16 +148,21 @@ def _outermost(
 
 
 @kernel
+def _move(a: int, b: int, string: FloatArray, identity: Labels, line: FloatArray, clear: Any) -> None:
+    """Circle a, and the tangent after it, becomes number b."""
+    for i in range(3):
+        string[b, i], line[b, i] = string[a, i], line[a, i]
+    identity[b], clear[b, 0], clear[b, 1] = identity[a], clear[a, 0], clear[a, 1]
+
+
+@kernel
 def _insert(
     place: int, disc: FloatArray, which: int, way: int, string: FloatArray, identity: Labels, line: FloatArray,
     clear: Any, m: int,
 ) -> int:  # fmt: skip
     for i in range(m, place, -1):
-        string[i] = string[i - 1]
-        identity[i] = identity[i - 1]
-        line[i] = line[i - 1]
-        clear[i] = clear[i - 1]
-    string[place, 0], string[place, 1], string[place, 2] = disc[0], disc[1], -way * disc[2]
+        _move(i - 1, i, string, identity, line, clear)
+    put(string, place, disc[0], disc[1], -way * disc[2])
     identity[place] = which
     return m + 1
 
@@ -166,10 +170,7 @@ def _insert(
 @kernel
 def _remove(place: int, string: FloatArray, identity: Labels, line: FloatArray, clear: Any, m: int) -> int:
     for i in range(place, m - 1):
-        string[i] = string[i + 1]
-        identity[i] = identity[i + 1]
-        line[i] = line[i + 1]
-        clear[i] = clear[i + 1]
+        _move(i + 1, i, string, identity, line, clear)
     return m - 1
 
 
@@ -215,25 +216,21 @@ def _slack(k: int, string: FloatArray, line: FloatArray) -> bool:
     if turn > 1.5 * math.pi:
         return True
     beyond = -abs(r) * math.tan(0.5 * turn)  # from the touching points back to where the two lines cross
-    return beyond <= line[k - 1, 2] and beyond <= line[k, 2]
+    return bool(beyond <= min(line[k - 1, 2], line[k, 2]))
 
 
 @kernel
-def _shorten(string: FloatArray, identity: Labels, line: FloatArray, discs: FloatArray, m: int) -> int:
+def _shorten(string: FloatArray, identity: Labels, line: FloatArray, clear: Any, discs: FloatArray, m: int) -> int:
     """Tangents across the outer circles wherever they are clear: how many circles are left."""
-    i = 0
+    i: Any = np.int64(0)
     while i < m - 2:
         for j in range(min(m - 1, i + REACH), i + 1, -1):
             if _across(i, j, string, identity, line, discs, m):
                 gone = j - i - 1
                 for k in range(j, m):
-                    string[k - gone] = string[k]
-                    identity[k - gone] = identity[k]
-                    line[k - gone] = line[k]
+                    _move(k, k - gone, string, identity, line, clear)
                 m -= gone
-                _, line[i, 0], line[i, 1], line[i, 2] = tangent(
-                    string[i, 0], string[i, 1], string[i, 2], string[i + 1, 0], string[i + 1, 1], string[i + 1, 2]
-                )
+                _tie(i, string, line, clear)
                 break
         i += 1
     return m

@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from clearway.geometry.compiled import kernel
+from clearway.geometry.disc_unions import within
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.tangents import TOUCH, arc_leaves, sweep, tangent
 
@@ -20,10 +21,25 @@ NOTHING = 1e-12
 
 
 @kernel
+def put(rows: FloatArray, i: int, x: float, y: float, r: float) -> None:
+    """Write a row of a string (slice assignments cost much compile time)."""
+    rows[i, 0], rows[i, 1], rows[i, 2] = x, y, r
+
+
+@kernel
+def string_of(ax: float, ay: float, bx: float, by: float) -> FloatArray:
+    """(2, 3) the string straight from a to b."""
+    string = np.zeros((2, 3))
+    put(string, 0, ax, ay, 0.0)
+    put(string, 1, bx, by, 0.0)
+    return string
+
+
+@kernel
 def string_pieces(string: FloatArray) -> FloatArray:
     """(k, 7) the pieces of the path along a string whose tangents exist."""
     m = len(string)
-    rows = np.empty((2 * m, 7))
+    rows = np.zeros((2 * m, 7))
     k = 0
     ux, uy = 0.0, 0.0
     tx, ty = string[0, 0], string[0, 1]  # where the path is
@@ -34,33 +50,34 @@ def string_pieces(string: FloatArray) -> FloatArray:
         if i > 0:
             turn = sweep(ux, uy, vx, vy, r)
             if turn * abs(r) > NOTHING:
-                rows[k] = (tx, ty, fx, fy, cx, cy, turn if r > 0.0 else -turn)
+                _write(rows, k, tx, ty, fx, fy)
+                rows[k, 4], rows[k, 5], rows[k, 6] = cx, cy, turn if r > 0.0 else -turn
                 k += 1
         tx = string[i + 1, 0] + string[i + 1, 2] * vy
         ty = string[i + 1, 1] - string[i + 1, 2] * vx
         if length > NOTHING:
-            rows[k] = (fx, fy, tx, ty, 0.0, 0.0, 0.0)
+            _write(rows, k, fx, fy, tx, ty)
             k += 1
         ux, uy = vx, vy
     return rows[:k].copy()
 
 
 @kernel
-def string_length(string: FloatArray, m: int) -> float:
-    """Length [m] of the path along the first m circles of a string; inf if a tangent does not exist."""
-    total, ux, uy = 0.0, 0.0, 0.0
-    for i in range(m - 1):
-        r = string[i, 2]
-        exists, vx, vy, length = tangent(
-            string[i, 0], string[i, 1], r, string[i + 1, 0], string[i + 1, 1], string[i + 1, 2]
-        )
-        if not exists:
-            return math.inf
-        total += length
-        if i > 0:
-            total += abs(r) * sweep(ux, uy, vx, vy, r)
-        ux, uy = vx, vy
-    return total
+def _write(rows: FloatArray, k: int, x0: float, y0: float, x1: float, y1: float) -> None:
+    rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3] = x0, y0, x1, y1
+
+
+@kernel
+def with_lead(ax: float, ay: float, bx: float, by: float, pieces: FloatArray) -> FloatArray:
+    """The pieces after a straight one from a to b, if these differ."""
+    if math.hypot(bx - ax, by - ay) <= NOTHING:
+        return pieces
+    rows = np.zeros((len(pieces) + 1, 7))
+    _write(rows, 0, ax, ay, bx, by)
+    for k in range(len(pieces)):
+        for i in range(7):
+            rows[k + 1, i] = pieces[k, i]
+    return rows
 
 
 @kernel
@@ -68,7 +85,7 @@ def piece_length(piece: FloatArray) -> float:
     """m, of one row."""
     if piece[6] == 0.0:
         return math.hypot(piece[2] - piece[0], piece[3] - piece[1])
-    return abs(piece[6]) * math.hypot(piece[0] - piece[4], piece[1] - piece[5])
+    return math.hypot(piece[0] - piece[4], piece[1] - piece[5]) * abs(float(piece[6]))
 
 
 @kernel
@@ -103,13 +120,13 @@ def polyline(pieces: FloatArray, spacing: float) -> FloatArray:
     for k in range(len(pieces)):
         chords = _chords(pieces[k], spacing)
         if k == 0:
-            points[0] = pieces[0, :2]
+            points[0, 0], points[0, 1] = pieces[0, 0], pieces[0, 1]
             m = 1
         for i in range(1, chords):
             x, y, _ = point_on(pieces[k], i / chords)
             points[m, 0], points[m, 1] = x, y
             m += 1
-        points[m] = pieces[k, 2:4]
+        points[m, 0], points[m, 1] = pieces[k, 2], pieces[k, 3]
         m += 1
     return points
 
@@ -134,11 +151,11 @@ def sample(pieces: FloatArray, stations: FloatArray, pose: FloatArray) -> FloatA
             k += 1
             length = piece_length(pieces[k])
         if len(pieces) == 0:
-            points[i] = pose[:3]
+            put(points, i, pose[0], pose[1], pose[2])
         else:
             share = min(1.0, max(0.0, (stations[i] - behind) / length))
             x, y, heading = point_on(pieces[k], share)
-            points[i, 0], points[i, 1], points[i, 2] = x, y, heading
+            put(points, i, x, y, heading)
     return points
 
 
@@ -158,13 +175,6 @@ def leaves(pieces: FloatArray, area: FloatArray) -> bool:
 
 
 @kernel
-def _kept(x: float, y: float, area: FloatArray, zone: FloatArray) -> bool:
-    if not (area[0] - TOUCH <= x <= area[2] + TOUCH and area[1] - TOUCH <= y <= area[3] + TOUCH):
-        return False
-    return (x - zone[0]) ** 2 + (y - zone[1]) ** 2 <= (zone[2] + TOUCH) ** 2
-
-
-@kernel
 def cut(pieces: FloatArray, area: FloatArray, zone: FloatArray) -> tuple[bool, FloatArray]:
     """(whether it was cut, pieces) up to where the path first leaves the rectangle or the circle x, y, radius.
 
@@ -174,13 +184,13 @@ def cut(pieces: FloatArray, area: FloatArray, zone: FloatArray) -> tuple[bool, F
         steps = 1 if pieces[k, 6] == 0.0 else max(1, math.ceil(abs(pieces[k, 6]) / 0.05))
         for i in range(1, steps + 1):
             x, y, _ = point_on(pieces[k], i / steps)
-            if _kept(x, y, area, zone):
+            if within(x, y, area, zone):
                 continue
             low, high = (i - 1) / steps, i / steps
             for _ in range(50):
                 middle = 0.5 * (low + high)
                 x, y, _ = point_on(pieces[k], middle)
-                if _kept(x, y, area, zone):
+                if within(x, y, area, zone):
                     low = middle
                 else:
                     high = middle

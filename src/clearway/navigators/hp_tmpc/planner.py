@@ -13,10 +13,10 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.disc_unions import SHUT_OFF, Labels, covered, nearest_free, shut_off
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.tangents import first_on_segment
+from clearway.geometry.tangents import NONE, first_on_segment
 from clearway.navigators.hp_tmpc.exact import LESS, NO_WAY, exact_path
 from clearway.navigators.hp_tmpc.greedy import greedy_string
-from clearway.navigators.hp_tmpc.pieces import NOTHING, cut, leaves, path_length, string_pieces
+from clearway.navigators.hp_tmpc.pieces import NOTHING, cut, leaves, path_length, string_of, string_pieces, with_lead
 
 START_COVERED = 1
 """The start lay inside a disc: the path begins with a straight line to the nearest free point."""
@@ -92,7 +92,7 @@ def plan_path(
         if not found:
             found, tx, ty = nearest_free(tx, ty, discs, area, np.array([tx, ty, np.inf]))
         if not found:
-            return Path(status | NO_PATH, _lead(start, sx, sy, nowhere), 0.0, 0, nowhere)
+            return Path(status | NO_PATH, with_lead(start[0], start[1], sx, sy, nowhere), 0.0, 0, nowhere)
     labels, stack = np.full(len(discs), -1, np.int64), np.empty(len(discs), np.int64)
     pieces, other, side = nowhere, nowhere, 0
     for attempt in range(2):
@@ -107,7 +107,7 @@ def plan_path(
         break
     if status & NO_PATH:
         pieces = _as_far(sx, sy, tx, ty, discs)
-    pieces, other = _lead(start, sx, sy, pieces), _lead(start, sx, sy, other)
+    pieces, other = with_lead(start[0], start[1], sx, sy, pieces), with_lead(start[0], start[1], sx, sy, other)
     was_cut, pieces = cut(pieces, area, np.array([0.0, 0.0, np.inf]))
     if was_cut:
         status |= OUTSIDE
@@ -124,15 +124,20 @@ def _between(
 ) -> tuple[int, FloatArray, FloatArray, int]:  # fmt: skip
     """(flags, pieces, pieces of the other side, side) between two free points."""
     nowhere = np.zeros((0, 7))
-    straight = np.array([[sx, sy, 0.0], [tx, ty, 0.0]])
     distance = math.hypot(tx - sx, ty - sy)
     if distance <= NOTHING:
         return 0, nowhere, nowhere, 0
-    hit, _ = first_on_segment(sx, sy, (tx - sx) / distance, (ty - sy) / distance, distance, discs, -1, -1)
+    hit, _ = first_on_segment(sx, sy, (tx - sx) / distance, (ty - sy) / distance, distance, discs, NONE, NONE)
     if hit < 0:
-        return 0, string_pieces(straight), nowhere, 0
-    left, left_length, left_inside = _side(sx, sy, tx, ty, discs, area, 1, labels, stack)
-    right, right_length, right_inside = _side(sx, sy, tx, ty, discs, area, -1, labels, stack)
+        return 0, string_pieces(string_of(sx, sy, tx, ty)), nowhere, 0
+    left, left_length, left_inside = nowhere, math.inf, False
+    right, right_length, right_inside = nowhere, math.inf, False
+    for way in (1, -1):
+        path, length, inside = _side(sx, sy, tx, ty, discs, area, way, labels, stack)
+        if way > 0:
+            left, left_length, left_inside = path, length, inside
+        else:
+            right, right_length, right_inside = path, length, inside
     best, other, length, side = left, right, left_length, 1
     to_left = draw < 0.5 if abs(left_length - right_length) <= 1e-9 else left_length < right_length
     if left_inside != right_inside:
@@ -186,21 +191,10 @@ def _side_of(pieces: FloatArray) -> int:
 
 
 @kernel
-def _lead(start: FloatArray, sx: float, sy: float, pieces: FloatArray) -> FloatArray:
-    """The pieces after a straight one from `start` to s, if they differ."""
-    if math.hypot(sx - start[0], sy - start[1]) <= NOTHING:
-        return pieces
-    rows = np.zeros((len(pieces) + 1, 7))
-    rows[0, 0], rows[0, 1], rows[0, 2], rows[0, 3] = start[0], start[1], sx, sy
-    rows[1:] = pieces
-    return rows
-
-
-@kernel
 def _as_far(sx: float, sy: float, tx: float, ty: float, discs: FloatArray) -> FloatArray:
     """What the straight line allows."""
     distance = math.hypot(tx - sx, ty - sy)
     ux, uy = (tx - sx) / distance, (ty - sy) / distance
-    _, where = first_on_segment(sx, sy, ux, uy, distance, discs, -1, -1)
+    _, where = first_on_segment(sx, sy, ux, uy, distance, discs, NONE, NONE)
     where = min(where, distance)
-    return string_pieces(np.array([[sx, sy, 0.0], [sx + where * ux, sy + where * uy, 0.0]]))
+    return string_pieces(string_of(sx, sy, sx + where * ux, sy + where * uy))
