@@ -31,7 +31,7 @@ class Lens:
     def __init__(
         self, camera: Camera, bodies: Sequence[Body], still_reach: FloatArray, moving_reach: FloatArray, seed: int
     ) -> None:
-        self._range, self._error = camera.range, camera.error
+        self._range = camera.range
         self._key = stream(seed, "camera")
         reach = {True: iter(moving_reach.tolist()), False: iter(still_reach.tolist())}
         seen = [(i, b, next(reach[b.pose is None])) for i, b in enumerate(bodies)]
@@ -39,6 +39,7 @@ class Lens:
         self._identity = np.array([i for i, _, _ in seen], dtype=np.int64)
         self._moving = np.array([b.pose is None for _, b, _ in seen], dtype=np.bool_)
         self._radius = np.array([r for _, _, r in seen], dtype=np.float64)
+        self._bound = np.where(self._moving, camera.error, 0.0)
         self._at = np.full((len(seen), 2), np.nan)
         for at, (_, b, _) in zip(self._at, seen, strict=True):
             if b.pose is not None:
@@ -47,38 +48,35 @@ class Lens:
     def look(self, x: float, y: float, movers: FloatArray, count: int) -> Obstacles:
         """What is seen from (x, y) [m] in control period `count`; movers: (m, 3) poses, NaN where one is absent."""
         self._at[self._moving] = movers[:, :2]
-        found = np.empty((len(self._at), 2))
-        kept = measure(self._at, self._radius, self._moving, self._identity, x, y, self._range, self._error, self._key,
-                       count, found)  # fmt: skip
-        n, moving = int(kept.sum()), self._moving[kept]
+        seen, position = measure(
+            self._at, self._radius, self._bound, self._identity, x, y, self._range, self._key, count
+        )
+        n = len(seen)
         return Obstacles(
-            position=found[kept],
+            position=position,
             velocity=np.full((n, 2), np.nan),
-            radius=self._radius[kept],
-            error=np.where(moving, self._error, 0.0),
+            radius=self._radius[seen],
+            error=self._bound[seen],
             velocity_error=np.full(n, np.inf),
-            identity=self._identity[kept],
-            moving=moving,
+            identity=self._identity[seen],
+            moving=self._moving[seen],
         )
 
 
 @kernel
 def measure(
-    at: FloatArray, radius: FloatArray, moving: np.ndarray, identity: np.ndarray, x: float, y: float, limit: float,
-    error: float, key: np.uint64, count: int, out: FloatArray,
-) -> np.ndarray:  # fmt: skip
-    """Which of the discs at `at` (n, 2) reach within `limit` [m] of (x, y), and where they seem to be.
-
-    Args:
-        out: (n, 2), filled: the position, of one that moves with an error uniform in a disc of radius `error` [m].
-    """
-    kept = np.zeros(at.shape[0], dtype=np.bool_)
+    at: FloatArray, radius: FloatArray, bound: FloatArray, identity: np.ndarray, x: float, y: float, limit: float,
+    key: np.uint64, count: int,
+) -> tuple[np.ndarray, FloatArray]:  # fmt: skip
+    """Which of the discs at `at` (n, 2) reach within `limit` [m] of (x, y), as (k,) indices, and (k, 2) where they seem
+    to be: with an error uniform in a disc of radius `bound` (n,) [m]."""
+    seen, position = np.empty(at.shape[0], dtype=np.int64), np.empty(at.shape)
+    k = 0
     for i in range(at.shape[0]):
-        kept[i] = math.hypot(at[i, 0] - x, at[i, 1] - y) - radius[i] <= limit  # never where it is absent: NaN
-        out[i] = at[i]
-        if kept[i] and moving[i]:
-            off = error * math.sqrt(uniform(key, count, 2 * identity[i]))
-            angle = 2.0 * math.pi * uniform(key, count, 2 * identity[i] + 1)
-            out[i, 0] += off * math.cos(angle)
-            out[i, 1] += off * math.sin(angle)
-    return kept
+        if not math.hypot(at[i, 0] - x, at[i, 1] - y) - radius[i] <= limit:  # also where it is absent: NaN
+            continue
+        off = bound[i] * math.sqrt(uniform(key, count, 2 * identity[i]))
+        angle = 2.0 * math.pi * uniform(key, count, 2 * identity[i] + 1)
+        seen[k], position[k, 0], position[k, 1] = i, at[i, 0] + off * math.cos(angle), at[i, 1] + off * math.sin(angle)
+        k += 1
+    return seen[:k].copy(), position[:k].copy()
