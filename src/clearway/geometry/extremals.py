@@ -16,9 +16,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
+from clearway.geometry.moving_discs import Scene, centre, clear, enter, first_hit
 from clearway.geometry.shapes import FloatArray
 
 SKIN = 2e-4
@@ -27,100 +29,124 @@ SKIN = 2e-4
 STEP = 0.004
 """Of the integration along an edge, s."""
 
+RELEASE_STEP = 0.01
+"""Between releases that are tried, s."""
+
 _FAN = 0.004  # rad between the start's rays
 _EVENTS = 512  # the most new families of one
 
 
-class Scene(NamedTuple):
-    """What compiled code needs to know of the discs.
-
-    Attributes:
-        static: (n, 3) x, y, R [m]. moving: (T, m, 2) centres [m] every `dt` [s], NaN: absent. radii: (m,) m.
-        speed: (m,) the most that each ever does, m/s. dt: s. area: (4,) x_min, y_min, x_max, y_max [m].
-        goal: (3,) x, y, radius [m]. v: m/s.
-    """
-
-    static: FloatArray
-    moving: FloatArray
-    radii: FloatArray
-    speed: FloatArray
-    dt: float
-    area: FloatArray
-    goal: FloatArray
-    v: float
-
-
 class _Family(NamedTuple):
-    """Rays that leave one edge: which disc, which way round (1: counter-clockwise), from when and where on it, and the
-    family and time that it was reached from."""
+    """Rays that leave one edge: the disc, which way round (1: counter-clockwise; 2, -2: see `_releases`), from when,
+    and where: angle on the disc and position; the family and time that it was reached from; its members if known."""
 
     disc: int
     side: int
     t: float
     phi: float
+    x: float
+    y: float
     parent: int
     left: float
+    samples: FloatArray | None = None
 
 
 def fastest(
-    scene: Scene, start: FloatArray, t: float, latest: float, families: int = 400, best_known: float = math.inf
+    scene: Scene, start: FloatArray, t: float, latest: float, families: int = 400, waits: bool = False
 ) -> FloatArray | None:
     """The fastest of these ways from `start` (2,) at time `t` [s], arriving before `latest` [s].
 
     Args:
-        families: the most to look at (the most promising first). best_known: arrival time of a way that is known.
+        families: the most to look at (the most promising first). waits: also ways that wait for a fast disc to pass.
 
     Returns:
         (k, 3) t, x, y, or None.
     """
     crow = (math.hypot(start[0] - scene.goal[0], start[1] - scene.goal[1]) - scene.goal[2]) / scene.v
     limit = t + 1.08 * crow + 0.3
-    latest = min(latest, best_known)
     while True:  # a late arrival makes for many families: widen the limit step by step
         limit = min(limit, latest)
-        way = _search(scene, start, t, limit, families)
+        way = _Search(scene, start, t, limit, waits).run(families)
         if way is not None or limit >= latest:
             return way
         limit = t + 1.5 * (limit - t)
 
 
-def _search(scene: Scene, start: FloatArray, t: float, limit: float, families: int) -> FloatArray | None:
-    known: list[_Family] = []
-    queue: list[tuple[float, int]] = []
-    tracks: dict[tuple[int, int], list[FloatArray]] = {}
-    best, ending = limit, (-2, 0.0, 0.0, 0.0)  # family, time of leaving, direction
+class _Search:
+    """Best first over families, by the time that their first contact promises."""
 
-    def add(events: FloatArray, parent: int) -> None:
-        for disc, side, when, phi, left, promise in events:
-            heapq.heappush(queue, (promise, len(known)))
-            known.append(_Family(int(disc), int(side), when, phi, parent, left))
+    def __init__(self, scene: Scene, start: FloatArray, t: float, limit: float, waits: bool) -> None:
+        self.scene, self.start, self.t, self.best, self.waits = scene, start, t, limit, waits
+        self.known: list[_Family] = []
+        self.queue: list[tuple[float, int]] = []
+        self.tracks: dict[tuple[int, int], list[FloatArray]] = {}
+        self.ending: tuple[int, float, float, float] | None = None  # family, time of leaving it, direction
+        until = limit if len(scene.radii) == 0 else (len(scene.moving) - 1) * scene.dt
+        self.released = np.zeros((len(scene.radii), 2, math.ceil(until / RELEASE_STEP) + 1), np.uint8)
 
-    fan = np.array([(t, 0.0, a) for a in _fan(scene, start)])
-    events, arrival, left, dx, dy = _expand(scene, -1, 0, start, fan, best)
-    if arrival < best:
-        best, ending = arrival, (-1, left, dx, dy)
-    add(events, -1)
-    expanded = 0
-    while queue and expanded < families:
-        promise, k = heapq.heappop(queue)
-        if promise >= best - 1e-9:
-            break
-        family = known[k]
-        seen = tracks.setdefault((family.disc, family.side), [])
-        if _behind(family, seen):
-            continue
-        expanded += 1
-        samples = _follow(scene, family.disc, family.side, family.t, family.phi, best)
-        if len(samples) == 0:
-            continue
-        seen.append(samples)
-        events, arrival, left, dx, dy = _expand(scene, family.disc, family.side, start, samples, best)
-        if arrival < best:
-            best, ending = arrival, (k, left, dx, dy)
-        add(events, k)
-    if ending[0] == -2:
-        return None
-    return _way(scene, start, t, known, ending[0], ending[1], best)
+    def run(self, families: int) -> FloatArray | None:
+        fan = np.array([(self.t, 0.0, a) for a in _fan(self.scene, self.start)])
+        self._expand(-1, -1, 0, fan)
+        self._release(-1, self.start[0], self.start[1], self.t)
+        expanded = 0
+        while self.queue and expanded < families:
+            promise, k = heapq.heappop(self.queue)
+            if promise >= self.best - 1e-9:
+                break
+            expanded += self._look_at(k)
+        return None if self.ending is None else self._way(*self.ending)
+
+    def _look_at(self, k: int) -> bool:
+        family = self.known[k]
+        samples = family.samples
+        if samples is None:
+            seen = self.tracks.setdefault((family.disc, family.side), [])
+            if _behind(family, seen):
+                return False
+            samples = _follow(self.scene, family.disc, family.side, family.t, family.phi, self.best)
+            if len(samples):
+                seen.append(samples)
+        if len(samples):
+            self._expand(k, family.disc, family.side, samples)
+        if abs(family.side) == 1:
+            self._release(k, family.x, family.y, family.t)
+        return True
+
+    def _expand(self, k: int, disc: int, side: int, samples: FloatArray) -> None:
+        events, arrival, left, dx, dy = _expand(self.scene, disc, side, self.start, samples, self.best)
+        if arrival < self.best:
+            self.best, self.ending = arrival, (k, left, dx, dy)
+        for on, way_round, when, phi, x, y, gone, promise in events:
+            self._add(promise, _Family(int(on), int(way_round), when, phi, x, y, k, gone))
+
+    def _release(self, k: int, x: float, y: float, t: float) -> None:
+        if not self.waits:
+            return
+        runs = _releases(self.scene, x, y, t, self.best, self.released)
+        for members in np.split(runs, np.flatnonzero(np.diff(runs[:, 5]) != 0.0) + 1) if len(runs) else []:
+            disc, branch, promise = int(members[0, 3]), int(members[0, 4]), float(members[:, 6].min())
+            samples = np.ascontiguousarray(members[:, :3])
+            self._add(promise, _Family(disc, branch, t, 0.0, x, y, k, t, samples))
+
+    def _add(self, promise: float, family: _Family) -> None:
+        heapq.heappush(self.queue, (promise, len(self.known)))
+        self.known.append(family)
+
+    def _way(self, last: int, left: float, dx: float, dy: float) -> FloatArray:
+        scene, chain = self.scene, []
+        while last >= 0:
+            chain.append((self.known[last], left))
+            last, left = self.known[last].parent, self.known[last].left
+        parts = [np.array([[self.t, self.start[0], self.start[1]]])]
+        for f, leaves in reversed(chain):
+            if f.samples is None:
+                parts.append(_edge(scene, f.disc, f.side, f.t, f.phi, leaves))
+            else:
+                parts.append(_approach(scene, f.x, f.y, f.t, f.disc, f.side, leaves)[1])
+        before = parts[-1][-1]
+        reach = scene.v * (self.best - before[0])
+        parts.append(np.array([[self.best, before[1] + reach * dx, before[2] + reach * dy]]))
+        return np.ascontiguousarray(np.concatenate(parts))
 
 
 def _fan(scene: Scene, start: FloatArray) -> FloatArray:
@@ -141,118 +167,6 @@ def _behind(family: _Family, seen: list[FloatArray]) -> bool:
     return False
 
 
-def _way(
-    scene: Scene, start: FloatArray, t: float, known: list[_Family], last: int, left: float, arrival: float
-) -> FloatArray:
-    chain = []
-    while last >= 0:
-        chain.append((known[last], left))
-        last, left = known[last].parent, known[last].left
-    parts = [np.array([[t, start[0], start[1]]])]
-    for family, leaves in reversed(chain):
-        parts.append(_edge(scene, family.disc, family.side, family.t, family.phi, leaves))
-    before = parts[-1][-1]
-    gap = scene.goal[:2] - before[1:]
-    reach = scene.v * (arrival - before[0])
-    # the last ray ends where it enters the goal's circle: on the line to the centre, or beside it (see _expand)
-    direction = gap / max(float(np.hypot(gap[0], gap[1])), 1e-12)
-    parts.append(np.array([[arrival, *(before[1:] + reach * direction)]]))
-    return np.ascontiguousarray(np.concatenate(parts))
-
-
-@kernel
-def centre(scene: Scene, disc: int, t: float) -> tuple[float, float, float, float, float]:
-    """Where a disc is at time t, its velocity (after a kink: the new one) and its radius. NaN where it is absent."""
-    n = scene.static.shape[0]
-    if disc < n:
-        return scene.static[disc, 0], scene.static[disc, 1], 0.0, 0.0, scene.static[disc, 2]
-    j = disc - n
-    k = min(max(int(math.floor(t / scene.dt + 1e-9)), 0), scene.moving.shape[0] - 2)
-    ux = (scene.moving[k + 1, j, 0] - scene.moving[k, j, 0]) / scene.dt
-    uy = (scene.moving[k + 1, j, 1] - scene.moving[k, j, 1]) / scene.dt
-    s = t - k * scene.dt
-    return scene.moving[k, j, 0] + ux * s, scene.moving[k, j, 1] + uy * s, ux, uy, scene.radii[j]
-
-
-@kernel
-def clear(scene: Scene, points: FloatArray) -> bool:
-    """Whether the way (k, 3) t, x, y, straight between its points, keeps out of all discs, between points too."""
-    for k in range(points.shape[0] - 1):
-        duration = points[k + 1, 0] - points[k, 0]
-        if duration > 0.0:
-            vx, vy = (points[k + 1, 1] - points[k, 1]) / duration, (points[k + 1, 2] - points[k, 2]) / duration
-            hit, _ = first_hit(scene, points[k, 1], points[k, 2], points[k, 0], vx, vy, duration, -1, 0.0)
-            if hit >= 0:
-                return False
-    return True
-
-
-@kernel
-def first_hit(
-    scene: Scene, x: float, y: float, t: float, vx: float, vy: float, duration: float, own: int, skin: float
-) -> tuple[int, float]:
-    """What a point first comes within R + skin of that moves from (x, y) at time t with (vx, vy) for `duration` [s].
-
-    `own` is the disc whose edge it leaves: for that one the skin is halved, so that rounding is no contact.
-
-    Returns:
-        The disc (static ones first; -1: none) and after how long, s.
-    """
-    found, best = -1, duration
-    n = scene.static.shape[0]
-    speed2 = vx * vx + vy * vy
-    for i in range(n):
-        r = scene.static[i, 2] + (0.5 * skin if i == own else skin)
-        wx, wy = x - scene.static[i, 0], y - scene.static[i, 1]
-        s = _enter(wx, wy, vx, vy, speed2, r)
-        if s <= best and s < math.inf:
-            found, best = i, s
-    own_speed = math.sqrt(speed2)
-    last = scene.moving.shape[0] - 1
-    for j in range(scene.radii.shape[0]):
-        r = scene.radii[j] + (0.5 * skin if n + j == own else skin)
-        s = 0.0
-        closing = own_speed + scene.speed[j]
-        while s < best:
-            k = int(math.floor((t + s) / scene.dt + 1e-9))
-            if k >= last:
-                break
-            end = (k + 1) * scene.dt - t
-            ax, ay = scene.moving[k, j, 0], scene.moving[k, j, 1]
-            ux, uy = (scene.moving[k + 1, j, 0] - ax) / scene.dt, (scene.moving[k + 1, j, 1] - ay) / scene.dt
-            if math.isnan(ux):
-                s = end
-                continue
-            ago = t + s - k * scene.dt
-            wx, wy = x + vx * s - ax - ux * ago, y + vy * s - ay - uy * ago
-            free = (math.sqrt(wx * wx + wy * wy) - r) / max(closing, 1e-12)
-            if free > end - s and closing < math.inf:
-                s += free * (1.0 - 1e-12)
-                continue
-            rx, ry = vx - ux, vy - uy
-            into = _enter(wx, wy, rx, ry, rx * rx + ry * ry, r)
-            if s + into <= end:
-                if s + into <= best:
-                    found, best = n + j, s + into
-                break
-            s = end
-    return found, best
-
-
-@kernel
-def _enter(wx: float, wy: float, vx: float, vy: float, speed2: float, r: float) -> float:
-    """When a point at w with velocity v enters the circle of radius r around 0: 0 if it is inside and goes on inwards."""
-    b, c = wx * vx + wy * vy, wx * wx + wy * wy - r * r
-    if b >= 0.0 or speed2 == 0.0:
-        return 0.0 if c < -1e-9 else math.inf
-    if c <= 0.0:
-        return 0.0
-    root = b * b - speed2 * c
-    if root <= 0.0:
-        return math.inf
-    return c / (-b + math.sqrt(root))
-
-
 @kernel
 def _ray(
     scene: Scene, x: float, y: float, t: float, dx: float, dy: float, own: int, limit: float
@@ -267,7 +181,7 @@ def _ray(
     duration = min(
         (slack * slack - gap2) / (2.0 * v * (slack - ahead)), limit - t
     )  # then the goal is too far to make it
-    into = _enter(-gx, -gy, v * dx, v * dy, v * v, reach)
+    into = enter(-gx, -gy, v * dx, v * dy, v * v, reach)
     duration = min(duration, into)
     if dx != 0.0:
         duration = min(duration, max(((scene.area[2] if dx > 0.0 else scene.area[0]) - x) / (v * dx), 0.0))
@@ -312,7 +226,7 @@ def _onward(scene: Scene, disc: int, side: int, t: float, phi: float, until: flo
 @kernel
 def _edge(scene: Scene, disc: int, side: int, t: float, phi: float, until: float) -> FloatArray:
     """The way along an edge as points (k, 3) t, x, y."""
-    n = int(math.ceil(max(until - t, 0.0) / STEP - 1e-9)) + 1
+    n = math.ceil(max(until - t, 0.0) / STEP - 1e-9) + 1
     kinks = int((until - t) / scene.dt) + 2
     points = np.empty((n + kinks, 3))
     k = 0
@@ -402,12 +316,15 @@ def _member(
     if part > 0.0 and k + 1 < samples.shape[0]:
         angle += part * (samples[k + 1, 2] - angle)
         later = t + part * (samples[k + 1, 0] - t)
-        if disc >= 0 and later > t:
+        if abs(side) == 1 and later > t:
             phi = _onward(scene, disc, side, t, phi, later)
         t = later
     if disc < 0:
         return start[0], start[1], t, math.cos(angle), math.sin(angle), phi
-    x, y, _, _, radius = centre(scene, disc, t)
+    x, y, ux, uy, radius = centre(scene, disc, t)
+    if abs(side) == 2:
+        phi = _release_angle(ux, uy, scene.v, side)
+        angle = phi + math.pi
     x, y = x + (radius + SKIN) * math.cos(phi), y + (radius + SKIN) * math.sin(phi)
     return x, y, t, math.cos(angle), math.sin(angle), phi
 
@@ -419,10 +336,10 @@ def _expand(
     """The families that begin where members of this one graze a disc, and the best arrival of a member.
 
     Returns:
-        (k, 6) disc, side, time, phi, time of leaving this family, promised arrival; arrival (inf: none), the time of
+        (k, 8) disc, side, time, phi, x, y, time of leaving this family, promised arrival; arrival (inf: none), the time of
         leaving for it, and the direction.
     """
-    events = np.empty((_EVENTS, 6))
+    events = np.empty((_EVENTS, 8))
     count = 0
     best, best_left, best_dx, best_dy = math.inf, 0.0, 0.0, 0.0
     stack = np.empty((128, 2))
@@ -430,7 +347,9 @@ def _expand(
     last_code, last_side = -1, 0.0
     for k in range(samples.shape[0]):
         x, y, t, dx, dy, _ = _member(scene, disc, side, start, samples, float(k))
-        code, _, _ = _ray(scene, x, y, t, dx, dy, disc, limit)
+        code, _, arrival = _ray(scene, x, y, t, dx, dy, disc, limit)
+        if arrival < min(best, limit):
+            best, best_left, best_dx, best_dy = arrival, t, dx, dy
         offside = dx * (scene.goal[1] - y) - dy * (scene.goal[0] - x)
         ahead = dx * (scene.goal[0] - x) + dy * (scene.goal[1] - y)
         aimed = ahead > 0.0 and (offside == 0.0 or (k > 0 and last_side * offside < 0.0))
@@ -485,9 +404,99 @@ def _expand(
                 events[count, 1] = 1.0 if turn > 0.0 else -1.0
                 events[count, 2] = when
                 events[count, 3] = math.atan2(ny, nx)
-                events[count, 4] = ta
+                events[count, 4], events[count, 5], events[count, 6] = hx, hy, ta
                 far = math.hypot(scene.goal[0] - hx, scene.goal[1] - hy) - scene.goal[2]
-                events[count, 5] = when + max(far, 0.0) / scene.v
+                events[count, 7] = when + max(far, 0.0) / scene.v
                 count += 1
         last_code, last_side = code, offside
     return events[:count], best, best_left, best_dx, best_dy
+
+
+@kernel
+def _release_angle(ux: float, uy: float, v: float, branch: int) -> float:
+    """Where on a disc with velocity u its edge recedes from a point just at the speed v; NaN where it never does."""
+    speed = math.hypot(ux, uy)
+    if not speed > v:
+        return math.nan
+    return math.atan2(-uy, -ux) + 0.5 * branch * math.acos(v / speed)
+
+
+@kernel
+def _releases(scene: Scene, x: float, y: float, t: float, limit: float, done: npt.NDArray[np.uint8]) -> FloatArray:
+    """Rays that follow a fast disc through the place that it has just left, for a point that waits for that.
+
+    Where the costate is zero before a contact (the point has time to spare), it is normal to the edge after it: the
+    point goes straight at full speed to where the disc was, and just touches an edge that recedes at that same speed.
+    `done` (m, 2, T) marks the times at which that has been reached already, whatever the way.
+
+    Returns:
+        (k, 7) t, phi, angle of the ray, disc, branch (2, -2), number of its stretch without a gap, promised arrival.
+    """
+    out = np.empty((4096, 7))
+    count, stretch = 0, 0
+    for j in range(scene.radii.shape[0]):
+        if not scene.speed[j] > scene.v:
+            continue
+        disc = scene.static.shape[0] + j
+        for side in range(2):
+            branch = 2 - 4 * side
+            last = -9
+            for k in range(math.ceil(t / RELEASE_STEP), done.shape[2] - 1):
+                when = k * RELEASE_STEP
+                if when >= limit or count >= out.shape[0]:
+                    break
+                if done[j, side, k]:
+                    continue
+                cx, cy, ux, uy, radius = centre(scene, disc, when)
+                phi = _release_angle(ux, uy, scene.v, branch)
+                if math.isnan(phi) or math.isnan(cx):
+                    continue
+                px, py = cx + (radius + SKIN) * math.cos(phi), cy + (radius + SKIN) * math.sin(phi)
+                promise = when + (math.hypot(px - scene.goal[0], py - scene.goal[1]) - scene.goal[2]) / scene.v
+                if promise >= limit or math.hypot(px - x, py - y) > scene.v * (when - t):
+                    continue
+                if not (scene.area[0] <= px <= scene.area[2] and scene.area[1] <= py <= scene.area[3]):
+                    continue
+                found, _ = _approach(scene, x, y, t, disc, branch, when)
+                if not found:
+                    continue
+                done[j, side, k] = 1
+                if k != last + 1:
+                    stretch += 1
+                last = k
+                out[count, 0], out[count, 1], out[count, 2] = when, phi, phi + math.pi
+                out[count, 3], out[count, 4], out[count, 5], out[count, 6] = disc, branch, stretch, promise
+                count += 1
+    return out[:count]
+
+
+@kernel
+def _approach(
+    scene: Scene, x: float, y: float, t: float, disc: int, branch: int, when: float
+) -> tuple[bool, FloatArray]:
+    """A clear way from (x, y) at time t to the release at `when`: slowly, or after a wait, or with a wait on the way."""
+    cx, cy, ux, uy, radius = centre(scene, disc, when)
+    phi = _release_angle(ux, uy, scene.v, branch)
+    nx, ny = math.cos(phi), math.sin(phi)
+    points = np.empty((4, 3))
+    points[0] = t, x, y
+    points[3] = when, cx + (radius + SKIN) * nx, cy + (radius + SKIN) * ny
+    for run_up in (0.05, 0.15, 0.4, 1.0, 2.0):
+        begin = when - run_up
+        px, py = points[3, 1] + scene.v * run_up * nx, points[3, 2] + scene.v * run_up * ny
+        needs = math.hypot(px - x, py - y) / scene.v
+        if begin - t < needs:
+            continue
+        hit, _ = first_hit(scene, px, py, begin, -scene.v * nx, -scene.v * ny, run_up, disc, SKIN)
+        if hit >= 0:
+            continue
+        points[2] = begin, px, py
+        for middle in range(3):
+            points[1] = points[0]
+            if middle == 1:
+                points[1, 0] = begin - needs
+            elif middle == 2:
+                points[1] = t + needs, px, py
+            if clear(scene, points[:3]):
+                return True, points
+    return False, points

@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
-from clearway.geometry.extremals import Scene, centre
+from clearway.geometry.moving_discs import Scene, centre
 from clearway.geometry.shapes import FloatArray
 
 STEPS = (409, 450)
@@ -63,7 +63,7 @@ def earliest(scene: Scene, start: FloatArray, t0: float, limit: float, delta: fl
     for i in range(len(STEPS)):
         for dy in range(23):
             rest = STEPS[i] - dy * dy
-            wide[i, dy] = int(math.floor(math.sqrt(rest) + 1e-9)) if rest >= 0 else -1
+            wide[i, dy] = math.floor(math.sqrt(rest) + 1e-9) if rest >= 0 else -1
     n = scene.static.shape[0] + scene.radii.shape[0]
     closest = math.inf
     k = 0
@@ -105,7 +105,7 @@ def earliest(scene: Scene, start: FloatArray, t0: float, limit: float, delta: fl
                     left = max(left, rest / mx + ox + 64)
                 elif rest < 0.0:
                     right = -1.0
-            _keep(then[y], low_then[y], high_then[y], int(math.ceil(left)), int(math.floor(right)))
+            _keep(then[y], low_then[y], high_then[y], math.ceil(left), math.floor(right))
         for disc in range(n):
             x, y0, _, _, radius = centre(scene, disc, t)
             if math.isnan(x) or (disc >= scene.static.shape[0] and t >= (scene.moving.shape[0] - 1) * scene.dt):
@@ -118,7 +118,7 @@ def earliest(scene: Scene, start: FloatArray, t0: float, limit: float, delta: fl
                     continue
                 a, b = _chord(x, y - y0, radius)
                 if a < b:
-                    _drop(then[y], low_then[y], high_then[y], int(math.ceil(a)), int(math.floor(b)))
+                    _drop(then[y], low_then[y], high_then[y], math.ceil(a), math.floor(b))
         for y in range(first, last + 1):
             lo, hi = low_then[y], high_then[y]
             while lo <= hi and then[y, lo] == 0:
@@ -178,7 +178,7 @@ def _chord(x: float, dy: float, radius: float) -> tuple[float, float]:
     """From where to where a row at `dy` from the centre of a circle lies within it; an empty range if it doesn't."""
     rest = radius * radius - dy * dy
     if radius <= 0.0 or rest < 0.0:
-        return math.inf, -1.0
+        return 0.0, -1.0
     half = math.sqrt(rest)
     return x - half, x + half
 
@@ -223,4 +223,4 @@ def _closest(
                     d = (x - gx) * (x - gx) + (y - gy) * (y - gy)
                     if d <= best:
                         best, found = d, True
-    return math.sqrt(best) if found else math.inf
+    return float(math.sqrt(best)) if found else math.inf

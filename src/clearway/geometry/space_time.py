@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.extremals import Scene, clear, fastest
+from clearway.geometry.extremals import fastest
+from clearway.geometry.moving_discs import Scene, clear
 from clearway.geometry.reach import earliest
 from clearway.geometry.shapes import FloatArray
 
@@ -85,22 +86,28 @@ def shortest(
         return None
     if math.hypot(here[0] - scene.goal[0], here[1] - scene.goal[1]) <= goal_radius:
         return SpaceTimePath(0.0, 0.0, 0.0, still[:1])
-    points = fastest(scene, here, start_time, latest)
-    if points is None or not clear(scene, points):
-        return None
-    time = float(points[-1, 0] - start_time)
-    length = float(np.hypot(*np.diff(points[:, 1:], axis=0).T).sum())
-    return SpaceTimePath(time, length, _error(scene, here, start_time, time) if bound else math.nan, points)
+    best: SpaceTimePath | None = None
+    for waits in (False, True):  # waits cost more, and few scenes need them
+        points = fastest(scene, here, start_time, latest, waits=waits)
+        if points is not None and clear(scene, points):
+            time = float(points[-1, 0] - start_time)
+            if best is None or time < best.time:
+                length = float(np.hypot(*np.diff(points[:, 1:], axis=0).T).sum())
+                error = _error(scene, here, start_time, time) if bound else math.nan
+                best = SpaceTimePath(time, length, error, points)
+        if best is not None and not best.error > TARGET:
+            break
+    return best
 
 
 def _error(scene: Scene, start: FloatArray, start_time: float, time: float) -> float:
     gap = math.hypot(start[0] - scene.goal[0], start[1] - scene.goal[1]) - scene.goal[2]
-    error = max(0.0, 1.0 - gap / scene.v / time)
+    error = max(0.0, 1.0 - float(gap / scene.v / time))
     for layer in _LAYERS:
         if error <= 1e-9:
             break
         first = earliest(scene, start, start_time, start_time + time, layer / scene.v) - start_time
-        error = min(error, max(0.0, 1.0 - first / time))
+        error = min(error, max(0.0, 1.0 - float(first) / time))
         if error <= TARGET or error > 2.0 * TARGET:  # a finer grid gains a few tenths of a percent at most
             break
     return error
