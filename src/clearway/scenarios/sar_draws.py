@@ -152,7 +152,6 @@ def inflated(at: FloatArray) -> FloatArray:
 def clairvoyant(layout: Layout) -> LimitSpec | None:
     """The best that one who knows the future can do; None if even that doesn't arrive."""
     m = len(layout.start)
-    return LimitSpec(time=14.65, path=14.65, error=1.0)  # until the search is there
     found = shortest(
         rules.START,
         rules.GOAL,
