@@ -9,14 +9,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, mover, run
+from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, mover, run, steer
 
 from clearway.contract import Command
 from clearway.geometry.distance import min_clearance, path_clearance
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import Circle, FloatArray, rectangle
 from clearway.geometry.streams import stream
+from clearway.robots import load_robot
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suites import load_suite
 from clearway.trials import Outcome, Trial
+from clearway.world import simulate
 from clearway.world.plant import disturb
 
 BOTH = {"position": 0.01, "heading": 0.02}
@@ -144,3 +148,47 @@ def test_a_push_alone_is_contact() -> None:
     assert "robot at 0.000 m/s" in trial.events[-1].detail
     assert trial.pose[-1, 0] == pytest.approx(0.004, abs=1.1e-5)
     assert (trial.pose[:-1, 0] < 0.004).all()
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_contact_in_a_rescue_scenario_is_where_the_closed_forms_say(number: int) -> None:
+    """A robot that heads for the goal, blind. Its way and the obstacles' are recomputed every millisecond."""
+    robot = load_robot("rescue")
+    scene = load_suite("sar-case2").build(robot)[number]
+    trial = simulate(scene, robot, Pilot(steer), navigator="blind", localisation="truth", map=None)
+    assert trial.command is not None
+    push, key = np.empty(5), stream(scene.seed, "disturbance")
+    bounds = np.array([0.01, 0.01, 0.0, 0.0, 1.0])
+    least = []
+    for k, (pose, command) in enumerate(zip(trial.pose[:-1], trial.command[:-1], strict=True)):
+        end = float(trial.t[k + 1] - trial.t[k])
+        s = np.append(np.arange(0.0, end, 1e-3), end)
+        v, omega = np.clip(command, (0.0, -1.5), (1.0, 1.5))
+        disturb(bounds, key, k, push)
+        half = 0.5 * omega * s
+        chord = v * s * np.sinc(half / np.pi)
+        at = pose[:2] + np.stack([chord * np.cos(pose[2] + half), chord * np.sin(pose[2] + half)], axis=1)
+        at += (s / 0.15)[:, None] * push[:2]
+        least.append(min(np.hypot(*(at - centre).T).min() for centre in centres(scene, trial.t[k] + s)))
+        assert at[-1] == pytest.approx(trial.pose[k + 1, :2], abs=1e-9)
+    if trial.outcome is Outcome.COLLISION:
+        assert least[-1] == pytest.approx(0.6, abs=1e-4)
+        assert min(least[:-1]) > 0.6 - 1e-4
+    else:
+        assert trial.outcome is Outcome.REACHED
+        assert min(least) > 0.6
+
+
+def centres(scene: Scenario, t: FloatArray) -> list[FloatArray]:
+    """Of each obstacle, (k, 2) at the times `t` (k,), by the closed form."""
+    found = []
+    for obstacle in scene.obstacles:
+        motion = obstacle.oscillation
+        if motion is None:
+            assert obstacle.pose is not None
+            found.append(np.broadcast_to(np.array(obstacle.pose[:2]), (len(t), 2)))
+        else:
+            x, v, a, w = (np.array(c) for c in (motion.start, motion.velocity, motion.attraction, motion.stiffness))
+            w, s = np.sqrt(w), t[:, None]
+            found.append(a + (x - a) * np.cos(w * s) + v / w * np.sin(w * s))
+    return found
