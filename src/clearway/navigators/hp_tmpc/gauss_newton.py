@@ -1,4 +1,4 @@
-"""The default solver of the tracking problem: a condensed Gauss-Newton method with a small interior point.
+"""The default solver of the tracking problem: a Gauss-Newton method with a small interior point.
 
 The motion is linearised about a plan, and so are the obstacle rows, to the half-plane that touches the circle where
 it is nearest: conservative in position. What remains is convex in the inputs and goes to `interior_point.minimise`;
@@ -42,10 +42,11 @@ BUDGET = 400
 """Interior-point iterations after which the answer hardly improves: what an unbounded budget means here."""
 
 _STARTS = 3  # how many other starts are refined
-_ROUNDS = 12  # linearisations per start, at most
-_GAIN = 1e-4  # a lower merit by less than this is the end
+_ROUNDS = 8  # linearisations per start, at most
+_GAIN = 1e-3  # a merit that falls by less than this share of it is the end
 _MARGIN = 0.5  # m: rows whose clearance is larger don't enter the convex program
-_MU, _MU_END, _LIMIT = 1e-2, 1e-6, 30  # barrier parameter at the start and the end; iterations of a convex program
+_MU, _MU_END, _LIMIT = 20.0, 1e-6, 30  # barrier parameter at the start (large: near a warm start's bounds a small one
+# costs twice the iterations) and at the end; iterations of one convex program
 
 
 @kernel
@@ -106,7 +107,7 @@ def refine(problem: Problem, plan: FloatArray, budget: int) -> tuple[int, bool]:
     turn, push, error = np.empty((n, 2)), np.empty((n, 2, 2)), np.empty((n, 3))
     stage, normal, lack = np.empty(room, np.int64), np.empty((room, 2)), np.empty(room)
     answer, trial = np.empty((free, 2)), np.empty((n, 2))
-    total, worst, summed = judge(problem, plan)
+    total, _, summed = judge(problem, plan)
     merit = total + PENALTY * summed
     spent = 0
     for _ in range(_ROUNDS):
@@ -126,14 +127,14 @@ def refine(problem: Problem, plan: FloatArray, budget: int) -> tuple[int, bool]:
                 trial[k, 0] = plan[k, 0] + part * (answer[j, 0] - plan[k, 0])
                 trial[k, 1] = plan[k, 1] + part * (answer[j, 1] - plan[k, 1])
             project(problem, trial)
-            total, worst, summed = judge(problem, trial)
+            total, _, summed = judge(problem, trial)
             gain = merit - (total + PENALTY * summed)
             if gain > 0.0:
                 merit -= gain
                 plan[:] = trial
                 break
             part *= 0.35
-        if not gain > _GAIN:
+        if not gain > _GAIN * merit:
             break
     return spent, True
 
