@@ -9,7 +9,7 @@ lowest mean time). The winner is printed as it stands in `stand_ins.toml`, with 
 the best; written to `retuned.json` beside the navigator. Gains that were tuned on the scenario that they are judged by
 show what tuning can do (paper B's Fig. 10a), not how good the method is.
 
-    python benchmarks/apf_gains.py [--workers N] [--smoke]            # about 10 minutes on one core
+    python benchmarks/apf_gains.py [--workers N] [--smoke]            # about 5 minutes on one core
     python benchmarks/apf_gains.py --retune [--workers N] [--smoke]   # as long again
 """
 
@@ -40,11 +40,11 @@ from clearway.world import simulate
 SUITES = ("sar-case1", "sar-case2")
 SEEDS = 10_000
 """The first of those that gains are chosen on."""
-ROUNDS = ((96, 6), (32, 24), (8, 80))
+ROUNDS = ((64, 5), (20, 20), (6, 50))
 """How many candidates, and on how many scenarios of each suite."""
 LAST = 50
 """Fresh scenarios of each suite to judge the winner by."""
-NEIGHBOURS = 48
+NEIGHBOURS = 32
 """Further candidates around the best, for `--retune`."""
 
 Gains = dict[str, float]
@@ -123,7 +123,7 @@ def choose(pool: Parallel, smoke: bool) -> None:
         flat = pool(delayed(attempt)(s, g) for g in field for s in tests)
         scores = [score(flat[i * len(tests) : (i + 1) * len(tests)]) for i in range(len(field))]
         order = sorted(range(len(field)), key=lambda i: (*scores[i], -i), reverse=True)
-        print(f"{len(field)} candidates on {len(tests)} scenarios; the best three, and by hand:")
+        print(f"{len(field)} candidates on {len(tests)} scenarios; the best three, and by hand:", flush=True)
         for i in [*order[:3], *([field.index(BY_HAND)] if BY_HAND in field else [])]:
             print(f"  {scores[i][0]:3d} reached, {-scores[i][1]:5.1f} s  {field[i]}", flush=True)
         field = [field[i] for i in order]

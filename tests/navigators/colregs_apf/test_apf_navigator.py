@@ -18,6 +18,10 @@ from clearway.robots import Robot, load_robot
 RESCUE = load_robot("rescue")
 R_OBS = 0.35
 CONTACT = 0.25 + R_OBS
+BY_HAND = {
+    "eta_d": 0.3, "eta_e": 1.0, "eta_s": 0.2, "rho_0": 4.0, "rho_s": 1.0, "d_safe": 0.3, "velocity_term": 0.0,
+}  # fmt: skip
+"""Gains under which the rules show: a wide berth, begun early."""
 
 
 def task(robot: Robot = RESCUE, start: tuple[float, float, float] = (0.0, 0.0, 0.0), **other: Any) -> Task:
@@ -43,7 +47,7 @@ class Meeting:
     """One robot from the origin to a goal, among discs that keep their velocities; what happened, step by step."""
 
     def __init__(self, rows: Any, goal: Any = (8.0, 0.0, 0.0), moving: bool = True, steps: int = 400, **gains: Any):
-        navigator = ColregsApf(gains or "fixed")
+        navigator = ColregsApf(BY_HAND | gains)
         navigator.reset(task(), RESCUE, np.random.default_rng(0))
         pose, velocity, rows = np.zeros(3), np.zeros(2), np.array(rows, dtype=float).reshape(-1, 4)
         target, c = Goal(np.array(goal, float), 0.2, math.pi), RESCUE.period
@@ -158,7 +162,7 @@ def test_turns_to_the_goals_heading_in_place() -> None:
 
 
 def one_step(obstacles: Obstacles | None, pose: Any = (0.0, 0.0, 0.0), goal: Any = (5.0, 0.0, 0.0), **of_task: Any):  # type: ignore[no-untyped-def]
-    navigator = ColregsApf()
+    navigator = ColregsApf(BY_HAND)
     navigator.reset(task(**of_task), RESCUE, np.random.default_rng(0))
     command = navigator.step(observe(0.0, pose, obstacles, Goal(np.array(goal, float), 0.2, math.pi), (0.3, 0.1)))
     shown = navigator.diagnostics()
