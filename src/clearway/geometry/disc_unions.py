@@ -177,7 +177,7 @@ def shut_off(
         for step in range(6 * n + 8):
             turn, following = _leave(i, angle, discs)
             cx, cy, radius = discs[i, 0], discs[i, 1], discs[i, 2]
-            if i == hit and step > 0 and advance(angle, first, 1.0) <= turn:
+            if i == hit and step > 0 and advance(angle, first, 1.0) <= turn + 1e-9:
                 turn, closed = advance(angle, first, 1.0), True
             elif following == i:
                 turn, closed = TURN, True

@@ -123,6 +123,21 @@ def first_on_segment(
 
 
 @kernel
+def segment_clear(
+    ax: float, ay: float, ux: float, uy: float, length: float, discs: FloatArray, skip_a: int, skip_b: int
+) -> bool:
+    """Whether the segment enters no disc. Two discs are left out of it."""
+    for j in range(len(discs)):
+        if (
+            segment_enters(ax, ay, ux, uy, length, discs[j, 0], discs[j, 1], discs[j, 2]) < math.inf
+            and j != skip_a
+            and j != skip_b
+        ):
+            return False
+    return True
+
+
+@kernel
 def first_on_arc(
     cx: float, cy: float, r: float, x: float, y: float, turn: float, discs: FloatArray, skip: int
 ) -> tuple[int, float]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.tangents import TOUCH, advance, arc_leaves, first_on_segment, sweep, tangent
+from clearway.geometry.tangents import TOUCH, advance, arc_leaves, segment_clear, sweep, tangent
 from clearway.navigators.hp_tmpc.pieces import put, string_pieces
 
 FOUND, NO_WAY, LESS = 0, 1, 2
@@ -91,10 +91,9 @@ def exact_path(
             ax, ay = cx + r * uy, cy - r * ux
             own = near[origin_ring >> 1] if origin_ring != origin else -1
             other = near[here >> 1] if here != goal else -1
-            blocked, _ = first_on_segment(ax, ay, ux, uy, length, discs, own, other)
             ex, ey = ax + length * ux, ay + length * uy
             outside = ex < area[0] - TOUCH or ey < area[1] - TOUCH or ex > area[2] + TOUCH or ey > area[3] + TOUCH
-            arrived = blocked < 0 and not outside
+            arrived = not outside and segment_clear(ax, ay, ux, uy, length, discs, own, other)
         if not arrived:
             return NO_WAY, np.zeros((0, 7))
         if here == goal:

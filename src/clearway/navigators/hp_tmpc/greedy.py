@@ -15,7 +15,7 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.disc_unions import Labels, label_cluster
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.tangents import first_on_arc, first_on_segment, segment_enters, sweep, tangent
+from clearway.geometry.tangents import first_on_arc, first_on_segment, segment_clear, segment_enters, sweep, tangent
 from clearway.navigators.hp_tmpc.pieces import put
 
 MOST_CIRCLES = 160
@@ -262,5 +262,4 @@ def _across(i: int, j: int, string: FloatArray, identity: Labels, line: FloatArr
     if rest >= was - 1e-12:
         return False
     ax, ay = string[i, 0] + string[i, 2] * uy, string[i, 1] - string[i, 2] * ux
-    hit, _ = first_on_segment(ax, ay, ux, uy, length, discs, identity[i], identity[j])
-    return hit < 0
+    return segment_clear(ax, ay, ux, uy, length, discs, identity[i], identity[j])

@@ -95,14 +95,14 @@ def plan_path(
             return Path(status | NO_PATH, with_lead(start[0], start[1], sx, sy, nowhere), 0.0, 0, nowhere)
     labels, stack = np.full(len(discs), -1, np.int64), np.empty(len(discs), np.int64)
     pieces, other, side = nowhere, nowhere, 0
-    for attempt in range(2):
-        more, pieces, other, side = _between(sx, sy, tx, ty, discs, area, draw, exact, labels, stack)
-        if more & NO_PATH and attempt == 0:
+    for thorough in (False, True):
+        more, pieces, other, side = _between(sx, sy, tx, ty, discs, area, draw, exact, thorough, labels, stack)
+        if more & NO_PATH and not thorough:
             where, bx, by = shut_off(sx, sy, tx, ty, target[0], target[1], discs, area, zone)
             if where == SHUT_OFF:
                 status |= UNREACHABLE
                 tx, ty = bx, by
-                continue
+            continue
         status |= more
         break
     if status & NO_PATH:
@@ -120,9 +120,13 @@ def plan_path(
 @kernel
 def _between(
     sx: float, sy: float, tx: float, ty: float, discs: FloatArray, area: FloatArray, draw: float, exact: bool,
-    labels: Labels, stack: Labels,
+    thorough: bool, labels: Labels, stack: Labels,
 ) -> tuple[int, FloatArray, FloatArray, int]:  # fmt: skip
-    """(flags, pieces, pieces of the other side, side) between two free points."""
+    """(flags, pieces, pieces of the other side, side) between two free points.
+
+    Where the greedy rule fails on one side, the tangent graph answers (bounded by the other side's path, so quickly);
+    where it fails on both, only if `thorough`.
+    """
     nowhere = np.zeros((0, 7))
     distance = math.hypot(tx - sx, ty - sy)
     if distance <= NOTHING:
@@ -145,7 +149,9 @@ def _between(
     if not to_left:
         best, other, length, side = right, left, right_length, -1
     inside = left_inside or right_inside
-    if exact or not inside:
+    if length == math.inf and not thorough:
+        return NO_PATH, nowhere, nowhere, 0
+    if exact or not inside or math.isinf(left_length) or math.isinf(right_length):
         found, path = exact_path(np.array([sx, sy]), np.array([tx, ty]), discs, area, length if inside else math.inf)
         if found != NO_WAY and not (inside and path_length(path) > length):
             flags = (0 if exact else FALLBACK) | (LIMITED if found == LESS else 0)
