@@ -87,3 +87,13 @@ def test_the_field_moves_with_the_robot() -> None:
         assert sensing.obstacles is not None
         assert len(sensing.obstacles) == (pose[0] + 2.0 - 0.5 <= 4.0)
     assert trial.pose[-1, 0] > 5.0
+
+
+def test_nothing_to_see_and_very_much() -> None:
+    empty = constant(0.0)
+    run(empty, [], make_scenario(legs=LEGS), make_robot(camera=CAMERA))
+    assert {len(s.obstacles) for s in empty.seen if s.obstacles is not None} == {0}
+    crowd = [body(Circle(0.1), 3.0 * math.cos(i), 3.0 * math.sin(i), kind="obstacle") for i in range(1000)]
+    full = constant(0.0)
+    run(full, crowd, make_scenario(legs=LEGS), make_robot(camera=CAMERA))
+    assert {len(s.obstacles) for s in full.seen if s.obstacles is not None} == {1000}
