@@ -281,7 +281,9 @@ def test_without_memory_a_body_has_the_finite_difference() -> None:
 
 @BOTH
 def test_every_return_near_the_robot_is_covered(name: str) -> None:
-    """Walls, boxes and a moving body, as the navigator sees them: in the map frame, 300 discs at most."""
+    """Walls, boxes and a moving body, as the navigator sees them: in the map frame, 300 discs at most.
+
+    Noise is averaged out along surfaces, so that a return may stick out by as much as it errs."""
     robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
     tracker = fresh(name, robot)
     commands = np.array([(0.4, 0.5 * math.sin(0.3 * k)) for k in range(25)])
@@ -294,7 +296,8 @@ def test_every_return_near_the_robot_is_covered(name: str) -> None:
         eye = believed[:2] + 0.1 * np.array([math.cos(believed[2]), math.sin(believed[2])])
         ends = eye + (scan.ranges[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1))[scan.ranges < 4.0]
         gap = np.hypot(ends[:, None, 0] - out.position[:, 0], ends[:, None, 1] - out.position[:, 1]) - out.radius
-        assert gap.min(axis=1).max() < 1e-9
+        assert gap.min(axis=1).max() < 4.5 * 0.02
+        assert np.percentile(gap.min(axis=1), 90) < 0.02
         assert len(out) <= 300
         assert len(set(out.identity.tolist())) == len(out)
 

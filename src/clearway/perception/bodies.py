@@ -13,7 +13,7 @@ from clearway.contract import Scan
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
-from clearway.perception.clusters import ClusterParameters, IntArray, Returns
+from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
 from clearway.perception.seen_through import count_seen_through
 from clearway.robots import Robot
 
@@ -39,7 +39,7 @@ class Bodies(NamedTuple):
     Attributes:
         x, v: (n, 2) m, m/s. radius, error, v_error: (n,) m, m, m/s. identity: (n,) from 0.
         structure: (k,) uint8, which clusters are not among them. slowest: m/s, bound on how fast structure that is in
-        no map may be moving.
+        no map may be moving. cores: (c, 3) discs inside those structures that could be bodies; core_identity: (c,).
     """
 
     x: FloatArray
@@ -50,6 +50,8 @@ class Bodies(NamedTuple):
     identity: IntArray
     structure: npt.NDArray[np.uint8]
     slowest: float
+    cores: FloatArray
+    core_identity: IntArray
 
 
 class Follower(Protocol):
@@ -108,7 +110,10 @@ class DifferenceFollower:
         self._t, self._before, self._error, self._ids = t, x, error, ids
         structure = np.ones(len(returns.size), dtype=np.uint8)
         structure[found.rows] = 0
-        return Bodies(x, v, found.circle[:, 2].copy(), error, v_error, ids, structure, math.inf)
+        none = np.empty(0, dtype=np.int64)
+        return Bodies(
+            x, v, found.circle[:, 2].copy(), error, v_error, ids, structure, math.inf, np.empty((0, 3)), none
+        )
 
 
 class _Past(NamedTuple):
@@ -160,7 +165,9 @@ class BodyFollower:
         here = np.zeros(len(self._ids), dtype=np.bool_)
         here[at] = True
         structure = np.ones(len(returns.size), dtype=np.uint8)
-        structure[found.rows[moves[at]]] = 0
+        still = ~moves[at]
+        structure[found.rows[~still]] = 0
+        inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[still])
         told = moves & (here | (t - self._seen <= self._coast))
         x = self._state[:, :2].copy()
         error = kalman.SIGMAS * np.sqrt(self._spread[:, 0])
@@ -173,7 +180,7 @@ class BodyFollower:
         slowest = self._margin / watched if watched >= 0.5 * self._watch else math.inf
         return Bodies(
             x[rows], self._state[rows, 2:].copy(), self._radius[rows].copy(), error[rows], v_error,
-            self._ids[rows], structure, slowest,
+            self._ids[rows], structure, slowest, inside, self._ids[at[still]],
         )  # fmt: skip
 
     def _turning(self, rows: IntArray, t: float) -> FloatArray:

@@ -150,9 +150,10 @@ class LidarTracker:
         returns = perceive(scan, odom, c, self._sigma, self._known, pose)
         bodies = self._follower.update(returns, scan, sensing.t)
         structure = bodies.structure
-        discs, cells, known = cover(
-            returns, structure, scan.angle_increment, c, c.discs - min(len(bodies.x), c.discs - 16)
-        )
+        cores, whole = bodies.cores, len(bodies.x) + len(bodies.cores)
+        discs, cells, known = cover(returns, structure, scan.angle_increment, c, c.discs - min(whole, c.discs - 16))
+        discs, cells = np.concatenate((cores, discs)), np.concatenate((bodies.core_identity, cells))
+        known = np.concatenate((np.zeros(len(cores), dtype=np.uint8), known))
         n, m = len(bodies.x), len(discs)
         turn = pose[2] - odom[2]
         rotation = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
