@@ -36,8 +36,8 @@ def greedy_string(
     nearer: bool,
     labels: Labels,
     stack: Labels,
-) -> tuple[bool, int, FloatArray]:
-    """(whether the path is free, how many clusters it met, string (m, 3)) from s to t.
+) -> tuple[bool, bool, FloatArray]:
+    """(whether the path is free, whether `nearer` makes a difference, string (m, 3)) from s to t.
 
     The first cluster of overlapping discs that the straight line meets is passed on `side` (1: left of it, -1: right);
     those that come up later on the same side, or (`nearer`) each on the side to which it reaches less far. Each time
@@ -52,7 +52,7 @@ def greedy_string(
     identity = np.full(MOST_CIRCLES, -1, np.int64)
     line = np.empty((MOST_CIRCLES, 3))  # u_x, u_y, length of the tangent from circle k to k + 1
     clear = np.zeros((MOST_CIRCLES, 2), np.bool_)  # the tangent after circle k; the arc on it
-    sides = np.zeros(len(discs), np.int64)  # by cluster
+    sides = np.zeros(len(discs) + 2, np.int64)  # by cluster; then whether one was met, whether `nearer` matters
     put(string, 0, sx, sy, 0.0)
     put(string, 1, tx, ty, 0.0)
     m: Any = np.int64(2)  # not literals: fewer specialisations to compile
@@ -79,7 +79,7 @@ def greedy_string(
             k += 1
         if hit < 0:
             m = _shorten(string, identity, line, clear, discs, m)
-            return True, _clusters(sides), string[:m].copy()
+            return True, sides[-1] != 0, string[:m].copy()
         if m == MOST_CIRCLES:
             break
         way = sides[labels[hit]]
@@ -88,16 +88,7 @@ def greedy_string(
         if m < 0:
             break
         k = max(0, place - 2)
-    return False, _clusters(sides), string[:0].copy()
-
-
-@kernel
-def _clusters(sides: Labels) -> int:
-    met = 0
-    for i in range(len(sides)):
-        if sides[i] != 0:
-            met += 1
-    return met
+    return False, sides[-1] != 0, string[:0].copy()
 
 
 @kernel
@@ -126,15 +117,19 @@ def _outermost(
         label_cluster(first, first, discs, labels, stack)
     cluster = labels[first]
     if sides[cluster] == 0:
-        way = side
-        if nearer and _clusters(sides) > 0:
+        sides[cluster] = side
+        if sides[-2] == 0:
+            sides[-2] = 1
+        else:
             left, right = -math.inf, -math.inf
             for j in range(len(discs)):
                 if labels[j] == cluster:
                     offset = ux * (discs[j, 1] - ay) - uy * (discs[j, 0] - ax)
                     left, right = max(left, offset + discs[j, 2]), max(right, discs[j, 2] - offset)
-            way = 1 if left < right else -1 if right < left else side
-        sides[cluster] = way
+            if (side > 0 and right < left) or (side < 0 and left < right):
+                sides[-1] = 1
+                if nearer:
+                    sides[cluster] = -side
     way = sides[cluster]
     chosen, most = first, -math.inf
     for j in range(len(discs)):

@@ -176,13 +176,13 @@ def _side(
     """(pieces, length, whether it keeps to the area) of the better greedy path on one side; inf: none."""
     pieces, length, inside = np.zeros((0, 7)), math.inf, False
     for nearer in (False, True):
-        free, met, string = greedy_string(sx, sy, tx, ty, discs, side, nearer, labels, stack)
+        free, matters, string = greedy_string(sx, sy, tx, ty, discs, side, nearer, labels, stack)
         if free:
             path = string_pieces(string)
             total, keeps = path_length(path), not leaves(path, area)
             if (keeps and not inside) or (keeps == inside and total < length):
                 pieces, length, inside = path, total, keeps
-        if met < 2:
+        if not matters:
             break
     return pieces, length, inside
 
