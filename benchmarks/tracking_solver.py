@@ -165,7 +165,10 @@ class Ipopt:
     """
 
     def __init__(self, sample: Problem, tolerance: float = 1e-6, iterations: int = 300) -> None:
-        import casadi as ca
+        try:
+            import casadi as ca
+        except ImportError:
+            raise SystemExit("casadi is missing; pip install 'clearway[dev]' has it") from None
 
         n, m, free = len(sample.reference), sample.rows.shape[1], sample.control_horizon
         u, x = ca.SX.sym("u", 2, free), ca.SX.sym("x", 3, n)

@@ -1,9 +1,11 @@
 """A genetic algorithm with several populations: one of the two solvers that paper B names.
 
 Each population holds the given starts and random plans. A generation keeps its elite and fills up with children: two
-parents by tournament, blend crossover per input, Gaussian mutation of a width drawn per child, and projection into the input box and the rate limits. Fitness is the merit, cost + PENALTY x summed violation. A
-population ends when its best hasn't improved for a while; the next one starts from other random plans. One iteration
-is one roll-out; random numbers are a function of (key, step, count), so the same call gives the same answer.
+parents by tournament, blend crossover per input, Gaussian mutation of a width drawn per child (of single inputs, of
+all from a stage on by the same amount, or of two neighbours by opposite amounts), and projection into the input box
+and the rate limits. Fitness is the merit, cost + PENALTY x summed violation. A population ends when its best hasn't
+improved for a while; the next one starts from other random plans. One iteration is one roll-out; random numbers are a
+function of (key, step, count), so the same call gives the same answer.
 """
 
 from __future__ import annotations
@@ -152,14 +154,23 @@ def breed(
             father = min(father, int(uniform(key, step, draw + 1) * len(people)))
             draw += 2
         width = _WIDEST * (_NARROWEST / _WIDEST) ** uniform(key, step, draw)
-        draw += 1
+        kind = int(3.0 * uniform(key, step, draw + 1))
+        first = int(uniform(key, step, draw + 2) * free)
+        draw += 3
         plan = people[i]
-        for k in range(free):
-            for j in range(2):
+        for j in range(2):
+            spread = width * (problem.high[0, j] - problem.low[0, j])
+            move = spread * normal(key, step, draw)
+            draw += 1
+            for k in range(free):
                 a, b = parents[mother, k, j], parents[father, k, j]
                 plan[k, j] = a + (uniform(key, step, draw) * (1.0 + 2.0 * _BLEND) - _BLEND) * (b - a)
-                if uniform(key, step, draw + 1) < _RATE:
-                    plan[k, j] += width * (problem.high[k, j] - problem.low[k, j]) * normal(key, step, draw + 2)
+                if kind == 0:
+                    plan[k, j] += move if k >= first else 0.0
+                elif kind == 1:
+                    plan[k, j] += move if k == first else -move if k == first + 1 else 0.0
+                elif uniform(key, step, draw + 1) < _RATE:
+                    plan[k, j] += spread * normal(key, step, draw + 2)
                 draw += 3
         project(problem, plan)
         cost, worst, summed = judge(problem, plan)

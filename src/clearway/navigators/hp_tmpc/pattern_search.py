@@ -2,8 +2,8 @@
 
 From each start, every input of every stage is moved up and down by a step; what lowers the merit (cost + PENALTY x
 summed violation) is kept, and the step halved after a sweep that found nothing, down to 5e-4 of an input's range.
-Moves change an input and all after it, or it alone, turn by turn: along the first kind a rate limit doesn't bind
-everywhere. The work is cut into chunks; one iteration is one roll-out.
+Moves change an input and all after it, it alone, or it and the next one by as much the other way, sweep by sweep:
+the first kind goes on where a rate limit binds, the last where all later poses are best left in place. The work is cut into chunks; one iteration is one roll-out.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CHUNK = 256
 """Roll-outs between two looks at the clock: about 0.3 ms at N = 5 with 16 obstacles."""
 
 _FIRST, _LAST = 0.25, 5e-4  # steps as a share of an input's range
-_MOST = 500  # roll-outs per start and free input pair, at most: a narrow valley can be crawled along for very long
+_MOST = 600  # roll-outs per start and free input pair, at most: a narrow valley can be crawled along for very long
 
 
 def pattern_search(
@@ -103,7 +103,7 @@ def search_on(
     Args:
         plan, best: (N, 2) where it stands and the best so far. marks: (4,) as in `keep`, then the merit of `plan` and
         the step. cursor: (7,) roll-outs spent, the start at work, the move to try next, whether the sweep succeeded,
-        whether the start was evaluated, the sweep's parity, roll-outs spent on this start.
+        whether the start was evaluated, the kind of the moves, roll-outs spent on this start.
     """
     free = problem.control_horizon
     trial = np.empty_like(plan)
@@ -125,6 +125,8 @@ def search_on(
         trial[:] = plan
         for i in range(k, free if cursor[5] == 0 else k + 1):
             trial[i, j] += size
+        if cursor[5] == 2 and k + 1 < free:
+            trial[k + 1, j] -= size
         project(problem, trial)
         cost, worst, summed = judge(problem, trial)
         cursor[0] += 1
@@ -137,8 +139,8 @@ def search_on(
         cursor[2] += 1
         if cursor[2] == 4 * free:
             cursor[2] = 0
-            if cursor[5] == 0:
-                cursor[5] = 1
+            if cursor[5] < 2:
+                cursor[5] += 1
             else:
                 cursor[5] = 0
                 if cursor[3] == 0:
