@@ -74,26 +74,26 @@ def grow(
 
 @kernel
 def choose(
-    tree: Tree, scene: Scene, checked: Checked, tick: int, limits: Limits, goal: FloatArray, any_nearer: bool,
-    found: IntArray, queue: IntArray,
+    tree: Tree, scene: Scene, checked: Checked, tick: int, limits: Limits, goal: FloatArray, last: int,
+    any_nearer: bool, found: IntArray, queue: IntArray,
 ) -> int:  # fmt: skip
     """The end of the best valid path, or -1.
 
-    Candidates are nodes at or over the horizon or in the goal region, by cost-to-come + distance to the goal; where
-    none is left and `any_nearer` is set, all nodes, by distance to the goal. Only nodes nearer to the goal than the
-    root count. A candidate with a blocked edge loses it, the tree is mended, and the next one is tried.
+    Candidates are nodes at or over the horizon (the end of the last plan, named `last`, from which the robot has come nearer,
+    up to a step before it) or, once the goal lies within the horizon, in the goal region, by cost-to-come + distance to
+    the goal; where none is left and `any_nearer` is set, all nodes, by distance to the goal. Only nodes nearer to the
+    goal than the root count. A candidate with a blocked edge loses it, the tree is mended, and the next one is tried.
     """
-    radius = radius_of(limits, tree.meta[0])
     while True:
-        leaf = _best(tree, limits, goal, True)
+        leaf = _best(tree, limits, goal, last, True)
         if leaf == NONE and any_nearer:
-            leaf = _best(tree, limits, goal, False)
+            leaf = _best(tree, limits, goal, last, False)
         if leaf == NONE:
             return NONE
         node = first_blocked(checked, tick, tree, scene, leaf)
         if node == NONE:
             return leaf
-        cut(checked, tick, tree, node, radius, found, queue)
+        cut(checked, tick, tree, node, limits.step, found, queue)  # far enough to find the parent that it had before
 
 
 @kernel
@@ -170,7 +170,7 @@ def _rewire(tree: Tree, node: int, other: int) -> None:
 
 
 @kernel
-def _best(tree: Tree, limits: Limits, goal: FloatArray, far: bool) -> int:
+def _best(tree: Tree, limits: Limits, goal: FloatArray, last: int, far: bool) -> int:
     root_x, root_y = tree.position[0]
     here = math.hypot(root_x - goal[0], root_y - goal[1])
     best, least, cheapest = NONE, np.inf, np.inf
@@ -183,7 +183,12 @@ def _best(tree: Tree, limits: Limits, goal: FloatArray, far: bool) -> int:
         if left >= here:
             continue
         if far:
-            if left > limits.tolerance and math.hypot(x - root_x, y - root_y) < limits.horizon:
+            if here <= limits.horizon:
+                at = left <= limits.tolerance
+            else:
+                horizon = limits.horizon - limits.step if tree.name[node] == last else limits.horizon
+                at = math.hypot(x - root_x, y - root_y) >= horizon
+            if not at:
                 continue
             value = cost + left
         else:

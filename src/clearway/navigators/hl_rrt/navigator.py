@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from functools import cache
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -30,17 +30,23 @@ class HlRrt:
 
     An iteration of its budget is one sample. Without a budget it ends by itself, deterministically: once a valid path to
     the horizon or the goal has not improved for `patience` samples, or after `cap` samples.
+
+    Args:
+        options: parameters by name (see `Parameters`), which override the robot's file and the stand-ins.
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+
+    def __init__(self, **options: Any) -> None:
+        self._options = options
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
 
         Raises:
-            ClearwayError: a parameter in the robot's file is wrong.
+            ClearwayError: a parameter in the robot's file or an option is wrong.
         """
-        p, d = parameters_of(robot), robot.drive
+        p, d = parameters_of(robot, self._options), robot.drive
         _compile()
         area = np.array(task.area if task.area is not None else (-np.inf, -np.inf, np.inf, np.inf), np.float64)
         self._planner = Planner(p, area, rng)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -66,14 +67,16 @@ class Parameters(BaseModel):
         return self
 
 
-def parameters_of(robot: Robot) -> Parameters:
-    """The stand-ins, overridden by the robot's file.
+def parameters_of(robot: Robot, options: Mapping[str, Any] | None = None) -> Parameters:
+    """The stand-ins, overridden by the robot's file, and that by the navigator's `options`.
 
     Raises:
         ClearwayError: one of them is wrong; the message names the robot and the field.
     """
     try:
-        return Parameters.model_validate(stand_ins(NAVIGATOR) | robot.navigators.get(NAVIGATOR, {}))
+        return Parameters.model_validate(
+            stand_ins(NAVIGATOR) | robot.navigators.get(NAVIGATOR, {}) | dict(options or {})
+        )
     except ValidationError as error:
         problem = first_problem(error, Parameters)
         field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")

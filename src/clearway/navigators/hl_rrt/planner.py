@@ -20,7 +20,7 @@ from clearway.navigators.hl_rrt.growing import Limits, choose, elites, grow, ref
 from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.robust_em import robust_em
 from clearway.navigators.hl_rrt.sampling import Source, WaypointCache, cholesky, window
-from clearway.navigators.hl_rrt.tree import NONE, advance, edges, make_tree, path, plant
+from clearway.navigators.hl_rrt.tree import NONE, Tree, advance, edges, make_tree, path, plant, restore
 
 _LEARN = (1e-2, 100)
 """Tolerance [m] and iterations of robust EM: it says where to sample, no more."""
@@ -44,6 +44,26 @@ class Plan:
     complete: bool
     iterations: int
     cut: bool
+
+
+class _Incumbent:
+    """The best valid path of a tick. Rewiring can spoil it, by an edge that looks shorter until it is checked."""
+
+    def __init__(self) -> None:
+        self.value = math.inf
+        self._nodes = self._names = np.empty(0, np.int64)
+
+    def update(self, tree: Tree, leaf: int, goal: FloatArray) -> int:
+        """The end of the better one of the valid path to `leaf` (-1: there is none) and the best so far, which the tree
+        gets back."""
+        value = math.inf if leaf == NONE else float(tree.cost[leaf]) + math.dist(tree.position[leaf], goal)
+        if self.value < value and restore(tree, self._nodes, self._names):
+            return int(self._nodes[-1])
+        self.value = value
+        if leaf != NONE:
+            self._nodes = path(tree, leaf)
+            self._names = tree.name[self._nodes]
+        return leaf
 
 
 class Planner:
@@ -90,6 +110,7 @@ class Planner:
         p, tree = self._p, self._tree
         self._tick += 1
         keep = self._prune(at, executed)
+        old = NONE if keep == NONE else int(tree.name[keep])
         self._scene = scene = look(discs, at[0], at[1], self._reach, p.step)
         self._learn(goal, scene)
         box = window(at, p.horizon, self._area)
@@ -101,14 +122,15 @@ class Planner:
         )  # fmt: skip
         refresh_root(tree, limits, self._found)
         most = p.cap if budget.iterations is None else min(p.cap, budget.iterations)
-        iterations, last, best, leaf, cut = 0, 0, math.inf, NONE, False
+        iterations, last, mark, cut = 0, 0, math.inf, False
+        best = _Incumbent()
         while True:
-            leaf = self._choose(limits, goal, any_nearer=False)
+            leaf = self._choose(limits, goal, old, any_nearer=False)
+            leaf = best.update(tree, leaf, goal)
             if leaf != NONE:
                 keep = leaf
-                value = float(tree.cost[leaf]) + math.dist(tree.position[leaf], goal)
-                if value < best * (1.0 - p.improvement):
-                    best, last = value, iterations
+                if best.value < mark * (1.0 - p.improvement):
+                    mark, last = best.value, iterations
                 elif iterations - last >= p.patience:
                     break
             count = min(p.chunk, most - iterations)
@@ -120,7 +142,7 @@ class Planner:
             iterations += count
         complete = leaf != NONE
         if not complete:
-            leaf = self._choose(limits, goal, any_nearer=True)
+            leaf = self._choose(limits, goal, old, any_nearer=True)
         return self._take(leaf, complete, iterations, cut)
 
     def edges(self) -> FloatArray:
@@ -138,10 +160,10 @@ class Planner:
         size = np.sqrt(0.5 * (self._covariance[:, 0] + self._covariance[:, 2]))
         return np.column_stack([self._mean, size])
 
-    def _choose(self, limits: Limits, goal: FloatArray, *, any_nearer: bool) -> int:
+    def _choose(self, limits: Limits, goal: FloatArray, last: int, *, any_nearer: bool) -> int:
         assert self._scene is not None
         return choose(
-            self._tree, self._scene, self._checked, self._tick, limits, goal, any_nearer, self._found, self._queue
+            self._tree, self._scene, self._checked, self._tick, limits, goal, last, any_nearer, self._found, self._queue
         )
 
     def _prune(self, at: FloatArray, executed: float) -> int:

@@ -221,6 +221,20 @@ def path(tree: Tree, leaf: int) -> IntArray:
 
 
 @kernel
+def restore(tree: Tree, nodes: IntArray, names: IntArray) -> bool:
+    """Make `nodes` (k,), which begin with the root, a path of the tree again; False: one of them, all of which had
+    `names` (k,), is gone.
+    """
+    for k in range(nodes.shape[0]):
+        if tree.name[nodes[k]] != names[k]:
+            return False
+    for k in range(1, nodes.shape[0]):  # from the root on: what is a parent now can't lie below its child
+        if tree.parent[nodes[k]] != nodes[k - 1]:
+            reparent(tree, nodes[k], nodes[k - 1])
+    return True
+
+
+@kernel
 def edges(tree: Tree) -> FloatArray:
     """(n, 4) x0, y0, x1, y1 [m] of every edge between connected nodes."""
     n = tree.meta[_COUNT]
