@@ -27,6 +27,10 @@ def test_move_base_without_a_map_on_drawn_scenarios(clearway: Shell, tmp_path: P
         "run", "sar-case2", "--seeds", "3:5", "--no-report", "--workers", "1", "--json", "--out", tmp_path / "r"
     )
     assert json.loads(ran.out)["trials"] == 2
+    campaign = (tmp_path / "r" / "campaign.json").read_text()
+    json.loads(
+        campaign, parse_constant=lambda word: pytest.fail(f"{word} is no JSON")
+    )  # this robot's limits are infinite
     rows = pq.read_table(tmp_path / "r" / "trials.parquet").to_pylist()
     assert [(r["robot"], r["batch"], r["configuration"]) for r in rows] == [
         ("rescue", "case 2", "seed-3"),

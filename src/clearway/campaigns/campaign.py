@@ -213,7 +213,7 @@ def _stop_workers() -> None:
 
 def _asked(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
     """What campaign.json holds and resuming compares: the plan, and everything that decides the bits."""
-    robots = {name: load_robot(name).model_dump(mode="json") for name in plan.robots}
+    robots = {name: json.loads(load_robot(name).model_dump_json()) for name in plan.robots}  # JSON knows no infinity
     seen = hashlib.sha256()
     for spec in specs:
         seen.update(spec.id.encode("utf-8", "backslashreplace"))
@@ -225,7 +225,7 @@ def _asked(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
         "clearway": _version("clearway"),
         "versions": {"python": platform.python_version()} | {n: _version(n) for n in ("numba", "numpy", "scipy")},
         "plan": json.loads(json.dumps(plan.to_json())),
-        "robots": json.loads(json.dumps(robots)),
+        "robots": robots,
         "scenarios": seen.hexdigest(),
     }
 
