@@ -34,16 +34,15 @@ from clearway.navigators.hp_tmpc.tracking import (
     project,
     roll_out,
     shift,
-    violations,
 )
 from clearway.navigators.hp_tmpc.tube import tightening
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 STATUSES = ("tracking", "infeasible", "iteration limit", "input limit", "braking", "no path")
-"""What a decision came to: constraints kept; broken as little as could be; kept or broken, but the budget ended the
-search; box and rate limit of the inputs exclude each other; nothing free of contact in sight, so it brakes; the planner
-found no path, so it holds the nearest free ground."""
+"""What a decision came to: constraints kept; no inputs keep them, so those that break them least; kept or broken, but the
+budget ended the search; box and rate limit of the inputs exclude each other; no inputs break them less than braking
+does; kept, but the planner found no path."""
 TRACKING, INFEASIBLE, LIMIT, INPUTS, BRAKING, PATHLESS = range(6)
 
 STEP, AGE, CORNERS, FLAGS = 0, 1, 2, 3
@@ -117,8 +116,7 @@ class Posed(NamedTuple):
 
     Attributes:
         problem: see there. warm: (N, 2) plan to start from. tube: (N + 1,) w_k^rob, m. correction: (2,) K (x - x_bar).
-        radius: f^SR(A + B K). slack: m by which a constraint may be broken before contact is predicted. planned:
-        whether a plan was made. reference: that plan (else without points).
+        radius: f^SR(A + B K). planned: whether a plan was made. reference: that plan (else without points).
     """
 
     problem: Problem
@@ -126,7 +124,6 @@ class Posed(NamedTuple):
     tube: FloatArray
     correction: FloatArray
     radius: float
-    slack: float
     planned: bool
     reference: Reference
 
@@ -303,8 +300,7 @@ def pose_problem(
         discounts(n, settings.w1, memory.clock[STEP], settings.discount), settings.w2, settings.heading_weight, c,
         not settings.model, settings.control_horizon,
     )  # fmt: skip
-    slack = settings.safe_margin + tube[1]
-    return Posed(problem, warm, tube, correction, radius, slack, planned, reference)
+    return Posed(problem, warm, tube, correction, radius, planned, reference)
 
 
 @kernel
@@ -358,10 +354,10 @@ def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution)
         _, violation, _ = judge(problem, inputs)
     if violation > TOLERANCE:
         status = INFEASIBLE
-        if violations(problem, inputs)[4] > posed.slack:
-            status = BRAKING
-            inputs = np.zeros_like(inputs)
-            project(problem, inputs)
+        brake = np.zeros_like(inputs)
+        project(problem, brake)
+        if judge(problem, brake)[1] <= violation + TOLERANCE:
+            status, inputs = BRAKING, brake
     if status != BRAKING:
         if solution.status == INPUT_LIMIT:
             status = INPUTS

@@ -98,6 +98,7 @@ class HpTmpc:
         self._rng, self._key = rng, np.uint64(stream(int(rng.integers(2**62)), NAVIGATOR))
         self._seconds = task.budget.seconds
         self._iterations = task.budget.iterations
+        self._bounded = self._iterations is not None or self._seconds is not None
         self._goal: Goal | None = None
         self._thought, self._turning = None, False
         self._planned: Reference | None = None
@@ -130,7 +131,7 @@ class HpTmpc:
         if thought.planned:
             self._planned = thought.reference
         self.correction, self.spectral_radius = thought.correction, thought.radius
-        return Command(thought.v, thought.omega, status=STATUSES[thought.status], cut=thought.cut)
+        return Command(thought.v, thought.omega, status=STATUSES[thought.status], cut=thought.cut and self._bounded)
 
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
