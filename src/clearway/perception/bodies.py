@@ -111,9 +111,7 @@ class DifferenceFollower:
         structure = np.ones(len(returns.size), dtype=np.uint8)
         structure[found.rows] = 0
         none = np.empty(0, dtype=np.int64)
-        return Bodies(
-            x, v, found.circle[:, 2].copy(), error, v_error, ids, structure, math.inf, np.empty((0, 3)), none
-        )
+        return Bodies(x, v, found.circle[:, 2].copy(), error, v_error, ids, structure, math.inf, np.empty((0, 3)), none)
 
 
 class _Past(NamedTuple):

@@ -22,6 +22,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.bodies import BodyFollower, DifferenceFollower, Follower
 from clearway.perception.clusters import NOTHING_KNOWN, ClusterParameters, cover, known_structure, perceive
+from clearway.perception.structure import StructureMemory
 from clearway.robots import Robot
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -37,6 +38,8 @@ class TrackerParameters(BaseModel):
     speed: Positive = Field(default=3.0, description="bound, m/s: nine in ten of paper B's obstacles stay below 2.6")
     memory: Positive = Field(default=1.0, description="out of view for longer, an obstacle is forgotten, s")
     coast: float = Field(default=0.5, ge=0, description="out of view for so long, a moving body is still told of, s")
+    structure_memory: float = Field(default=5.0, ge=0, description="structure that the sensor has turned away from is kept"
+                                    " for so long, s: a turn there and back")  # fmt: skip
     watch: Positive = Field(default=1.0, description="how old the scans are that tell whether a body has moved, s")
     clusters: ClusterParameters = ClusterParameters()
 
@@ -127,14 +130,18 @@ class LidarTracker:
     structure: nothing there moves, and a body beside a wall is told from the wall.
     """
 
-    def __init__(self, robot: Robot, parameters: TrackerParameters, follower: Callable[[], Follower]) -> None:
+    def __init__(
+        self, robot: Robot, parameters: TrackerParameters, follower: Callable[[], Follower], remembers: float
+    ) -> None:
         assert robot.lidar is not None
+        self._remembers = remembers
         self._p, self._sigma, self._make = parameters, robot.lidar.sigma, follower
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget all obstacles; learn the map, if one is granted."""
         self._known = NOTHING_KNOWN if task.map is None else known_structure(task.map, self._p.clusters.known_within)
-        self._follower = self._make()
+        self._follower, c = self._make(), self._p.clusters
+        self._memory = StructureMemory(self._remembers, self._sigma, c.range_limit, c.discs - c.discs // 4)
 
     def update(self, sensing: Sensing, pose: FloatArray) -> Obstacles:
         """The obstacles now, in the map frame by the estimated `pose` (3,).
@@ -154,6 +161,7 @@ class LidarTracker:
         discs, cells, known = cover(returns, structure, scan.angle_increment, c, c.discs - min(whole, c.discs - 16))
         discs, cells = np.concatenate((cores, discs)), np.concatenate((bodies.core_identity, cells))
         known = np.concatenate((np.zeros(len(cores), dtype=np.uint8), known))
+        cells, discs, known = self._memory.update(cells, discs, known, scan, returns.sensor, sensing.t)
         n, m = len(bodies.x), len(discs)
         turn = pose[2] - odom[2]
         rotation = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
@@ -184,14 +192,17 @@ def _finite(seen: Obstacles) -> Obstacles:
 def _difference(robot: Robot, p: TrackerParameters) -> Tracker:
     if robot.camera is not None:
         return CameraDifference(p)
-    return LidarTracker(robot, p, lambda: DifferenceFollower(robot, p.clusters, p.speed, p.acceleration))
+    return LidarTracker(robot, p, lambda: DifferenceFollower(robot, p.clusters, p.speed, p.acceleration), 0.0)
 
 
 def _kalman(robot: Robot, p: TrackerParameters) -> Tracker:
     if robot.camera is not None:
         return CameraKalman(p)
     return LidarTracker(
-        robot, p, lambda: BodyFollower(robot, p.clusters, p.speed, p.acceleration, p.memory, p.coast, p.watch)
+        robot,
+        p,
+        lambda: BodyFollower(robot, p.clusters, p.speed, p.acceleration, p.memory, p.coast, p.watch),
+        p.structure_memory,
     )
 
 
