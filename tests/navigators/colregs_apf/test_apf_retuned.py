@@ -70,3 +70,31 @@ def test_the_shipped_gains_are_valid_and_tell_scenarios_apart() -> None:
         ColregsApf(entry["gains"])
         assert retuned.recall(seen(*map(tuple, entry["seen"]))) == entry["gains"]
     assert isinstance(make_navigator("colregs-apf-retuned"), RetunedColregsApf)
+
+
+@pytest.mark.slow
+def test_retuning_removes_a_livelock() -> None:
+    """Paper B's figures 8 and 10a, on a scenario of ours."""
+    from clearway.campaigns.pilot import compose
+    from clearway.perception import make_localiser, make_tracker
+    from clearway.scenarios.suites import load_suite
+    from clearway.trials import Outcome
+    from clearway.world import simulate
+
+    scenario = load_suite("sar-case2").build(RESCUE)[8]
+    by_hand = {
+        "eta_d": 0.3,
+        "eta_e": 1.0,
+        "eta_s": 0.2,
+        "rho_0": 4.0,
+        "rho_s": 1.0,
+        "d_safe": 0.3,
+        "velocity_term": 0.0,
+    }
+    outcomes = []
+    for navigator in (ColregsApf(by_hand), RetunedColregsApf()):
+        tracker = make_tracker(scenario.tracking, RESCUE)
+        pilot = compose(navigator, make_localiser("truth", RESCUE), "truth", tracker=tracker)
+        trial = simulate(scenario, RESCUE, pilot, navigator="colregs-apf", localisation="truth", map=None)
+        outcomes.append(trial.outcome)
+    assert outcomes == [Outcome.LIVELOCK, Outcome.REACHED]
