@@ -160,7 +160,8 @@ def retune(pool: Parallel, smoke: bool) -> None:
             print(
                 f"{scenario.name}: fixed {before[2]} at {before[1]:.1f} s, retuned {outcome} at {t:.1f} s", flush=True
             )
-            rows.append({"scenario": scenario.name, "reached": reached, "seen": seen, "gains": field[best]})
+            gains = {name: "inf" if math.isinf(value) else value for name, value in field[best].items()}  # strict JSON
+            rows.append({"scenario": scenario.name, "reached": reached, "seen": seen, "gains": gains})
     if smoke:
         return
     lines = ",\n".join(json.dumps(row) for row in rows)
