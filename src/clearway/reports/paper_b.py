@@ -13,7 +13,12 @@ CITATION = (
     "Scientific Reports 15, 34778 (2025)"
 )
 SUITES = {"sar-case1": "case 1 (Table 2)", "sar-case2": "case 2 (Table 3)"}
-METHODS = {"hp-tmpc": "HP+TMPC", "hl-rrt": "HL-RRT*", "colregs-apf": "APF"}
+METHODS = {
+    "hp-tmpc": "HP+TMPC",
+    "hl-rrt": "HL-RRT*",
+    "colregs-apf": "APF",
+    "colregs-apf-retuned": "APF, retuned",
+}
 """Navigators by the paper's names for them."""
 
 Run: TypeAlias = tuple[float, float] | None
