@@ -15,14 +15,20 @@ import numpy as np
 
 from clearway.geometry.extremals import fastest
 from clearway.geometry.moving_discs import Scene, clear
-from clearway.geometry.reach import earliest
+from clearway.geometry.reach import chain, earliest
 from clearway.geometry.shapes import FloatArray
 
 TARGET = 0.005
 """The error that `shortest` tries to get below."""
 
-_LAYERS = (0.1, 0.05, 0.025)
-"""Between two layers of the bound's grid, s at 1 m/s: finer ones only where the first doesn't get below TARGET."""
+_LAYERS = (150, 300)
+"""Of the bound's grid: the finer one only where the first doesn't get below TARGET."""
+
+_LONGEST = 0.1
+"""Between two of its layers, m at full speed, at most."""
+
+_GRID = 0.2
+"""Between two layers of the grid that finds ways, s at 1 m/s."""
 
 
 class SpaceTimePath(NamedTuple):
@@ -31,7 +37,7 @@ class SpaceTimePath(NamedTuple):
     Attributes:
         time: when it arrives, less when it starts, s. length: of the way, m. error: bound on the relative error of
         `time`: no way is faster than (1 - error) time (see `shortest`). points: (k, 3) t [s], x, y [m]; straight at
-        constant speed between two of them; the first is the start, the last is within the goal's radius.
+        constant speed between two of them (v_max to within 1e-3, where the way follows a fast disc's edge); the first is the start, the last is within the goal's radius.
     """
 
     time: float
@@ -87,26 +93,59 @@ def shortest(
     if math.hypot(here[0] - scene.goal[0], here[1] - scene.goal[1]) <= goal_radius:
         return SpaceTimePath(0.0, 0.0, 0.0, still[:1])
     best: SpaceTimePath | None = None
-    for waits in (False, True):  # waits cost more, and few scenes need them
-        points = fastest(scene, here, start_time, latest, waits=waits)
+    for ways in (
+        _plain,
+        _waiting,
+        _by_grid,
+    ):  # each costs more, and fewer scenes need it; nothing waits for what stands
+        points = ways(scene, here, start_time, latest, best)
         if points is not None and clear(scene, points):
             time = float(points[-1, 0] - start_time)
             if best is None or time < best.time:
                 length = float(np.hypot(*np.diff(points[:, 1:], axis=0).T).sum())
                 error = _error(scene, here, start_time, time) if bound else math.nan
                 best = SpaceTimePath(time, length, error, points)
-        if best is not None and not best.error > TARGET:
+        if best is not None and (not best.error > TARGET or len(scene.radii) == 0):
             break
+    if best is not None and TARGET < best.error < 4.0 * TARGET:  # discs that are fast for the grid: look again, slowly
+        best = best._replace(error=min(best.error, _error(scene, here, start_time, best.time, (600,))))
     return best
 
 
-def _error(scene: Scene, start: FloatArray, start_time: float, time: float) -> float:
+def _plain(scene: Scene, start: FloatArray, t: float, latest: float, _: SpaceTimePath | None) -> FloatArray | None:
+    return fastest(scene, start, t, latest)
+
+
+def _waiting(scene: Scene, start: FloatArray, t: float, latest: float, _: SpaceTimePath | None) -> FloatArray | None:
+    return fastest(scene, start, t, latest, waits=True)
+
+
+def _by_grid(scene: Scene, start: FloatArray, t: float, latest: float, best: SpaceTimePath | None) -> FloatArray | None:
+    """Along the grid for a while (that finds where to wait, and until when), then one of the extremals."""
+    for factor in (1.0,) if best is not None else (1.3, 2.0, math.inf):
+        crow = math.hypot(start[0] - scene.goal[0], start[1] - scene.goal[1]) / scene.v
+        limit = t + best.time if best is not None else min(t + factor * crow + 1.0, latest)
+        delta = _GRID / scene.v * max(1.0, (limit - t) * scene.v / 20.0)  # to bound the memory
+        points = chain(scene, start, t, limit, delta)
+        if points is not None or limit >= latest:
+            break
+    found = None
+    if points is not None:
+        for k in range(1, len(points)):
+            rest = fastest(scene, points[k, 1:].copy(), float(points[k, 0]), limit, 60)
+            if rest is not None:
+                limit, found = float(rest[-1, 0]), np.concatenate([points[: k + 1], rest[1:]])
+    return found
+
+
+def _error(scene: Scene, start: FloatArray, start_time: float, time: float, grids: tuple[int, ...] = _LAYERS) -> float:
     gap = math.hypot(start[0] - scene.goal[0], start[1] - scene.goal[1]) - scene.goal[2]
     error = max(0.0, 1.0 - float(gap / scene.v / time))
-    for layer in _LAYERS:
+    for layers in grids:
         if error <= 1e-9:
             break
-        first = earliest(scene, start, start_time, start_time + time, layer / scene.v) - start_time
+        delta = min(time / layers, 150 / layers * _LONGEST / scene.v)
+        first = earliest(scene, start, start_time, start_time + time, delta) - start_time
         error = min(error, max(0.0, 1.0 - float(first) / time))
         if error <= TARGET or error > 2.0 * TARGET:  # a finer grid gains a few tenths of a percent at most
             break
