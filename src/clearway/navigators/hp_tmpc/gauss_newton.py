@@ -32,6 +32,7 @@ from clearway.navigators.hp_tmpc.tracking import (
     Solution,
     advance,
     box,
+    copy,
     judge,
     project,
     roll_out,
@@ -75,7 +76,10 @@ def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solut
             total, worst, summed = judge(problem, others[i])
             merits[i] = total + PENALTY * summed
         for _ in range(_STARTS):
-            i = int(np.argmin(merits))
+            i = 0
+            for j in range(len(others)):
+                if merits[j] < merits[i]:
+                    i = j
             plan = others[i]
             merits[i] = math.inf
             used, cut = refine(problem, plan, budget - spent)
@@ -131,7 +135,7 @@ def refine(problem: Problem, plan: FloatArray, budget: int) -> tuple[int, bool]:
             gain = merit - (total + PENALTY * summed)
             if gain > 0.0:
                 merit -= gain
-                plan[:] = trial
+                copy(trial, plan)
                 break
             part *= 0.35
         if not gain > _GAIN * merit:

@@ -19,7 +19,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 from clearway.navigators.hp_tmpc.pattern_search import conclude, keep
-from clearway.navigators.hp_tmpc.tracking import PENALTY, IntArray, Problem, Solution, judge, project
+from clearway.navigators.hp_tmpc.tracking import PENALTY, IntArray, Problem, Solution, copy, judge, project
 
 SIZE, POPULATIONS, GENERATIONS, STALL = 40, 2, 200, 25
 """Plans in a population, populations, generations at most, and generations without a gain that end a population."""
@@ -98,9 +98,9 @@ def populate(
     for i in range(len(people)):
         plan = people[i]
         if i < len(starts) and cursor[2] == 0:
-            plan[:] = starts[i]
+            copy(starts[i], plan)
         elif i == 0:
-            plan[:] = best
+            copy(best, plan)
         else:
             for k in range(len(plan)):
                 changes = k == 0 or uniform(key, step, draw) < 0.3
@@ -136,16 +136,19 @@ def breed(
 ) -> None:
     """The next generation, in place: elite, and children of parents that won a tournament each."""
     free = problem.control_horizon
-    order = np.argsort(merits, kind="mergesort")
-    parents, fitness = people[order], merits[order]
+    parents, fitness = people.copy(), merits.copy()
+    for i in range(len(people)):  # sorted by insertion; equals keep their order
+        j = i
+        while j > 0 and fitness[j - 1] > merits[i]:
+            fitness[j] = fitness[j - 1]
+            copy(parents[j - 1], parents[j])
+            j -= 1
+        fitness[j] = merits[i]
+        copy(people[i], parents[j])
     draw = cursor[1]
     for i in range(len(people)):
-        if i < _ELITE:
-            people[i] = parents[i]
-            merits[i] = fitness[i]
-            continue
-        if i - _ELITE >= allowed:
-            people[i] = parents[i]
+        if i < _ELITE or i - _ELITE >= allowed:
+            copy(parents[i], people[i])
             merits[i] = fitness[i]
             continue
         mother = father = len(people)

@@ -25,6 +25,7 @@ from clearway.navigators.hp_tmpc.tracking import (
     IntArray,
     Problem,
     Solution,
+    copy,
     judge,
     project,
     roll_out,
@@ -82,10 +83,10 @@ def keep(cost: float, worst: float, summed: float, plan: FloatArray, best: Float
     if worst <= TOLERANCE:
         if cost < marks[0]:
             marks[0] = cost
-            best[:] = plan
+            copy(plan, best)
     elif marks[0] == math.inf and cost + PENALTY * summed < marks[1]:
         marks[1] = cost + PENALTY * summed
-        best[:] = plan
+        copy(plan, best)
 
 
 @kernel
@@ -111,7 +112,7 @@ def search_on(
         if cursor[1] == len(starts):
             return True
         if cursor[4] == 0:
-            plan[:] = starts[cursor[1]]
+            copy(starts[cursor[1]], plan)
             project(problem, plan)
             cost, worst, summed = judge(problem, plan)
             keep(cost, worst, summed, plan, best, marks)
@@ -122,7 +123,7 @@ def search_on(
         k, which = cursor[2] // 4, cursor[2] % 4
         j, sign = which // 2, 1.0 - 2.0 * (which % 2)
         size = sign * marks[3] * (problem.high[k, j] - problem.low[k, j])
-        trial[:] = plan
+        copy(plan, trial)
         for i in range(k, free if cursor[5] == 0 else k + 1):
             trial[i, j] += size
         if cursor[5] == 2 and k + 1 < free:
@@ -134,7 +135,7 @@ def search_on(
         keep(cost, worst, summed, trial, best, marks)
         if cost + PENALTY * summed < marks[2] - 1e-7:
             marks[2] = cost + PENALTY * summed
-            plan[:] = trial
+            copy(trial, plan)
             cursor[3] = 1
         cursor[2] += 1
         if cursor[2] == 4 * free:

@@ -322,11 +322,18 @@ def project(problem: Problem, inputs: FloatArray) -> bool:
 
 
 @kernel
+def copy(plan: FloatArray, out: FloatArray) -> None:
+    """`plan` (N, 2) into `out`. A slice's assignment does the same, but takes seconds to compile."""
+    for k in range(len(plan)):
+        out[k, 0], out[k, 1] = plan[k, 0], plan[k, 1]
+
+
+@kernel
 def shift(plan: FloatArray) -> FloatArray:
     """The plan (N, 2) of the period before, one stage on, its last input repeated: where to start from now."""
     out = np.empty_like(plan)
-    out[:-1] = plan[1:]
-    out[-1] = plan[-1]
+    for k in range(len(plan)):
+        out[k, 0], out[k, 1] = plan[min(k + 1, len(plan) - 1), 0], plan[min(k + 1, len(plan) - 1), 1]
     return out
 
 
@@ -342,7 +349,7 @@ def seeds(problem: Problem) -> FloatArray:
     for i in range(len(kinds)):
         for k in range(n):
             out[i, k, 0], out[i, k, 1] = kinds[i]
-    out[len(kinds)] = problem.nominal
+    copy(problem.nominal, out[len(kinds)])
     for i in range(len(out)):
         project(problem, out[i])
     return out
