@@ -63,6 +63,7 @@ def test_ten_scenarios_of_each_case(suite: str) -> None:
 @every_case
 def test_the_frozen_file_is_what_the_generator_draws(case: str) -> None:
     assert len(frozen()[case]) == FROZEN == 10
+    assert max(drawn.limit.error for drawn in frozen()[case]) <= 0.005
     for drawn, row in zip(frozen()[case], freeze(CASES[case], 2), strict=False):
         assert row["seed"] == drawn.seed
         for part in ("static", "start", "velocity", "attraction", "stiffness"):

@@ -7,6 +7,7 @@ clearway.scenarios.sar` writes anew; `Selection.seeds` draws others by the same 
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from collections.abc import Sequence
@@ -37,6 +38,8 @@ from clearway.scenarios.suite import Selection, Suite, scenario_seed
 
 FROZEN = 10
 """Scenarios of each case, as in paper B."""
+SHARP = 0.005
+"""Error of the clairvoyant's time that a frozen scenario may have at most."""
 _FILE = "sar_scenarios.json"
 _START, _GOAL = ((float(x), float(y), float(theta)) for x, y, theta in (TASK["start"], TASK["goal"]))
 
@@ -132,8 +135,9 @@ def frozen() -> dict[str, tuple[Drawn, ...]]:
 
 
 def freeze(case: Case, count: int = FROZEN) -> list[dict[str, Any]]:
-    """The first scenarios of `case` in the family of the frozen ones, as JSON values."""
-    return [_written(generate(case, s, "frozen")) for s in range(count)]
+    """The first scenarios of `case` in the family of the frozen ones whose limit is sharp, as JSON values."""
+    drawn = (generate(case, s, "frozen") for s in itertools.count())
+    return [_written(d) for d in itertools.islice((d for d in drawn if d.limit.error <= SHARP), count)]
 
 
 def _written(drawn: Drawn) -> dict[str, Any]:
