@@ -313,3 +313,24 @@ def test_the_same_again_after_reset() -> None:
     assert outs[0].position.tobytes() == outs[1].position.tobytes()
     assert outs[0].identity.tolist() == outs[1].identity.tolist()
     assert cast(np.array([1.0, 2.5, 0.0]), robot).ranges.shape == (181,)
+
+
+def test_a_body_that_the_robot_turns_away_from_is_told_of_for_two_seconds() -> None:
+    """It crosses from the right while the robot turns left until it is out of view, and goes on in the dark."""
+    robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
+    tracker, v = fresh("kalman", robot), np.array([-0.3, 0.0])
+    commands = np.array([(0.0, 0.0)] * 18 + [(0.0, 1.2)] * 17 + [(0.0, 0.0)] * 30)
+    gone = 0
+    for k, (step, pose, at) in enumerate(moving_scene(Circle(0.27), v, robot, commands, start=(3.0, -1.0))):
+        out = tracker.update(step, pose)
+        if k <= 20:
+            continue
+        bearing = math.remainder(math.atan2(at[1] - pose[1], at[0] - pose[0]) - pose[2], math.tau)
+        gone += bearing < -2.0  # all of it out of view
+        told = np.flatnonzero(out.moving)
+        if gone in range(1, 15):
+            (i,) = told
+            assert np.linalg.norm(out.position[i] - at) <= out.error[i] + 0.15
+            assert np.linalg.norm(out.velocity[i] - v) <= out.velocity_error[i]
+    assert gone > 25
+    assert len(told) == 0

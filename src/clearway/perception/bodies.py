@@ -15,6 +15,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
 from clearway.perception.seen_through import count_seen_through
+from clearway.perception.structure import unseen
 from clearway.robots import Robot
 
 MARGIN = 0.02
@@ -29,6 +30,8 @@ of 0.2 to 0.6 m at 1.5 to 3.5 m; across it is a fifth of that."""
 SHIFT = 2.5
 """How far the centre of a circle may shift over how much its radius changes: of a square, from two faces in view to
 one, 0.5 e over 0.21 e."""
+EDGE = 0.15
+"""rad: a body whose centre lies within this of the edge of the view may have left it."""
 LATCH = 0.5
 """s for which a body that was seen to move is still one that moves."""
 
@@ -130,11 +133,11 @@ class BodyFollower:
 
     def __init__(
         self, robot: Robot, parameters: ClusterParameters, speed: float, acceleration: float,
-        memory: float, coast: float, watch: float,
+        memory: float, coast: float, aside: float, watch: float,
     ) -> None:  # fmt: skip
         assert robot.lidar is not None
         self._p, self._sigma, self._speed, self._acceleration = parameters, robot.lidar.sigma, speed, acceleration
-        self._memory, self._coast, self._watch = memory, coast, watch
+        self._memory, self._coast, self._aside, self._watch = memory, coast, aside, watch
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
         self._odometry = robot.odometry
         self._t, self._next = math.nan, 0
@@ -159,27 +162,36 @@ class BodyFollower:
         while self._past[0].t < t - self._watch - 1e-9:
             self._past.popleft()
 
-        moves = t - self._moved <= LATCH
+        moves = self._seen - self._moved <= LATCH
         here = np.zeros(len(self._ids), dtype=np.bool_)
         here[at] = True
         structure = np.ones(len(returns.size), dtype=np.uint8)
         still = ~moves[at]
         structure[found.rows[~still]] = 0
         inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[still])
-        told = moves & (here | (t - self._seen <= self._coast))
-        x = self._state[:, :2].copy()
+        told = moves & (here | (t - self._seen <= self._coast) | self._out_of_view(scan, returns.sensor, t))
+        x, radius = self._state[:, :2].copy(), self._radius.copy()
         error = kalman.SIGMAS * np.sqrt(self._spread[:, 0])
         whole = ~found.cut
         x[at[whole]] = found.circle[whole, :2]  # the disc covers the returns
         error[at[whole]] = kalman.SIGMAS * np.sqrt(found.variance[whole])
+        part, seen = at[found.cut], found.circle[found.cut]
+        radius[part] = np.maximum(radius[part], np.hypot(*(x[part] - seen[:, :2]).T) + seen[:, 2])
         rows = np.flatnonzero(told)
         v_error = kalman.SIGMAS * np.sqrt(self._spread[rows, 2]) + self._radius[rows] * self._turning(rows, t)
         watched = t - self._past[0].t
         slowest = self._margin / watched if watched >= 0.5 * self._watch else math.inf
         return Bodies(
-            x[rows], self._state[rows, 2:].copy(), self._radius[rows].copy(), error[rows], v_error,
+            x[rows], self._state[rows, 2:].copy(), radius[rows], error[rows], v_error,
             self._ids[rows], structure, slowest, inside, self._ids[at[still]],
         )  # fmt: skip
+
+    def _out_of_view(self, scan: Scan, sensor: FloatArray, t: float) -> npt.NDArray[np.bool_]:
+        """Which bodies the sensor has turned away from not long ago: all that is known is how they moved."""
+        discs = np.column_stack((self._state[:, :2], self._radius))
+        field = (len(scan.ranges) - 1) * scan.angle_increment - 2.0 * EDGE
+        away = unseen(discs, sensor, scan.angle_min + EDGE, field, scan.range_min, self._p.range_limit)
+        return away & (t - self._seen <= self._aside)
 
     def _turning(self, rows: IntArray, t: float) -> FloatArray:
         """How fast [rad/s] the side changes from which each body is seen: its circle shifts on it by as many radii."""
@@ -199,13 +211,17 @@ class BodyFollower:
             np.ascontiguousarray(state[:, :2]), np.minimum(reach, self._p.body_radius),
             x, kalman.SIGMAS * np.sqrt(found.variance) + 0.5 * found.circle[:, 2],
         )  # fmt: skip
+        before = self._seen.copy()
         for j, i in enumerate(partner.tolist()):
             if i < 0:
                 continue
             self._seen[i] = t
-            if found.cut[j]:  # where its centre is, nobody sees
-                apart = math.hypot(x[j, 0] - state[i, 0], x[j, 1] - state[i, 1])
-                self._radius[i] = max(self._radius[i], apart + found.circle[j, 2])
+            if found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
+                self._radius[i] = max(self._radius[i], found.circle[j, 2])
+                hidden = self._radius[i] - found.circle[j, 2]
+                kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + 0.25 * hidden * hidden)
+                if before[i] - self._moved[i] <= LATCH:
+                    self._moved[i] = t  # of a part one can't tell that it stands
                 continue
             grown = abs(found.circle[j, 2] - self._radius[i])
             if grown > 2.0 * math.sqrt(
@@ -216,7 +232,7 @@ class BodyFollower:
                 kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + (SHIFT * grown) ** 2)
             self._radius[i] = found.circle[j, 2]
         fresh = np.flatnonzero(partner < 0)
-        keep = np.flatnonzero(t - self._seen <= self._memory)
+        keep = np.flatnonzero(t - self._seen <= max(self._memory, self._aside))
         moved_to = np.full(len(self._ids) + 1, -1, dtype=np.int64)
         moved_to[keep] = np.arange(len(keep))
         at: IntArray = moved_to[partner]

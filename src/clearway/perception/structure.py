@@ -61,9 +61,7 @@ class StructureMemory:
         kept &= t - self._seen <= self._seconds
         rows = np.flatnonzero(kept)
         n = len(scan.ranges)
-        aside = _unseen(
-            self._discs[rows], sensor, scan.angle_min, n * scan.angle_increment, scan.range_min, self._reach
-        )
+        aside = unseen(self._discs[rows], sensor, scan.angle_min, n * scan.angle_increment, scan.range_min, self._reach)
         rows = rows[aside]
         if len(rows) > self._most - len(ids):
             newest = np.argsort(-self._seen[rows], kind="stable")[: max(self._most - len(ids), 0)]
@@ -78,7 +76,7 @@ class StructureMemory:
 
 
 @kernel
-def _unseen(
+def unseen(
     discs: FloatArray, sensor: FloatArray, angle_min: float, field: float, near: float, reach: float
 ) -> npt.NDArray[np.bool_]:
     """Which discs lie outside of the field of view (`field` rad from `angle_min`), or too near to be seen, within reach."""

@@ -38,6 +38,7 @@ class TrackerParameters(BaseModel):
     speed: Positive = Field(default=3.0, description="bound, m/s: nine in ten of paper B's obstacles stay below 2.6")
     memory: Positive = Field(default=1.0, description="out of view for longer, an obstacle is forgotten, s")
     coast: float = Field(default=0.5, ge=0, description="out of view for so long, a moving body is still told of, s")
+    aside: float = Field(default=2.0, ge=0, description="and for so long if the sensor has turned away from it, s")
     structure_memory: float = Field(default=5.0, ge=0, description="structure that the sensor has turned away from is kept"
                                     " for so long, s: a turn there and back")  # fmt: skip
     watch: Positive = Field(default=1.0, description="how old the scans are that tell whether a body has moved, s")
@@ -201,7 +202,7 @@ def _kalman(robot: Robot, p: TrackerParameters) -> Tracker:
     return LidarTracker(
         robot,
         p,
-        lambda: BodyFollower(robot, p.clusters, p.speed, p.acceleration, p.memory, p.coast, p.watch),
+        lambda: BodyFollower(robot, p.clusters, p.speed, p.acceleration, p.memory, p.coast, p.aside, p.watch),
         p.structure_memory,
     )
 
