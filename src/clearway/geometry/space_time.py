@@ -22,7 +22,10 @@ TARGET = 0.005
 """The error that `shortest` tries to get below."""
 
 _LAYERS = (150, 300)
-"""Of the bound's grid: the finer one only where the first doesn't get below TARGET."""
+"""Of the bound's grid: the finer one only where the first comes near TARGET."""
+
+_FINER = (300, 600)
+"""The same, for scenes in which no search gets below TARGET with those: each takes some eight times as long as the one before."""
 
 _LONGEST = 0.1
 """Between two of its layers, m at full speed, at most."""
@@ -93,11 +96,8 @@ def shortest(
     if math.hypot(here[0] - scene.goal[0], here[1] - scene.goal[1]) <= goal_radius:
         return SpaceTimePath(0.0, 0.0, 0.0, still[:1])
     best: SpaceTimePath | None = None
-    for ways in (
-        _plain,
-        _waiting,
-        _by_grid,
-    ):  # each costs more, and fewer scenes need it; nothing waits for what stands
+    # each costs more, and fewer scenes need it; nothing waits for what stands
+    for ways in (_plain, _waiting, _by_grid):
         points = ways(scene, here, start_time, latest, best)
         if points is not None and clear(scene, points):
             time = float(points[-1, 0] - start_time)
@@ -107,8 +107,8 @@ def shortest(
                 best = SpaceTimePath(time, length, error, points)
         if best is not None and (not best.error > TARGET or len(scene.radii) == 0):
             break
-    if best is not None and TARGET < best.error < 4.0 * TARGET:  # discs that are fast for the grid: look again, slowly
-        best = best._replace(error=min(best.error, _error(scene, here, start_time, best.time, (600,))))
+    if best is not None and best.error > TARGET:  # discs that are fast or gaps that are narrow for the grid: finer ones
+        best = best._replace(error=min(best.error, _error(scene, here, start_time, best.time, _FINER)))
     return best
 
 
@@ -147,7 +147,7 @@ def _error(scene: Scene, start: FloatArray, start_time: float, time: float, grid
         delta = min(time / layers, 150 / layers * _LONGEST / scene.v)
         first = earliest(scene, start, start_time, start_time + time, delta) - start_time
         error = min(error, max(0.0, 1.0 - float(first) / time))
-        if error <= TARGET or error > 2.0 * TARGET:  # a finer grid gains a few tenths of a percent at most
+        if error <= TARGET or (grids is _LAYERS and error > 2.0 * TARGET):
             break
     return error
 
