@@ -43,7 +43,7 @@ BUDGET = 400
 """Interior-point iterations after which the answer hardly improves: what an unbounded budget means here."""
 
 _STARTS = 3  # how many other starts are refined
-_ROUNDS = 8  # linearisations per start, at most
+_ROUNDS, _ROUNDS_OTHERS = 6, 3  # linearisations, at most, from the warm start and from each other
 _GAIN = 1e-3  # a merit that falls by less than this share of it is the end
 _MARGIN = 0.5  # m: rows whose clearance is larger don't enter the convex program
 _MU, _MU_END, _LIMIT = 20.0, 1e-6, 30  # barrier parameter at the start (large: near a warm start's bounds a small one
@@ -66,7 +66,7 @@ def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solut
     best = warm.copy()
     fits = project(problem, best)
     total, worst, summed = judge(problem, best)
-    spent, ended = refine(problem, best, budget)
+    spent, ended = refine(problem, best, _ROUNDS, budget)
     total, worst, summed = judge(problem, best)
     merit = total + PENALTY * summed
     if not worst <= TOLERANCE:
@@ -82,7 +82,7 @@ def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solut
                     i = j
             plan = others[i]
             merits[i] = math.inf
-            used, cut = refine(problem, plan, budget - spent)
+            used, cut = refine(problem, plan, _ROUNDS_OTHERS, budget - spent)
             spent += used
             ended = ended and cut
             total, worst, summed = judge(problem, plan)
@@ -99,8 +99,9 @@ def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solut
 
 
 @kernel
-def refine(problem: Problem, plan: FloatArray, budget: int) -> tuple[int, bool]:
-    """Improve a projected plan (N, 2) in place. Returns iterations spent, and whether it came to its own end."""
+def refine(problem: Problem, plan: FloatArray, rounds: int, budget: int) -> tuple[int, bool]:
+    """Improve a projected plan (N, 2) in place, by `rounds` linearisations at most. Returns iterations spent, and whether
+    it came to its own end."""
     n, free = len(plan), problem.control_horizon
     low, high = np.empty((free, 2)), np.empty((free, 2))
     for k in range(free):
@@ -114,7 +115,7 @@ def refine(problem: Problem, plan: FloatArray, budget: int) -> tuple[int, bool]:
     total, _, summed = judge(problem, plan)
     merit = total + PENALTY * summed
     spent = 0
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         if spent >= budget:
             return spent, False
         linearise(problem, plan, turn, push, error)
