@@ -92,7 +92,8 @@ class Attempt:
         period: control or sampling period, s. reference_length: of one leg, m (paper A's d_AB, BARN's path), None without.
         plan: name of the floor plan. scenario: id in its suite, None for a recording. seed: of this attempt.
         privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
-        weren't. limit_time [s], limit_path [m]: of the best that a clairvoyant could do, None where nobody has searched.
+        weren't. limit_time [s], limit_path [m]: of the best that a clairvoyant could do, None where that is not known
+        to 0.5 %.
         drive: v_min, v_max [m/s], omega_max [rad/s] of the base at this set speed, None if unknown.
     """
 

@@ -26,6 +26,9 @@ from clearway.world.referee import Referee
 from clearway.world.tracks import Tracks, longest, tracks
 from clearway.world.world import World
 
+SHARP = 0.005
+"""Relative error up to which a clairvoyant's limit is one to compare with."""
+
 
 def simulate(
     scenario: Scenario,
@@ -222,6 +225,7 @@ def _attempt(
     bodies: Sequence[Body], scenario: Scenario, robot: Robot, navigator: str, localisation: str, privileged: bool,
     setup: str | None, tracking: str,
 ) -> Attempt:  # fmt: skip
+    limit = scenario.limit if scenario.limit is not None and scenario.limit.error <= SHARP else None
     legs: list[Leg] = []
     at = np.array(scenario.start, dtype=np.float64)
     for spec in scenario.legs:
@@ -246,8 +250,8 @@ def _attempt(
         seed=scenario.seed,
         privileged=privileged,
         tracking=tracking,
-        limit_time=None if scenario.limit is None else scenario.limit.time,
-        limit_path=None if scenario.limit is None else scenario.limit.path,
+        limit_time=None if limit is None else limit.time,
+        limit_path=None if limit is None else limit.path,
         drive=(max(robot.drive.v_min, -scenario.speed), min(robot.drive.v_max, scenario.speed), robot.drive.omega_max),
     )
 
