@@ -1,15 +1,15 @@
-"""Chooses the padding of HL-RRT*: how far it keeps from obstacles that it does not predict.
+"""What HL-RRT*'s padding (how far it keeps from obstacles that it does not predict) and speed do for its success.
 
 On scenarios that the generators of `sar-case1` and `sar-case2` draw from seeds of their own (from 30,000 on; neither the
-frozen ones nor those held out), each padding is tried on the same ones. The winner reaches the goal most often (then:
-the lowest mean time); it stands in `stand_ins.toml`.
+frozen ones nor those held out), each setting is tried on the same ones.
 
-    python benchmarks/hl_rrt_padding.py [--workers N] [--count N] [--padding P ...]     # about 10 minutes on one core
+    python benchmarks/hl_rrt_padding.py [--workers N] [--count N] [--padding P ...] [--speed V ...]   # about 10 minutes
 """
 
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 
 import numpy as np
@@ -29,12 +29,11 @@ SEED = 30_000
 PADDINGS = (0.05, 0.1, 0.2, 0.3, 0.4, 0.5)
 
 
-def attempt(scenario: Scenario, padding: float) -> tuple[str, float]:
+def attempt(scenario: Scenario, padding: float, speed: float) -> tuple[str, float]:
     """How it ended, and after how long [s]."""
     robot = load_robot("rescue")
-    pilot = compose(
-        HlRrt(padding=padding), make_localiser("truth", robot), "truth", tracker=make_tracker(scenario.tracking, robot)
-    )
+    navigator, tracker = HlRrt(padding=padding, speed=speed), make_tracker(scenario.tracking, robot)
+    pilot = compose(navigator, make_localiser("truth", robot), "truth", tracker=tracker)
     trial = simulate(
         scenario, robot, pilot, navigator="hl-rrt", localisation="truth", map=None, tracking=scenario.tracking
     )
@@ -46,20 +45,24 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--count", type=int, default=30, help="scenarios of each suite")
     parser.add_argument("--padding", type=float, nargs="+", default=PADDINGS, help="m")
+    parser.add_argument("--speed", type=float, nargs="+", default=(0.5,), help="m/s")
     options = parser.parse_args()
     robot, seeds = load_robot("rescue"), (SEED, SEED + options.count)
     drawn = {s: load_suite(s).build(robot, Selection(seeds=seeds), 0) for s in SUITES}
     with Parallel(n_jobs=options.workers) as pool:
-        for padding in options.padding:
+        for padding, speed in itertools.product(options.padding, options.speed):
             row, total, times = [], 0, []
             for suite in SUITES:
-                ends = pool(delayed(attempt)(scenario, padding) for scenario in drawn[suite])
+                ends = pool(delayed(attempt)(scenario, padding, speed) for scenario in drawn[suite])
                 reached = [t for outcome, t in ends if outcome == Outcome.REACHED]
                 hit = sum(outcome == Outcome.COLLISION for outcome, _ in ends)
                 row.append(f"{suite}: {len(reached)}/{len(ends)} reached, {hit} collisions")
                 total, times = total + len(reached), times + reached
             mean = float(np.mean(times)) if times else math.nan
-            print(f"padding {padding:4.2f} m   {'   '.join(row)}   together {total}, {mean:.1f} s", flush=True)
+            print(
+                f"padding {padding:4.2f} m, {speed:4.2f} m/s   {'   '.join(row)}   together {total}, {mean:.1f} s",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":
