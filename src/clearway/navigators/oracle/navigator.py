@@ -20,7 +20,7 @@ from clearway.robots import Robot
 MARGINS = (0.06, 0.03, 0.01, 0.0)
 """Kept from obstacles beyond the robot's radius, m: the largest that leaves a way."""
 
-PACE = 0.96
+PACE = 0.98
 """Share of the top speed that a way is planned with: the rest makes good what disturbance and turning cost."""
 
 DRIFT = 0.06
