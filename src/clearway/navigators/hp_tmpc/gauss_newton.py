@@ -43,7 +43,7 @@ BUDGET = 400
 """Interior-point iterations after which the answer hardly improves: what an unbounded budget means here."""
 
 _STARTS = 3  # how many other starts are refined
-_ROUNDS, _ROUNDS_OTHERS = 6, 3  # linearisations, at most, from the warm start and from each other
+_ROUNDS, _ROUNDS_OTHERS = 10, 3  # linearisations, at most, from the warm start and from each other
 _GAIN = 1e-3  # a merit that falls by less than this share of it is the end
 _MARGIN = 0.5  # m: rows whose clearance is larger don't enter the convex program
 _MU, _MU_END, _LIMIT = 20.0, 1e-6, 30  # barrier parameter at the start (large: near a warm start's bounds a small one
