@@ -59,12 +59,13 @@ class Settings(NamedTuple):
         area: (4,) of (3c). low, high: (2,) of (3d). rates: (4,) bounds on growth and decline of |v| and |omega|, which
         may be infinite. poles: (3,) of the ancillary gain. speed: v_ref. align: deviation of the heading from the path
         beyond which the robot turns on the spot first, and turn: how fast. model, discount, circle, feedback: whether
-        (1), (2), (3f), (3k) are read literally. exact: the planner's mode.
+        (1), (2), (3f), (3k) are read literally. exact: the planner's mode. window: periods that the planner predicts.
     """
 
     period: float
     horizon: int
     control_horizon: int
+    window: int
     commitment: int
     rho_rob: float
     safe_margin: float
@@ -205,10 +206,10 @@ def plan(
     draw: float,
 ) -> Reference:
     """Ask the planner for a reference from `pose` (3,) to `goal` (3,) and commit to it: x_bar = x."""
-    n, m = settings.horizon, len(movers)
+    n, m = settings.window, len(movers)
     tube = tightening(settings.w_rob, settings.xi_rob, n, 0.0)
     discs = still.copy()
-    discs[:, 2] += settings.safe_margin + tube[n]
+    discs[:, 2] += settings.safe_margin + tube[min(n, settings.horizon)]
     margin = np.empty((m, n + 1))
     for i in range(m):
         margin[i] = settings.safe_margin + tube + tightening(movers[i, 5], settings.xi_dyn, n, 0.0)
@@ -356,7 +357,7 @@ def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution)
         status = INFEASIBLE
         brake = np.zeros_like(inputs)
         project(problem, brake)
-        if judge(problem, brake)[1] <= violation + TOLERANCE:
+        if judge(problem, brake)[2] <= judge(problem, inputs)[2] + TOLERANCE:
             status, inputs = BRAKING, brake
     if status != BRAKING:
         if solution.status == INPUT_LIMIT:

@@ -40,6 +40,7 @@ class Parameters(BaseModel):
 
     prediction_horizon: Horizon = Field(description="N^P: periods")
     control_horizon: Horizon = Field(description="N^c: periods after which the inputs stay as they are")
+    planning_window: Horizon = Field(description="periods over which the planner predicts moving obstacles")
     w1: float = Field(gt=0, lt=1, description="w_1 of (2): discount of the tracking error per period")
     w2: Positive = Field(description="w_2 of (2): weight of u'u beside the tracking error in m")
     heading_weight: NonNegative = Field(description="of the heading's error in (2) beside the position's, 1/rad")
@@ -72,7 +73,7 @@ class Parameters(BaseModel):
 def parameters_of(robot: Robot | None = None, **chosen: Any) -> Parameters:
     """The stand-ins, overridden by the robot's file, overridden by what is `chosen` and not None.
 
-    A control horizon that only the stand-ins give follows a prediction horizon that is shorter or longer.
+    Where only the stand-ins give the control horizon or the planner's window, they are the prediction horizon.
 
     Raises:
         ClearwayError: one of them is wrong; the message names the robot, the field, the value and what would be right.
@@ -80,8 +81,9 @@ def parameters_of(robot: Robot | None = None, **chosen: Any) -> Parameters:
     picked = {k: v for k, v in chosen.items() if v is not None}
     given = (robot.navigators.get(NAVIGATOR, {}) if robot else {}) | picked
     table = stand_ins(NAVIGATOR) | given
-    if "control_horizon" not in given:
-        table["control_horizon"] = table["prediction_horizon"]
+    for follower in ("control_horizon", "planning_window"):
+        if follower not in given:
+            table[follower] = table["prediction_horizon"]
     try:
         return Parameters.model_validate(table)
     except ValidationError as error:
