@@ -56,7 +56,7 @@ class ColregsApf:
         self._radius = circumscribed_radius(robot.shape)
         d = robot.drive
         self._pace = Pace(
-            task.period, min(self._parameters.speed, task.speed_limit, d.v_max), self._parameters.turn_gain,
+            task.period, min(self._parameters.speed or math.inf, task.speed_limit, d.v_max), self._parameters.turn_gain,
             d.omega_max, d.acceleration, d.deceleration, min(d.angular_acceleration, d.angular_deceleration),
         )  # fmt: skip
         self._area = np.array((-np.inf, -np.inf, np.inf, np.inf) if task.area is None else task.area)

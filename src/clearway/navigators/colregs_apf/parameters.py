@@ -35,7 +35,7 @@ class Parameters(BaseModel):
     goal_cap: Annotated[float, Field(gt=0)] = Field(
         description="attraction and d_g stop growing at this distance from the goal, m; inf: never, as in the original"
     )
-    speed: Positive = Field(description="along the force, m/s (at most the set speed)")
+    speed: Positive | None = Field(default=None, description="along the force, m/s; default: the set speed of the test")
     turn_gain: Positive = Field(description="yaw rate by heading error, 1/s")
     horizon: int = Field(ge=1, le=1000, description="N^P, periods that the force is felt ahead")
     w1: float = Field(gt=0, le=1, description="weight of each further period")

@@ -51,7 +51,7 @@ class HlRrt:
         area = np.array(task.area if task.area is not None else (-np.inf, -np.inf, np.inf, np.inf), np.float64)
         self._planner = Planner(p, area, rng)
         self._body = Body(
-            min(p.speed, task.speed_limit, d.v_max), d.omega_max, d.acceleration, d.deceleration,
+            min(p.speed or math.inf, task.speed_limit, d.v_max), d.omega_max, d.acceleration, d.deceleration,
             d.angular_acceleration, d.angular_deceleration, task.period,
         )  # fmt: skip
         self._margin = circumscribed_radius(robot.planner_shape) + p.padding

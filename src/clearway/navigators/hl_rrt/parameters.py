@@ -33,7 +33,7 @@ class Parameters(BaseModel):
     padding: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
         description="kept clear of obstacles beyond the robot's radius, m"
     )
-    speed: Positive = Field(description="along the path, m/s")
+    speed: Positive | None = Field(default=None, description="along the path, m/s; default: the set speed of the test")
     goal_share: Share = Field(description="of samples at the goal")
     horizon_share: Share = Field(description="of samples in the horizon's annulus")
     cache_share: Share = Field(description="of samples at waypoints of old plans")
