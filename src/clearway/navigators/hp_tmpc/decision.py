@@ -41,8 +41,8 @@ BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
 STATUSES = ("tracking", "infeasible", "iteration limit", "input limit", "braking", "no path")
 """What a decision came to: constraints kept; no inputs keep them, so those that break them least; kept or broken, but the
-budget ended the search; box and rate limit of the inputs exclude each other; no inputs break them less than braking
-does; kept, but the planner found no path."""
+budget ended the search; box and rate limit of the inputs exclude each other; braking breaks them less than all that the
+search found; kept, but the planner found no path."""
 TRACKING, INFEASIBLE, LIMIT, INPUTS, BRAKING, PATHLESS = range(6)
 
 STEP, AGE, CORNERS, FLAGS = 0, 1, 2, 3
@@ -357,7 +357,7 @@ def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution)
         status = INFEASIBLE
         brake = np.zeros_like(inputs)
         project(problem, brake)
-        if judge(problem, brake)[2] <= judge(problem, inputs)[2] + TOLERANCE:
+        if judge(problem, brake)[2] < judge(problem, inputs)[2] - TOLERANCE:
             status, inputs = BRAKING, brake
     if status != BRAKING:
         if solution.status == INPUT_LIMIT:
