@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from clearway.geometry.shapes import Circle
+from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import INDICATORS, score_row
 from clearway.indicators.cause import cause, who_moved
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Span, Trial
@@ -56,6 +56,15 @@ def test_with_a_way_out_the_navigators_word_counts(status: str, expected: str) -
     robot[:, 0] = 0.5 * PERIOD * np.arange(n)
     disc = np.broadcast_to([robot[-1, 0] + 0.6, 0.0], (n, 1, 2))
     assert cause(contact(robot, disc.copy(), status=status)) == expected
+
+
+@pytest.mark.parametrize(("away", "expected"), [(2.0, "unforeseen"), (0.26, "crushing zone")])
+def test_walls_count_as_what_they_are(away: float, expected: str) -> None:
+    """A disc comes at a robot that could turn aside, if the walls to both sides, 20 m long and `away` [m], let it."""
+    trial = closing(1, 1.0)
+    walls = tuple(Body(f"wall {y:g}", "wall", rectangle(20.0, 0.02), np.array([0.0, y, 0.0])) for y in (-away, away))
+    attempt = replace(trial.attempt, bodies=walls + trial.attempt.bodies, drive=(0.0, 2.0, 4.0))
+    assert cause(replace(trial, attempt=attempt, movers=trial.movers - [0.001, 0.0, 0.0])) == expected
 
 
 def test_a_robot_that_stood_was_run_into() -> None:

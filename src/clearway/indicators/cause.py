@@ -11,7 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.geometry.distance import min_clearance
+from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.success import AT_REST, failure
 from clearway.trials import Outcome, Trial
@@ -66,48 +67,43 @@ def _touched(trial: Trial) -> int | None:
 
 
 def _crushed(trial: Trial) -> bool:
-    """Whether no sampled manoeuvre from `WINDOW` before the end touches nothing until `WINDOW` after that instant."""
+    """Whether each sampled manoeuvre from `WINDOW` before the end touches something until the end."""
     a = trial.attempt
     if a.footprint is None or a.drive is None:
         return False
     begin = max(float(trial.t[-1]) - WINDOW, float(trial.t[0]))
-    start = trial.pose[int(np.searchsorted(trial.t, begin + 1e-9)) - 1]
-    times = np.arange(_STEP, WINDOW + 1e-9, _STEP)
+    theta = np.unwrap(trial.pose[:, 2])
+    start = np.array([np.interp(begin, trial.t, column) for column in (trial.pose[:, 0], trial.pose[:, 1], theta)])
+    times = begin + np.arange(_STEP, WINDOW + 1e-9, _STEP)
     poses = _manoeuvres(start, a.drive, len(times))
-    reach = circumscribed_radius(a.footprint)
-    free = np.ones(len(poses), dtype=np.bool_)
-    movers = iter(range(trial.movers.shape[1]))
-    for body in a.bodies:
-        if body.pose is None:
-            at = _track(trial, next(movers), begin + times)
-        else:
-            at = np.broadcast_to(body.pose[:2], (len(times), 2))
-        gap = np.hypot(poses[:, :, 0] - at[:, 0], poses[:, :, 1] - at[:, 1]) - circumscribed_radius(body.shape) - reach
-        free &= ~(gap <= 0.0).any(axis=1)
-    return not bool(free.any())
+    tracks = [_track(trial, m, times) for m in range(trial.movers.shape[1])]
+    movers = np.stack(tracks, axis=1) if tracks else np.empty((len(times), 0, 3))
+    gaps = min_clearance(a.footprint, poses.reshape(-1, 3), a.bodies, np.tile(movers, (len(poses), 1, 1)))
+    return bool((gaps.reshape(poses.shape[:2]) <= 0.0).any(axis=1).all())
 
 
 def _manoeuvres(start: FloatArray, drive: tuple[float, float, float], steps: int) -> FloatArray:
-    """(k, steps, 2) positions along every pair of commands, the second from the middle on."""
+    """(k, steps, 3) poses along every pair of commands, the second from the middle on."""
     v_min, v_max, omega_max = drive
     commands = np.array([(v, w) for v in np.append(np.linspace(v_min, v_max, _SPEEDS), 0.0)
                          for w in np.linspace(-omega_max, omega_max, _TURNS)])  # fmt: skip
     pairs = np.concatenate([np.repeat(commands, len(commands), 0), np.tile(commands, (len(commands), 1))], axis=1)
     x, y, theta = (np.full(len(pairs), float(s)) for s in start)
-    out = np.empty((len(pairs), steps, 2))
+    out = np.empty((len(pairs), steps, 3))
     for k in range(steps):
         v, w = (pairs[:, 0], pairs[:, 1]) if k < steps // 2 else (pairs[:, 2], pairs[:, 3])
         middle = theta + 0.5 * _STEP * w
         x, y, theta = x + _STEP * v * np.cos(middle), y + _STEP * v * np.sin(middle), theta + _STEP * w
-        out[:, k, 0], out[:, k, 1] = x, y
+        out[:, k] = np.stack([x, y, theta], axis=1)
     return out
 
 
 def _track(trial: Trial, mover: int, times: FloatArray) -> FloatArray:
-    """(n, 2) where a mover was, after the end of the trial on at its last velocity; NaN while absent."""
-    t, at = trial.t, trial.movers[:, mover, :2]
+    """(n, 3) poses of a mover, after the end of the trial on at its last velocity; NaN while absent."""
+    t, at = trial.t, trial.movers[:, mover]
     out = np.stack([np.interp(times, t, at[:, i]) for i in (0, 1)], axis=1)
     late = times > t[-1]
     if late.any() and len(t) > 1 and t[-1] > t[-2]:
-        out[late] = at[-1] + (times[late] - t[-1])[:, None] * (at[-1] - at[-2]) / (t[-1] - t[-2])
-    return out
+        out[late] = at[-1, :2] + (times[late] - t[-1])[:, None] * (at[-1, :2] - at[-2, :2]) / (t[-1] - t[-2])
+    heading = at[np.searchsorted(t, times, side="right") - 1, 2]
+    return np.column_stack([out, heading])
