@@ -47,5 +47,5 @@ def read_setup(text: str) -> Setup:
     if found is None or not 0.0 < number < 1e9 or (found["unit"] != "s" and number != int(number)):
         raise ClearwayError(f"{text!r} is no set-up; write 1 or 2 (paper B's), 0.15s or 400 iterations", field="setup")
     if found["unit"] == "s":
-        return Setup(f"{number:g} s", Budget(seconds=number))
-    return Setup(f"{number:g} iterations", Budget(iterations=int(number)))
+        return Setup(f"{number:.15g} s", Budget(seconds=number))  # the name alone is kept: it must say all
+    return Setup(f"{int(number)} iterations", Budget(iterations=int(number)))

@@ -105,7 +105,7 @@ def run(
                 localisation=localisation,
                 map=map_,
                 tracking=tracking,
-                setups=[*(setups or ()), *([f"{budget:g}s"] if budget is not None else [])],
+                setups=[*(setups or ()), *([f"{budget!r}s"] if budget is not None else [])],
                 decision_limit=decision_limit,
                 workers=workers,
                 out=resume or out,
