@@ -22,7 +22,7 @@ MARGIN = 0.02
 """m, beyond the noise of two ranges, by which a beam must go beyond a place to have seen through it."""
 PERSISTENCE = 3
 """Periods in a row in which that must be so."""
-SHARE = 0.3
+SHARE = 0.25
 """Share of a body's returns that must have come to a free place, or gone from one, before it is said to move."""
 CENTRE = 0.75
 """Standard deviation of a circle's centre along the line of sight over that of a range: measured on discs and squares
@@ -32,7 +32,7 @@ SHIFT = 2.5
 one, 0.5 e over 0.21 e."""
 EDGE = 0.15
 """rad: a body whose centre lies within this of the edge of the view may have left it."""
-LATCH = 0.5
+LATCH = 1.0
 """s for which a body that was seen to move is still one that moves."""
 
 
@@ -180,7 +180,8 @@ class BodyFollower:
         rows = np.flatnonzero(told)
         v_error = kalman.SIGMAS * np.sqrt(self._spread[rows, 2]) + self._radius[rows] * self._turning(rows, t)
         watched = t - self._past[0].t
-        slowest = self._margin / watched if watched >= 0.5 * self._watch else math.inf
+        hidden = self._margin + SHARE * 2.0 * self._p.body_radius  # so far it may have gone without a sign
+        slowest = hidden / watched if watched >= 0.5 * self._watch else math.inf
         return Bodies(
             x[rows], self._state[rows, 2:].copy(), radius[rows], error[rows], v_error,
             self._ids[rows], structure, slowest, inside, self._ids[at[still]],
@@ -219,7 +220,9 @@ class BodyFollower:
             if found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
                 self._radius[i] = max(self._radius[i], found.circle[j, 2])
                 hidden = self._radius[i] - found.circle[j, 2]
+                v, vv = state[i, 2:].copy(), spread[i, 2]
                 kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + 0.25 * hidden * hidden)
+                state[i, 2:], spread[i, 1], spread[i, 2] = v, 0.0, vv  # the part's motion is not the body's
                 if before[i] - self._moved[i] <= LATCH:
                     self._moved[i] = t  # of a part one can't tell that it stands
                 continue

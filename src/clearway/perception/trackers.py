@@ -41,7 +41,7 @@ class TrackerParameters(BaseModel):
     aside: float = Field(default=2.0, ge=0, description="and for so long if the sensor has turned away from it, s")
     structure_memory: float = Field(default=5.0, ge=0, description="structure that the sensor has turned away from is kept"
                                     " for so long, s: a turn there and back")  # fmt: skip
-    watch: Positive = Field(default=1.0, description="how old the scans are that tell whether a body has moved, s")
+    watch: Positive = Field(default=2.0, description="how old the scans are that tell whether a body has moved, s")
     clusters: ClusterParameters = ClusterParameters()
 
 
