@@ -85,20 +85,24 @@ def cells(grid: Grid, row: str) -> list[str]:
 
 
 def test_what_is_printed_agrees_with_the_papers_own_sums() -> None:
-    """Its means and standard deviations, but for the two misprints that decisions.md tells of."""
-    printed = {
-        ("sar-case1", "1", "hp-tmpc"): (19.2, 2.40, 48.6, 8.50),
-        ("sar-case1", "2", "hp-tmpc"): (17.4, 1.78, 41.4, 6.13),
-        ("sar-case1", "2", "hl-rrt"): (20.5, 3.18, 40.7, 7.41),
-        ("sar-case2", "1", "hp-tmpc"): (20.0, 1.26, 49.4, 2.26),
-        ("sar-case2", "2", "hp-tmpc"): (18.0, 1.16, 46.8, 4.01),
-    }
-    for key, (path, path_sd, time, time_sd) in printed.items():
+    """Its means and standard deviations, but for the two misprints that `paper_b.TYPO` tells of."""
+    misprints = 0
+    for key, printed in paper_b.SUMS.items():
         runs = [r for r in paper_b.PRINTED[key] if r is not None]
-        assert mean(r[0] for r in runs) == pytest.approx(path, abs=0.06)
-        assert stdev(r[0] for r in runs) == pytest.approx(path_sd, abs=0.06)
-        assert mean(r[1] for r in runs) == pytest.approx(time, abs=0.06)
-        assert stdev(r[1] for r in runs) == pytest.approx(time_sd, abs=0.06)
+        for i in (0, 1):
+            values, (of_mean, of_sd) = [r[i] for r in runs], printed[2 * i : 2 * i + 2]
+            if key == ("sar-case1", "1", "hl-rrt") and i == 1:
+                assert mean(values) != pytest.approx(of_mean, abs=1.0)
+                values[values.index(22.9)] = 58.3
+                misprints += 1
+            assert mean(values) == pytest.approx(of_mean, abs=0.06)
+            if key == ("sar-case1", "2", "hl-rrt") and i == 1:
+                assert (round(stdev(values), 2), of_sd) == (7.41, 7.74)
+                misprints += 1
+            elif of_sd is not None:
+                assert stdev(values) == pytest.approx(of_sd, abs=0.06)
+    assert misprints == 2
+    assert paper_b.SUMS.keys() == {k for k, runs in paper_b.PRINTED.items() if any(runs)}
 
 
 def test_the_paper_s_runs_give_the_paper_s_tables(results: Results) -> None:
@@ -107,9 +111,10 @@ def test_the_paper_s_runs_give_the_paper_s_tables(results: Results) -> None:
     assert [c.name for c in table.columns][1:3] == ["HP+TMPC path (m)", "time (s)"]
     assert cells(table, "1") == ["18.8", "49.8", NONE, NONE, NONE, NONE]
     assert cells(table, "7") == ["15.2", "32.3", "15.0", "30.9", "15.4", "30.8"]
-    assert cells(table, "Mean") == cells(table, "Mean, paper")
-    assert cells(table, "Standard deviation") == cells(table, "Standard deviation, paper")
-    assert cells(table, "Mean")[:2] == ["19.2", "48.6"]
+    assert cells(table, "Mean") == ["19.2", "48.6", "20.0", "39.1", "15.4", "30.8"]
+    assert cells(table, "Mean, paper") == ["19.2", "48.6", "20.0", "44.2", "15.4", "30.8"]  # as printed: paper_b.TYPO
+    assert cells(table, "Standard deviation")[:3] == ["2.4", "8.5", "3.0"]
+    assert cells(table, "Standard deviation, paper") == ["2.4", "8.5", "3.0", "8.9", NONE, NONE]
 
 
 def test_the_sum_has_intervals_the_limit_and_the_share_that_was_cut(results: Results) -> None:

@@ -60,14 +60,13 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
         for s in systems:
             line += [num(of(values), 1) if values else NONE for values in _successes(s.of(rows))]
         lines.append(line)
-    printed = {s: paper_b.PRINTED.get((suite, str(setup), s.navigator)) for s in systems}
+    printed = {s: paper_b.SUMS.get((suite, str(setup), s.navigator)) for s in systems}
     if any(printed.values()):
         groups.append(len(lines))
-        for name, of in (("Mean, paper", _mean), ("Standard deviation, paper", _sd)):
+        for name, which in (("Mean, paper", slice(0, None, 2)), ("Standard deviation, paper", slice(1, None, 2))):
             line = [Cell(name, strong=True)]
             for s in systems:
-                runs = [r for r in printed[s] or () if r is not None]
-                line += [num(of([r[i] for r in runs]), 1) if runs else NONE for i in (0, 1)]
+                line += [num(v, 1) for v in (printed[s] or (None,) * 4)[which]]
             lines.append(line)
     where = f", set-up {setup}" if setup is not None else ""
     note = " The paper's scenarios are not public, so its rows are of other draws." if any(printed.values()) else ""
