@@ -43,8 +43,10 @@ BUDGET = 400
 """Interior-point iterations after which the answer hardly improves: what an unbounded budget means here."""
 
 _STARTS = 3  # how many other starts are refined
-_ROUNDS, _ROUNDS_OTHERS = 10, 3  # linearisations, at most, from the warm start and from each other
-_GAIN = 1e-3  # a merit that falls by less than this share of it is the end
+_ROUNDS, _ROUNDS_OTHERS = 10, 5  # linearisations, at most, from the warm start and from each other
+_GAIN = 1e-3  # a cost that falls by less than this share of it is the end
+_CLOSER = 0.02  # so is, with a violation left, a merit that falls by less than this share of what the violation costs
+_SPARE = 2e-4  # m, added to required distances: the motion's curvature, left out by linearising, may use it up
 _MARGIN = 0.5  # m: rows whose clearance is larger don't enter the convex program
 _MU, _MU_END, _LIMIT = 20.0, 1e-6, 30  # barrier parameter at the start (large: near a warm start's bounds a small one
 # costs twice the iterations) and at the end; iterations of one convex program
@@ -112,7 +114,7 @@ def refine(problem: Problem, plan: FloatArray, rounds: int, budget: int) -> tupl
     turn, push, error = np.empty((n, 2)), np.empty((n, 2, 2)), np.empty((n, 3))
     stage, normal, lack = np.empty(room, np.int64), np.empty((room, 2)), np.empty(room)
     answer, trial = np.empty((free, 2)), np.empty((n, 2))
-    total, _, summed = judge(problem, plan)
+    total, worst, summed = judge(problem, plan)
     merit = total + PENALTY * summed
     spent = 0
     for _ in range(rounds):
@@ -132,14 +134,14 @@ def refine(problem: Problem, plan: FloatArray, rounds: int, budget: int) -> tupl
                 trial[k, 0] = plan[k, 0] + part * (answer[j, 0] - plan[k, 0])
                 trial[k, 1] = plan[k, 1] + part * (answer[j, 1] - plan[k, 1])
             project(problem, trial)
-            total, _, summed = judge(problem, trial)
+            total, worst, summed = judge(problem, trial)
             gain = merit - (total + PENALTY * summed)
             if gain > 0.0:
                 merit -= gain
                 copy(trial, plan)
                 break
             part *= 0.35
-        if not gain > _GAIN * merit:
+        if not gain > (_GAIN * total if worst <= TOLERANCE else _CLOSER * PENALTY * summed):
             break
     return spent, True
 
@@ -195,7 +197,7 @@ def gather(problem: Problem, error: FloatArray, stage: IntArray, normal: FloatAr
                 sx, sy = problem.start[0] - problem.rows[k, i, 0], problem.start[1] - problem.rows[k, i, 1]
                 if sx * sx + sy * sy < (need + far) ** 2:
                     gap = math.sqrt(squared)
-                    stage[count], lack[count] = k, need - gap
+                    stage[count], lack[count] = k, need - gap + _SPARE
                     normal[count, 0], normal[count, 1] = (dx / gap, dy / gap) if gap > 1e-9 else (1.0, 0.0)
                     count += 1
         dx, dy = x - problem.centre[0], y - problem.centre[1]
