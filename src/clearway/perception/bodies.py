@@ -145,6 +145,7 @@ class BodyFollower:
         self._ids = np.empty(0, dtype=np.int64)
         self._state, self._spread = np.empty((0, 4)), np.empty((0, 3))
         self._radius, self._seen, self._moved = np.empty(0), np.empty(0), np.empty(0)
+        self._largest = np.empty(0)  # radius that each body has shown
         self._signs = np.empty(0, dtype=np.int64)  # periods in a row with signs of motion
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
@@ -175,6 +176,11 @@ class BodyFollower:
         whole = ~found.cut
         x[at[whole]] = found.circle[whole, :2]  # the disc covers the returns
         error[at[whole]] = kalman.SIGMAS * np.sqrt(found.variance[whole])
+        self._largest[at[whole]] = np.maximum(self._largest[at[whole]], found.circle[whole, 2])
+        behind = self._largest[at[whole]] - found.circle[whole, 2]  # as large as it was, as near as the returns allow
+        sight = found.circle[whole, :2] - returns.sensor[:2]
+        x[at[whole]] += sight * (behind / np.maximum(np.hypot(*sight.T), 1e-9))[:, None]
+        radius[at[whole]] = self._largest[at[whole]]
         part, seen = at[found.cut], found.circle[found.cut]
         radius[part] = np.maximum(radius[part], np.hypot(*(x[part] - seen[:, :2]).T) + seen[:, 2])
         rows = np.flatnonzero(told)
@@ -248,6 +254,7 @@ class BodyFollower:
         self._ids = np.concatenate((self._ids[keep], self._next + np.arange(more)))
         self._next += more
         self._radius = np.concatenate((self._radius[keep], found.circle[fresh, 2]))
+        self._largest = np.concatenate((self._largest[keep], np.zeros(more)))
         self._seen = np.concatenate((self._seen[keep], np.full(more, t)))
         self._moved = np.concatenate((self._moved[keep], np.full(more, -math.inf)))
         self._signs = np.concatenate((self._signs[keep], np.zeros(more, dtype=np.int64)))
