@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
+from pathlib import Path
 from statistics import mean, stdev
 
 import numpy as np
@@ -146,7 +148,25 @@ def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
     row = by["Search-and-rescue robot · colregs-apf · set-up 2", "Search-and-rescue robot · hp-tmpc · set-up 2"]
     assert row[3].text == "1 : 17"
     assert row[7].text.endswith("hp-tmpc · set-up 2")
-    assert any("hp-tmpc · set-up 2 succeeds more often" in line for line in contest.verdicts(duels))
+    said = contest.verdicts(duels)
+    assert any("hp-tmpc · set-up 2 succeeds more often, by 80 points (52 to 91)" in line for line in said)
+    better = next(
+        line for line in said if "· hp-tmpc · set-up 2 against Search-and-rescue robot · hp-tmpc · set-up 1" in line
+    )
+    assert "set-up 2 is better in PL, by 1.950 m (1.000 to 3.050);" in better
+
+
+def test_a_privileged_navigator_and_scenarios_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
+    made = [trial("sar-confined", "2", "oracle", number, (16.0, 20.0)) for number in (1, 1, 2)]
+    with TrialStore(tmp_path / "out", {"suite": "sar"}, len(made), row_schema()) as store:
+        for i, (t, scenario) in enumerate(zip(made, ("a-1", "b-1", "b-2"), strict=True)):
+            told = replace(t, attempt=replace(t.attempt, privileged=True, scenario=scenario))
+            store.add(i, told, score_row(told))
+        f = Findings(store.finish())
+    table = rescue.by_scenario(f, "sar-confined", "2")
+    assert [row[0].text for row in table.rows][:3] == ["a-1", "b-1", "2"]
+    assert table.columns[1].name == "oracle (privileged) path (m)"
+    assert f.name(f.systems[0]).endswith("oracle (privileged)")
 
 
 def test_figures_and_the_page(results: Results) -> None:

@@ -16,7 +16,7 @@ from clearway.reports.selection import System
 from clearway.statistics import Comparison, compare, holm
 
 MOST = 12
-"""Systems that are compared with each other; of more, only neighbours in the campaign's order would still be readable."""
+"""Systems that are compared with each other; with more, the page of every two of them could not be read any more."""
 
 
 def comparisons(f: Findings) -> list[tuple[System, System, Comparison]]:
@@ -92,7 +92,7 @@ def indicator_table(found: list[tuple[System, System, Comparison]]) -> Grid | No
              "effect", text("better")]  # fmt: skip
     return grid(
         "Indicators over the tests that both finished (so a navigator that fails the hard ones is not punished here: read it "
-        "with the success above): mean of the paired differences with its 95 % bootstrap interval, Wilcoxon's signed-rank "
+        "with the success above; MDO alone counts a contact too, as 0): mean of the paired differences with its 95 % bootstrap interval, Wilcoxon's signed-rank "
         "test, Holm's correction over the indicators of one pair, rank-biserial effect",
         heads, lines, groups,
     )  # fmt: skip
@@ -109,25 +109,29 @@ def _line(c: Comparison, r: Mapping[str, Any]) -> list[Cell | str]:
 
 
 def verdicts(found: list[tuple[System, System, Comparison]]) -> list[str]:
-    """In a sentence a pair: what is shown with confidence (p after Holm at most 0.05)."""
+    """In a sentence a pair: what is shown with confidence (p after Holm at most 0.05), by how much, with 95 % intervals: of
+    the success rates Newcombe's, of an indicator that of the median difference, which belongs to Wilcoxon's test."""
     wins = [c.success.get(None) for _, _, c in found]
     adjusted = holm([np.nan if s is None else s.p for s in wins]).tolist()
     out = []
     for (_, _, c), s, p in zip(found, wins, adjusted, strict=True):
         said = []
         if s is not None and p <= 0.05:
-            d = s.difference
-            who, by = (c.b, d) if d.estimate > 0 else (c.a, d)
-            low, high = sorted((abs(by.low), abs(by.high)))
+            d, sign = s.difference, 1 if s.difference.estimate > 0 else -1
+            low, high = sorted((100 * sign * d.low, 100 * sign * d.high))
             said.append(
-                f"{who} succeeds more often, by {num(100 * abs(by.estimate), 0)} points ({num(100 * low, 0)} to {num(100 * high, 0)})"
+                f"{c.b if sign > 0 else c.a} succeeds more often, by {num(100 * abs(d.estimate), 0)} points "
+                f"({num(low, 0)} to {num(high, 0)})"
             )
         for r in c.differences.to_pylist():
             if r["batch"] is None and r["favours"]:
-                who = {"A": c.a, "B": c.b}[r["favours"]]
-                said.append(
-                    f"{who} is better in {r['indicator']}, by {num(abs(r['mean_difference']), 3)} {r['unit']}".rstrip()
-                )
+                who, sign = {"A": c.a, "B": c.b}[r["favours"]], 1 if r["effect"] > 0 else -1
+                unit = f" {r['unit']}" if r["unit"] else ""
+                of = f"by {num(sign * r['median_difference'], 3)}{unit}"
+                if r["low"] is not None:
+                    low, high = sorted((sign * r["low"], sign * r["high"]))
+                    of += f" ({num(low, 3)} to {num(high, 3)})"
+                said.append(f"{who} is better in {r['indicator']}, {of}")
         out.append(
             f"{c.b} against {c.a}: " + ("; ".join(said) if said else "no difference is shown with confidence") + "."
         )

@@ -46,6 +46,11 @@ class Findings:
         return systems(self.rows)
 
     @cached_property
+    def privileged(self) -> frozenset[str]:
+        """Navigators that were told the obstacles' future."""
+        return frozenset(r["navigator"] for r in self.rows if r["privileged"])
+
+    @cached_property
     def described(self) -> list[Row]:
         """Mean, spread and intervals by system, batch, speed and indicator."""
         there = [n for n in DESCRIBED if n in self.results.trials.column_names]
@@ -106,9 +111,11 @@ class Findings:
         return f"{known.title} ({preset})" if preset else known.title
 
     def name(self, system: System) -> str:
-        """A system's name for people: navigator and set-up only where there are several."""
+        """A system's name for people: navigator and set-up only where there are several, a privileged one always."""
         parts = [self.title(system.robot)]
-        if len({s.navigator for s in self.systems}) > 1:
+        if system.navigator in self.privileged:
+            parts.append(f"{system.navigator} (privileged)")
+        elif len({s.navigator for s in self.systems}) > 1:
             parts.append(system.navigator)
         if system.setup is not None and len({s.setup for s in self.systems}) > 1:
             parts.append(f"set-up {system.setup}")

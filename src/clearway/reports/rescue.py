@@ -47,10 +47,14 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
     heads: Heads = [text("Scenario")]
     for s in systems:
         name = paper_b.METHODS.get(s.navigator, s.navigator) + (f" ({f.title(s.robot)})" if several else "")
+        name += " (privileged)" if s.navigator in f.privileged else ""
         heads += [f"{name} path (m)", "time (s)"]
     lines: Rows = []
-    for scenario, configuration in dict.fromkeys((r["scenario"], r["configuration"]) for r in rows):
-        line: list[Cell | str] = [Cell(str(configuration).removeprefix("scenario-"), strong=True)]
+    scenarios = dict.fromkeys((str(r["scenario"]), str(r["configuration"])) for r in rows)
+    named = Counter(configuration for _, configuration in scenarios)
+    for scenario, configuration in scenarios:
+        short = configuration.removeprefix("scenario-") if named[configuration] == 1 else scenario
+        line: list[Cell | str] = [Cell(short, strong=True)]
         for s in systems:
             line += _run(next((r for r in s.of(rows) if r["scenario"] == scenario), None))
         lines.append(line)
@@ -63,10 +67,11 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
     printed = {s: paper_b.SUMS.get((suite, str(setup), s.navigator)) for s in systems}
     if any(printed.values()):
         groups.append(len(lines))
-        for name, which in (("Mean, paper", slice(0, None, 2)), ("Standard deviation, paper", slice(1, None, 2))):
+        for name, first in (("Mean, paper", 0), ("Standard deviation, paper", 1)):
             line = [Cell(name, strong=True)]
             for s in systems:
-                line += [num(v, 1) for v in (printed[s] or (None,) * 4)[which]]
+                sums = printed[s]
+                line += [NONE if sums is None else num(sums[i], 1) for i in (first, first + 2)]
             lines.append(line)
     where = f", set-up {setup}" if setup is not None else ""
     note = " The paper's scenarios are not public, so its rows are of other draws." if any(printed.values()) else ""
@@ -91,7 +96,7 @@ def summary(f: Findings, suite: str) -> Grid:
         path, time = _successes(own)
         ratios = [[r[c] for r in own if r["success"] and r[c] is not None] for c in ("PL_limit", "CT_limit")]
         cut = [r["cut"] for r in own if r["cut"] is not None]
-        privileged = " (privileged)" if any(r["privileged"] for r in own) else ""
+        privileged = " (privileged)" if s.navigator in f.privileged else ""
         lines.append([
             Cell(s.navigator + privileged, f.title(s.robot), strong=True), s.setup or NONE,
             Cell(f"{wins}/{len(own)}", span(100 * rate.low, 100 * rate.high, 1) + " %"), theirs,
