@@ -8,7 +8,7 @@ w_k^rob, and the largest damping xi^rob with which (4) would hold at that speed.
 Eq. 5: constant velocity, from noisy positions of two frames, against true oscillators of the suite sar-case2. Printed
 per step: the prediction's error, how often and how far it exceeds w_k^dyn.
 
-    python benchmarks/tube.py [--runs N] [--horizon N] [--xi DAMPING] [--json] [--smoke]
+    python benchmarks/tube.py [--runs N] [--horizon N] [--xi DAMPING] [--w-dyn M] [--json] [--smoke]
 """
 
 from __future__ import annotations
@@ -152,11 +152,12 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=4000, help="random runs per nominal motion")
     parser.add_argument("--horizon", type=int, default=20, help="steps of (4)")
     parser.add_argument("--xi", type=float, help="damping in (4) instead of the one that ships")
+    parser.add_argument("--w-dyn", type=float, help="bound in (5) instead of the one that ships, m")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--smoke", action="store_true", help="a small run")
     options = parser.parse_args()
     runs, scenarios = (200, 1) if options.smoke else (options.runs, 50)
-    p = parameters_of(xi_rob=options.xi)
+    p = parameters_of(xi_rob=options.xi, w_dyn=options.w_dyn)
     robot, obstacles = robot_tube(p, options.horizon, runs), obstacle_tube(p, p.prediction_horizon, scenarios)
     if options.json:
         print(json.dumps({"robot": robot, "obstacles": obstacles}, indent=1))
