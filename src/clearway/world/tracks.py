@@ -60,7 +60,9 @@ def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: flo
                 problem = f"{run.leg!r} is not a leg of this scenario; legs: {', '.join(legs)}"
                 raise ClearwayError(problem, field=f"obstacles.{obstacle.name}.runs.leg")
         if obstacle.oscillation is not None and duration > 2.0 * LONGEST_SWING + 1.0:  # see `longest`
-            problem = f"the legs may take {duration:g} s together; with something that oscillates, at most {LONGEST_SWING:g}"
+            problem = (
+                f"the legs may take {duration:g} s together; with something that oscillates, at most {LONGEST_SWING:g}"
+            )
             raise ClearwayError(problem, field="legs.time_limit")
     parts = [
         [_knots(o, [r for r in o.runs if r.leg == leg]) if o.oscillation is None else _NONE for o in obstacles]
