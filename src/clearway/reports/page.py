@@ -275,6 +275,7 @@ def _title(f: Findings) -> str:
         "barn-2022": "BARN navigation courses, task of the published runs",
         "sar-case1": "Search and rescue, case 1",
         "sar-case2": "Search and rescue, case 2",
+        "sar-confined": "Search and rescue, confined",
     }
     return " and ".join(names.get(s, f"Suite {s}") for s in suites) or "No trials"
 
