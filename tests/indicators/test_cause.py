@@ -73,6 +73,9 @@ def test_a_robot_that_stood_was_run_into() -> None:
     assert cause(stood) == "contact at rest"
     assert who_moved(stood) == "obstacle"
     assert who_moved(trial) == "both"
+    turning = replace(trial, velocity=np.tile([0.0, 1.5], (len(trial.t), 1)))
+    assert who_moved(turning) == "obstacle"
+    assert who_moved(replace(turning, attempt=replace(trial.attempt, footprint=rectangle(0.5, 0.5)))) == "both"
 
 
 def test_without_contact_the_outcome_is_the_cause() -> None:

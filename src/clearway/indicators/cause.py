@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.geometry.distance import min_clearance
-from clearway.geometry.shapes import FloatArray
+from clearway.geometry.shapes import Circle, FloatArray
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.success import AT_REST, failure
 from clearway.trials import Outcome, Trial
@@ -47,10 +47,14 @@ def cause(trial: Trial) -> str:
 
 
 def who_moved(trial: Trial) -> str:
-    """Who moved at the contact that ended the trial: `robot`, `obstacle`, `both` or `neither`; empty without a contact."""
+    """Who moved at the contact that ended the trial: `robot`, `obstacle`, `both` or `neither`; empty without a contact.
+
+    A round robot that only turns on the spot does not move in this sense: its outline stays where it is.
+    """
     if trial.outcome is not Outcome.COLLISION or trial.velocity is None or len(trial.t) < 2:
         return ""
-    robot = bool((np.abs(trial.velocity[-1]) >= AT_REST).any())
+    v, omega = np.abs(trial.velocity[-1]).tolist()
+    robot = v >= AT_REST or (omega >= AT_REST and not isinstance(trial.attempt.footprint, Circle))
     k = _touched(trial)
     obstacle = False
     if k is not None:
