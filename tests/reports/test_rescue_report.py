@@ -14,7 +14,7 @@ from clearway.contract import Diagnostics
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
-from clearway.reports import contest, figure, paper_b, rescue, write_report
+from clearway.reports import conditions, contest, figure, paper_b, rescue, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Grid
 from clearway.reports.packing import Packer
@@ -167,6 +167,14 @@ def test_a_privileged_navigator_and_scenarios_of_the_same_name_are_told_apart(tm
     assert [row[0].text for row in table.rows][:3] == ["a-1", "b-1", "2"]
     assert table.columns[1].name == "oracle (privileged) path (m)"
     assert f.name(f.systems[0]).endswith("oracle (privileged)")
+
+
+def test_the_conditions_of_the_test_are_told(results: Results) -> None:
+    f = Findings(results)
+    facts = dict(conditions.test(f))
+    assert facts["set-ups (thinking a decision)"] == "1, 2"
+    assert facts["floor surface"] == "rough: it moves the robot by at most 0.01 m and 0.01 rad a control period"
+    assert any(line.startswith("Set-up 1: bounded by wall clock") for line in conditions.deviations(f))
 
 
 def test_figures_and_the_page(results: Results) -> None:

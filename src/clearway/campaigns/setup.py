@@ -16,15 +16,13 @@ _WORDS = re.compile(r"(?P<number>[0-9.e+-]+) ?(?P<unit>s|iterations?)")
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """A budget with the name under which the results list it; `name` None: the campaign has no set-ups."""
+    """A budget with the name under which the results list it; `name` None: the campaign has no set-ups.
+
+    Trials that are bounded by wall clock are not the same bits each time.
+    """
 
     name: str | None
     budget: Budget
-
-    @property
-    def timed(self) -> bool:
-        """Whether it is bounded by wall clock: such trials are not the same bits each time."""
-        return self.budget.seconds is not None
 
 
 FREE = Setup(None, Budget())

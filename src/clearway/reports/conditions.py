@@ -15,6 +15,7 @@ from clearway.reports import paper, parameters
 from clearway.reports.findings import Findings
 from clearway.reports.selection import System, distinct
 from clearway.robots import Robot
+from clearway.stand_ins import stand_ins
 
 Facts = list[tuple[str, str]]
 BLANK = ""
@@ -63,10 +64,12 @@ def test(f: Findings) -> Facts:
         ("kind of test", "recording of real robots" if recorded else "simulation"),
         ("suite", ", ".join(distinct(f.rows, "suite"))),
         ("floor plan", _some(distinct(f.rows, "plan"))),
-        ("floor surface", BLANK if recorded else "level and dry; slip as in the wheel odometry's error"),
+        ("floor surface", BLANK if recorded else _floor(f)),
         ("map given to the robot", "the floor plan's true map" if map_used == "true" else str(map_used)),
         ("localisation", ", ".join(distinct(f.rows, "localisation"))),
         ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
+        *_if_any("obstacles followed by", [t for t in distinct(f.rows, "tracking") if t]),
+        *_if_any("set-ups (thinking a decision)", distinct(f.rows, "setup")),
         ("seed", str(plan.get("seed", campaign.get("seed", "not recorded")))),
         ("trials", str(len(f.rows))),
         ("started", _date(run.get("started"))),
@@ -83,6 +86,21 @@ def test(f: Findings) -> Facts:
         ("tested by", BLANK),
     ]
     return facts
+
+
+def _floor(f: Findings) -> str:
+    """Wheels slip everywhere; in the search-and-rescue suites the ground also moves the robot."""
+    pushed = [str(s).startswith("sar-") for s in distinct(f.rows, "suite")]
+    words = "level and dry; slip as in the wheel odometry's error"
+    if not any(pushed):
+        return words
+    most = stand_ins("task")["disturbance"]
+    rough = f"rough: it moves the robot by at most {most['position']:g} m and {most['heading']:g} rad a control period"
+    return rough if all(pushed) else f"{words}; in the search-and-rescue suites {rough}"
+
+
+def _if_any(name: str, values: list[Any]) -> Facts:
+    return [(name, ", ".join(map(str, values)))] if values else []
 
 
 def deviations(f: Findings) -> list[str]:
@@ -109,6 +127,10 @@ def deviations(f: Findings) -> list[str]:
     for system in f.systems:
         if stricter := _as_printed(f, system):
             found.append(stricter)
+    if clocked := [s for s in distinct(f.rows, "setup") if s == "1" or s.endswith(" s")]:
+        found.append(
+            f"Set-up {', '.join(clocked)}: bounded by wall clock, so these trials depend on the machine and are not the same each time."
+        )
     if len(kinds := distinct(f.rows, "localisation")) > 1 or kinds not in (["amcl"], ["odometry"], ["recorded"]):
         found.append(f"Localisation: {', '.join(kinds)}.")
     for navigator in dict.fromkeys(r["navigator"] for r in f.rows if r["privileged"]):
