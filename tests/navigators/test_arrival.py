@@ -15,7 +15,8 @@ GOAL = Goal(np.array((3.0, -1.0, math.pi - 0.05)), 0.2, 0.4)
 
 def at(away: float, turned: float) -> np.ndarray:
     """A pose `away` [m] from the goal and `turned` [rad] off its heading."""
-    return GOAL.pose + np.array((-away * math.cos(0.7), away * math.sin(0.7), turned))
+    x, y, theta = GOAL.pose
+    return np.array((x - away * math.cos(0.7), y + away * math.sin(0.7), theta + turned))
 
 
 def judge(goal: Goal | None = GOAL) -> Arrival:

@@ -260,3 +260,16 @@ def test_a_wrong_value_in_the_robots_file_is_named() -> None:
 def test_it_conforms_on_the_rescue_robot(gains: Any) -> None:
     unmet = [f for f in check_navigator(lambda: ColregsApf(gains), RESCUE) if not f.passed]
     assert [f for f in unmet if "control period" not in f.name] == []
+
+
+def test_arrived_only_well_within_the_tolerances_or_for_good() -> None:
+    navigator, goal = ColregsApf(), Goal(np.array((1.0, 0.0, 0.0)), 0.2, 0.4)
+    navigator.reset(task(), RESCUE, np.random.default_rng(0))
+    said = [
+        navigator.step(observe(t, pose, None, goal)).arrived
+        for t, pose in (
+            (0.0, (0.83, 0.0, 0.0)), (0.2, (0.88, 0.0, 0.35)), (0.4, (0.88, 0.0, 0.2)), (0.6, (0.83, 0.0, 0.0)),
+            (2.3, (0.83, 0.0, 0.0)), (2.5, (0.79, 0.0, 0.0)), (2.7, (0.83, 0.0, 0.0)),
+        )
+    ]  # fmt: skip
+    assert said == [False, False, True, False, False, False, True]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -183,3 +184,17 @@ def test_an_arc_that_would_touch_is_not_driven() -> None:
     assert (v, clear) == (0.0, False)
     assert omega < 0.0
     assert follow(path, np.zeros(3), np.zeros(2), FAST, 0.075, beside)[2]
+
+
+def test_arrived_only_well_within_the_tolerances_or_for_good() -> None:
+    goal = Goal(np.array((1.0, 0.0, 0.0)), 0.2, 0.4)
+    navigator = make()
+    assert navigator.step(look_at(pose=(0.83, 0.0, 0.0), goal=goal)).arrived is False
+    assert navigator.step(look_at(pose=(0.88, 0.0, 0.35), goal=goal)).arrived is False
+    assert navigator.step(look_at(pose=(0.88, 0.0, 0.2), goal=goal)).arrived is True
+    navigator = make()  # an obstacle on the goal: it gets no farther than this
+    barred = [(1.0, 0.0, 0.01)]
+    said = [
+        navigator.step(replace(look_at(barred, (0.83, 0.0, 0.0), goal), t=0.15 * k)).arrived for k in range(15)
+    ]  # fmt: skip
+    assert said == [False] * 14 + [True]

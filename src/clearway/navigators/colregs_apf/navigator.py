@@ -17,6 +17,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.arrival import Arrival
 from clearway.navigators.colregs_apf.encounters import CLEAR, WORDS, IntArray, follow
 from clearway.navigators.colregs_apf.force import Pace, course, levels, roll_out, situation, steer
 from clearway.navigators.colregs_apf.parameters import NAVIGATOR, Parameters, parameters_of, with_gains
@@ -63,6 +64,7 @@ class ColregsApf:
         self._unrecognised = self._retuned
         self._encounters = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
         self._goal: Goal | None = None
+        self._arrival = Arrival()
         self._turning = False
         self._seen: Observation | None = None
 
@@ -83,20 +85,22 @@ class ColregsApf:
         self._look(observation)
         pose, velocity, goal = observation.pose, observation.velocity, observation.goal
         code = situation(pose, self._discs, self._kinds, self._radius, self._gains.d_safe)
-        if self._at_goal(pose, goal):
+        turning = self._at_goal(pose, goal)
+        arrived = self._arrival.reached(pose, observation.t)
+        if turning:
             e = wrap(goal.pose[2] - pose[2])
             direction = goal.pose[2] if abs(e) > 0.5 * goal.yaw_tolerance else pose[2]
             v, omega = steer(direction, pose[2], velocity[0], velocity[1], 0.0, self._pace)
-            return Command(v, omega, status=STATUS[code])
+            return Command(v, omega, arrived=arrived, status=STATUS[code])
         self._horizon, mean = self._predict(self._parameters.horizon)
         if not mean.any():
-            return Command(0.0, 0.0, status=STATUS[code])
+            return Command(0.0, 0.0, arrived=arrived, status=STATUS[code])
         direction = course(
             pose, mean, self._discs, self._kinds, self._sides, self._radius, self._gains, self._pace.speed
         )
         d_g = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
         v, omega = steer(direction, pose[2], velocity[0], velocity[1], d_g, self._pace)
-        return Command(v, omega, status=STATUS[code])
+        return Command(v, omega, arrived=arrived, status=STATUS[code])
 
     def diagnostics(self) -> Diagnostics:
         """The potential around the robot, where the force leads, and whom it meets."""
@@ -135,6 +139,7 @@ class ColregsApf:
         """Whether the robot is near enough to turn in place: well within the tolerance, or still within it since."""
         if goal is not self._goal:
             self._goal, self._turning = goal, False
+            self._arrival.reset(goal)
         d = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
         self._turning = d <= goal.xy_tolerance * (1.0 if self._turning else 0.5)
         return self._turning

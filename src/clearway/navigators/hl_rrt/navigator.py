@@ -12,6 +12,7 @@ import numpy as np
 from clearway.contract import Budget, Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.arrival import Arrival
 from clearway.navigators.hl_rrt.following import Body, follow, turn
 from clearway.navigators.hl_rrt.parameters import Parameters, parameters_of
 from clearway.navigators.hl_rrt.planner import Plan, Planner
@@ -57,7 +58,8 @@ class HlRrt:
         self._margin = circumscribed_radius(robot.planner_shape) + p.padding
         self._budget = task.budget
         self._goal: Goal | None = None
-        self._there = False
+        self._arrival = Arrival()
+        self._there = self._arrived = False
         self._plan, self._status = _NONE, ""
 
     def step(self, observation: Observation) -> Command:
@@ -73,7 +75,9 @@ class HlRrt:
         at, goal, tolerance = o.pose[:2].copy(), o.goal.pose[:2].copy(), o.goal.xy_tolerance
         if o.goal is not self._goal:
             self._goal, self._there = o.goal, False
+            self._arrival.reset(o.goal)
             self._planner.forget(at)
+        self._arrived = self._arrival.reached(o.pose, o.t)
         self._there = math.dist(at, goal) <= (tolerance if self._there else 0.5 * tolerance)
         if self._there:
             self._plan, self._status = _NONE, "arrived"
@@ -116,7 +120,7 @@ class HlRrt:
         top = self._body.speed
         v = min(max(v, 0.0), top)
         omega = min(max(omega, -self._body.omega_max), self._body.omega_max)
-        return Command(v, omega, status=self._status, cut=self._plan.cut)
+        return Command(v, omega, arrived=self._arrived, status=self._status, cut=self._plan.cut)
 
 
 @cache
