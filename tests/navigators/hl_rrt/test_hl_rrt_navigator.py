@@ -160,21 +160,58 @@ def test_following_straight_ahead_and_off_course() -> None:
     assert follow(path, pose, np.zeros(2), FAST, 0.075, NOTHING) == (0.5, 0.0, True)
     v, omega, _ = follow(path, np.array((0.0, 0.0, 0.1)), np.zeros(2), FAST, 0.075, NOTHING)
     assert v == pytest.approx(0.5 * math.cos(0.2))
-    assert omega == pytest.approx(-0.1 / 0.15)
+    assert v / omega == pytest.approx(-0.5 / (2.0 * math.sin(0.1)))  # the arc to the point 0.5 m (1 s) ahead
     v, omega, _ = follow(path, np.array((0.0, 0.0, 1.0)), np.zeros(2), FAST, 0.075, NOTHING)
     assert (v, omega) == (0.0, -1.5)
 
 
+def test_following_aims_at_what_it_sees() -> None:
+    corner = np.array(((0.0, 0.0), (0.3, 0.0), (0.3, 1.0)))
+    v, omega, _ = follow(corner, np.zeros(3), np.zeros(2), FAST, 0.075, NOTHING)
+    bearing, away = math.atan2(0.2, 0.3), math.hypot(0.2, 0.3)
+    assert v / omega == pytest.approx(away / (2.0 * math.sin(bearing)))
+    inside = look(np.array(((0.2, 0.1, 0.05),)), 0.0, 0.0, 3.5, 0.5)  # in the corner: the sight ends at 0.25 m
+    assert follow(corner, np.zeros(3), np.zeros(2), FAST, 0.075, inside) == (0.5, 0.0, True)
+
+
+@pytest.mark.parametrize("body", [FAST, SLOW])
+def test_following_a_jagged_path_it_does_not_sway(body: Body) -> None:
+    pose, velocity, sway = np.array((0.0, 0.0, 0.4)), np.zeros(2), []
+    for k in range(60):
+        ahead = pose[0] + 0.15 * np.arange(1, 30)
+        jagged = np.column_stack([ahead, 0.03 * (-1.0) ** np.arange(k, k + 29)])  # another one each period
+        v, omega, clear = follow(np.vstack([pose[:2], jagged]), pose, velocity, body, 0.05, NOTHING)
+        assert clear
+        velocity = np.array((v, omega))
+        pose = step_arc(pose, v, omega, body.period)
+        if k >= 30:
+            sway.append(pose[2])
+            assert v > 0.9 * body.speed
+    assert np.abs(sway).max() < 0.1
+
+
 def test_following_keeps_the_rate_limits_and_brakes_for_the_end() -> None:
     path = np.array(((0.0, 0.0), (0.02, 0.0)))
-    v, omega, _ = follow(
-        np.array(((0.0, 0.0), (3.0, 0.0))), np.array((0.0, 0.0, 0.5)), np.zeros(2), SLOW, 0.05, NOTHING
-    )
-    assert v == pytest.approx(0.1)
-    assert omega == pytest.approx(-0.2)
+    ahead = np.array(((0.0, 0.0), (3.0, 0.0)))
+    v, omega, _ = follow(ahead, np.array((0.0, 0.0, 0.7)), np.array((0.5, 0.5)), SLOW, 0.05, NOTHING)
+    assert (v, omega) == (pytest.approx(0.4), pytest.approx(0.3))
+    v, omega, _ = follow(ahead, np.array((0.0, 0.0, 0.9)), np.zeros(2), SLOW, 0.05, NOTHING)
+    assert (v, omega) == (0.0, pytest.approx(-0.2))
     v, _, _ = follow(path, np.zeros(3), np.array((0.3, 0.0)), SLOW, 0.05, NOTHING)
     assert v == pytest.approx(0.2)  # wants 0.2 = min(0.02 / 0.1, sqrt(2 * 0.02)), and may lose 0.1
     assert turn(0.0, np.array((0.3, 0.1)), SLOW) == (pytest.approx(0.2), 0.0)
+
+
+def test_a_turn_on_the_spot_does_not_overshoot() -> None:
+    for error in (0.02, 0.3, 2.0):
+        left, omega, least = error, 0.0, error
+        for _ in range(60):
+            before = omega
+            _, omega = turn(left, np.array((0.0, omega)), SLOW)
+            left -= 0.5 * (before + omega) * SLOW.period
+            least = min(least, left)
+        assert abs(left) < 1e-3
+        assert least > -0.02
 
 
 def test_an_arc_that_would_touch_is_not_driven() -> None:

@@ -14,6 +14,9 @@ from clearway.navigators.hl_rrt.checking import FREE, Scene, edge
 _PARTS = 4
 """Chords by which the arc of a control period is checked."""
 
+AHEAD = 1.0
+"""How far along the path the robot aims, s at its speed."""
+
 
 class Body(NamedTuple):
     """What the drive can do (as in `Robot.drive`), with the control period [s] and the speed along a path [m/s]."""
@@ -33,8 +36,10 @@ def follow(
 ) -> tuple[float, float, bool]:
     """The command for one control period along `path` (k, 2), which begins at the robot.
 
-    It heads for the first point that is farther than `near` [m], turns on the spot while that lies more than 45 degrees
-    off, and slows down for the path's end. If the arc of this period meets an obstacle where it is now, it only turns.
+    It drives the arc to the point that lies `AHEAD` further along the path, or less where that is not in free sight
+    (pure pursuit: Coulter 1992); where that point lies more than 45 degrees off, or the arc meets an obstacle where it is
+    now, it turns to the first point that is farther than `near` [m], on the spot if need be; and it slows down for
+    the path's end. If the arc of this period meets an obstacle all the same, it only turns.
 
     Returns:
         v [m/s], omega [rad/s], both within the drive's rate limits from `velocity` (2,); whether the way was clear.
@@ -44,12 +49,22 @@ def follow(
     while k < last and math.hypot(path[k, 0] - x, path[k, 1] - y) <= near:
         k += 1
     left = math.hypot(path[k, 0] - x, path[k, 1] - y)
-    error = turn_between(theta, math.atan2(path[k, 1] - y, path[k, 0] - x))
     for i in range(k, last):
         left += math.hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
-    wanted = body.speed * math.cos(2.0 * error) if abs(error) < 0.25 * math.pi else 0.0
-    wanted = min(wanted, left / body.period, math.sqrt(2.0 * body.deceleration * left))
-    v, mean_v = ramp(velocity[0], wanted, body.acceleration, body.deceleration, body.period)
+    fastest = min(body.speed, left / body.period, math.sqrt(2.0 * body.deceleration * left))
+
+    error, away = _aim(path, k, pose, AHEAD * body.speed, scene)
+    if abs(error) < 0.25 * math.pi:
+        v, mean_v = _drive(fastest, error, velocity[0], body)
+        wanted = min(max(2.0 * mean_v * math.sin(error) / max(away, near), -body.omega_max), body.omega_max)
+        omega, mean_omega = ramp(
+            velocity[1], wanted, body.angular_acceleration, body.angular_deceleration, body.period
+        )  # fmt: skip
+        if _clear(x, y, theta, mean_v, mean_omega, body.period, scene):
+            return v, omega, True
+
+    error = turn_between(theta, math.atan2(path[k, 1] - y, path[k, 0] - x))
+    v, mean_v = _drive(fastest, error, velocity[0], body)
     omega, mean_omega = _turn(error, velocity[1], body)
     if _clear(x, y, theta, mean_v, mean_omega, body.period, scene):
         return v, omega, True
@@ -66,8 +81,45 @@ def turn(error: float, velocity: FloatArray, body: Body) -> tuple[float, float]:
 
 
 @kernel
+def _aim(path: FloatArray, k: int, pose: FloatArray, ahead: float, scene: Scene) -> tuple[float, float]:
+    """Direction [rad, from the heading] and distance [m] of the point to drive to: `ahead` [m] along the path, half or a
+    quarter of that if the straight way there meets an obstacle, and its point `k` if all do."""
+    x, y, theta = pose[0], pose[1], pose[2]
+    px, py = path[k]
+    for half in range(3):
+        qx, qy = _along(path, k, x, y, ahead * 0.5**half)
+        if edge(scene, x, y, qx, qy) == FREE:
+            px, py = qx, qy
+            break
+    return turn_between(theta, math.atan2(py - y, px - x)), math.hypot(px - x, py - y)
+
+
+@kernel
+def _along(path: FloatArray, k: int, x: float, y: float, left: float) -> tuple[float, float]:
+    """The point `left` [m] further along the way from (x, y) through the path's points k, k + 1, ...; at most its end."""
+    for i in range(k, path.shape[0]):
+        length = math.hypot(path[i, 0] - x, path[i, 1] - y)
+        if length >= left:
+            return x + (path[i, 0] - x) * left / length, y + (path[i, 1] - y) * left / length
+        left -= length
+        x, y = path[i, 0], path[i, 1]
+    return x, y
+
+
+@kernel
+def _drive(fastest: float, error: float, v: float, body: Body) -> tuple[float, float]:
+    wanted = fastest * math.cos(2.0 * error) if abs(error) < 0.25 * math.pi else 0.0
+    return ramp(v, wanted, body.acceleration, body.deceleration, body.period)
+
+
+@kernel
 def _turn(error: float, omega: float, body: Body) -> tuple[float, float]:
-    top = min(abs(error) / body.period, body.omega_max, math.sqrt(2.0 * body.angular_deceleration * abs(error)))
+    top = min(abs(error) / body.period, body.omega_max)
+    slower = body.angular_deceleration
+    if not math.isinf(slower):  # a rate from which it still stops in time, and gets to within this period
+        lag = 0.5 * slower * body.period
+        left = abs(error) - 0.5 * body.period * math.copysign(omega, omega * error)
+        top = min(top, max(math.sqrt(max(lag * lag + 2.0 * slower * left, 0.0)) - lag, 0.0))
     return ramp(omega, math.copysign(top, error), body.angular_acceleration, body.angular_deceleration, body.period)
 
 
