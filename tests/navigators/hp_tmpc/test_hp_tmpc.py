@@ -117,6 +117,35 @@ def test_a_clock_that_runs_out_is_told():
     assert all(c.cut for c in commands)
 
 
+ROWS = [(1.2, 0.05, 0.35), (2.6, -0.6, 0.35), (2.2, 0.9, 0.35)]
+
+
+@pytest.mark.parametrize("n", [5, 12])
+def test_a_clock_that_does_not_run_out_changes_nothing(n):
+    def run(budget):
+        navigator = HpTmpc(prediction_horizon=n)
+        return drive(navigator, discs(*ROWS), (3.5, 0.1, 0.0), 40, noise=0.01, the_task=task(budget=budget))[0]
+
+    with_clock = run(Budget(seconds=600.0))
+    assert with_clock == run(Budget())
+    assert not any(c.cut for c in with_clock)
+
+
+def test_the_clock_ends_a_decision_of_the_default_solver():
+    def crossing(t):
+        return discs((1.2, 1.0 - 0.5 * t, 0.35), (1.0, 0.2, 0.3), moving=True, velocity=(0.0, -0.5))
+
+    commands, _, _ = drive(HpTmpc(), crossing, (3.0, 0.0, 0.0), 40, the_task=task(budget=Budget(seconds=20e-6)))
+    assert all(c.cut for c in commands)
+    before = np.zeros(2)
+    for c in commands:
+        now = np.array((c.v, c.omega))
+        assert -1e-9 <= c.v <= 1.0 + 1e-9
+        assert abs(c.omega) <= 1.5 + 1e-9
+        assert np.hypot(*(now - before)) <= parameters_of().input_change + 1e-9
+        before = now
+
+
 def test_an_unbounded_decision_is_never_called_cut():
     commands, _, _ = drive(HpTmpc(), discs((1.2, 0.0, 0.35)), (3.0, 0.0, 0.0), 30)
     assert not any(c.cut for c in commands)

@@ -12,6 +12,7 @@ Deterministic, bounded in interior-point iterations, never raises, always has an
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,6 +53,28 @@ _MU, _MU_END, _LIMIT = 20.0, 1e-6, 30  # barrier parameter at the start (large: 
 # costs twice the iterations) and at the end; iterations of one convex program
 
 
+class Search(NamedTuple):
+    """Where a search stands; the kernels write into it.
+
+    Attributes:
+        best, plan: (N, 2) the best plan among the starts that are done with, and the plan being refined.
+        others: (S, N, 2) further starts. merits: (S,) theirs, inf for one that was taken.
+        merit: (2,) of `best` (inf: none yet) and of `plan`. cursor: (5,) int64, see `_SPENT` and its like.
+    """
+
+    best: FloatArray
+    plan: FloatArray
+    others: FloatArray
+    merits: FloatArray
+    merit: FloatArray
+    cursor: IntArray
+
+
+_SPENT, _DONE, _ROUND, _FITS, _SHORT = 0, 1, 2, 3, 4
+"""Iterations spent; starts done with, the warm one first; rounds of the one at work; whether box and rate limit of the
+inputs are compatible; whether the budget ended the refinement of a start."""
+
+
 @kernel
 def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solution:
     """The best plan found within `budget` interior-point iterations.
@@ -65,45 +88,76 @@ def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solut
         The plan (inputs within box and rate limits whenever such inputs exist), its poses, cost, residual violation,
         iterations spent and status.
     """
-    best = warm.copy()
-    fits = project(problem, best)
-    total, worst, summed = judge(problem, best)
-    spent, ended = refine(problem, best, _ROUNDS, budget)
-    total, worst, summed = judge(problem, best)
-    merit = total + PENALTY * summed
-    if not worst <= TOLERANCE:
-        others = seeds(problem)
-        merits = np.empty(len(others))
-        for i in range(len(others)):
-            total, worst, summed = judge(problem, others[i])
-            merits[i] = total + PENALTY * summed
-        for _ in range(_STARTS):
-            i = 0
-            for j in range(len(others)):
-                if merits[j] < merits[i]:
-                    i = j
-            plan = others[i]
-            merits[i] = math.inf
-            used, cut = refine(problem, plan, _ROUNDS_OTHERS, budget - spent)
-            spent += used
-            ended = ended and cut
-            total, worst, summed = judge(problem, plan)
-            if not merit <= total + PENALTY * summed:
-                merit = total + PENALTY * summed
-                best = plan.copy()
-    total, worst, summed = judge(problem, best)
-    status = CONVERGED if worst <= TOLERANCE else INFEASIBLE
-    if spent >= budget and not ended:
-        status = ITERATION_LIMIT
-    if not fits:
-        status = INPUT_LIMIT
-    return Solution(best, roll_out(problem, best), total, worst, spent, status)
+    return conclude(problem, begin(problem, warm), budget)
 
 
 @kernel
-def refine(problem: Problem, plan: FloatArray, rounds: int, budget: int) -> tuple[int, bool]:
-    """Improve a projected plan (N, 2) in place, by `rounds` linearisations at most. Returns iterations spent, and whether
-    it came to its own end."""
+def begin(problem: Problem, warm: FloatArray) -> Search:
+    """A search that has spent nothing yet."""
+    plan, cursor = warm.copy(), np.zeros(5, np.int64)
+    if project(problem, plan):
+        cursor[_FITS] = 1
+    total, _, summed = judge(problem, plan)
+    others = seeds(problem)
+    merit = np.array((math.inf, total + PENALTY * summed))
+    return Search(plan.copy(), plan, others, np.empty(len(others)), merit, cursor)
+
+
+@kernel
+def search_on(problem: Problem, search: Search, budget: int) -> bool:
+    """One more linearisation, of at most `_LIMIT` iterations and only if fewer than `budget` are spent; so the answer
+    doesn't depend on how often the caller stops to look at a clock. True: the search came to its end."""
+    cursor, merit = search.cursor, search.merit
+    if cursor[_DONE] > _STARTS:
+        return True
+    more = cursor[_ROUND] < (_ROUNDS if cursor[_DONE] == 0 else _ROUNDS_OTHERS)
+    if more and cursor[_SPENT] >= budget:
+        more, cursor[_SHORT] = False, 1
+    if more:
+        spent, merit[1], more = refine(problem, search.plan, merit[1], budget - cursor[_SPENT])
+        cursor[_SPENT] += spent
+        cursor[_ROUND] += 1
+    if more:
+        return False
+    total, worst, summed = judge(problem, search.plan)
+    if not merit[0] <= total + PENALTY * summed:
+        merit[0] = total + PENALTY * summed
+        copy(search.plan, search.best)
+    if cursor[_DONE] == 0:
+        if worst <= TOLERANCE:
+            cursor[_DONE] = _STARTS
+        else:
+            for i in range(len(search.others)):
+                total, _, summed = judge(problem, search.others[i])
+                search.merits[i] = total + PENALTY * summed
+    cursor[_DONE] += 1
+    cursor[_ROUND] = 0
+    if cursor[_DONE] <= _STARTS:
+        i = int(np.argmin(search.merits))
+        copy(search.others[i], search.plan)
+        merit[1], search.merits[i] = search.merits[i], math.inf
+    return bool(cursor[_DONE] > _STARTS)
+
+
+@kernel
+def conclude(problem: Problem, search: Search, budget: int) -> Solution:
+    """The answer after what is left of `budget`; 0 ends the search where it stands."""
+    while not search_on(problem, search, budget):
+        pass
+    cursor, best = search.cursor, search.best.copy()
+    total, worst, _ = judge(problem, best)
+    status = CONVERGED if worst <= TOLERANCE else INFEASIBLE
+    if cursor[_SPENT] >= budget and cursor[_SHORT]:
+        status = ITERATION_LIMIT
+    if not cursor[_FITS]:
+        status = INPUT_LIMIT
+    return Solution(best, roll_out(problem, best), total, worst, cursor[_SPENT], status)
+
+
+@kernel
+def refine(problem: Problem, plan: FloatArray, merit: float, budget: int) -> tuple[int, float, bool]:
+    """Improve a projected plan (N, 2) of this `merit` in place, by one linearisation. Returns iterations spent, the new
+    merit, and whether another may pay."""
     n, free = len(plan), problem.control_horizon
     low, high = np.empty((free, 2)), np.empty((free, 2))
     for k in range(free):
@@ -114,36 +168,29 @@ def refine(problem: Problem, plan: FloatArray, rounds: int, budget: int) -> tupl
     turn, push, error = np.empty((n, 2)), np.empty((n, 2, 2)), np.empty((n, 3))
     stage, normal, lack = np.empty(room, np.int64), np.empty((room, 2)), np.empty(room)
     answer, trial = np.empty((free, 2)), np.empty((n, 2))
-    total, worst, summed = judge(problem, plan)
-    merit = total + PENALTY * summed
-    spent = 0
-    for _ in range(rounds):
-        if spent >= budget:
-            return spent, False
-        linearise(problem, plan, turn, push, error)
-        count = gather(problem, error, stage, normal, lack)
-        spent += minimise(
-            turn, push, problem.period, error, problem.heading_weight, problem.discount, problem.effort,
-            plan[:free], low, high, problem.smooth, problem.previous, stage, normal, lack, count,
-            PENALTY, _MU, _MU_END, min(_LIMIT, budget - spent), answer,
-        )  # fmt: skip
-        part, gain = 1.0, 0.0
-        for _ in range(4):
-            for k in range(n):
-                j = min(k, free - 1)
-                trial[k, 0] = plan[k, 0] + part * (answer[j, 0] - plan[k, 0])
-                trial[k, 1] = plan[k, 1] + part * (answer[j, 1] - plan[k, 1])
-            project(problem, trial)
-            total, worst, summed = judge(problem, trial)
-            gain = merit - (total + PENALTY * summed)
-            if gain > 0.0:
-                merit -= gain
-                copy(trial, plan)
-                break
-            part *= 0.35
-        if not gain > (_GAIN * total if worst <= TOLERANCE else _CLOSER * PENALTY * summed):
+    total, worst, summed = 0.0, 0.0, 0.0
+    linearise(problem, plan, turn, push, error)
+    count = gather(problem, error, stage, normal, lack)
+    spent = minimise(
+        turn, push, problem.period, error, problem.heading_weight, problem.discount, problem.effort,
+        plan[:free], low, high, problem.smooth, problem.previous, stage, normal, lack, count,
+        PENALTY, _MU, _MU_END, min(_LIMIT, budget), answer,
+    )  # fmt: skip
+    part, gain = 1.0, 0.0
+    for _ in range(4):
+        for k in range(n):
+            j = min(k, free - 1)
+            trial[k, 0] = plan[k, 0] + part * (answer[j, 0] - plan[k, 0])
+            trial[k, 1] = plan[k, 1] + part * (answer[j, 1] - plan[k, 1])
+        project(problem, trial)
+        total, worst, summed = judge(problem, trial)
+        gain = merit - (total + PENALTY * summed)
+        if gain > 0.0:
+            merit -= gain
+            copy(trial, plan)
             break
-    return spent, True
+        part *= 0.35
+    return spent, merit, gain > (_GAIN * total if worst <= TOLERANCE else _CLOSER * PENALTY * summed)
 
 
 @kernel

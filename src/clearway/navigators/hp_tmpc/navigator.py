@@ -28,7 +28,7 @@ from clearway.navigators.hp_tmpc.decision import (
     settle,
     sort_out,
 )
-from clearway.navigators.hp_tmpc.gauss_newton import BUDGET
+from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, begin, conclude, search_on
 from clearway.navigators.hp_tmpc.genetic import genetic
 from clearway.navigators.hp_tmpc.motion import spin
 from clearway.navigators.hp_tmpc.parameters import (
@@ -41,7 +41,7 @@ from clearway.navigators.hp_tmpc.parameters import (
     parameters_of,
 )
 from clearway.navigators.hp_tmpc.pattern_search import pattern_search
-from clearway.navigators.hp_tmpc.tracking import TOLERANCE, Problem, Solution, seeds
+from clearway.navigators.hp_tmpc.tracking import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
 from clearway.robots import Robot
 
 _Discs: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.NDArray[np.bool_]]
@@ -52,6 +52,7 @@ class HpTmpc:
     """Heuristic planner and robust tube-based MPC for a differential drive among discs that stand or move.
 
     One unit of `task.budget.iterations` is an interior-point iteration (`gauss-newton`) or a roll-out (the others).
+    `task.budget.seconds` ends the search between two linearisations or populations; planning is never cut short.
 
     Args:
         solver: `gauss-newton`, or one of the paper's own: `pattern-search`, `genetic`. planner: `heuristic` (the
@@ -98,12 +99,13 @@ class HpTmpc:
         self._rng, self._key = rng, np.uint64(stream(int(rng.integers(2**62)), NAVIGATOR))
         self._seconds = task.budget.seconds
         self._iterations = task.budget.iterations
-        self._bounded = self._iterations is not None or self._seconds is not None
         self._goal: Goal | None = None
         self._thought, self._turning = None, False
         self._planned: Reference | None = None
         self._discs: _Discs | None = None
         self.correction, self.spectral_radius = 0.0, 0.0
+        if self._seconds is not None:
+            self._load()
 
     def step(self, observation: Observation) -> Command:
         """Decide for one control period.
@@ -121,8 +123,8 @@ class HpTmpc:
         if self._at_goal(pose):
             return self._turn(turn_between(pose[2], goal[2]))
         discs = self._discs = _arrays(observation)
-        draw = self._rng.random()
-        if self._solver == "gauss-newton":
+        draw, self._stopped = self._rng.random(), False
+        if self._solver == "gauss-newton" and self._seconds is None:
             budget = BUDGET if self._iterations is None else self._iterations
             thought = decide(self._settings, self._memory, *discs, pose, goal, draw, budget)
         else:
@@ -131,7 +133,8 @@ class HpTmpc:
         if thought.planned:
             self._planned = thought.reference
         self.correction, self.spectral_radius = thought.correction, thought.radius
-        return Command(thought.v, thought.omega, status=STATUSES[thought.status], cut=thought.cut and self._bounded)
+        cut = self._stopped or (thought.cut and self._iterations is not None)
+        return Command(thought.v, thought.omega, status=STATUSES[thought.status], cut=cut)
 
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
@@ -151,26 +154,47 @@ class HpTmpc:
         tube = np.column_stack((thought.states[:, :2], self._settings.rho_rob + thought.tube[1:]))
         return Diagnostics(polylines, circles, tube, status=STATUSES[thought.status], iterations=thought.iterations)
 
+    def _load(self) -> None:
+        """Compile what decides, or load it: the first decision's clock shall not pay for that."""
+        memory, seconds = self._memory, self._seconds
+        self._seconds = math.inf if self._solver == "gauss-newton" else 0.0  # the others' first piece is always done
+        self._memory = fresh_memory(self._settings.horizon, len(memory.inputs))
+        near, still = np.array(((0.5, 0.0), (0.7, 0.3))), np.zeros((2, 2))
+        discs = near, still, np.full(2, 0.3), np.zeros(2), np.array((True, False))
+        self._decide_in_chunks(discs, np.zeros(3), np.array((1.0, 0.0, 0.0)), 0.0)
+        self._memory, self._seconds = memory, seconds
+
     def _decide_in_chunks(self, discs: _Discs, pose: FloatArray, goal: FloatArray, draw: float) -> Thought:
-        """A decision with a solver that may be stopped by the clock."""
+        """A decision that may be stopped by the clock; what it solves first is always posed."""
         settings, memory, began = self._settings, self._memory, time.perf_counter()
         deadline = math.inf if self._seconds is None else began + self._seconds
         still, movers = sort_out(*discs, settings.rho_rob, settings.w_dyn)
         left = self._iterations
         posed = pose_problem(settings, memory, still, movers, pose, goal, draw, False)
         solution = self._solve(posed.problem, posed.warm, left, deadline)
-        if solution.violation > TOLERANCE and not posed.planned:
+        late = self._seconds is not None and time.perf_counter() >= deadline
+        if solution.violation > TOLERANCE and not posed.planned and not late:
             left = None if left is None else max(left - solution.iterations, 0)
             posed = pose_problem(settings, memory, still, movers, pose, goal, draw, True)
             solution = self._solve(posed.problem, posed.warm, left, deadline)
         return settle(settings, memory, posed, solution)
 
     def _solve(self, problem: Problem, warm: FloatArray, budget: int | None, deadline: float) -> Solution:
+        if self._solver == "gauss-newton":
+            search, most = begin(problem, warm), BUDGET if budget is None else budget
+            ended = False
+            while not ended and time.perf_counter() < deadline:
+                ended = search_on(problem, search, most)
+            self._stopped = not ended
+            return conclude(problem, search, most if ended else 0)
         starts = np.concatenate((warm[None], seeds(problem)))
         if self._solver == "genetic":
             step = int(self._memory.clock[STEP])
-            return genetic(problem, starts, self._key, step, budget=budget, deadline=deadline)
-        return pattern_search(problem, starts, budget=budget, deadline=deadline)
+            solution = genetic(problem, starts, self._key, step, budget=budget, deadline=deadline)
+        else:
+            solution = pattern_search(problem, starts, budget=budget, deadline=deadline)
+        self._stopped = self._seconds is not None and solution.status == ITERATION_LIMIT
+        return solution
 
     def _at_goal(self, pose: FloatArray) -> bool:
         """Whether only the heading is left to be put right; it then stays so until the robot is pushed off."""
