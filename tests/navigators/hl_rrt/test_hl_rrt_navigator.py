@@ -216,7 +216,7 @@ def test_a_turn_on_the_spot_does_not_overshoot() -> None:
 
 def test_an_arc_that_would_touch_is_not_driven() -> None:
     path = np.array(((0.0, 0.0), (0.5, 0.0), (3.0, 0.0)))
-    beside = look(np.array(((0.1, 0.705, 0.7),)), 0.0, 0.0, 3.5, 0.5)  # free ahead, not for who still points left
+    beside = look(np.array(((0.05, 0.702, 0.7),)), 0.0, 0.0, 3.5, 0.5)  # free ahead, not for who still points left
     v, omega, clear = follow(path, np.array((0.0, 0.0, 0.5)), np.array((0.4, 0.0)), FAST, 0.075, beside)
     assert (v, clear) == (0.0, False)
     assert omega < 0.0
@@ -235,3 +235,12 @@ def test_arrived_only_well_within_the_tolerances_or_for_good() -> None:
         navigator.step(replace(look_at(barred, (0.83, 0.0, 0.0), goal), t=0.15 * k)).arrived for k in range(15)
     ]  # fmt: skip
     assert said == [False] * 14 + [True]
+
+
+def test_near_an_obstacle_it_goes_as_fast_as_it_can_stop() -> None:
+    path, velocity = np.array(((0.0, 0.0), (3.0, 0.0))), np.array((0.5, 0.0))
+    rim = {d: look(np.array(((d + 0.5, 0.0, 0.5),)), 0.0, 0.0, 3.5, 0.5) for d in (0.19, 0.14, 0.12)}
+    assert follow(path, np.zeros(3), velocity, SLOW, 0.05, rim[0.19]) == (0.5, 0.0, True)  # 0.05 + 0.125 m
+    assert follow(path, np.zeros(3), velocity, SLOW, 0.05, rim[0.14]) == (pytest.approx(0.4), 0.0, True)  # 0.045 + 0.08
+    assert follow(path, np.zeros(3), velocity, SLOW, 0.05, rim[0.12]) == (pytest.approx(0.4), 0.0, False)
+    assert follow(path, np.zeros(3), velocity, FAST, 0.05, rim[0.12]) == (0.5, 0.0, True)  # stops at once

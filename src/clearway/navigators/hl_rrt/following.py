@@ -12,7 +12,10 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hl_rrt.checking import FREE, Scene, edge
 
 _PARTS = 4
-"""Chords by which the arc of a control period is checked."""
+"""Chords by which the arc of a control period is checked, and that of braking."""
+
+_SLOWER = 3
+"""Speeds that are tried, each half the one before: near an obstacle the robot goes as fast as it can stop."""
 
 AHEAD = 1.0
 """How far along the path the robot aims, s at its speed."""
@@ -39,7 +42,7 @@ def follow(
     It drives the arc to the point that lies `AHEAD` further along the path, or less where that is not in free sight
     (pure pursuit: Coulter 1992); where that point lies more than 45 degrees off, or the arc meets an obstacle where it is
     now, it turns to the first point that is farther than `near` [m], on the spot if need be; and it slows down for
-    the path's end. If the arc of this period meets an obstacle all the same, it only turns.
+    the path's end. If no arc is clear, it only turns. An arc counts with the way on which the robot can stop after it.
 
     Returns:
         v [m/s], omega [rad/s], both within the drive's rate limits from `velocity` (2,); whether the way was clear.
@@ -55,19 +58,21 @@ def follow(
 
     error, away = _aim(path, k, pose, AHEAD * body.speed, scene)
     if abs(error) < 0.25 * math.pi:
-        v, mean_v = _drive(fastest, error, velocity[0], body)
-        wanted = min(max(2.0 * mean_v * math.sin(error) / max(away, near), -body.omega_max), body.omega_max)
-        omega, mean_omega = ramp(
-            velocity[1], wanted, body.angular_acceleration, body.angular_deceleration, body.period
-        )  # fmt: skip
-        if _clear(x, y, theta, mean_v, mean_omega, body.period, scene):
-            return v, omega, True
+        for half in range(_SLOWER):
+            v, mean_v = _drive(fastest * 0.5**half, error, velocity[0], body)
+            wanted = min(max(2.0 * mean_v * math.sin(error) / max(away, near), -body.omega_max), body.omega_max)
+            omega, mean_omega = ramp(
+                velocity[1], wanted, body.angular_acceleration, body.angular_deceleration, body.period
+            )  # fmt: skip
+            if _clear(x, y, theta, v, mean_v, mean_omega, body, scene):
+                return v, omega, True
 
     error = turn_between(theta, math.atan2(path[k, 1] - y, path[k, 0] - x))
-    v, mean_v = _drive(fastest, error, velocity[0], body)
     omega, mean_omega = _turn(error, velocity[1], body)
-    if _clear(x, y, theta, mean_v, mean_omega, body.period, scene):
-        return v, omega, True
+    for half in range(_SLOWER):
+        v, mean_v = _drive(fastest * 0.5**half, error, velocity[0], body)
+        if _clear(x, y, theta, v, mean_v, mean_omega, body, scene):
+            return v, omega, True
     v, mean_v = ramp(velocity[0], 0.0, body.acceleration, body.deceleration, body.period)
     return v, omega, False
 
@@ -124,10 +129,17 @@ def _turn(error: float, omega: float, body: Body) -> tuple[float, float]:
 
 
 @kernel
-def _clear(x: float, y: float, theta: float, v: float, omega: float, period: float, scene: Scene) -> bool:
-    for _ in range(_PARTS):
+def _clear(
+    x: float, y: float, theta: float, v: float, mean_v: float, mean_omega: float, body: Body, scene: Scene
+) -> bool:  # fmt: skip
+    """Whether the arc of a period, with its mean velocities, and that of braking from `v` [m/s] meet no obstacle."""
+    last = 0.0 if math.isinf(body.deceleration) else v / body.deceleration
+    for part in range(2 * _PARTS if last > 0.0 else _PARTS):
         ax, ay = x, y
-        x, y, theta = arc(x, y, theta, v, omega, period / _PARTS)
+        if part < _PARTS:
+            x, y, theta = arc(x, y, theta, mean_v, mean_omega, body.period / _PARTS)
+        else:
+            x, y, theta = arc(x, y, theta, 0.5 * v, 0.5 * mean_omega, last / _PARTS)
         if edge(scene, ax, ay, x, y) != FREE:
             return False
     return True

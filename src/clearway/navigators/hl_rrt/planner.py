@@ -133,7 +133,8 @@ class Planner:
                     mark, last = best.value, iterations
                 elif iterations - last >= p.patience:
                     break
-            count = min(p.chunk, most - iterations)
+            chunk = p.chunk if leaf != NONE else max(p.chunk, iterations // 4)  # a look is dear where there is no way
+            count = min(chunk, most - iterations)
             cut = most < p.cap and count == 0
             cut |= budget.seconds is not None and time.perf_counter() - began >= budget.seconds
             if cut or count == 0:
