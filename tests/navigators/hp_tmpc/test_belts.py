@@ -40,7 +40,7 @@ def test_predictions() -> None:
 
 
 def test_reference_speed_is_at_least_half_of_the_fastest() -> None:
-    assert [reference_speed(a, b) for a, b in ((0.0, 1.0), (-1.0, 1.0), (0.2, 1.0))] == [0.5, 0.5, 0.6]
+    assert [reference_speed(a, b, 0.5) for a, b in ((0.0, 1.0), (-1.0, 1.0), (0.2, 1.0))] == [0.5, 0.5, 0.6]
 
 
 def test_points_are_equidistant_in_time_on_a_straight_way() -> None:

@@ -174,6 +174,7 @@ def _with_belts(static: FloatArray, predicted: FloatArray, risky: Any, belts: in
 
 
 @kernel
-def reference_speed(v_min: float, v_max: float) -> float:
-    """v_ref [m/s]: the larger of v_max / 2 and the midpoint (v_min + v_max) / 2 of the robot's range of speeds."""
-    return max(0.5 * v_max, 0.5 * (v_min + v_max))
+def reference_speed(v_min: float, v_max: float, share: float) -> float:
+    """v_ref [m/s]: the larger of `share` * v_max and the midpoint (v_min + v_max) / 2 of the robot's range of speeds.
+    The paper's share is one half."""
+    return max(share * v_max, 0.5 * (v_min + v_max))

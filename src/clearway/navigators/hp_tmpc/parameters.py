@@ -57,6 +57,7 @@ class Parameters(BaseModel):
     pole_heading: Pole = Field(description="the same for the heading's error")
     gain_limit: Positive = Field(description="largest correction of omega per error to the left, rad/s/m")
 
+    reference_share: float = Field(gt=0, le=1, description="v_ref as a share of v_max; paper B: one half")
     turn_beyond: Positive = Field(description="deviation of the heading from the path: beyond, turn on the spot, rad")
     turn_share: float = Field(gt=0, le=1, description="speed of that turn as a share of the largest yaw rate")
 
