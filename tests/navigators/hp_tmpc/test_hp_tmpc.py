@@ -9,6 +9,7 @@ import pytest
 
 from clearway.contract import Budget, Goal, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
+from clearway.geometry.angles import turn_between
 from clearway.geometry.motion import step_arc
 from clearway.navigators.hp_tmpc import HpTmpc
 from clearway.navigators.hp_tmpc.parameters import parameters_of
@@ -298,6 +299,38 @@ def test_turns_to_the_goals_heading_once_there():
     assert abs(pose[2] - 2.0) < 0.1
     assert math.hypot(pose[0] - 0.05, pose[1]) < 0.2
     assert abs(command.omega) < 0.1
+
+
+def test_says_that_it_has_arrived_well_within_the_tolerances_only():
+    robot = load_robot("tiago")
+    navigator = HpTmpc()
+    navigator.reset(task(robot, 0.6), robot, np.random.default_rng(0))
+    pose, velocity, goal = np.zeros(3), np.zeros(2), Goal(np.array((1.0, 0.0, 2.0)), 0.2, 0.2)
+    for k in range(200):
+        command = navigator.step(Observation(k * 0.1, pose.copy(), velocity, pose, goal, obstacles=discs()))
+        away, off = math.hypot(pose[0] - 1.0, pose[1]), abs(turn_between(pose[2], 2.0))
+        assert command.arrived == (away <= 0.14 and off <= 0.14)
+        if command.arrived:
+            break
+        pose, velocity = step_arc(pose, command.v, command.omega, robot.period), np.array((command.v, command.omega))
+    assert command.arrived
+
+
+@pytest.mark.parametrize("yaw_tolerance", [0.2, math.pi, math.inf])
+def test_takes_the_goals_own_tolerances_where_it_comes_no_nearer(yaw_tolerance):
+    """A goal that is covered up to 0.18 m from it: the robot can't come nearer than that."""
+    robot = load_robot("tiago")
+    navigator = HpTmpc()
+    navigator.reset(task(robot, 0.6), robot, np.random.default_rng(0))
+    seen = discs((1.46, 0.0, 0.25))
+    pose, velocity, goal = np.array((0.2, 0.0, 0.0)), np.zeros(2), Goal(np.array((1.0, 0.0, 0.0)), 0.2, yaw_tolerance)
+    for k in range(300):
+        command = navigator.step(Observation(k * 0.1, pose.copy(), velocity, pose, goal, obstacles=seen))
+        if command.arrived:
+            break
+        pose, velocity = step_arc(pose, command.v, command.omega, robot.period), np.array((command.v, command.omega))
+    assert command.arrived
+    assert 0.14 < math.hypot(pose[0] - 1.0, pose[1]) <= 0.2
 
 
 def test_diagnostics_show_plan_horizon_tube_and_belts():

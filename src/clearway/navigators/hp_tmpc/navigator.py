@@ -48,6 +48,14 @@ _Discs: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.ND
 """Position, velocity (n, 2), radius, error, moving (n,) of the obstacles."""
 
 
+ARRIVAL, BEGIN = 0.7, 0.6
+"""Shares of the goal's tolerances: it says that it has arrived within the first, and turns to the goal's heading once
+it is within the second of the goal's place. The estimate errs: at the edge the true pose is often outside."""
+
+PATIENCE, CLOSER = 2.0, 0.01
+"""Within the tolerance it tries to come nearer until it hasn't by 1 cm (or rad / 100) for 2 s in all; then that counts."""
+
+
 class HpTmpc:
     """Heuristic planner and robust tube-based MPC for a differential drive among discs that stand or move.
 
@@ -117,11 +125,12 @@ class HpTmpc:
         if observation.goal is not self._goal:
             first, self._goal = self._goal is None, observation.goal
             self._memory.clock[AGE] = -1
-            self._turning = False
+            self._turning, self._nearest, self._idle = False, np.full(2, math.inf), 0.0
             if first:
                 self._memory.input[:] = np.nan_to_num(observation.velocity, posinf=0.0, neginf=0.0)
-        if self._at_goal(pose):
-            return self._turn(turn_between(pose[2], goal[2]))
+        arrived = self._judge(pose)
+        if self._turning:
+            return self._turn(turn_between(pose[2], goal[2]), arrived)
         discs = self._discs = _arrays(observation)
         draw, self._stopped = self._rng.random(), False
         if self._solver == "gauss-newton" and self._seconds is None:
@@ -134,7 +143,7 @@ class HpTmpc:
             self._planned = thought.reference
         self.correction, self.spectral_radius = thought.correction, thought.radius
         cut = self._stopped or (thought.cut and self._iterations is not None)
-        return Command(thought.v, thought.omega, status=STATUSES[thought.status], cut=cut)
+        return Command(thought.v, thought.omega, arrived, status=STATUSES[thought.status], cut=cut)
 
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
@@ -196,17 +205,25 @@ class HpTmpc:
         self._stopped = self._seconds is not None and solution.status == ITERATION_LIMIT
         return solution
 
-    def _at_goal(self, pose: FloatArray) -> bool:
-        """Whether only the heading is left to be put right; it then stays so until the robot is pushed off."""
+    def _judge(self, pose: FloatArray) -> bool:
+        """Whether it has arrived; sets `_turning`: whether only the heading is left, until the robot is pushed off."""
         goal = self._goal
         assert goal is not None
-        away = math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1])
         heading_counts = goal.yaw_tolerance < math.pi
-        self._turning = heading_counts and away <= goal.xy_tolerance * (1.0 if self._turning else 0.8)
-        return self._turning
+        off = abs(turn_between(pose[2], goal.pose[2])) if heading_counts else 0.0
+        now = np.array((math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1]), off))
+        if now[0] <= goal.xy_tolerance:
+            which = int(self._turning)
+            if now[which] < self._nearest[which] - CLOSER:
+                self._nearest[which], self._idle = now[which], 0.0
+            else:
+                self._idle += self._settings.period
+        arrival, begin = (ARRIVAL, BEGIN) if self._idle < PATIENCE else (1.0, 1.0)
+        self._turning = heading_counts and now[0] <= goal.xy_tolerance * (arrival if self._turning else begin)
+        return bool(now[0] <= arrival * goal.xy_tolerance and off <= arrival * goal.yaw_tolerance)
 
-    def _turn(self, error: float) -> Command:
-        """Stop, and turn by `error` [rad] on the spot; the goal checker of the run ends it."""
+    def _turn(self, error: float, arrived: bool) -> Command:
+        """Stop, and turn by `error` [rad] on the spot."""
         settings, memory = self._settings, self._memory
         c, faster, slower = settings.period, settings.rates[2], settings.rates[3]
         v = memory.input[0]
@@ -216,7 +233,7 @@ class HpTmpc:
         memory.clock[AGE] = -1
         memory.plan[:] = 0.0
         self._thought = None
-        return Command(float(v), float(rate), status="turning")
+        return Command(float(v), float(rate), arrived, status="turning")
 
 
 def _arrays(observation: Observation) -> _Discs:
