@@ -58,14 +58,14 @@ def lengths(count: int, scenes: int) -> dict[str, float]:
     for _ in range(scenes):
         start, goal, discs = scene(rng, count, stand_ins("task")["size"])
         draw = rng.uniform()
-        greedy = plan_path(start, goal, discs, ANYWHERE, ALL_SEEN, draw, False)
+        greedy = plan_path(start, goal, discs, ANYWHERE, ALL_SEEN, draw, False, 0.0)
         if greedy.status & (NO_PATH | UNREACHABLE):
             shut += 1
         elif greedy.side == 0:
             straight += 1
         else:
             fallback += bool(greedy.status & FALLBACK)
-            ratios.append(greedy.length / plan_path(start, goal, discs, ANYWHERE, ALL_SEEN, draw, True).length)
+            ratios.append(greedy.length / plan_path(start, goal, discs, ANYWHERE, ALL_SEEN, draw, True, 0.0).length)
     over = 100 * (np.array(ratios) - 1)
     return {
         "obstacles": count, "paths": len(over), "straight": straight, "shut off": shut, "fallback": fallback,
@@ -91,8 +91,8 @@ def times(count: int, scenes: int, repeats: int) -> dict[str, float]:
     for _ in range(scenes):
         start, goal, discs = scene(rng, count, size)
         for mode, taken in ((False, greedy), (True, exact)):
-            taken.append(least(partial(plan_path, start, goal, discs, ANYWHERE, ALL_SEEN, 0.3, mode), repeats))
-        limited += bool(plan_path(start, goal, discs, ANYWHERE, ALL_SEEN, 0.3, True).status & LIMITED)
+            taken.append(least(partial(plan_path, start, goal, discs, ANYWHERE, ALL_SEEN, 0.3, mode, 0.0), repeats))
+        limited += bool(plan_path(start, goal, discs, ANYWHERE, ALL_SEEN, 0.3, True, 0.0).status & LIMITED)
     return {
         "discs": count, "greedy": float(np.median(greedy)), "greedy p99": float(np.percentile(greedy, 99)),
         "exact": float(np.median(exact)), "exact p99": float(np.percentile(exact, 99)), "limited": limited,
@@ -120,9 +120,11 @@ def belts(scenes: int, repeats: int) -> dict[str, float]:
         moving = rng.uniform(-seen, seen, (8, 2))
         predicted = predict(moving, rng.uniform(-1, 1, (8, 2)), np.full(8, radius), np.tile(margin, (8, 1)), c)
         for mode in (False, True):
-            arguments = (pose, goal, static, predicted, ANYWHERE, seen, speed, c, n, 0.3, mode)
+            arguments = (pose, goal, static, predicted, ANYWHERE, seen, speed, c, n, 0.3, mode, 0.0)
             taken[mode].append(least(partial(plan_reference, *arguments), repeats))
-        rounds.append(plan_reference(pose, goal, static, predicted, ANYWHERE, seen, speed, c, n, 0.3, False).rounds)
+        rounds.append(
+            plan_reference(pose, goal, static, predicted, ANYWHERE, seen, speed, c, n, 0.3, False, 0.0).rounds
+        )
     return {
         "greedy": float(np.median(taken[False])), "greedy p99": float(np.percentile(taken[False], 99)),
         "exact": float(np.median(taken[True])), "exact p99": float(np.percentile(taken[True], 99)),

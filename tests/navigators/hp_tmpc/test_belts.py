@@ -23,7 +23,7 @@ def reference(
     static: np.ndarray, predicted: np.ndarray, *, pose: np.ndarray = POSE, goal: np.ndarray = GOAL,
     perception: float = 4.0, speed: float = V, count: int = 5, exact: bool = False,
 ) -> Reference:  # fmt: skip
-    return plan_reference(pose, goal, static, predicted, FREE, perception, speed, C, count, 0.25, exact)
+    return plan_reference(pose, goal, static, predicted, FREE, perception, speed, C, count, 0.25, exact, 0.0)
 
 
 def crossing(steps: int = 5) -> np.ndarray:

@@ -12,6 +12,8 @@ from clearway.errors import ClearwayError
 from clearway.geometry.angles import turn_between
 from clearway.geometry.motion import step_arc
 from clearway.navigators.hp_tmpc import HpTmpc
+from clearway.navigators.hp_tmpc.decision import obstacle_rows
+from clearway.navigators.hp_tmpc.navigator import _settings
 from clearway.navigators.hp_tmpc.parameters import parameters_of
 from clearway.robots import load_robot
 
@@ -168,6 +170,18 @@ def test_the_literal_circle_never_lets_the_robot_come_near_its_goal():
 def test_literal_3k_gives_the_reference_inputs_when_nothing_disturbs():
     commands, _, _ = drive(HpTmpc(literal=("3k",)), discs(), (3.0, 0.0, 0.0), 6)
     assert [c.v for c in commands] == pytest.approx([0.5] * 6, abs=1e-9)
+
+
+def test_what_is_known_of_a_movers_error_counts_once():
+    """(5) starts at the error of the position: a second's doubt of 0.3 m doesn't grow by 0.3 m every period."""
+    p = parameters_of()
+    settings = _settings(p, task(), ROBOT, frozenset(), False)
+    rows, counts = obstacle_rows(
+        settings, np.zeros((0, 3)), np.array([[1.0, 0.0, 0.0, 0.0, 0.6, 0.3]]), np.zeros(3), np.zeros(6)
+    )
+    step = 0.9 * 0.3 + p.w_dyn  # of w_1, xi_dyn = 0.1
+    assert counts[0] == 2  # at steps 1 and 2
+    assert rows[0, :2, 2] == pytest.approx([0.65 + step, 0.65 + 0.9 * step + p.w_dyn])
 
 
 # bad input

@@ -29,9 +29,9 @@ scenes = st.lists(disc, min_size=1, max_size=14).map(np.array)
 
 def plan(
     discs: np.ndarray, *, start: np.ndarray = START, target: np.ndarray = TARGET, area: np.ndarray = FREE,
-    zone: np.ndarray = EVERYWHERE, draw: float = 0.25, exact: bool = False,
+    zone: np.ndarray = EVERYWHERE, draw: float = 0.25, exact: bool = False, keep: float = 0.0,
 ) -> Path:  # fmt: skip
-    return planner.plan_path(start, target, discs, area, zone, draw, exact)
+    return planner.plan_path(start, target, discs, area, zone, draw, exact, keep)
 
 
 def deepest(pieces: np.ndarray, discs: np.ndarray) -> float:
@@ -297,3 +297,13 @@ def test_nothing_is_entered_between_the_pieces() -> None:
                 smaller = discs - [0, 0, 1e-8]
                 hit, _ = first_on_segment(x0, y0, (x1 - x0) / length, (y1 - y0) / length, length, smaller, NONE, NONE)
                 assert hit < 0
+
+
+def test_a_side_is_kept_unless_the_other_is_clearly_shorter():
+    """One disc across the line, its centre a little to the left: the right side is shorter, by less than 5 %."""
+    discs = np.array([[5.0, 0.1, 1.0]])
+    assert plan(discs).side == -1
+    assert plan(discs, keep=0.05).side == 1
+    assert plan(discs, keep=-0.05).side == -1
+    assert plan(np.array([[5.0, -0.1, 1.0]]), keep=-0.05).side == -1
+    assert plan(np.array([[5.0, 0.95, 2.5]]), keep=0.05).side == -1

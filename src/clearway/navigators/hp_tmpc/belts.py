@@ -81,6 +81,7 @@ def plan_reference(
     count: int,
     draw: float,
     exact: bool,
+    keep: float,
 ) -> Reference:
     """The reference towards `goal` that avoids static discs, and moving ones over their predicted window (steps 1-5).
 
@@ -91,6 +92,7 @@ def plan_reference(
         perception: radius of the perception field, m (inf: no temporary targets).
         speed: v_ref, m/s (see `reference_speed`), > 0. period: c, s. count: how many steps to give, >= 1 (may exceed N).
         draw: uniform in [0, 1), decides ties. exact: the tangent graph instead of the greedy rule.
+        keep: see `plan_path`; the side of the plan before, so that a layout that is nearly symmetric is not dithered at.
     """
     zone = np.array([pose[0], pose[1], perception])
     target, temporary = _target(pose, goal, perception)
@@ -101,7 +103,7 @@ def plan_reference(
         stations[k] = k * speed * period
     discs, belts, rounds = static, 0, 0
     while True:
-        path = plan_path(pose, target, discs, area, zone, draw, exact)  # steps 1 and 3
+        path = plan_path(pose, target, discs, area, zone, draw, exact, keep)  # steps 1 and 3
         points = sample(path.pieces, stations, pose)
         rounds += 1
         more = _risks(points, predicted, risky)  # step 4

@@ -45,9 +45,9 @@ budget ended the search; box and rate limit of the inputs exclude each other; br
 search found; kept, but the planner found no path."""
 TRACKING, INFEASIBLE, LIMIT, INPUTS, BRAKING, PATHLESS = range(6)
 
-STEP, AGE, CORNERS, FLAGS = 0, 1, 2, 3
+STEP, AGE, CORNERS, FLAGS, SIDE = 0, 1, 2, 3, 4
 """Entries of `Memory.clock`: decisions so far, periods since the plan was made (-1: there is none), rows of `path`,
-status of the plan (flags of `planner`)."""
+status of the plan (flags of `planner`), side of it (see `Reference`; 0: none)."""
 
 MAX_CORNERS = 512
 
@@ -59,7 +59,8 @@ class Settings(NamedTuple):
         area: (4,) of (3c). low, high: (2,) of (3d). rates: (4,) bounds on growth and decline of |v| and |omega|, which
         may be infinite. poles: (3,) of the ancillary gain. speed: v_ref. align: deviation of the heading from the path
         beyond which the robot turns on the spot first, and turn: how fast. model, discount, circle, feedback: whether
-        (1), (2), (3f), (3k) are read literally. exact: the planner's mode. window: periods that the planner predicts.
+        (1), (2), (3f), (3k) are read literally. exact: the planner's mode. keep: share by
+        which the other side must be shorter to be changed to. window: periods that the planner predicts.
     """
 
     period: float
@@ -93,6 +94,7 @@ class Settings(NamedTuple):
     circle: bool
     feedback: bool
     exact: bool
+    keep: float
 
 
 class Memory(NamedTuple):
@@ -100,7 +102,7 @@ class Memory(NamedTuple):
 
     Attributes:
         points: (count + 1, 3), inputs: (count, 2) the reference as planned. nominal: (3,) x_bar now. plan: (N, 2) last
-        decided u_bar. input: (2,) last command. path: (MAX_CORNERS, 2) the planned path. clock: see STEP, AGE, CORNERS, FLAGS.
+        decided u_bar. input: (2,) last command. path: (MAX_CORNERS, 2) the planned path. clock: see STEP, AGE, CORNERS, FLAGS, SIDE.
     """
 
     points: FloatArray
@@ -153,7 +155,7 @@ class Thought(NamedTuple):
 
 def fresh_memory(horizon: int, count: int) -> Memory:
     """Of a robot that has decided nothing yet."""
-    clock = np.zeros(4, np.int64)
+    clock = np.zeros(5, np.int64)
     clock[AGE] = -1
     return Memory(
         np.zeros((count + 1, 3)), np.zeros((count, 2)), np.zeros(3), np.zeros((horizon, 2)), np.zeros(2),
@@ -169,12 +171,11 @@ def sort_out(
     error: FloatArray,
     moving: BoolArray,
     rho_rob: float,
-    w_dyn: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Obstacles that stand (n, 3): x, y, distance of contact; and that move (m, 6): x, y, v_x, v_y, that, error bound.
 
     What has no finite position or radius is left out; an unknown velocity counts as zero; the error of one that stands
-    is added to its distance of contact, as eq. 5 is for those that move.
+    is added to its distance of contact; for those that move it is where eq. 5 starts.
     """
     still, movers = np.empty((len(radius), 3)), np.empty((len(radius), 6))
     n = m = 0
@@ -184,7 +185,7 @@ def sort_out(
         contact, doubt = rho_rob + max(radius[i], 0.0), error[i] if math.isfinite(error[i]) else 0.0
         if moving[i]:
             movers[m, 0], movers[m, 1], movers[m, 4], movers[m, 5] = (
-                position[i, 0], position[i, 1], contact, max(w_dyn, doubt),
+                position[i, 0], position[i, 1], contact, doubt,
             )  # fmt: skip
             for j in range(2):
                 movers[m, 2 + j] = velocity[i, j] if math.isfinite(velocity[i, j]) else 0.0
@@ -212,11 +213,11 @@ def plan(
     discs[:, 2] += settings.safe_margin + tube[min(n, settings.horizon)]
     margin = np.empty((m, n + 1))
     for i in range(m):
-        margin[i] = settings.safe_margin + tube + tightening(movers[i, 5], settings.xi_dyn, n, 0.0)
+        margin[i] = settings.safe_margin + tube + tightening(settings.w_dyn, settings.xi_dyn, n, movers[i, 5])
     predicted = predict(movers[:, :2].copy(), movers[:, 2:4].copy(), movers[:, 4].copy(), margin, settings.period)
     reference = plan_reference(
         pose, goal, discs, predicted, settings.area, settings.perception, settings.speed, settings.period,
-        len(memory.inputs), draw, settings.exact,
+        len(memory.inputs), draw, settings.exact, settings.keep * memory.clock[SIDE],
     )  # fmt: skip
     memory.points[:] = reference.points
     memory.inputs[:] = reference.inputs
@@ -227,6 +228,7 @@ def plan(
     memory.clock[CORNERS] = corners
     memory.clock[AGE] = 0
     memory.clock[FLAGS] = reference.status
+    memory.clock[SIDE] = reference.side
     return reference
 
 
@@ -316,7 +318,7 @@ def obstacle_rows(
     fastest = max(settings.high[0], -settings.low[0]) * c
     doubts = np.empty((len(movers), n + 1))
     for i in range(len(movers)):
-        doubts[i] = tightening(movers[i, 5], settings.xi_dyn, n, 0.0)
+        doubts[i] = tightening(settings.w_dyn, settings.xi_dyn, n, movers[i, 5])
     counts = np.zeros(n, np.int64)
     rows = np.empty((n, 0, 3))
     for filling in range(2):
@@ -403,7 +405,7 @@ def decide(
         position, velocity (n, 2), radius, error (n,), moving (n,) bool: obstacles as perceived. pose, goal: (3,).
         draw: uniform in [0, 1), decides the planner's ties. budget: interior-point iterations.
     """
-    still, movers = sort_out(position, velocity, radius, error, moving, settings.rho_rob, settings.w_dyn)
+    still, movers = sort_out(position, velocity, radius, error, moving, settings.rho_rob)
     posed = pose_problem(settings, memory, still, movers, pose, goal, draw, False)
     solution = solve_gauss_newton(posed.problem, posed.warm, budget)
     if solution.violation > TOLERANCE and not posed.planned:

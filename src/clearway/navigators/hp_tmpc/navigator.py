@@ -177,7 +177,7 @@ class HpTmpc:
         """A decision that may be stopped by the clock; what it solves first is always posed."""
         settings, memory, began = self._settings, self._memory, time.perf_counter()
         deadline = math.inf if self._seconds is None else began + self._seconds
-        still, movers = sort_out(*discs, settings.rho_rob, settings.w_dyn)
+        still, movers = sort_out(*discs, settings.rho_rob)
         left = self._iterations
         posed = pose_problem(settings, memory, still, movers, pose, goal, draw, False)
         solution = self._solve(posed.problem, posed.warm, left, deadline)
@@ -257,7 +257,7 @@ def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], 
     drive = robot.drive
     top = min(drive.v_max, task.speed_limit)
     low = max(drive.v_min, -task.speed_limit)
-    sees = robot.camera.range if robot.camera else robot.lidar.range_max if robot.lidar else math.inf
+    sees = robot.camera.range if robot.camera else min(robot.lidar.range_max, p.scan_range) if robot.lidar else math.inf
     return Settings(
         period=task.period,
         horizon=p.prediction_horizon,
@@ -292,4 +292,5 @@ def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], 
         circle="3f" in literal,
         feedback="3k" in literal,
         exact=exact,
+        keep=p.side_share,
     )

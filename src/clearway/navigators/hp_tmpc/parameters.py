@@ -57,6 +57,8 @@ class Parameters(BaseModel):
     pole_heading: Pole = Field(description="the same for the heading's error")
     gain_limit: Positive = Field(description="largest correction of omega per error to the left, rad/s/m")
 
+    scan_range: Positive = Field(description="perception radius of a robot with a lidar is at most this, m")
+    side_share: float = Field(ge=0, lt=1, description="share by which the other side must be shorter to change to it")
     reference_share: float = Field(gt=0, le=1, description="v_ref as a share of v_max; paper B: one half")
     turn_beyond: Positive = Field(description="deviation of the heading from the path: beyond, turn on the spot, rad")
     turn_share: float = Field(gt=0, le=1, description="speed of that turn as a share of the largest yaw rate")

@@ -67,6 +67,7 @@ def plan_path(
     zone: FloatArray,
     draw: float,
     exact: bool,
+    keep: float,
 ) -> Path:
     """The shorter of the greedy paths on both sides of the straight line, clear of all discs (within 1e-9 m).
 
@@ -77,6 +78,7 @@ def plan_path(
             that leaves it is cut there; infinite radius: none.
         draw: in [0, 1): decides between paths of the same length (left below one half).
         exact: the tangent visibility graph instead of the greedy rule.
+        keep: in (-1, 1), the share by which the right side (< 0: the left) has to be shorter to be preferred.
     """
     status = 0
     sx, sy, tx, ty = start[0], start[1], target[0], target[1]
@@ -96,7 +98,7 @@ def plan_path(
     labels, stack = np.full(len(discs), -1, np.int64), np.empty(len(discs), np.int64)
     pieces, other, side = nowhere, nowhere, 0
     for thorough in (False, True):
-        more, pieces, other, side = _between(sx, sy, tx, ty, discs, area, draw, exact, thorough, labels, stack)
+        more, pieces, other, side = _between(sx, sy, tx, ty, discs, area, draw, exact, keep, thorough, labels, stack)
         if more & NO_PATH and not thorough:
             where, bx, by = shut_off(sx, sy, tx, ty, target[0], target[1], discs, area, zone)
             if where == SHUT_OFF:
@@ -119,7 +121,7 @@ def plan_path(
 
 @kernel
 def _between(
-    sx: float, sy: float, tx: float, ty: float, discs: FloatArray, area: FloatArray, draw: float, exact: bool,
+    sx: float, sy: float, tx: float, ty: float, discs: FloatArray, area: FloatArray, draw: float, exact: bool, keep: float,
     thorough: bool, labels: Labels, stack: Labels,
 ) -> tuple[int, FloatArray, FloatArray, int]:  # fmt: skip
     """(flags, pieces, pieces of the other side, side) between two free points.
@@ -144,6 +146,10 @@ def _between(
             right, right_length, right_inside = path, length, inside
     best, other, length, side = left, right, left_length, 1
     to_left = draw < 0.5 if abs(left_length - right_length) <= 1e-9 else left_length < right_length
+    if keep > 0.0:
+        to_left = left_length * (1.0 - keep) <= right_length
+    elif keep < 0.0:
+        to_left = left_length < right_length * (1.0 + keep)
     if left_inside != right_inside:
         to_left = left_inside
     if not to_left:
