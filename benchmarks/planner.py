@@ -102,7 +102,8 @@ def times(count: int, scenes: int, repeats: int) -> dict[str, float]:
 def belts(scenes: int, repeats: int) -> dict[str, float]:
     """One whole plan: 8 standing and 8 moving obstacles, N^P and the tube's sums as they ship."""
     rng = np.random.default_rng(0)
-    own, robot = stand_ins("hp-tmpc"), stand_ins("robot")
+    robot = stand_ins("robot")
+    own = stand_ins("hp-tmpc") | robot["navigators"]["hp-tmpc"]
     n, c, radius, seen = own["prediction_horizon"], robot["period"], inflated(), robot["camera"]["range"]
     margin = tightening(own["w_rob"], own["xi_rob"], n, 0.0) + tightening(own["w_dyn"], own["xi_dyn"], n, 0.0)
     speed = reference_speed(robot["drive"]["v_min"], robot["drive"]["v_max"], 0.5)

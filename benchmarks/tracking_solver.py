@@ -50,7 +50,7 @@ class Instance:
 def record(horizon: int, scenes: int = 2, steps: int = 150, control_horizon: int | None = None) -> list[Instance]:
     """The instances of `scenes` random scenes, `steps` periods each; the same every time."""
     robot, obstacles, task = stand_ins("robot"), stand_ins("obstacles"), stand_ins("task")
-    own = stand_ins("hp-tmpc")
+    own = stand_ins("hp-tmpc") | robot["navigators"]["hp-tmpc"]
     c, rho = robot["period"], robot["footprint"]["radius"] + obstacles["radius"] + own["safe_margin"]
     v_max, omega_max = robot["drive"]["v_max"], robot["drive"]["omega_max"]
     w_rob = np.array([own["w_rob"] * sum((1 - own["xi_rob"]) ** i for i in range(k + 1)) for k in range(horizon)])

@@ -76,6 +76,7 @@ class Parameters(BaseModel):
 def parameters_of(robot: Robot | None = None, **chosen: Any) -> Parameters:
     """The stand-ins, overridden by the robot's file, overridden by what is `chosen` and not None.
 
+    The stand-ins are for any robot; those of paper B's own, such as N^P = 5, stand in that robot's table.
     Where only the stand-ins give the control horizon or the planner's window, they are the prediction horizon.
 
     Raises:
