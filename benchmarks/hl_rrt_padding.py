@@ -46,7 +46,10 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=30, help="scenarios of each suite")
     parser.add_argument("--padding", type=float, nargs="+", default=PADDINGS, help="m")
     parser.add_argument("--speed", type=float, nargs="+", default=(0.5,), help="m/s")
+    parser.add_argument("--smoke", action="store_true")
     options = parser.parse_args()
+    if options.smoke:
+        options.count, options.padding = 1, (0.05,)
     robot, seeds = load_robot("rescue"), (SEED, SEED + options.count)
     drawn = {s: load_suite(s).build(robot, Selection(seeds=seeds), 0) for s in SUITES}
     with Parallel(n_jobs=options.workers) as pool:
