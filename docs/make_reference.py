@@ -18,7 +18,7 @@ from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema,
 
 LABELS = {
     "trial": "number, from 0; the key of every other file",
-    "id": "suite/scenario/robot/navigator",
+    "id": "suite/scenario/robot/navigator, and the set-up if there are any",
     "scenario": "unique in its suite",
     "batch": "NO, SO, MO, CE in the hospital protocol; what the report groups by",
     "configuration": "the same test at other speeds has the same configuration",
@@ -34,6 +34,10 @@ LABELS = {
     "outcome": "reached, collision, timeout, livelock, navigator_failed or aborted",
     "reason": "of an outcome other than reached, in words",
     "failure": "why success is false; empty if it is true",
+    "cause": "why success is false in paper B's words, each decided by a stated test",
+    "moved_at_contact": "who moved at contact: robot, obstacle, both or neither; empty without one",
+    "setup": "how much thinking was allowed a decision; empty: no bound",
+    "tracking": "how obstacles were followed; empty if the navigator asked for none",
     "not_computable": "JSON: indicator -> why its cell is empty",
     "duration": "of the whole trial, simulated",
 }

@@ -1,8 +1,9 @@
 """Why a trial failed, in paper B's words, each decided by a test that is stated here.
 
-A contact while the robot stood is `contact at rest`. Otherwise, if no way out was left `WINDOW` before the contact,
-it was a `crushing zone`; a way out is a manoeuvre of two commands within the base's limits, each held for half of the
-window, that touches nothing while the obstacles move as they did. If there was one, the navigator's own last word
+A contact while the robot stood (neither drove nor turned) is `contact at rest`. Otherwise, if no way out was left
+`WINDOW` before the contact, it was a `crushing zone`; a way out is a manoeuvre of two commands within the base's limits,
+each held for a window, that touches nothing while the obstacles move as they did, and after the contact as they did
+last: so to put the contact off by a moment is no way out. If there was one, the navigator's own last word
 before the contact tells: `iteration limit`, `input-limit violation`, `infeasible`; without such a word the contact
 was `unforeseen`. Outcomes without contact are causes of their own.
 """
@@ -78,7 +79,7 @@ def _crushed(trial: Trial) -> bool:
     begin = max(float(trial.t[-1]) - WINDOW, float(trial.t[0]))
     theta = np.unwrap(trial.pose[:, 2])
     start = np.array([np.interp(begin, trial.t, column) for column in (trial.pose[:, 0], trial.pose[:, 1], theta)])
-    times = begin + np.arange(_STEP, WINDOW + 1e-9, _STEP)
+    times = begin + np.arange(_STEP, 2.0 * WINDOW + 1e-9, _STEP)
     poses = _manoeuvres(start, a.drive, len(times))
     tracks = [_track(trial, m, times) for m in range(trial.movers.shape[1])]
     movers = np.stack(tracks, axis=1) if tracks else np.empty((len(times), 0, 3))

@@ -131,7 +131,7 @@ def causes(f: Findings, suite: str) -> Grid | None:
     heads: Heads = [text("System"), "failures", *kinds, text("moved at contact")]
     return grid(
         f"{title(suite)}: why trials failed. Crushing zone: 0.75 s before the contact no manoeuvre within the base's limits was "
-        "left that touches nothing; contact at rest: the robot stood; else the navigator's last word before the contact.",
+        "left that touches nothing for 1.5 s; contact at rest: the robot stood; else the navigator's last word before the contact.",
         heads, lines,
     )  # fmt: skip
 

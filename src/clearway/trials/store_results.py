@@ -15,7 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.trials.store_tables import FILES, Tables, from_tables
 from clearway.trials.trial import Trial
 
-SCHEMA = 1
+SCHEMA = 2
 """Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
 
 CAMPAIGN, PARTIAL = "campaign.json", ".partial"
@@ -124,6 +124,11 @@ def read_campaign(folder: Path) -> dict[str, Any]:
         raise ClearwayError(
             f"was written by a newer Clearway ({campaign.get('clearway', '?')}, schema {schema}; this one reads up to "
             f"schema {SCHEMA}); upgrade Clearway",
+            file=file,
+        )
+    if schema < SCHEMA:
+        raise ClearwayError(
+            f"was written by an older Clearway (schema {schema}; this one reads schema {SCHEMA}); run it again",
             file=file,
         )
     return campaign

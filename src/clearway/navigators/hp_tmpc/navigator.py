@@ -66,7 +66,7 @@ class HpTmpc:
         solver: `gauss-newton`, or one of the paper's own: `pattern-search`, `genetic`. planner: `heuristic` (the
         paper's) or `exact` (tangent visibility graph). prediction_horizon, control_horizon: N^P, N^c, periods; None: the
         robot's file or the stand-ins. literal: equations to take as printed, of "1", "2", "3f", "3k"; a collection or
-        a text with commas. parameters: any other field of `parameters.Parameters`.
+        a text such as 1+3f. parameters: any other field of `parameters.Parameters`.
 
     Attributes:
         correction: ||K (x - x_bar)|| of the last decision. spectral_radius: f^SR(A + B K) of it.
@@ -84,7 +84,7 @@ class HpTmpc:
         *,
         prediction_horizon: int | None = None,
         control_horizon: int | None = None,
-        literal: Collection[str] | str = (),
+        literal: Collection[str] | str | int = (),
         **parameters: float,
     ) -> None:
         self._solver = chosen_from("solver", solver, Solver)

@@ -43,7 +43,7 @@ class Parameters(BaseModel):
     planning_window: Horizon = Field(description="periods over which the planner predicts moving obstacles")
     w1: float = Field(gt=0, lt=1, description="w_1 of (2): discount of the tracking error per period")
     w2: Positive = Field(description="w_2 of (2): weight of u'u beside the tracking error in m")
-    heading_weight: NonNegative = Field(description="of the heading's error in (2) beside the position's, 1/rad")
+    heading_weight: NonNegative = Field(description="of the heading's error in (2) beside the position's, m/rad")
     safe_margin: NonNegative = Field(description="rho^safe beyond rho^rob + rho^obs, m")
     input_change: Positive = Field(description="u^smooth of (3e): norm of the change of (m/s, rad/s) in a period")
     w_rob: NonNegative = Field(description="w-bar^rob of (4): disturbance of the position in a period, m")
@@ -110,11 +110,13 @@ def chosen_from(kind: str, value: str, choices: Any) -> str:
     return value
 
 
-def literal_from(names: Collection[str] | str) -> frozenset[str]:
-    """The equations to be taken literally, from names such as ("1", "3f") or a text such as "1,3f".
+def literal_from(names: Collection[str] | str | int) -> frozenset[str]:
+    """The equations to be taken literally, from names such as ("1", "3f") or a text such as "1+3f" (or one number).
 
     Raises:
         ClearwayError: there is no such reading.
     """
-    given = [n.strip() for n in names.split(",") if n.strip()] if isinstance(names, str) else list(names)
+    if isinstance(names, int | str):
+        names = str(names).replace("+", ",").split(",")
+    given = [n.strip() for n in names if n.strip()]
     return frozenset(chosen_from("literal reading", str(name), Literally) for name in given)
