@@ -39,6 +39,7 @@ class HlRrt:
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
 
     def __init__(self, **options: Any) -> None:
+        parameters_of(None, options)  # tells of a wrong one at once
         self._options = options
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
@@ -66,12 +67,14 @@ class HlRrt:
         """Decide for one control period.
 
         Raises:
-            ValueError: the pose is not finite.
+            ValueError: the pose, the velocity or the goal is not finite.
         """
         began, o = time.perf_counter(), observation
         for name in ("pose", "velocity"):
             if not np.isfinite(getattr(o, name)).all():
                 raise ValueError(f"observation.{name} is {getattr(o, name)}; it must be finite")
+        if not np.isfinite(o.goal.pose).all():
+            raise ValueError(f"observation.goal.pose is {o.goal.pose}; it must be finite")
         at, goal, tolerance = o.pose[:2].copy(), o.goal.pose[:2].copy(), o.goal.xy_tolerance
         if o.goal is not self._goal:
             self._goal, self._there = o.goal, False

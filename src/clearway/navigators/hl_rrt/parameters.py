@@ -67,17 +67,19 @@ class Parameters(BaseModel):
         return self
 
 
-def parameters_of(robot: Robot, options: Mapping[str, Any] | None = None) -> Parameters:
+def parameters_of(robot: Robot | None, options: Mapping[str, Any] | None = None) -> Parameters:
     """The stand-ins, overridden by the robot's file, and that by the navigator's `options`.
 
     Raises:
-        ClearwayError: one of them is wrong; the message names the robot and the field.
+        ClearwayError: one of them is wrong; the message names where it stands and the field.
     """
+    given = robot.navigators.get(NAVIGATOR, {}) if robot is not None else {}
+    chosen = dict(options or {})
     try:
-        return Parameters.model_validate(
-            stand_ins(NAVIGATOR) | robot.navigators.get(NAVIGATOR, {}) | dict(options or {})
-        )
+        return Parameters.model_validate(stand_ins(NAVIGATOR) | given | chosen)
     except ValidationError as error:
         problem = first_problem(error, Parameters)
+        if robot is None or (problem.field or "").split(".")[0] in chosen:
+            raise ClearwayError(problem.problem, file=NAVIGATOR, field=problem.field) from error
         field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")
         raise ClearwayError(problem.problem, file=f"robot {robot.name}", field=field) from error
