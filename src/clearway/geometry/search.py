@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
+from clearway.geometry.heap import pop, push
 
 HIGH = np.float32(1.0e10)
 """Potential of a cell that was not reached."""
@@ -165,37 +166,6 @@ def wave(
 
 
 @kernel
-def _heap_push(keys: PotentialGrid, cells: npt.NDArray[np.int32], size: int, key: Any, cell: int) -> None:
-    i = size
-    while i > 0:
-        parent = (i - 1) // 2
-        if keys[parent] <= key:
-            break
-        keys[i], cells[i] = keys[parent], cells[parent]
-        i = parent
-    keys[i], cells[i] = key, cell
-
-
-@kernel
-def _heap_pop(keys: PotentialGrid, cells: npt.NDArray[np.int32], size: int) -> None:
-    """Drop the root of a heap of `size`; the caller has read it."""
-    key, cell = keys[size - 1], cells[size - 1]
-    size -= 1
-    i = 0
-    while True:
-        child = 2 * i + 1
-        if child >= size:
-            break
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[i], cells[i] = keys[child], cells[child]
-        i = child
-    keys[i], cells[i] = key, cell
-
-
-@kernel
 def best_first(
     costmap: ByteGrid,
     columns: int,
@@ -227,8 +197,7 @@ def best_first(
     reached = False
     while size > 0:
         n = queue[0]
-        _heap_pop(keys, queue, size)
-        size -= 1
+        size = pop(keys, queue, size)
         if n == target:
             reached = True
             break
@@ -248,8 +217,7 @@ def best_first(
                 potential[m] = potential[n] + step
             first, last = min(first, m), max(last, m)
             ahead = abs(tx - m % columns) + abs(ty - m // columns)
-            _heap_push(keys, queue, size, np.float32(potential[m] + ahead * neutral), m)
-            size += 1
+            size = push(keys, queue, size, np.float32(potential[m] + ahead * neutral), m)
     extent[0], extent[1] = first, last
     return reached
 

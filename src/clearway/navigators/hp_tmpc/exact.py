@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from clearway.geometry.compiled import kernel
+from clearway.geometry.heap import pop, push
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.tangents import TOUCH, advance, arc_leaves, segment_clear, sweep, tangent
 from clearway.navigators.hp_tmpc.pieces import put, string_pieces
@@ -77,11 +78,11 @@ def exact_path(
                 continue
             best[edge] = total
             before[edge] = last
-            size = _push(keys, edges, size, key, edge)
+            size = push(keys, edges, size, key, edge)
         arrived = False
         while size > 0 and not arrived:
             last = edges[0]
-            size = _pop(keys, edges, size)
+            size = pop(keys, edges, size)
             if done[last]:
                 continue
             done[last] = True
@@ -178,36 +179,3 @@ def _longer(keys: FloatArray, edges: Any, size: int) -> Any:
     for i in range(len(keys)):
         more_keys[i], more_edges[i] = keys[i], edges[i]
     return more_keys, more_edges
-
-
-@kernel
-def _push(keys: FloatArray, edges: Any, size: int, key: float, edge: int) -> int:
-    i = size
-    while i > 0:
-        parent = (i - 1) // 2
-        if keys[parent] <= key:
-            break
-        keys[i], edges[i] = keys[parent], edges[parent]
-        i = parent
-    keys[i], edges[i] = key, edge
-    return size + 1
-
-
-@kernel
-def _pop(keys: FloatArray, edges: Any, size: int) -> int:
-    """Drop the root; the caller has read it."""
-    size -= 1
-    key, edge = keys[size], edges[size]
-    i = 0
-    while True:
-        child = 2 * i + 1
-        if child >= size:
-            break
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[i], edges[i] = keys[child], edges[child]
-        i = child
-    keys[i], edges[i] = key, edge
-    return size
