@@ -16,28 +16,19 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
-from clearway.geometry.moving_discs import Scene, centre, clear, enter, first_hit
+from clearway.geometry.disc_edges import SKIN, edge, follow, onward
+from clearway.geometry.moving_discs import Scene, centre, enter, first_hit
+from clearway.geometry.releases import RELEASE_STEP, approach, release_angle, releases
 from clearway.geometry.shapes import FloatArray
-
-SKIN = 2e-4
-"""How far outside a disc's edge the point slides, m."""
-
-STEP = 0.004
-"""Of the integration along an edge, s."""
-
-RELEASE_STEP = 0.01
-"""Between releases that are tried, s."""
 
 _FAN = 0.004  # rad between the start's rays
 _EVENTS = 512  # the most new families of one
 
 
 class _Family(NamedTuple):
-    """Rays that leave one edge: the disc, which way round (1: counter-clockwise; 2, -2: see `_releases`), from when,
+    """Rays that leave one edge: the disc, which way round (1: counter-clockwise; 2, -2: see `releases`), from when,
     and where: angle on the disc and position; the family and time that it was reached from; its members if known."""
 
     disc: int
@@ -103,7 +94,7 @@ class _Search:
             seen = self.tracks.setdefault((family.disc, family.side), [])
             if _behind(family, seen):
                 return False
-            samples = _follow(self.scene, family.disc, family.side, family.t, family.phi, self.best)
+            samples = follow(self.scene, family.disc, family.side, family.t, family.phi, self.best)
             if len(samples):
                 seen.append(samples)
         if len(samples):
@@ -122,7 +113,7 @@ class _Search:
     def _release(self, k: int, x: float, y: float, t: float) -> None:
         if not self.waits:
             return
-        runs = _releases(self.scene, x, y, t, self.best, self.released)
+        runs = releases(self.scene, x, y, t, self.best, self.released)
         for members in np.split(runs, np.flatnonzero(np.diff(runs[:, 5]) != 0.0) + 1) if len(runs) else []:
             disc, branch, promise = int(members[0, 3]), int(members[0, 4]), float(members[:, 6].min())
             samples = np.ascontiguousarray(members[:, :3])
@@ -140,9 +131,9 @@ class _Search:
         parts = [np.array([[self.t, self.start[0], self.start[1]]])]
         for f, leaves in reversed(chain):
             if f.samples is None:
-                parts.append(_edge(scene, f.disc, f.side, f.t, f.phi, leaves))
+                parts.append(edge(scene, f.disc, f.side, f.t, f.phi, leaves))
             else:
-                parts.append(_approach(scene, f.x, f.y, f.t, f.disc, f.side, leaves)[1])
+                parts.append(approach(scene, f.x, f.y, f.t, f.disc, f.side, leaves)[1])
         before = parts[-1][-1]
         reach = scene.v * (self.best - before[0])
         parts.append(np.array([[self.best, before[1] + reach * dx, before[2] + reach * dy]]))
@@ -194,118 +185,6 @@ def _ray(
 
 
 @kernel
-def _slide(scene: Scene, disc: int, side: int, t: float, phi: float) -> tuple[float, float, float]:
-    """How a point slides along an edge at full speed: d phi / dt, and its direction. NaN: the disc is faster."""
-    _, _, ux, uy, radius = centre(scene, disc, t)
-    nx, ny = math.cos(phi), math.sin(phi)
-    along = ux * nx + uy * ny
-    rest = scene.v * scene.v - along * along
-    if not rest > 0.0:
-        return math.nan, 0.0, 0.0
-    root = side * math.sqrt(rest)
-    dx, dy = along * nx - root * ny, along * ny + root * nx
-    return (root - (uy * nx - ux * ny)) / (radius + SKIN), dx / scene.v, dy / scene.v
-
-
-@kernel
-def _onward(scene: Scene, disc: int, side: int, t: float, phi: float, until: float) -> float:
-    """phi at `until`, sliding on from (t, phi): midpoint steps that end at the kinks of the disc's motion."""
-    moving = disc >= scene.static.shape[0]
-    while t < until - 1e-12:
-        h = min(until - t, STEP)
-        if moving:
-            kink = (math.floor(t / scene.dt + 1e-9) + 1.0) * scene.dt
-            h = min(h, kink - t)
-        rate, _, _ = _slide(scene, disc, side, t, phi)
-        rate, _, _ = _slide(scene, disc, side, t, phi + 0.5 * h * rate)
-        phi += h * rate
-        t += h
-    return phi
-
-
-@kernel
-def _edge(scene: Scene, disc: int, side: int, t: float, phi: float, until: float) -> FloatArray:
-    """The way along an edge as points (k, 3) t, x, y."""
-    n = math.ceil(max(until - t, 0.0) / STEP - 1e-9) + 1
-    kinks = int((until - t) / scene.dt) + 2
-    points = np.empty((n + kinks, 3))
-    k = 0
-    while True:
-        x, y, _, _, radius = centre(scene, disc, t)
-        points[k, 0] = t
-        points[k, 1] = x + (radius + SKIN) * math.cos(phi)
-        points[k, 2] = y + (radius + SKIN) * math.sin(phi)
-        k += 1
-        if t >= until - 1e-12 or k >= points.shape[0]:
-            break
-        after = min(t + STEP, until)
-        if disc >= scene.static.shape[0]:
-            after = min(after, (math.floor(t / scene.dt + 1e-9) + 1.0) * scene.dt)
-        phi = _onward(scene, disc, side, t, phi, after)
-        t = after
-    return points[:k]
-
-
-@kernel
-def _follow(scene: Scene, disc: int, side: int, t: float, phi: float, limit: float) -> FloatArray:
-    """Samples (k, 3) t, phi, angle of the leaving ray, as long as sliding on is possible and may be worth while.
-
-    At a kink of the disc's motion away from the point, rays leave in all directions between those before and after.
-    """
-    out = np.empty((2000, 3))
-    k, fine = 0, 5.0 * STEP
-    moving = disc >= scene.static.shape[0]
-    began = phi
-    before = math.nan
-    while k < out.shape[0] - 12:
-        x, y, _, _, radius = centre(scene, disc, t)
-        px, py = x + (radius + SKIN) * math.cos(phi), y + (radius + SKIN) * math.sin(phi)
-        if math.isnan(px) or not (scene.area[0] <= px <= scene.area[2] and scene.area[1] <= py <= scene.area[3]):
-            break
-        far = math.hypot(scene.goal[0] - px, scene.goal[1] - py) - scene.goal[2]
-        if t + far / scene.v >= limit or abs(phi - began) > math.tau:
-            break
-        if moving and t >= (scene.moving.shape[0] - 1) * scene.dt - 1e-9:
-            break
-        hit, _ = first_hit(scene, px, py, t, 0.0, 0.0, 1e-12, disc, 0.0)
-        rate, dx, dy = _slide(scene, disc, side, t, phi)
-        if (hit >= 0 and hit != disc) or math.isnan(rate):
-            break
-        angle = math.atan2(dy, dx)
-        if not math.isnan(before):
-            turn = wrap(angle - before)
-            angle = before + turn
-            if turn * side > 0.0:  # towards the disc
-                pieces = min(int(abs(turn) / 0.01), 8)
-                for i in range(pieces):
-                    out[k] = t, phi, before + turn * i / pieces
-                    k += 1
-        out[k] = t, phi, angle
-        k += 1
-        step = fine
-        kink = (math.floor(t / scene.dt + 1e-9) + 1.0) * scene.dt if moving else math.inf
-        while True:  # short steps where the direction turns fast: where a fast disc's rear goes by
-            after = min(t + step, kink)
-            later = _onward(scene, disc, side, t, phi, after)
-            before, lost = angle, False
-            if moving:  # the direction just before the kink
-                rate, dx, dy = _slide(scene, disc, side, max(after - 1e-7, t), later)
-                lost = math.isnan(rate) or math.isnan(later)
-                before = angle + wrap(math.atan2(dy, dx) - angle)
-            if step < 1e-6 or not (lost or abs(before - angle) > 0.03):
-                break
-            step *= 0.5
-        if lost:
-            break
-        phi = later
-        if moving:
-            out[k] = max(after - 1e-7, t), phi, before
-            k += 1
-        t = after
-    return out[:k]
-
-
-@kernel
 def _member(
     scene: Scene, disc: int, side: int, start: FloatArray, samples: FloatArray, s: float
 ) -> tuple[float, float, float, float, float, float]:
@@ -317,13 +196,13 @@ def _member(
         angle += part * (samples[k + 1, 2] - angle)
         later = t + part * (samples[k + 1, 0] - t)
         if abs(side) == 1 and later > t:
-            phi = _onward(scene, disc, side, t, phi, later)
+            phi = onward(scene, disc, side, t, phi, later)
         t = later
     if disc < 0:
         return start[0], start[1], t, math.cos(angle), math.sin(angle), phi
     x, y, ux, uy, radius = centre(scene, disc, t)
     if abs(side) == 2:
-        phi = _release_angle(ux, uy, scene.v, side)
+        phi = release_angle(ux, uy, scene.v, side)
         angle = phi + math.pi
     x, y = x + (radius + SKIN) * math.cos(phi), y + (radius + SKIN) * math.sin(phi)
     return x, y, t, math.cos(angle), math.sin(angle), phi
@@ -410,93 +289,3 @@ def _expand(
                 count += 1
         last_code, last_side = code, offside
     return events[:count], best, best_left, best_dx, best_dy
-
-
-@kernel
-def _release_angle(ux: float, uy: float, v: float, branch: int) -> float:
-    """Where on a disc with velocity u its edge recedes from a point just at the speed v; NaN where it never does."""
-    speed = math.hypot(ux, uy)
-    if not speed > v:
-        return math.nan
-    return math.atan2(-uy, -ux) + 0.5 * branch * math.acos(v / speed)
-
-
-@kernel
-def _releases(scene: Scene, x: float, y: float, t: float, limit: float, done: npt.NDArray[np.uint8]) -> FloatArray:
-    """Rays that follow a fast disc through the place that it has just left, for a point that waits for that.
-
-    Where the costate is zero before a contact (the point has time to spare), it is normal to the edge after it: the
-    point goes straight at full speed to where the disc was, and just touches an edge that recedes at that same speed.
-    `done` (m, 2, T) marks the times at which that has been reached already, whatever the way.
-
-    Returns:
-        (k, 7) t, phi, angle of the ray, disc, branch (2, -2), number of its stretch without a gap, promised arrival.
-    """
-    out = np.empty((4096, 7))
-    count, stretch = 0, 0
-    for j in range(scene.radii.shape[0]):
-        if not scene.speed[j] > scene.v:
-            continue
-        disc = scene.static.shape[0] + j
-        for side in range(2):
-            branch = 2 - 4 * side
-            last = -9
-            for k in range(math.ceil(t / RELEASE_STEP), done.shape[2] - 1):
-                when = k * RELEASE_STEP
-                if when >= limit or count >= out.shape[0]:
-                    break
-                if done[j, side, k]:
-                    continue
-                cx, cy, ux, uy, radius = centre(scene, disc, when)
-                phi = _release_angle(ux, uy, scene.v, branch)
-                if math.isnan(phi) or math.isnan(cx):
-                    continue
-                px, py = cx + (radius + SKIN) * math.cos(phi), cy + (radius + SKIN) * math.sin(phi)
-                promise = when + (math.hypot(px - scene.goal[0], py - scene.goal[1]) - scene.goal[2]) / scene.v
-                if promise >= limit or math.hypot(px - x, py - y) > scene.v * (when - t):
-                    continue
-                if not (scene.area[0] <= px <= scene.area[2] and scene.area[1] <= py <= scene.area[3]):
-                    continue
-                found, _ = _approach(scene, x, y, t, disc, branch, when)
-                if not found:
-                    continue
-                done[j, side, k] = 1
-                if k != last + 1:
-                    stretch += 1
-                last = k
-                out[count, 0], out[count, 1], out[count, 2] = when, phi, phi + math.pi
-                out[count, 3], out[count, 4], out[count, 5], out[count, 6] = disc, branch, stretch, promise
-                count += 1
-    return out[:count]
-
-
-@kernel
-def _approach(
-    scene: Scene, x: float, y: float, t: float, disc: int, branch: int, when: float
-) -> tuple[bool, FloatArray]:
-    """A clear way from (x, y) at time t to the release at `when`: slowly, or after a wait, or with a wait on the way."""
-    cx, cy, ux, uy, radius = centre(scene, disc, when)
-    phi = _release_angle(ux, uy, scene.v, branch)
-    nx, ny = math.cos(phi), math.sin(phi)
-    points = np.empty((4, 3))
-    points[0] = t, x, y
-    points[3] = when, cx + (radius + SKIN) * nx, cy + (radius + SKIN) * ny
-    for run_up in (0.05, 0.15, 0.4, 1.0, 2.0):
-        begin = when - run_up
-        px, py = points[3, 1] + scene.v * run_up * nx, points[3, 2] + scene.v * run_up * ny
-        needs = math.hypot(px - x, py - y) / scene.v
-        if begin - t < needs:
-            continue
-        hit, _ = first_hit(scene, px, py, begin, -scene.v * nx, -scene.v * ny, run_up, disc, SKIN)
-        if hit >= 0:
-            continue
-        points[2] = begin, px, py
-        for middle in range(3):
-            points[1] = points[0]
-            if middle == 1:
-                points[1, 0] = begin - needs
-            elif middle == 2:
-                points[1] = t + needs, px, py
-            if clear(scene, points[:3]):
-                return True, points
-    return False, points
