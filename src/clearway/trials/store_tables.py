@@ -32,6 +32,7 @@ def _schema(**columns: tuple[Any, str]) -> pa.Schema:
 
 _F, _I, _S = pa.float64(), pa.int32(), pa.string()
 _POSE = {"x": (_F, "m"), "y": (_F, "m"), "theta": (_F, "rad")}
+_SIGMA = {"sigma_xy": (_F, "m"), "sigma_theta": (_F, "rad")}
 _OPTIONAL = {"velocity": ("v", "omega"), "estimate": ("est_x", "est_y", "est_theta"), "command": ("cmd_v", "cmd_omega")}
 _UNITS = {"v": "m/s", "omega": "rad/s", "x": "m", "y": "m", "theta": "rad"}
 
@@ -54,10 +55,11 @@ FILES: dict[str, TableFile] = {
             **{c: (_F, _UNITS[c.rpartition("_")[2]]) for columns in _OPTIONAL.values() for c in columns},
             leg=(_I, ""),
             cut=(pa.bool_(), ""),
+            **_SIGMA,
         ),
     ),
     "obstacles": TableFile(
-        "trajectories/obstacles.parquet", _schema(trial=(_I, ""), t=(_F, "s"), obstacle=(_I, ""), **_POSE)
+        "trajectories/obstacles.parquet", _schema(trial=(_I, ""), t=(_F, "s"), obstacle=(_I, ""), **_POSE, **_SIGMA)
     ),
     "attempts": TableFile(
         "trajectories/attempts.parquet",
@@ -112,7 +114,7 @@ _WIDTH = {"polyline": 2, "circles": 3, "tube": 3, "tree": 4}
 def to_tables(index: int, trial: Trial) -> Tables:
     """The trial as tables; `index` goes into their column `trial`."""
     n, m = len(trial.t), trial.movers.shape[1]
-    known = [name for name in (*_OPTIONAL, "cut") if getattr(trial, name) is not None]
+    known = [name for name in (*_OPTIONAL, "cut", "sigma") if getattr(trial, name) is not None]
     robot: dict[str, Any] = {"trial": np.full(n, index, np.int32), "t": trial.t}
     robot |= dict(zip(("x", "y", "theta"), _columns(trial.pose, 3), strict=True))
     for name, columns in _OPTIONAL.items():
@@ -130,6 +132,13 @@ def to_tables(index: int, trial: Trial) -> Tables:
     fixed = _fixed(trial.attempt.bodies)
     bodies = _dumps([_body(b) for b in trial.attempt.bodies[:fixed]])
     key = hashlib.sha256(bodies.encode()).hexdigest()[:16]
+    sigma = np.zeros((n, 1 + m, 2)) if trial.sigma is None else np.asarray(trial.sigma, dtype=np.float64)
+    robot |= _named(tuple(_SIGMA), sigma[:, 0]) if trial.sigma is not None else dict.fromkeys(_SIGMA, pa.nulls(n, _F))
+    obstacles |= (
+        _named(tuple(_SIGMA), sigma[:, 1:].reshape(n * m, 2))
+        if trial.sigma is not None
+        else dict.fromkeys(_SIGMA, pa.nulls(n * m, _F))
+    )
     attempt = _attempt(trial.attempt, fixed) | {"known": known, "movers": m, "reason": trial.reason}
     row = {
         "trial": index,
@@ -177,6 +186,7 @@ def from_tables(tables: Tables) -> Trial:
         events=tuple(Event(float(t), kind, detail) for t, kind, detail in json.loads(row["events"])),
         outcome=Outcome(row["outcome"]),
         reason=attempt["reason"],
+        sigma=_read_sigma(tables, n, m) if "sigma" in attempt["known"] else None,
         cut=robot["cut"].to_numpy().astype(np.bool_) if "cut" in attempt["known"] else None,
         snapshots=_read_snapshots(tables["snapshots"], tables["drawings"]),
         provenance=json.loads(row["provenance"]),
@@ -184,9 +194,14 @@ def from_tables(tables: Tables) -> Trial:
     )
 
 
+def _read_sigma(tables: Tables, n: int, m: int) -> FloatArray:
+    robot, movers = (_matrix(tables[name], tuple(_SIGMA)) for name in ("robot", "obstacles"))
+    return np.concatenate([robot.reshape(n, 1, 2), movers.reshape(n, m, 2)], axis=1)
+
+
 # --- attempt ---------------------------------------------------------------------------------------------------------
 
-_PLAIN = ("robot", "navigator", "localisation", "tracking", "plan", "scenario", "seed", "privileged")
+_PLAIN = ("robot", "navigator", "localisation", "tracking", "plan", "scenario", "seed", "privileged", "source")
 _NUMBERS = ("speed_limit", "period", "reference_length", "limit_time", "limit_path")
 _LABEL_NUMBERS = ("speed", "obstacle_speed", "size", "gap")
 
@@ -243,12 +258,19 @@ def _read_shape(d: Mapping[str, Any]) -> Shape:
 
 def _body(b: Body) -> dict[str, Any]:
     pose = None if b.pose is None else [_number(v) for v in b.pose]
-    return {"name": b.name, "kind": b.kind, "shape": _shape(b.shape), "pose": pose}
+    return {
+        "name": b.name,
+        "kind": b.kind,
+        "shape": _shape(b.shape),
+        "pose": pose,
+        "sigma": _number(b.sigma),
+        "outlined": b.outlined,
+    }
 
 
 def _read_body(d: Mapping[str, Any]) -> Body:
     pose = None if d["pose"] is None else np.array([float(v) for v in d["pose"]])
-    return Body(d["name"], d["kind"], _read_shape(d["shape"]), pose)
+    return Body(d["name"], d["kind"], _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"])
 
 
 def _leg(leg: Leg) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -33,7 +33,7 @@ class Labels:
     """Where a trial stands in its suite. None: does not apply.
 
     Attributes:
-        suite, batch, configuration: names, such as `hospital`, `SO`, `parallel`. speed: set speed, m/s.
+        suite, batch, configuration: names, such as `hospital`, `SO`, `parallel`. speed: set speed, m/s, None if unknown.
         obstacle_speed: m/s. size: edge of the static obstacles, m. gap: in multiples of d_base. repetition: from 1.
         setup: how much thinking was allowed, such as paper B's `1` (0.15 s a decision) and `2` (unlimited).
     """
@@ -41,7 +41,7 @@ class Labels:
     suite: str
     batch: str
     configuration: str
-    speed: float
+    speed: float | None
     obstacle_speed: float | None = None
     size: float | None = None
     gap: float | None = None
@@ -54,7 +54,7 @@ class Leg:
     """One goal of an attempt.
 
     Attributes:
-        name: `forth`, `turn`, `back`. start, goal: (3,) poses, map frame. xy_tolerance: m. yaw_tolerance: rad (inf: free).
+        name: `forth`, `turn`, `back`. start, goal: (3,) poses, map frame, NaN where unknown. xy_tolerance: m. yaw_tolerance: rad (inf: free).
         scored: whether it counts for the indicators (the turn at B does not). time_limit: s.
     """
 
@@ -74,12 +74,16 @@ class Body:
     Attributes:
         kind: `wall`, `furniture`, `obstacle` (placed by the test) or `mover`. shape: in the body's frame.
         pose: (3,) map frame; None for a mover, whose poses are a column of `Trial.movers`.
+        sigma: standard uncertainty of a static one's position, m. outlined: False where nobody knows its shape, for
+        which a point stands.
     """
 
     name: str
     kind: str
     shape: Shape
     pose: FloatArray | None
+    sigma: float = 0.0
+    outlined: bool = True
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +99,7 @@ class Attempt:
         weren't. limit_time [s], limit_path [m]: of the best that a clairvoyant could do, None where that is not known
         to 0.5 %.
         drive: v_min, v_max [m/s], omega_max [rad/s] of the base at this set speed, None if unknown.
+        source: `simulated` (what is known is exact) or `recorded` (what is known was measured).
     """
 
     labels: Labels
@@ -115,12 +120,14 @@ class Attempt:
     limit_time: float | None = None
     limit_path: float | None = None
     drive: tuple[float, float, float] | None = None
+    source: Literal["simulated", "recorded"] = "simulated"
 
 
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened at time `t` [s]: kind `contact`, `status`, `timeout`, `error`, ...; detail for people
-    (of `status`: the navigator's word, whenever it changes)."""
+    (of `status`: the navigator's word, whenever it changes). `possible contact`: a clearance was measured that is zero
+    or less within its uncertainty; a person has to confirm it."""
 
     t: float
     kind: str
@@ -157,6 +164,8 @@ class Trial:
         spans: one per leg begun, in order. outcome: how it ended, reason: why, for people.
         provenance: what ran, on which version, from which file. timing: wall-clock figures [s], kept apart.
         cut: (n,) bool, whether the budget cut the decision at t short, or None.
+        sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the movers, NaN
+        where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
     """
 
     attempt: Attempt
@@ -175,3 +184,4 @@ class Trial:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     timing: Mapping[str, float] = field(default_factory=dict)
     cut: npt.NDArray[np.bool_] | None = None
+    sigma: FloatArray | None = None

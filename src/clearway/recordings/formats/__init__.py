@@ -1,0 +1,87 @@
+"""One file a format. `FORMATS` is the registry: a new format is a file with a `Format` and one line here.
+
+A file's format is told by its contents first, by its ending second; where both fail, the error says what was tried.
+"""
+
+from __future__ import annotations
+
+import importlib
+from functools import cache
+from pathlib import Path
+
+from clearway.errors import ClearwayError, unknown
+from clearway.recordings.formats.format import HEAD, Format
+from clearway.recordings.recording import Contents, Recording, Want
+
+MODULES = ("c3d", "bag", "motive", "vicon", "qualisys", "trc", "tum", "table", "pedestrians")
+"""Files of this folder, each with its `FORMATS`, the surest to recognise first."""
+
+
+@cache
+def formats() -> dict[str, Format]:
+    """Every format by its name, in the order in which they are tried."""
+    modules = [importlib.import_module(f"{__name__}.{m}") for m in MODULES]
+    return {f.name: f for module in modules for f in module.FORMATS}
+
+
+def identify(path: str | Path) -> Format:
+    """The format of a file (or of a folder: a ROS 2 bag).
+
+    Raises:
+        ClearwayError: there is no such file, it is empty, or of no known format.
+    """
+    file = Path(path)
+    head = _head(file)
+    known = formats().values()
+    for f in known:
+        if f.sniff(file, head):
+            return f
+    ending = [f for f in known if file.suffix.lower() in f.suffixes]
+    if len(ending) == 1:
+        return ending[0]  # its reader says what is wrong with it
+    raise ClearwayError(f"is of no known format; name one of: {', '.join(formats())}", file=file, field="format")
+
+
+def read(path: str | Path, want: Want | None = None, *, format: str | None = None) -> Recording:
+    """Read a recording.
+
+    Raises:
+        ClearwayError: the file can't be read as `format` (None: the format that it looks like), or lacks what is wanted.
+    """
+    return _format(path, format).read(Path(path), want or Want())
+
+
+def look(path: str | Path, *, format: str | None = None) -> Contents:
+    """What a file holds: names, kinds, rates, gaps, duration.
+
+    Raises:
+        ClearwayError: as for `read`.
+    """
+    return _format(path, format).look(Path(path))
+
+
+def _format(path: str | Path, name: str | None) -> Format:
+    if name is None:
+        return identify(path)
+    if name not in formats():
+        raise unknown("format", name, formats(), file=path)
+    _head(Path(path))
+    return formats()[name]
+
+
+def _head(file: Path) -> bytes:
+    try:
+        if file.is_dir():
+            return b""
+        with open(file, "rb") as f:
+            head = f.read(HEAD)
+    except FileNotFoundError as error:
+        raise ClearwayError("no such file", file=file) from error
+    except OSError as error:
+        raise ClearwayError(f"cannot be read: {error.strerror}", file=file) from error
+    if not head:
+        raise ClearwayError("is empty", file=file)
+    return head
+
+
+__all__ = ["MODULES", "Format", "formats", "identify", "look", "read"]

@@ -1,0 +1,33 @@
+"""What a file format is to Clearway: how it is recognised, listed, read and, where a round trip needs it, written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearway.recordings.recording import Contents, Recording, Want
+
+HEAD = 65536
+"""Bytes of a file's beginning that a `sniff` is shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """One file format.
+
+    Attributes:
+        name: as in `--format`. title: for people. suffixes: usual endings, with the dot.
+        sniff: whether a file is one of these, from its path and its first bytes (at most `HEAD`; none for a folder);
+        never raises. read: everything that is wanted of a file. look: what a file holds, reading as little as it can.
+        write: put a recording into a file of this format, None where there is no need.
+        All raise ClearwayError and nothing else, whatever the file holds, within bounded memory.
+    """
+
+    name: str
+    title: str
+    suffixes: tuple[str, ...]
+    sniff: Callable[[Path, bytes], bool]
+    read: Callable[[Path, Want], Recording]
+    look: Callable[[Path], Contents]
+    write: Callable[[Path, Recording], None] | None = None

@@ -1,0 +1,59 @@
+"""What becomes of markers and tracks: how one body moved on the floor, how surely, and what had to be done for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from clearway.geometry.shapes import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A stretch (start, end) [s] in which a body was not fully seen, and what it was filled from (empty: left open)."""
+
+    start: float
+    end: float
+    filled: Literal["markers", "spline", ""]
+
+
+@dataclass(frozen=True, slots=True)
+class Quality:
+    """How good a motion is.
+
+    Attributes:
+        rate: Hz, median. seen: share of the samples that were measured. gaps: all, in order. residual: rms of the
+        rigid fit, m; residual_max: its largest, m; None where nothing was fitted. swapped: samples in which two
+        markers had changed names and were put back. refused: samples that no rigid body explains, left open.
+        noise: standard deviation of a marker's coordinate, m, None if unknown. cutoff: Hz of the low-pass, None: none.
+    """
+
+    rate: float
+    seen: float
+    gaps: tuple[Gap, ...] = ()
+    residual: float | None = None
+    residual_max: float | None = None
+    swapped: int = 0
+    refused: int = 0
+    noise: float | None = None
+    cutoff: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """How one body moved on the floor.
+
+    Attributes:
+        t: (n,) s, strictly increasing, on the source's clock. pose: (n, 3) x, y [m], theta [rad, unwrapped], in the
+        source's frame until a tie (`clearway.recordings.frames`) moves it to the map; NaN where it is unknown, theta
+        NaN throughout for a source without heading. velocity: (n, 2) v along the body's x [m/s] and omega [rad/s] (v =
+        |dp/dt| where there is no heading), NaN where unknown. sigma: (n, 2) standard uncertainty of position [m] and
+        heading [rad], None if unknown. quality: how good it is. notes: what was done, in sentences.
+    """
+
+    t: FloatArray
+    pose: FloatArray
+    velocity: FloatArray
+    sigma: FloatArray | None
+    quality: Quality
+    notes: tuple[str, ...] = field(default=())

@@ -1,0 +1,273 @@
+"""The test plan: one TOML that says what was done in the lab and which file is which trial. SI units, radians, map frame.
+
+Everything that a recording can't tell by itself stands here, and may be left out: then the indicators that need it
+are not computable. Paths are relative to the plan's own folder. docs/how-to/score-recordings.md walks through one.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from clearway.errors import ClearwayError
+from clearway.scenarios.scenario import Finite, NonNegative, PoseSpec, Positive, ShapeSpec
+from clearway.validation import first_problem
+
+Point = tuple[Finite, Finite, Finite]
+Span = tuple[Finite, Finite]
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class TestSpec(_Part):
+    """What was tested."""
+
+    __test__ = False  # not one of pytest's
+
+    suite: str = Field(
+        default="own", description="`hospital` for paper A's protocol; results are compared within a suite"
+    )
+    robot: str | None = Field(default=None, description="name or TOML file: its footprint, tolerances and limits")
+    navigator: str = Field(default="recorded", description="what drove it, for the tables")
+    localisation: str = Field(default="recorded", description="how it knew where it was, for the tables")
+    plan: str | None = Field(
+        default=None, description="floor plan, drawn behind the paths: a name, a plan or a ROS map's yaml"
+    )
+    xy_tolerance: Positive | None = Field(default=None, description="at a goal, m; default: the robot's")
+    yaw_tolerance: Annotated[float, Field(gt=0)] | None = Field(
+        default=None, description="rad; default: the robot's; inf: free"
+    )
+    reference_length: Positive | None = Field(default=None, description="of one leg, m: paper A's d_AB")
+    rate: Positive = Field(
+        default=100.0, description="samples kept a second at most, Hz; a faster capture is thinned after filtering"
+    )
+
+
+class ConditionsSpec(_Part):
+    """What a report has to say about a test; of the plan, and of a single trial where it differs."""
+
+    place: str = ""
+    operator: str = Field(default="", description="who tested")
+    date: str = ""
+    floor: str = Field(default="", description="surface")
+    load: str = ""
+    software: str = Field(default="", description="the robot's, with version")
+    capture: str = Field(default="", description="the measuring system")
+
+
+class StretchSpec(_Part):
+    """A stretch of a recording, with what is known of it."""
+
+    file: str
+    span: Span | None = Field(default=None, description="s on the file's clock; default: all of it")
+    pose: str | PoseSpec | None = Field(
+        default=None, description="where base_link was: a pose of [poses], or x, y, theta"
+    )
+
+
+class SurveyedSpec(_Part):
+    """A marker or a body's origin whose place in the map was surveyed."""
+
+    marker: str
+    at: tuple[Finite, Finite] = Field(description="x, y in the map, m")
+
+
+class FrameSpec(_Part):
+    """How a source's frame is tied to the map: by exactly one of these. Without any, the map is not known."""
+
+    same: bool = Field(default=False, description="it is the map's")
+    transform: PoseSpec | None = Field(default=None, description="the source frame's pose in the map: m, m, rad")
+    holds: tuple[StretchSpec, ...] = Field(default=(), description="the robot at rest on known poses")
+    surveyed: tuple[SurveyedSpec, ...] = Field(default=(), description="markers on known places")
+    file: str | None = Field(default=None, description="where the surveyed markers are seen; default: each trial's own")
+    uncertainty: tuple[NonNegative, NonNegative] | None = Field(
+        default=None, description="standard uncertainty of a given transform or of known places: m, rad"
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> FrameSpec:
+        ways = sum((self.same, self.transform is not None, bool(self.holds), bool(self.surveyed)))
+        if ways > 1:
+            raise ValueError("say one of same, transform, holds, surveyed")
+        if any(h.pose is None for h in self.holds):
+            raise ValueError("every hold needs the pose that the robot stood on")
+        return self
+
+
+class SourceSpec(_Part):
+    """One kind of file that a trial may have: the capture, the robot's own log."""
+
+    format: str | None = Field(default=None, description="`clearway list formats`; default: as the file looks")
+    table: str | None = Field(default=None, description="for a plain CSV: the TOML that describes its columns")
+    frame: FrameSpec = FrameSpec()
+    clock: Literal["speed", "epoch", "same"] | Finite = Field(
+        default="speed",
+        description="its clock against the first source's: correlate speeds, both files' dates, the same, or s to add",
+    )
+    estimate: str | None = Field(default=None, description="track that is the robot's own belief of its pose")
+    odometry: str | None = Field(
+        default=None, description="track whose speed the clocks are tied by; default: the estimate"
+    )
+    goals: str | None = Field(default=None, description="topic on which goals were sent")
+    plans: str | None = Field(default=None, description="topic on which the robot's plans were published")
+
+
+class BodySpec(_Part):
+    """A thing that was measured or placed: the robot, an obstacle."""
+
+    source: str | None = Field(default=None, description="of [sources]; default: the first")
+    shape: ShapeSpec | None = Field(default=None, description="default: of the robot, its footprint; else unknown")
+    markers: tuple[str, ...] | str | None = Field(
+        default=None, description="its marker set: names, or a prefix ending in `:`"
+    )
+    track: str | None = Field(
+        default=None, description="instead of markers: a body, topic or `parent->child` of the file"
+    )
+    coordinates: dict[str, Point] | None = Field(default=None, description="of its markers in base_link, m")
+    offset: PoseSpec | None = Field(default=None, description="base_link's pose in the track's frame: m, m, rad")
+    static: StretchSpec | None = Field(
+        default=None, description="the body at rest on a known pose: ties markers to base_link"
+    )
+    straight: StretchSpec | None = Field(default=None, description="a straight drive forward: gives the heading")
+    heading: Literal["measured", "travel"] = Field(default="measured", description="travel: it looks where it goes")
+    uncertainty: NonNegative = Field(default=0.005, description="standard uncertainty of a placed one's position, m")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> BodySpec:
+        if self.markers is not None and self.track is not None:
+            raise ValueError("say markers or track, not both")
+        if isinstance(self.markers, str) and not self.markers.endswith(":"):
+            raise ValueError(f"{self.markers!r} is neither a list of markers nor a prefix that ends in ':'")
+        return self
+
+
+class MotionSpec(_Part):
+    """How markers become motion."""
+
+    cutoff: Positive | Literal["residual", "none"] = Field(
+        default="residual",
+        description="of the zero-phase Butterworth low-pass: Hz, chosen by residual analysis, or none",
+    )
+    spline: NonNegative = Field(default=0.2, description="longest gap that is filled by a spline, s")
+    residual: Positive = Field(default=0.01, description="largest rms residual of a rigid fit that is believed, m")
+
+
+class LegPlanSpec(_Part):
+    """One goal of a trial."""
+
+    name: str = Field(min_length=1)
+    start: str | PoseSpec | None = Field(
+        default=None, description="a pose of [poses], or x, y, theta; default: the last goal"
+    )
+    goal: str | PoseSpec | None = Field(default=None, description="the same; default: unknown")
+    scored: bool = True
+    time_limit: Positive | None = Field(default=None, description="s")
+    span: Span | None = Field(
+        default=None, description="when it was driven, s on the first source's clock; default: found"
+    )
+
+
+class PlacedSpec(_Part):
+    """An obstacle in one trial."""
+
+    body: str = Field(description="of [bodies]")
+    pose: PoseSpec | None = Field(default=None, description="where it was placed: m, m, rad; default: it was measured")
+
+
+class TrialSpec(ConditionsSpec):
+    """One attempt. Without a file, and unless `attempted = false`, it counts as attempted and not recorded."""
+
+    file: str = Field(default="", description="of the first source")
+    files: dict[str, str] = Field(default_factory=dict, description="of other sources, by name")
+    span: Span | None = Field(default=None, description="of the trial in the first file, s; default: all of it")
+    attempted: bool = Field(default=True, description="false: not yet done; a file makes it attempted")
+    batch: str = "own"
+    configuration: str = "own"
+    speed: Positive | None = Field(default=None, description="set speed, m/s")
+    obstacle_speed: NonNegative | None = Field(default=None, description="m/s")
+    size: Positive | None = Field(default=None, description="edge of the static obstacles, m")
+    gap: Positive | None = Field(default=None, description="in multiples of d_base")
+    repetition: int = Field(default=1, ge=1)
+    obstacles: tuple[PlacedSpec, ...] = ()
+    legs: tuple[LegPlanSpec, ...] = Field(default=(), description="default: the plan's")
+    contact: bool | None = Field(default=None, description="observed by the operator; default: not said")
+    intervention: bool = Field(default=False, description="a person had to help")
+    stopped: bool = Field(default=False, description="emergency stop")
+    aborted: bool = False
+    note: str = ""
+
+
+class Plan(_Part):
+    """A test plan."""
+
+    test: TestSpec = TestSpec()
+    conditions: ConditionsSpec = ConditionsSpec()
+    poses: dict[str, PoseSpec] = Field(default_factory=dict, description="named poses in the map, such as A and B")
+    sources: dict[str, SourceSpec] = Field(
+        default_factory=lambda: {"capture": SourceSpec()},
+        min_length=1,
+        description="the first is the measurement, others are tied to it",
+    )
+    robot: BodySpec = BodySpec()
+    bodies: dict[str, BodySpec] = Field(default_factory=dict, description="obstacles, by name")
+    motion: MotionSpec = MotionSpec()
+    legs: tuple[LegPlanSpec, ...] = Field(default=(), description="of every trial that names none of its own")
+    trials: tuple[TrialSpec, ...] = Field(min_length=1, alias="trial", description="one [[trial]] an attempt")
+
+    @model_validator(mode="after")
+    def _names(self) -> Plan:
+        known: dict[str, Mapping[str, object]] = {"sources": self.sources, "bodies": self.bodies, "poses": self.poses}
+        for where, name in self._references():
+            choices = known[where]
+            if name not in choices:
+                raise ValueError(f"{name!r} is none of [{where}]: {', '.join(choices) or 'there are none'}")
+        return self
+
+    def _references(self) -> list[tuple[str, str]]:
+        bodies = [self.robot, *self.bodies.values()]
+        found = [("sources", b.source) for b in bodies if b.source is not None]
+        found += [("sources", name) for t in self.trials for name in t.files]
+        found += [("bodies", o.body) for t in self.trials for o in t.obstacles]
+        poses = [
+            leg_pose
+            for legs in (self.legs, *(t.legs for t in self.trials))
+            for leg in legs
+            for leg_pose in (leg.start, leg.goal)
+        ]
+        poses += [hold.pose for s in self.sources.values() for hold in s.frame.holds]
+        poses += [b.static.pose for b in bodies if b.static is not None]
+        return found + [("poses", p) for p in poses if isinstance(p, str)]
+
+
+def load_plan(path: str | Path) -> Plan:
+    """Read a test plan.
+
+    Raises:
+        ClearwayError: no such file, no TOML, or a field that is wrong; the message names file, field and value.
+    """
+    file = Path(path)
+    table = read_toml(file)
+    try:
+        return Plan.model_validate(table)
+    except ValidationError as error:
+        raise first_problem(error, Plan, file=file) from error
+
+
+def read_toml(file: Path) -> dict[str, Any]:
+    """A TOML file as a table.
+
+    Raises:
+        ClearwayError: no such file, or no TOML.
+    """
+    try:
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError as error:
+        raise ClearwayError("no such file", file=file) from error
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ClearwayError(f"is not a TOML file: {error}", file=file) from error

@@ -1,0 +1,200 @@
+"""What a reader gives: a recording in SI units, in one right-handed z-up frame, with explicit time. Nothing is cleaned yet.
+
+Positions are metres, angles radians, orientations quaternions (x, y, z, w). Time is seconds on the file's own clock;
+where the file knows the date, `Recording.epoch` is the UNIX time of t = 0. What was not measured is NaN, never a
+guess and never the last value held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.geometry.shapes import FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Points:
+    """Markers of one capture.
+
+    Attributes:
+        names: (m) as the file has them, unique. t: (n,) s, strictly increasing. xyz: (n, m, 3) m, NaN where unseen.
+    """
+
+    names: tuple[str, ...]
+    t: FloatArray
+    xyz: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Track:
+    """Poses of one thing: a rigid body of the file, a topic, a pair of frames, a pedestrian.
+
+    Attributes:
+        kind: `body` (6DOF), `odometry`, `pose`, `tf`, `person`, `table`. frame: what the poses are given in, such as
+        `map` or `odom`; empty: the capture's. child: what moves, such as `base_link`; empty where nobody says.
+        t: (n,) s, strictly increasing. position: (n, 3) m. orientation: (n, 4) xyzw, None where there is no heading;
+        NaN rows where it was not seen. twist: (n, 2) measured v [m/s], omega [rad/s] in `child`, or None.
+        sigma: (n, 2) standard uncertainty of position [m] and heading [rad] as the file states it, or None.
+    """
+
+    kind: str
+    frame: str
+    child: str
+    t: FloatArray
+    position: FloatArray
+    orientation: FloatArray | None = None
+    twist: FloatArray | None = None
+    sigma: FloatArray | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Goals:
+    """Goals that were sent: t (k,) s, pose (k, 3) x, y [m], theta [rad] in `frame`."""
+
+    frame: str
+    t: FloatArray
+    pose: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sweeps:
+    """Scans of one lidar: t (n,) s, ranges (n, b) m (inf: no return), beam i at angle_min + i * angle_increment [rad]
+    in `frame`; range_min, range_max in m."""
+
+    frame: str
+    t: FloatArray
+    ranges: FloatArray
+    angle_min: float
+    angle_increment: float
+    range_min: float
+    range_max: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paths:
+    """Plans that were published: t (k,) s, and for each a polyline (p, 2) in m in `frame`."""
+
+    frame: str
+    t: FloatArray
+    lines: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """What was read of one file.
+
+    Attributes:
+        file: its path. format: the reader's name. points: its markers, or None. tracks, goals, scans, paths: by name
+        (body, topic, `parent->child`). epoch: UNIX time [s] of t = 0, None if the file doesn't say.
+        notes: what the reader had to do or noticed, in sentences (axes turned, mm scaled, duplicates dropped).
+    """
+
+    file: Path
+    format: str
+    points: Points | None = None
+    tracks: Mapping[str, Track] = field(default_factory=dict)
+    goals: Mapping[str, Goals] = field(default_factory=dict)
+    scans: Mapping[str, Sweeps] = field(default_factory=dict)
+    paths: Mapping[str, Paths] = field(default_factory=dict)
+    epoch: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Want:
+    """What to read of a file, so that a large one need not fit into memory. The default is everything.
+
+    Attributes:
+        names: markers, bodies, topics or `parent->child` pairs; None: all that a reader understands. A name that the
+        file doesn't have is an error with the closest one (`clearway.errors.unknown`). span: (start, end) s on the
+        file's own clock, None: all of it.
+    """
+
+    names: frozenset[str] | None = None
+    span: tuple[float, float] | None = None
+
+    def has(self, name: str) -> bool:
+        """Whether `name` is wanted."""
+        return self.names is None or name in self.names
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One thing that a file holds.
+
+    Attributes:
+        name: as it is asked for. kind: `marker`, `body`, `odometry`, `pose`, `tf`, `scan`, `goal`, `path`, `person`,
+        `table`, or `other` (there, but not understood). count: of samples in which it is there. start, end: s.
+        rate: Hz (the median), None below two samples. missing: share of the samples between start and end that lack
+        it. longest_gap: s. detail: for people: type of message, frames.
+    """
+
+    name: str
+    kind: str
+    count: int
+    start: float | None = None
+    end: float | None = None
+    rate: float | None = None
+    missing: float = 0.0
+    longest_gap: float = 0.0
+    detail: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a file holds, found without any configuration. `start`, `end`: s on its clock, None if it is empty."""
+
+    file: Path
+    format: str
+    start: float | None
+    end: float | None
+    epoch: float | None
+    entries: tuple[Entry, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return 0.0 if self.start is None or self.end is None else self.end - self.start
+
+
+def describe(name: str, kind: str, t: FloatArray, seen: npt.NDArray[np.bool_] | None = None, detail: str = "") -> Entry:
+    """The entry of something that was sampled at `t` (n,) [s]; `seen` (n,) bool: in which of them it is there."""
+    there = t if seen is None else t[seen]
+    if not len(there):
+        return Entry(name, kind, 0, missing=1.0 if len(t) else 0.0, detail=detail)
+    steps = np.diff(there)
+    usual = float(np.median(np.diff(t))) if len(t) > 1 else None
+    within = int(((t >= there[0]) & (t <= there[-1])).sum())
+    rate = 1 / usual if usual else None
+    gap = float(steps.max()) if len(steps) and usual and steps.max() > 1.5 * usual else 0.0
+    missing = 1 - len(there) / within
+    return Entry(name, kind, len(there), float(there[0]), float(there[-1]), rate, missing, gap, detail)
+
+
+def contents_of(recording: Recording) -> Contents:
+    """What a recording that was read whole holds."""
+    entries: list[Entry] = []
+    if (points := recording.points) is not None:
+        seen: Any = np.isfinite(points.xyz).all(axis=2)
+        entries += [describe(n, "marker", points.t, seen[:, i]) for i, n in enumerate(points.names)]
+    for name, track in recording.tracks.items():
+        detail = "->".join(part for part in (track.frame, track.child) if part)
+        there: Any = np.isfinite(track.position).all(axis=1)
+        entries.append(describe(name, track.kind, track.t, there, detail))
+    several: Iterable[tuple[str, Mapping[str, Goals] | Mapping[str, Sweeps] | Mapping[str, Paths]]] = (
+        ("goal", recording.goals),
+        ("scan", recording.scans),
+        ("path", recording.paths),
+    )
+    entries += [describe(name, kind, x.t, detail=x.frame) for kind, them in several for name, x in them.items()]
+    starts = [e.start for e in entries if e.start is not None]
+    ends = [e.end for e in entries if e.end is not None]
+    first, last = (min(starts), max(ends)) if starts else (None, None)
+    return Contents(recording.file, recording.format, first, last, recording.epoch, tuple(entries), recording.notes)
