@@ -1,0 +1,492 @@
+"""Writes the test plan of a whole suite before anything was driven, so that only what the lab knows is left to fill in.
+
+The order is the suite's, batch by batch; within a batch the trials among the same obstacles stand together, so that
+obstacles are carried as rarely as possible (in the hospital's SO 28 set-ups instead of 84).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections import Counter
+from collections.abc import Hashable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearway.errors import ClearwayError
+from clearway.recordings.plan import Plan
+from clearway.robots import Robot, load_robot
+from clearway.scenarios.floorplan import load_plan as load_floor
+from clearway.scenarios.scenario import (
+    DiscSpec,
+    LegSpec,
+    ObstacleSpec,
+    PoseSpec,
+    RectangleSpec,
+    RobotBodySpec,
+    RunSpec,
+    Scenario,
+    ShapeSpec,
+    SquareSpec,
+)
+from clearway.scenarios.suites import Selection, load_suite
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A-B on the floor: how people with a tape measure see a pose of the map."""
+
+    a: PoseSpec
+    b: PoseSpec
+
+    @property
+    def length(self) -> float:
+        """m."""
+        return math.dist(self.a[:2], self.b[:2])
+
+    def seen(self, point: Sequence[float]) -> tuple[float, float]:
+        """Metres from A towards B, and to the left of that line (negative: to the right)."""
+        heading = self.heading
+        dx, dy = point[0] - self.a[0], point[1] - self.a[1]
+        c, s = math.cos(heading), math.sin(heading)
+        return round(c * dx + s * dy, 6) + 0.0, round(c * dy - s * dx, 6) + 0.0
+
+    def turned(self, theta: float) -> float:
+        """A heading of the map against the line, degrees in (-180, 180]."""
+        return round(math.degrees(math.remainder(theta - self.heading, math.tau)), 3) + 0.0
+
+    @property
+    def heading(self) -> float:
+        """Of the line in the map, rad; A's own where A and B are one place."""
+        if self.length < 1e-9:
+            return self.a[2]
+        return math.atan2(self.b[1] - self.a[1], self.b[0] - self.a[0])
+
+    def words(self, pose: Sequence[float]) -> str:
+        """Where a pose is, in words."""
+        along, across = self.seen(pose)
+        from_a = f"{metres(along)} m from A towards B" if along >= 0 else f"{metres(-along)} m behind A"
+        if abs(across) < 5e-4:
+            return f"{from_a}, on the line"
+        return f"{from_a}, {metres(abs(across))} m to the {'left' if across > 0 else 'right'}"
+
+
+def metres(value: float) -> str:
+    """A length to the millimetre, as short as possible."""
+    return f"{round(value, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
+
+
+def scenarios(suite: str, robot: str, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
+    """The selected scenarios of a suite in the order in which a lab should drive them.
+
+    Raises:
+        ClearwayError: an unknown suite or robot, or a selection that selects nothing.
+    """
+    made = load_suite(suite).build(load_robot(robot), selection, seed)
+    batches: dict[Hashable, int] = {}
+    setups: dict[Hashable, int] = {}
+    for s in made:
+        batches.setdefault(s.labels.batch, len(batches))
+        setups.setdefault(setup(s), len(setups))
+    return sorted(made, key=lambda s: (batches[s.labels.batch], setups[setup(s)]))
+
+
+def setup(scenario: Scenario) -> Hashable:
+    """What has to stay as it is from one trial to the next: the obstacles that stand, and the ways of those that move."""
+    placed = tuple((o.shape, o.pose) for o in scenario.obstacles if o.pose is not None)
+    ways = tuple((o.shape, tuple((r.leg, r.path) for r in o.runs)) for o in scenario.obstacles if o.pose is None)
+    return scenario.labels.batch, scenario.labels.configuration, placed, ways
+
+
+def behind(plan: Plan, folder: Path) -> list[Scenario]:
+    """The scenarios that a plan's trials were made from, as far as its suite is known; to be found by their labels."""
+    if plan.test.robot is None:
+        return []
+    robot, floor = (
+        None if name is None else str(folder / name) if (folder / name).is_file() else name
+        for name in (plan.test.robot, plan.test.plan)
+    )
+    selection = Selection(plan=floor, repetitions=max(t.repetition for t in plan.trials))
+    try:
+        return scenarios(plan.test.suite, str(robot), selection)
+    except ClearwayError:
+        return []
+
+
+def key(labels: object, speed: float | None) -> Hashable:
+    """What tells a trial within its suite; of `Labels`, a `LabelSpec` or a `TrialSpec`."""
+    names = ("batch", "configuration", "obstacle_speed", "size", "gap", "repetition")
+    return speed, *(getattr(labels, n) for n in names)
+
+
+def bodies_of(scenario: Scenario) -> list[tuple[str, ObstacleSpec]]:
+    """The obstacles of a scenario, each with the name of the thing in the lab that plays it.
+
+    Things of one shape are interchangeable: the first square of 0.3 m is the same in every trial.
+    """
+    count: Counter[str] = Counter()
+    found = []
+    for obstacle in scenario.obstacles:
+        kind = _kind(obstacle)
+        count[kind] += 1
+        found.append((kind if isinstance(obstacle.shape, RobotBodySpec) else f"{kind}-{count[kind]}", obstacle))
+    names = [name for name, _ in found]
+    return [(n if names.count(n) == 1 else f"{n}-{o.name}", o) for n, o in found]
+
+
+def _kind(obstacle: ObstacleSpec) -> str:
+    match obstacle.shape:
+        case SquareSpec(edge=edge):
+            return f"square-{_short(edge)}"
+        case RectangleSpec(length=length, width=width):
+            return f"rectangle-{_short(length)}-{_short(width)}"
+        case DiscSpec(radius=radius):
+            return f"disc-{_short(2 * radius)}"
+        case RobotBodySpec(robot=robot):
+            return _bare(Path(robot.removesuffix(".toml")).name)
+        case _:
+            return _bare(obstacle.name)
+
+
+def _short(length: float) -> str:
+    """Without a dot, so that it may stand in a bare key: 30cm, 125mm."""
+    cm = round(100 * length, 6)
+    return f"{cm:.0f}cm" if cm == round(cm) else f"{1000 * length:.0f}mm"
+
+
+def _bare(name: str) -> str:
+    return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in name) or "body"
+
+
+def described(scenario: Scenario) -> str:
+    """A trial in a few words: `SO single, 0.2 m/s, edge 0.03 m`."""
+    at = scenario.labels
+    words = [at.batch if at.configuration in (at.batch, "free") else f"{at.batch} {at.configuration}"]
+    words.append(f"{scenario.speed:g} m/s")
+    if at.obstacle_speed is not None:
+        words.append(f"obstacle {at.obstacle_speed:g} m/s")
+    if at.size is not None:
+        words.append(f"edge {at.size:g} m")
+    if at.gap is not None:
+        words.append(f"gap {at.gap:g} d_base")
+    return ", ".join(words)
+
+
+def when(run: RunSpec) -> str:
+    """When a mover starts, against the robot's own start of that leg."""
+    if abs(run.delay) < 0.05:
+        return "together with the robot"
+    return f"{abs(run.delay):.1f} s {'before' if run.delay < 0 else 'after'} the robot"
+
+
+def skeleton(
+    suite: str = "hospital",
+    robot: str = "tiago",
+    selection: Selection | None = None,
+    *,
+    seed: int = 0,
+    folder: Path | None = None,
+) -> str:
+    """The test plan of a suite as TOML: everything that is known before the tests; `load_plan` accepts it as it is.
+
+    Args:
+        suite: name or file. robot: name, preset or file. selection: which part of the suite.
+        seed: of the suite, which shifts when movers start. folder: where the plan will stand, if not here; files that
+        it names are written as seen from there.
+
+    Raises:
+        ClearwayError: an unknown suite, robot or selection, or a suite whose goals differ in their tolerances.
+    """
+    chosen = scenarios(suite, robot, selection, seed)
+    return _Writer(load_robot(robot), robot, chosen, selection or Selection(), folder or Path()).text(suite)
+
+
+class _Writer:
+    """Puts a list of scenarios into words and TOML."""
+
+    def __init__(
+        self, robot: Robot, robot_name: str, chosen: Sequence[Scenario], selection: Selection, folder: Path
+    ) -> None:
+        self.robot, self.robot_name, self.scenarios, self.selection = robot, robot_name, chosen, selection
+        self.folder = folder
+        first = chosen[0]
+        self.line = Line(first.start, first.legs[0].goal)
+        self.poses = _named_poses(chosen)
+        self.legs = Counter(self.leg_lines(s) for s in chosen).most_common(1)[0][0]
+
+    def text(self, suite: str) -> str:
+        parts = [
+            self.head(suite),
+            self.test(),
+            _CONDITIONS,
+            self.places(),
+            self.capture(),
+            self.things(),
+            self.trials(),
+        ]
+        return "\n".join(parts)
+
+    def head(self, suite: str) -> str:
+        setups = len({setup(s) for s in self.scenarios})
+        return _HEAD.format(
+            trials=len(self.scenarios), suite=suite, robot=self.robot.title or self.robot.name, setups=setups
+        )
+
+    def test(self) -> str:
+        tolerances = {
+            (leg.xy_tolerance or self.robot.tolerances.xy, leg.yaw_tolerance or self.robot.tolerances.yaw)
+            for s in self.scenarios
+            for leg in s.legs
+        }
+        if len(tolerances) > 1:
+            raise ClearwayError(
+                "the goals of this suite differ in their tolerances, and a test plan has one for all; select a part",
+                field="suite",
+            )
+        xy, yaw = next(iter(tolerances))
+        lengths = {s.reference_length for s in self.scenarios}
+        length = next(iter(lengths)) if len(lengths) == 1 else None
+        lines = [
+            "[test]",
+            f"suite = {_toml(self.scenarios[0].labels.suite)}",
+            f"robot = {_toml(self.file(self.robot_name))}  # gives the footprint and the limits",
+            'navigator = "recorded"  # what drove it, such as "move_base"',
+            'localisation = "recorded"  # how it knew where it was, such as "amcl"',
+        ]
+        if self.selection.plan is not None:
+            lines.append(f"plan = {_toml(self.file(self.selection.plan))}  # floor plan, drawn behind the paths")
+        lines += [f"xy_tolerance = {_toml(xy)}  # at a goal, m", f"yaw_tolerance = {_toml(yaw)}  # rad"]
+        if length is not None:
+            lines.append(f"reference_length = {_toml(length)}  # of one leg, m")
+        return "\n".join([*lines, ""])
+
+    def places(self) -> str:
+        lines = [
+            "# Places in the map: x [m], y [m], heading [rad]. The origin is wherever these numbers put it.",
+            "[poses]",
+        ]
+        lines += [f"{name} = {_toml(pose)}" for pose, name in self.poses.items()]
+        lines += ["", "# What the robot has to do in each trial, unless the trial says otherwise; time limits in s."]
+        for leg in self.legs:
+            lines += ["[[legs]]", *(f"{k} = {v}" for k, v in leg), ""]
+        return "\n".join(lines)
+
+    def capture(self) -> str:
+        a, b = self.line.a, self.line.b
+        c, s = math.cos(self.line.heading), math.sin(self.line.heading)
+        third = ((a[0] + b[0]) / 2 - 2 * s, (a[1] + b[1]) / 2 + 2 * c)
+        prefix = f"{_kind_of_robot(self.robot)}:"
+        return _CAPTURE.format(
+            a=_toml(a[:2]), b=_toml(b[:2]), c=_toml(third), prefix=_toml(prefix), example=_toml(prefix + "front_left")
+        )
+
+    def things(self) -> str:
+        """[bodies]: each obstacle once."""
+        things: dict[str, ObstacleSpec] = {}
+        for s in self.scenarios:
+            things |= {name: o for name, o in bodies_of(s) if name not in things}
+        if not things:
+            return ""
+        lines = [_BODIES]
+        for name, o in things.items():
+            lines += [f"[bodies.{name}]", f"shape = {self.shape(o.shape)}"]
+            if o.pose is None:
+                lines.append(f"markers = {_toml(name + ':')}  # it moves: its marker set, as for the robot")
+            lines.append("")
+        return "\n".join(lines)
+
+    def shape(self, shape: ShapeSpec) -> str:
+        values = shape.model_dump()
+        if isinstance(shape, RobotBodySpec):
+            values["robot"] = self.file(shape.robot)
+        return _toml(values)
+
+    def trials(self) -> str:
+        lines = [_TRIALS]
+        total, now = len(self.scenarios), None
+        for i, scenario in enumerate(self.scenarios, 1):
+            if (here := setup(scenario)) != now:
+                now = here
+                lines += self.set_up(scenario)
+            lines += self.trial(i, total, scenario)
+        return "\n".join(lines)
+
+    def set_up(self, scenario: Scenario) -> list[str]:
+        at = scenario.labels
+        lines = [f"# ---- {at.batch} {at.configuration} ".ljust(100, "-")]
+        for name, o in bodies_of(scenario):
+            if o.pose is not None:
+                lines.append(f"# Put {name} {self.line.words(o.pose)}.")
+            for run in o.runs:
+                ends = " to ".join(self.line.words(p) for p in (run.path[0], run.path[-1]))
+                lines.append(f"# Drive {name} on leg {run.leg}: {ends}.")
+            if o.oscillation is not None:
+                lines.append(f"# {name} swings about {self.line.words(o.oscillation.attraction)}.")
+        if not scenario.obstacles:
+            lines.append("# No obstacle.")
+        return [*lines, ""]
+
+    def trial(self, number: int, total: int, scenario: Scenario) -> list[str]:
+        at = scenario.labels
+        lines = [f"[[trial]]  # {number} of {total}: {described(scenario)}, repetition {at.repetition}"]
+        placed = bodies_of(scenario)
+        for name, o in placed:
+            starts = "; ".join(f"{r.leg}: {when(r)}" for r in o.runs)
+            lines += [f"# {name} drives at {o.runs[0].speed:g} m/s and starts {starts}"] if o.runs else []
+        lines += _OPERATOR
+        labels = {
+            "batch": at.batch, "configuration": at.configuration, "speed": scenario.speed,
+            "obstacle_speed": at.obstacle_speed, "size": at.size, "gap": at.gap, "repetition": at.repetition,
+        }  # fmt: skip
+        lines += [f"{k} = {_toml(v)}" for k, v in labels.items() if v is not None]
+        if placed:
+            items = [{"body": name} | ({} if o.pose is None else {"pose": o.pose}) for name, o in placed]
+            lines.append(f"obstacles = {_toml(items)}")
+        if (legs := self.leg_lines(scenario)) != self.legs:
+            items_of_legs = ", ".join("{ " + ", ".join(f"{k} = {v}" for k, v in leg) + " }" for leg in legs)
+            lines.append(f"legs = [{items_of_legs}]")
+        return [*lines, ""]
+
+    def leg_lines(self, scenario: Scenario) -> tuple[tuple[tuple[str, str], ...], ...]:
+        """Key and TOML value of each leg's fields."""
+        return tuple(
+            tuple(self.leg_fields(leg, scenario.start if i == 0 else None)) for i, leg in enumerate(scenario.legs)
+        )
+
+    def leg_fields(self, leg: LegSpec, start: PoseSpec | None) -> Iterable[tuple[str, str]]:
+        yield "name", _toml(leg.name)
+        if start is not None:
+            yield "start", self.pose(start)
+        yield "goal", self.pose(leg.goal)
+        if not leg.scored:
+            yield "scored", "false"
+        yield "time_limit", _toml(round(leg.time_limit, 2))
+
+    def pose(self, pose: PoseSpec) -> str:
+        return _toml(self.poses.get(pose, pose))
+
+    def file(self, name: str) -> str:
+        """A name, or a file as it is seen from the plan's folder."""
+        path, colon, preset = name.partition(".toml:")
+        file = path + ".toml" if colon else name
+        if not os.path.isfile(file):
+            return name
+        seen = Path(os.path.relpath(file, self.folder)).as_posix()
+        return f"{seen}:{preset}" if colon else seen
+
+
+def _kind_of_robot(robot: Robot) -> str:
+    return _bare(robot.name.partition(":")[0])
+
+
+def _named_poses(chosen: Sequence[Scenario]) -> dict[PoseSpec, str]:
+    """A and B, and the same places facing elsewhere, where all scenarios share them; others stand as numbers."""
+    first = chosen[0]
+    ways = {(s.start, *(leg.goal for leg in s.legs)) for s in chosen}
+    if len(ways) > 1:
+        return {}
+    named: dict[PoseSpec, str] = {}
+    letters = iter("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
+    for pose in (first.start, *(leg.goal for leg in first.legs)):
+        if pose in named:
+            continue
+        same = [n for p, n in named.items() if p[:2] == pose[:2]]
+        named[pose] = f"{same[0]}_turned" if len(same) == 1 else next(letters, f"P{len(named)}")
+    return named
+
+
+def _toml(value: object) -> str:
+    match value:
+        case bool():
+            return "true" if value else "false"
+        case float() | int():
+            if isinstance(value, float) and not math.isfinite(value):
+                return "inf" if value > 0 else "-inf" if value < 0 else "nan"
+            return repr(round(value, 8) + 0.0) if isinstance(value, float) else str(value)
+        case str():
+            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+        case Mapping():
+            return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
+        case Sequence():
+            return "[" + ", ".join(_toml(v) for v in value) + "]"
+        case _:
+            raise TypeError(f"{value!r} has no form in TOML")
+
+
+_HEAD = """\
+# Test plan: {trials} trials of the suite {suite} with {robot}.
+#
+# What is left to fill in: [conditions]; the marker names; the names of the files, here as proposals and in each trial.
+# Files are seen from this file's folder. Lengths are metres, angles radians, times seconds.
+# A line that begins with # is a remark; take the # away where you want what stands behind it.
+#
+# Order: batch by batch as in the suite; within a batch all trials among the same obstacles stand together, speeds and
+# repetitions one after another, so that obstacles are carried as rarely as possible ({setups} set-ups in all). You may
+# drive in another order. The number behind [[trial]] is the one on the run sheet.
+#
+# `clearway check` says what is missing or wrong in this file, `clearway score` makes the results of it.
+"""
+
+_CONDITIONS = """\
+# What the report has to say about the tests. A trial may have these fields too, where it differs.
+[conditions]
+place = ""
+operator = ""  # who tested
+date = ""
+floor = ""  # surface, such as "linoleum, dry"
+load = ""  # on the robot, such as "none" or "10 kg on top"
+software = ""  # the robot's, with its version
+capture = ""  # the measuring system, such as "Vicon Vero, 8 cameras, 100 Hz"
+"""
+
+_CAPTURE = """\
+# The measuring system.
+[sources.capture]
+# format = "vicon"  # only where the file isn't recognised; `clearway list formats` shows all
+
+# How the system's own frame lies in the map: three markers on the floor, on A, on B, and 2 m to the left of the middle
+# (from A towards B), recorded once. Fill in the file and the markers' names.
+[sources.capture.frame]
+file = "survey.csv"
+surveyed = [
+  {{ marker = "floor:A", at = {a} }},
+  {{ marker = "floor:B", at = {b} }},
+  {{ marker = "floor:C", at = {c} }},
+]
+# Other ways, instead of `file` and `surveyed`: the system's frame is the map's, or the robot stood on known poses
+# (needs the markers' coordinates below).
+# same = true
+# holds = [{{ file = "static_A.csv", pose = "A" }}, {{ file = "static_B.csv", pose = "B" }}]
+
+# The robot's own log, if there is one: take the # away, and add to each trial: files = {{ robot = "NAME" }}
+# [sources.robot]
+# estimate = "/amcl_pose"  # where the robot believed to be
+# odometry = "/odom"  # by its speed the two clocks are tied
+
+# The robot's markers: a list of names, or a prefix that all of its markers have. They are tied to the robot's own frame
+# (x forward, y left, origin between the wheels) by the robot at rest on A, facing B, and by a straight drive forward.
+[robot]
+markers = {prefix}
+static = {{ file = "static_A.csv", pose = "A" }}
+straight = {{ file = "straight.csv" }}
+# Or, instead of `static` and `straight`, where the markers sit on the robot, m: x forward, y left, z up.
+# coordinates = {{ {example} = [0.2, 0.2, 0.3] }}
+"""
+
+_BODIES = """\
+# Obstacles. One that stands is where its trial says, by its shape and pose, and may have markers, too:
+# markers = "square-3cm-1:" - then it is where it was measured.
+"""
+
+_TRIALS = """\
+# The trials. In each: file = "NAME" of its recording. More trials in one file: give each its span = [start, end] in s.
+# A trial that was driven but not recorded: attempted = true. It counts as attempted.
+# intervention: a person had to help. stopped: emergency stop. aborted: broken off. note: whatever is worth knowing.
+# contact: take the # away and say true if the robot touched something, false if you watched and it did not.
+"""
+
+_OPERATOR = (
+    'file = ""', "attempted = false",
+    "# contact = false", "intervention = false", "stopped = false", "aborted = false", 'note = ""',
+)  # fmt: skip
