@@ -21,7 +21,7 @@ from clearway.trials import store
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Results", "open_results", "resume", "run"]
+__all__ = ["Results", "open_results", "resume", "run", "score"]
 
 
 class Results(store.Results):
@@ -150,6 +150,31 @@ def resume(out: str | Path, *, workers: int | None = None, progress: ProgressCal
         ClearwayError: `out` holds no campaign, or its suite, robots or versions have changed since.
     """
     done = resume_campaign(Path(out), workers, progress)
+    return Results(done.path, done.campaign)
+
+
+def score(
+    plan: str | Path,
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    resume: bool = False,
+    progress: ProgressCallback | None = None,
+) -> Results:
+    """Import and score the recordings of a real robot by a test plan (TOML).
+
+    Args:
+        plan: the test plan; `clearway protocol` writes its skeleton. out: the results directory; None:
+            `results/NAME-OF-THE-PLAN`, numbered if that is taken. workers: processes; None: one a core.
+        resume: go on with a scoring in `out` that was interrupted. progress: called with (done, total, note).
+
+    Raises:
+        ClearwayError: something in the plan or in a file is wrong; one sentence says what and what would be right.
+    """
+    from clearway.campaigns.scoring import score_plan
+
+    folder = free_directory([str(plan)]) if out is None else Path(out)
+    done = score_plan(Path(plan), folder, workers=workers, resume=resume, progress=progress)
     return Results(done.path, done.campaign)
 
 

@@ -11,12 +11,12 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.campaigns.worker import Done, run_and_keep
@@ -28,6 +28,8 @@ from clearway.robots import load_robot
 from clearway.trials import Outcome
 from clearway.trials.store import Results, TrialStore, refuse_results
 from clearway.trials.store_results import read_campaign
+
+Finished = TypeVar("Finished")
 
 
 class ProgressCallback(Protocol):
@@ -72,7 +74,7 @@ def run_campaign(
     specs = plan.specs()
     check_plan(plan, specs)
     asked = _asked(plan, specs)
-    run = _machine() | {"started": _now()}
+    run = machine() | {"started": now()}
     with (
         TrialStore(Path(out), asked, len(specs), row_schema(), run=run, resume=resume) as store,
         _CtrlC() as ctrl_c,
@@ -80,7 +82,7 @@ def run_campaign(
         try:
             while missing := store.missing():
                 _run_all(plan, [specs[i] for i in missing], store, workers or os.cpu_count() or 1, tell)
-            return store.finish({"finished": _now()})
+            return store.finish({"finished": now()})
         except BaseException as error:
             _stop_workers()
             if not (ctrl_c.came or isinstance(error, KeyboardInterrupt)):
@@ -182,23 +184,38 @@ def _run_all(
 
 def _finished(plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore, workers: int) -> Generator[Done]:
     """Every trial's outcome, in the order in which they end."""
+    calls = [(run_and_keep, (plan, spec, store.partial, store.key)) for spec in specs]
+    return finished_in_turn(calls, workers, store.path)
+
+
+def finished_in_turn(
+    calls: Sequence[tuple[Callable[..., Finished], tuple[Any, ...]]], workers: int, out: Path
+) -> Generator[Finished]:
+    """What each call returns, in the order in which they end.
+
+    Args:
+        calls: function and arguments; in another process it is also given `parent`, the one to end with.
+        workers: processes; 1: this one. out: named if a worker dies.
+
+    Raises:
+        ClearwayError: a worker process died.
+    """
     if workers == 1:
-        for spec in specs:
-            yield run_and_keep(plan, spec, store.partial, store.key)
+        for function, arguments in calls:
+            yield function(*arguments)
         return
     from concurrent.futures.process import BrokenProcessPool
 
     from joblib import Parallel, delayed
 
-    job = delayed(run_and_keep)
     parallel = Parallel(n_jobs=workers, backend="loky", batch_size=1, return_as="generator_unordered", max_nbytes=None)
     try:
-        yield from parallel(job(plan, spec, store.partial, store.key, os.getpid()) for spec in specs)
+        yield from parallel(delayed(function)(*arguments, os.getpid()) for function, arguments in calls)
     except BrokenProcessPool as error:
         raise ClearwayError(
-            "a worker process died: the navigator crashed it, or memory ran out; what is finished is kept, --resume goes "
+            "a worker process died: a navigator crashed it, or memory ran out; what is finished is kept, --resume goes "
             "on from there, with --workers 1 up to the trial that does it",
-            file=store.path,
+            file=out,
         ) from error
 
 
@@ -221,16 +238,19 @@ def _asked(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
     grid = None if plan.map in (None, "true") else granted_map(plan.map, specs[0].scenario)
     if grid is not None:
         seen.update(grid.data.tobytes())
+    return asked_of(robots) | {"plan": json.loads(json.dumps(plan.to_json())), "scenarios": seen.hexdigest()}
+
+
+def asked_of(robots: Mapping[str, Any]) -> dict[str, Any]:
+    """What every campaign.json holds: versions, and the robots in full."""
     return {
         "clearway": _version("clearway"),
         "versions": {"python": platform.python_version()} | {n: _version(n) for n in ("numba", "numpy", "scipy")},
-        "plan": json.loads(json.dumps(plan.to_json())),
-        "robots": robots,
-        "scenarios": seen.hexdigest(),
+        "robots": dict(robots),
     }
 
 
-def _machine() -> dict[str, Any]:
+def machine() -> dict[str, Any]:
     return {"system": platform.platform(), "processor": platform.machine(), "cores": os.cpu_count()}
 
 
@@ -241,7 +261,7 @@ def _version(package: str) -> str:
         return "unknown"
 
 
-def _now() -> str:
+def now() -> str:
     return datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
 
 

@@ -43,7 +43,7 @@ def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, pa
         ClearwayError: the disk is full, or a file that the trial needs has gone.
     """
     if parent is not None:
-        _settle(parent)
+        settle(parent)
     trial = run_trial(plan, spec)
     row = {"id": spec.id} | score_row(trial)
     write_partial(folder, key, spec.index, trial, row)
@@ -132,7 +132,7 @@ def _broken(spec: TrialSpec, reason: str, detail: str) -> Trial:
 _settled: int | None = None
 
 
-def _settle(parent: int) -> None:
+def settle(parent: int) -> None:
     """Once a worker: leave Ctrl-C to the parent, and end when the parent has ended, however it did."""
     global _settled
     if _settled == parent:

@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli import check, compare, list_, map_, replay, report, run, samples, schema
+from clearway.cli import check, compare, list_, map_, replay, report, run, samples, schema, score
 from clearway.errors import ClearwayError
 
 app = typer.Typer(
@@ -26,6 +26,7 @@ app = typer.Typer(
 )
 VERBS: dict[str, Callable[..., None]] = {
     "run": run.run,
+    "score": score.score,
     "map": map_.map_,
     "report": report.report,
     "replay": replay.replay,

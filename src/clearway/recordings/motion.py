@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 
@@ -57,3 +59,15 @@ class Motion:
     sigma: FloatArray | None
     quality: Quality
     notes: tuple[str, ...] = field(default=())
+
+    @property
+    def wrapped(self) -> FloatArray:
+        """(n, 3) the pose with theta in [-pi, pi)."""
+        pose = self.pose.copy()
+        pose[:, 2] = np.remainder(pose[:, 2] + np.pi, 2 * np.pi) - np.pi
+        return pose
+
+    @property
+    def told(self) -> dict[str, Any]:
+        """What a trial's provenance says of it, as JSON."""
+        return asdict(self.quality) | {"notes": list(self.notes)}

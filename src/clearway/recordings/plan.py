@@ -6,14 +6,13 @@ are not computable. Paths are relative to the plan's own folder. docs/how-to/sco
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from clearway.errors import ClearwayError
+from clearway.scenarios.files import read_toml
 from clearway.scenarios.scenario import Finite, NonNegative, PoseSpec, Positive, ShapeSpec
 from clearway.validation import first_problem
 
@@ -257,17 +256,3 @@ def load_plan(path: str | Path) -> Plan:
         return Plan.model_validate(table)
     except ValidationError as error:
         raise first_problem(error, Plan, file=file) from error
-
-
-def read_toml(file: Path) -> dict[str, Any]:
-    """A TOML file as a table.
-
-    Raises:
-        ClearwayError: no such file, or no TOML.
-    """
-    try:
-        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError as error:
-        raise ClearwayError("no such file", file=file) from error
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ClearwayError(f"is not a TOML file: {error}", file=file) from error

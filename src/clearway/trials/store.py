@@ -24,7 +24,7 @@ import pyarrow.ipc
 import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
-from clearway.trials.store_results import CAMPAIGN, PARTIAL, SCHEMA, Results, open_results, read_campaign
+from clearway.trials.store_results import CAMPAIGN, PARTIAL, SCHEMA, Results, how_to_go_on, open_results, read_campaign
 from clearway.trials.store_tables import FILES, Tables, to_tables
 from clearway.trials.trial import Trial
 
@@ -197,7 +197,7 @@ def refuse_results(path: Path) -> None:
         return
     unfinished = (path / PARTIAL).exists()
     state = "an unfinished campaign" if unfinished else "the results of a campaign"
-    go_on = f"complete it with `clearway run --resume {path}`, or " if unfinished else ""
+    go_on = f"complete it with `{how_to_go_on(path)}`, or " if unfinished else ""
     raise ClearwayError(f"already holds {state}; {go_on}choose another directory", file=path)
 
 

@@ -84,8 +84,7 @@ def open_results(path: str | Path) -> Results:
     if (folder / PARTIAL).exists():
         done = sum(1 for _ in (folder / PARTIAL).glob("*.trial"))
         raise ClearwayError(
-            f"unfinished: {done} of {campaign['trials']} trials are done; complete it with "
-            f"`clearway run --resume {folder}`",
+            f"unfinished: {done} of {campaign['trials']} trials are done; complete it with `{how_to_go_on(folder)}`",
             file=folder,
         )
     for name in ("trials.parquet", *(file.path for file in FILES.values())):
@@ -132,6 +131,12 @@ def read_campaign(folder: Path) -> dict[str, Any]:
             file=file,
         )
     return campaign
+
+
+def how_to_go_on(folder: Path) -> str:
+    """The command that completes the unfinished results in `folder`."""
+    scored = read_campaign(folder).get("scored")
+    return f"clearway run --resume {folder}" if scored is None else f"clearway score {scored} --out {folder} --resume"
 
 
 class _File:

@@ -1,0 +1,44 @@
+"""`clearway score`: recordings of a real robot, by a test plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from clearway.cli._options import Json
+
+
+def score(
+    plan: Annotated[Path, typer.Argument(help="The test plan (TOML); `clearway protocol` writes its skeleton.")],
+    out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME-OF-THE-PLAN.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Processes; default: one a core.")] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the scoring in --out, which was interrupted.")
+    ] = False,
+    no_report: Annotated[bool, typer.Option("--no-report", help="Only the results, no page.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Score recordings of a real robot: the same indicators, statistics and report as simulated ones."""
+    import json
+
+    from clearway import api
+    from clearway.cli._progress import Progress
+    from clearway.errors import ClearwayError
+    from clearway.reports.text import headline
+
+    if resume and out is None:
+        raise ClearwayError("say with --out which results to complete", field="--resume")
+    with Progress("trials") as progress:
+        results = api.score(plan, out=out, workers=workers, resume=resume, progress=progress)
+    page = None if no_report else results.report()
+    confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]
+    if as_json:
+        about = {"results": str(results.path), "report": page and str(page), "trials": len(results)}
+        typer.echo(json.dumps(about | {"to_confirm": dict(confirm)}))
+        return
+    typer.echo(headline(results.trials))
+    for number, text in confirm:
+        typer.echo(f"to confirm  trial {number}: {text}")
+    typer.echo(f"results: {results.path}" if page is None else f"report: {page}")

@@ -1,0 +1,286 @@
+"""One [[trial]] of a test plan becomes a Trial: bodies in the map, clocks tied, legs found, contact judged, outcome told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings import contacts
+from clearway.recordings.clocks import Offset
+from clearway.recordings.lab import ROBOT, Lab, cut, digest
+from clearway.recordings.legs import FoundLeg, find_legs
+from clearway.recordings.motion import Motion
+from clearway.recordings.plan import LegPlanSpec, TrialSpec
+from clearway.recordings.robot_log import Recordings, goals_sent, offset_of, own_view
+from clearway.recordings.surroundings import fixtures, obstacles
+from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+
+
+def assemble(lab: Lab, index: int) -> Trial:
+    """The trial number `index` of the plan.
+
+    Raises:
+        ClearwayError: a file can't be read, or does not hold what the plan says.
+    """
+    spec = lab.plan.trials[index]
+    try:
+        return _recorded(lab, spec) if lab.files(spec) else _unrecorded(lab, spec)
+    except ClearwayError as error:
+        if error.file is not None:
+            raise
+        raise ClearwayError(error.problem, file=lab.path, field=f"trial.{index}: {error.field or 'file'}") from error
+
+
+def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
+    files = lab.files(spec)
+    recordings = {name: lab.recording(name, file) for name, file in files.items()}
+    source = lab.source_of(ROBOT)
+    if source not in recordings:
+        raise ClearwayError(f"the trial has no file of the source {source!r}, which measures the robot", field="files")
+    offsets: dict[str, Offset] = {}
+    whole, tie = lab.motion(ROBOT, recordings[source])
+    if source != lab.first:  # the trial's span is on the first source's clock
+        raise ClearwayError(f"the first source has to measure the robot; it is {source!r}", field="robot.source")
+    motion = cut(whole, spec.span, file=recordings[source].file)
+    for name, recording in recordings.items():
+        if name != source:
+            offsets[name] = offset_of(lab, name, recording, recordings[source], motion)
+    keep = _thin(motion.t, lab.plan.test.rate)
+    t = motion.t[keep]
+    zero = float(t[0])
+    known = tie is not None
+    legs = _legs(lab, spec, recordings, tied=known)
+    around = obstacles(lab, spec, recordings, offsets, t, tied=known)
+    found = _found(spec, legs, motion, zero, lab)
+    spans = tuple(
+        Span(f.leg, min(max(f.start - zero, 0.0), t[-1] - zero), min(max(f.end - zero, 0.0), t[-1] - zero), f.reached)
+        for f in found
+    )
+    attempt = _attempt(lab, spec, legs, (*fixtures(lab, known), *around.bodies), float(np.median(np.diff(t))))
+    pose = motion.wrapped[keep]
+    sigma = None
+    if motion.sigma is not None:
+        sigma = np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
+    events = contacts.assess(attempt, t - zero, pose, around.movers, sigma)
+    outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero))
+    estimates, shown = own_view(lab, recordings, offsets, t)
+    told = {
+        "clearway": _version(),
+        "plan": lab.path.name,
+        "sources": {
+            name: {
+                "file": files[name],
+                "sha256": digest(lab.folder / files[name]),
+                "format": r.format,
+                "notes": list(r.notes),
+            }
+            for name, r in recordings.items()
+        },
+        "frame": None if tie is None else tie.note,
+        "clock": {name: asdict(o) for name, o in offsets.items()},
+        "motion": {ROBOT: motion.told} | dict(around.told),
+        "legs": [f"{legs[f.leg].name}: {f.why}" for f in found],
+        "conditions": _conditions(lab, spec),
+        "note": spec.note,
+    }
+    return Trial(
+        attempt=attempt,
+        t=t - zero,
+        pose=pose,
+        velocity=motion.velocity[keep],
+        estimate=estimates,
+        command=None,
+        leg=_leg_at(t - zero, spans),
+        movers=around.movers,
+        spans=spans,
+        events=events,
+        outcome=outcome,
+        reason=reason,
+        snapshots=tuple(Snapshot(s.t - zero, s.diagnostics) for s in shown if zero <= s.t <= t[-1]),
+        provenance=told,
+        sigma=sigma,
+    )
+
+
+def _unrecorded(lab: Lab, spec: TrialSpec) -> Trial:
+    """Attempted, but nothing was recorded: it counts, and says only that it happened."""
+    legs = _legs(lab, spec, {}, tied=True)
+    outcome, reason, events = _outcome(spec, legs, (), (), 0.0)
+    return Trial(
+        attempt=_attempt(lab, spec, legs, (), 1 / lab.plan.test.rate),
+        t=np.zeros(1),
+        pose=np.full((1, 3), np.nan),
+        velocity=None,
+        estimate=None,
+        command=None,
+        leg=np.zeros(1, dtype=np.int64),
+        movers=np.empty((1, 0, 3)),
+        spans=(),
+        events=events,
+        outcome=outcome,
+        reason=f"{reason}; not recorded" if reason else "attempted, not recorded",
+        provenance={
+            "clearway": _version(),
+            "plan": lab.path.name,
+            "conditions": _conditions(lab, spec),
+            "note": spec.note,
+        },
+    )
+
+
+def _thin(t: FloatArray, rate: float) -> Any:
+    """Indices of the samples to keep: every k-th, so that no more than `rate` Hz are left."""
+    usual = float(np.median(np.diff(t)))
+    every = max(1, math.ceil(1 / (usual * rate) - 1e-6))
+    return np.arange(0, len(t), every)
+
+
+# --- legs ------------------------------------------------------------------------------------------------------------
+
+
+def _legs(lab: Lab, spec: TrialSpec, recordings: Recordings, *, tied: bool) -> tuple[Leg, ...]:
+    test, robot = lab.plan.test, lab.robot
+    xy = test.xy_tolerance or (robot.tolerances.xy if robot else math.nan)
+    yaw = test.yaw_tolerance or (robot.tolerances.yaw if robot else math.nan)
+    specs = spec.legs or lab.plan.legs or (LegPlanSpec(name="drive"),)
+    sent = iter(goals_sent(lab, recordings))
+    legs: list[Leg] = []
+    before = np.full(3, np.nan)
+    for leg in specs:
+        goal = lab.pose(leg.goal) if tied else np.full(3, np.nan)
+        if leg.goal is None and tied:
+            goal = next(sent, goal)
+        start = lab.pose(leg.start) if leg.start is not None and tied else before
+        limit = leg.time_limit or math.inf
+        legs.append(Leg(leg.name, start, goal, xy, yaw, leg.scored, limit))
+        before = goal
+    return tuple(legs)
+
+
+def _found(spec: TrialSpec, legs: Sequence[Leg], motion: Motion, zero: float, lab: Lab) -> list[FoundLeg]:
+    """When each leg was driven: as the plan says, else as the motion shows."""
+    given = spec.legs or lab.plan.legs
+    spans = [leg.span for leg in given] if spec.legs else [None] * len(legs)
+    if all(span is not None for span in spans):
+        return [_given(i, span, legs[i], motion) for i, span in enumerate(spans) if span is not None]
+    found = {f.leg: f for f in find_legs(motion, legs)}
+    for i, span in enumerate(spans):
+        if span is not None:
+            found[i] = _given(i, span, legs[i], motion)
+    ordered = [found[i] for i in sorted(found)]
+    for a, b in pairwise(ordered):
+        if b.start < a.end - 1e-9:
+            raise ClearwayError(
+                f"leg {legs[b.leg].name} would begin at {b.start:.3f} s, before leg {legs[a.leg].name} ends at {a.end:.3f} s; "
+                "give the spans of both",
+                field="legs.span",
+            )
+    return ordered
+
+
+def _given(index: int, span: tuple[float, float], leg: Leg, motion: Motion) -> FoundLeg:
+    start, end = span
+    if not motion.t[0] - 1e-6 <= start < end <= motion.t[-1] + 1e-6:
+        raise ClearwayError(
+            f"({start:g}, {end:g}) s of leg {leg.name} is not within the trial, {motion.t[0]:.3f} to {motion.t[-1]:.3f} s",
+            field="legs.span",
+        )
+    return FoundLeg(index, start, end, True, "span given in the plan")
+
+
+def _leg_at(t: FloatArray, spans: Sequence[Span]) -> Any:
+    """(n,) int: the leg that was driven at t; before the first one it, between two the one before."""
+    leg = np.zeros(len(t), dtype=np.int64)
+    for span in spans:
+        leg[t >= span.start] = span.leg
+    return leg
+
+
+# --- what it was, and how it ended -----------------------------------------------------------------------------------
+
+
+def _attempt(lab: Lab, spec: TrialSpec, legs: tuple[Leg, ...], bodies: tuple[Body, ...], period: float) -> Attempt:
+    test, robot = lab.plan.test, lab.robot
+    own = lab.plan.robot.shape
+    drive = None
+    if robot is not None and spec.speed is not None:
+        d = robot.drive
+        drive = (max(d.v_min, -spec.speed), min(d.v_max, spec.speed), d.omega_max)
+    return Attempt(
+        labels=Labels(
+            suite=test.suite,
+            batch=spec.batch,
+            configuration=spec.configuration,
+            speed=spec.speed,
+            obstacle_speed=spec.obstacle_speed,
+            size=spec.size,
+            gap=spec.gap,
+            repetition=spec.repetition,
+        ),
+        robot=test.robot or "unknown",
+        navigator=test.navigator,
+        localisation=test.localisation,
+        footprint=own.shape() if own is not None else robot.shape if robot is not None else None,
+        legs=legs,
+        bodies=bodies,
+        speed_limit=spec.speed,
+        period=period,
+        reference_length=test.reference_length,
+        plan=test.plan or "",
+        drive=drive,
+        source="recorded",
+    )
+
+
+def _outcome(
+    spec: TrialSpec, legs: Sequence[Leg], spans: Sequence[Span], events: tuple[Event, ...], end: float
+) -> tuple[Outcome, str, tuple[Event, ...]]:
+    """How the attempt ended, why, and its events with what the operator saw."""
+    touched = [e for e in events if e.kind == "contact"]
+    if spec.contact is False:  # somebody stood beside it and saw none: measured overlap has to be explained
+        events = tuple(
+            Event(e.t, "possible contact", f"{e.detail}; the operator saw none") if e in touched else e for e in events
+        )
+        touched = []
+    if spec.contact and not touched:
+        possible = [e.t for e in events if e.kind == "possible contact"]
+        touched = [Event(possible[0] if possible else end, "contact", "observed by the operator")]
+        events = (*events, *touched)
+    if touched:
+        return Outcome.COLLISION, touched[0].detail, events
+    for happened, words in (
+        (spec.stopped, "emergency stop"),
+        (spec.intervention, "a person had to help"),
+        (spec.aborted, "aborted by the operator"),
+    ):
+        if happened:
+            return Outcome.ABORTED, words, events
+    for span in spans:
+        leg = legs[span.leg]
+        if span.end - span.start > leg.time_limit:
+            return Outcome.TIMEOUT, f"leg {leg.name} took {span.end - span.start:.1f} s of {leg.time_limit:g} s", events
+    reached = {span.leg for span in spans if span.reached}
+    for i, leg in enumerate(legs):
+        if i not in reached:
+            return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
+    return Outcome.REACHED, "", events
+
+
+def _conditions(lab: Lab, spec: TrialSpec) -> dict[str, str]:
+    whole = lab.plan.conditions.model_dump()
+    return {name: getattr(spec, name) or value for name, value in whole.items() if getattr(spec, name) or value}
+
+
+def _version() -> str:
+    try:
+        return version("clearway")
+    except PackageNotFoundError:
+        return "unknown"

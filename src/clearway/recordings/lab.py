@@ -1,0 +1,278 @@
+"""A test plan at work: reads what its trials need, ties frames and bodies once, and keeps what several trials share."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import OrderedDict
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings import base, formats, frames, markers
+from clearway.recordings.base import Base
+from clearway.recordings.formats import table
+from clearway.recordings.frames import Tie
+from clearway.recordings.markers import MarkerSet
+from clearway.recordings.motion import Motion
+from clearway.recordings.plan import BodySpec, Plan, StretchSpec, TrialSpec, load_plan
+from clearway.recordings.recording import Points, Recording, Want
+from clearway.robots import Robot, load_robot
+
+ROBOT = "robot"
+"""The name under which the plan's [robot] goes among the bodies."""
+KEPT = 2
+"""Recordings kept in memory: neighbouring trials often lie in one file."""
+
+
+class Lab:
+    """A plan with its folder.
+
+    Args:
+        path: the plan's file.
+
+    Raises:
+        ClearwayError: the plan is wrong.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.folder = Path(path), Path(path).parent
+        self.plan: Plan = load_plan(path)
+        self._kept: OrderedDict[tuple[str, Path], Recording] = OrderedDict()
+        self._bases: dict[str, Base | None] = {}
+        self._ties: dict[str, Tie] = {}
+        self._models: dict[str, FloatArray] = {}
+
+    @property
+    def first(self) -> str:
+        """Name of the source that measures; all others are tied to its clock."""
+        return next(iter(self.plan.sources))
+
+    @cached_property
+    def robot(self) -> Robot | None:
+        """The robot that was tested, None if the plan doesn't say."""
+        which = self.plan.test.robot
+        if which is None:
+            return None
+        own = self.folder / which
+        return load_robot(str(own) if which.endswith(".toml") and own.is_file() else which)
+
+    def files(self, trial: TrialSpec) -> dict[str, str]:
+        """The trial's files by source; empty if it was not recorded."""
+        given = ({self.first: trial.file} if trial.file else {}) | {n: f for n, f in trial.files.items() if f}
+        return {name: given[name] for name in self.plan.sources if name in given}
+
+    def body(self, name: str) -> BodySpec:
+        """The robot or a body of the plan."""
+        return self.plan.robot if name == ROBOT else self.plan.bodies[name]
+
+    def source_of(self, name: str) -> str:
+        """The source that measures the body `name`."""
+        return self.body(name).source or self.first
+
+    def recording(self, source: str, file: str) -> Recording:
+        """What `file` of `source` holds of the names that the plan asks for."""
+        spec, path = self.plan.sources[source], self.folder / file
+        key = (source, path)
+        if key not in self._kept:
+            want = self._want(source)
+            if spec.table is not None:
+                found = table.read_with(path, self.folder / spec.table, want)
+            else:
+                found = formats.read(path, want, format=spec.format)
+            while len(self._kept) >= KEPT:
+                self._kept.popitem(last=False)
+            self._kept[key] = found
+        self._kept.move_to_end(key)
+        return self._kept[key]
+
+    def _want(self, source: str) -> Want:
+        """Only what the plan names, unless it names a marker set by its prefix or needs surveyed markers of any name."""
+        spec, names = self.plan.sources[source], set()
+        for name in (ROBOT, *self.plan.bodies):
+            body = self.body(name)
+            if self.source_of(name) != source:
+                continue
+            if isinstance(body.markers, str):
+                return Want()
+            names |= set(body.markers or ()) | ({body.track} if body.track else set())
+        names |= {s.marker for s in spec.frame.surveyed}
+        names |= {n for n in (spec.estimate, spec.odometry, spec.goals, spec.plans) if n}
+        return Want(names=frozenset(names)) if names else Want()
+
+    def measured(self, name: str) -> bool:
+        """Whether the plan says how the body is seen in a recording."""
+        body = self.body(name)
+        return body.markers is not None or body.track is not None
+
+    def raw(self, name: str, recording: Recording, *, tied: bool = True) -> Motion:
+        """How the body moved, in its source's frame; `tied`: of its base_link, else of the fitted model or the track."""
+        body = self.body(name)
+        link = self._base(name) if tied else None
+        where: dict[str, Any] = {"file": recording.file, "field": ROBOT if name == ROBOT else f"bodies.{name}"}
+        if body.track is not None:
+            if body.track not in recording.tracks:
+                raise unknown("track", body.track, recording.tracks, file=recording.file)
+            track = recording.tracks[body.track]
+            return markers.motion_of_track(track, self.plan.motion, link, heading=body.heading, **where)
+        if body.markers is None and body.coordinates is None:
+            raise ClearwayError("says neither its markers nor its track", file=self.path, field=where["field"])
+        points = self._points(name, recording)
+        return markers.motion_of_markers(
+            points, self._markers(name, points, recording), self.plan.motion, link, **where
+        )
+
+    def _points(self, name: str, recording: Recording) -> Points:
+        if recording.points is None:
+            held = ", ".join(recording.tracks) or "nothing that moves"
+            raise ClearwayError(
+                f"holds no markers; the plan asks for those of {name!r}; it has {held}", file=recording.file
+            )
+        return recording.points
+
+    def _markers(self, name: str, points: Points, recording: Recording) -> MarkerSet:
+        """The body's marker set as `recording` names it, with where the markers sit on it as far as that is known."""
+        body, field = self.body(name), ROBOT if name == ROBOT else f"bodies.{name}"
+        names = markers.resolve(
+            points.names, body.markers or tuple(body.coordinates or ()), file=recording.file, field=field
+        )
+        if body.coordinates is not None:
+            for marker in names:
+                if marker not in body.coordinates:
+                    raise unknown("marker", marker, body.coordinates, file=self.path, field=f"{field}.coordinates")
+            return MarkerSet(names, np.array([body.coordinates[marker] for marker in names]))
+        return MarkerSet(names, self._model(name))
+
+    def _model(self, name: str) -> FloatArray | None:
+        """Where the markers sit on a body whose base_link was tied by a recording of its own: learnt there, used everywhere."""
+        body = self.body(name)
+        stretch = body.static or body.straight
+        if stretch is None or body.markers is None:
+            return None
+        if name not in self._models:
+            recording = self.recording(self.source_of(name), stretch.file)
+            points = self._points(name, recording)
+            names = markers.resolve(points.names, body.markers, file=recording.file)
+            model = markers.learnt(points, MarkerSet(names), self.plan.motion).model
+            assert model is not None
+            self._models[name] = model
+        return self._models[name]
+
+    def motion(self, name: str, recording: Recording) -> tuple[Motion, Tie | None]:
+        """How the body moved in the map, and the tie; in the source's own frame, and None, where that isn't tied."""
+        tie = self.tie(self.source_of(name), recording)
+        raw = self.raw(name, recording)
+        return (raw if tie is None else frames.apply(tie, raw)), tie
+
+    def tie(self, source: str, recording: Recording) -> Tie | None:
+        """How a source's frame lies in the map, None if the plan doesn't say."""
+        spec = self.plan.sources[source].frame
+        sigma = spec.uncertainty
+        if spec.same:
+            return frames.given(np.zeros(3), sigma or (0.0, 0.0))
+        if spec.transform is not None:
+            return frames.given(np.array(spec.transform), sigma)
+        if spec.surveyed and spec.file is None:
+            return self._surveyed(source, recording)
+        if not spec.surveyed and not spec.holds:
+            return None
+        if source not in self._ties:
+            if spec.file is not None:
+                self._ties[source] = self._surveyed(source, self.recording(source, spec.file))
+            else:
+                self._ties[source] = self._held(source)
+        return self._ties[source]
+
+    def _surveyed(self, source: str, recording: Recording) -> Tie:
+        spec, points = self.plan.sources[source].frame, recording.points
+        if points is None:
+            raise ClearwayError("holds no markers, and the frame is tied by surveyed ones", file=recording.file)
+        seen = []
+        for surveyed in spec.surveyed:
+            if surveyed.marker not in points.names:
+                raise unknown("marker", surveyed.marker, points.names, file=recording.file)
+            at = points.xyz[:, points.names.index(surveyed.marker), :2]
+            there = np.isfinite(at).all(axis=1)
+            if not there.any():
+                raise ClearwayError(f"the surveyed marker {surveyed.marker!r} is never seen", file=recording.file)
+            seen.append(np.median(at[there], axis=0))
+        known = np.array([s.at for s in spec.surveyed])
+        return frames.tie_by_points(np.array(seen), known, *([] if spec.uncertainty is None else [spec.uncertainty[0]]))
+
+    def _held(self, source: str) -> Tie:
+        """By the robot at rest on known poses."""
+        spec = self.plan.sources[source].frame
+        body = self.plan.robot
+        if body.straight is not None:
+            raise ClearwayError(
+                "holds tie the frame by where base_link is, and robot.straight ties base_link by the frame: give the "
+                "markers' coordinates, or tie the frame by surveyed points",
+                file=self.path,
+                field=f"sources.{source}.frame.holds",
+            )
+        poses = [frames.hold(self.stretch(ROBOT, hold, source)).pose for hold in spec.holds]
+        known = np.array([self.pose(hold.pose) for hold in spec.holds])
+        return frames.tie_by_holds(np.array(poses), known, *([] if spec.uncertainty is None else [spec.uncertainty]))
+
+    def stretch(self, name: str, stretch: StretchSpec, source: str, *, tied: bool = True) -> Motion:
+        """The body's motion during a stretch of a recording, in the source's frame."""
+        whole = self.raw(name, self.recording(source, stretch.file), tied=tied)
+        return cut(whole, stretch.span, file=self.folder / stretch.file)
+
+    def _base(self, name: str) -> Base | None:
+        """Where base_link is in the body's fitted model or track; None: it is the same."""
+        if name not in self._bases:
+            self._bases[name] = self._make_base(name)
+        return self._bases[name]
+
+    def _make_base(self, name: str) -> Base | None:
+        body, source = self.body(name), self.source_of(name)
+        if body.offset is not None:
+            return base.from_offset(body.offset)
+        if body.straight is None:
+            return None  # the markers' coordinates are base_link's, or the track is base_link's own
+        straight = self.stretch(name, body.straight, source, tied=False)
+        if body.static is None:
+            return base.from_static_and_straight(None, None, straight, field=name)
+        still, known = self.stretch(name, body.static, source, tied=False), None
+        tie = self.tie(source, self.recording(source, body.static.file))
+        if tie is not None and body.static.pose is not None:
+            still, known = frames.apply(tie, still), self.pose(body.static.pose)
+        return base.from_static_and_straight(still, known, straight, field=name)
+
+    def pose(self, which: str | tuple[float, float, float] | None) -> FloatArray:
+        """A pose of the plan: named, given, or unknown (NaN); (3,)."""
+        if which is None:
+            return np.full(3, np.nan)
+        return np.array(self.plan.poses[which] if isinstance(which, str) else which, dtype=np.float64)
+
+
+def cut(motion: Motion, span: tuple[float, float] | None, *, file: object) -> Motion:
+    """The part of a motion within `span` [s], all of it for None.
+
+    Raises:
+        ClearwayError: it lies outside what was recorded.
+    """
+    if span is None:
+        return motion
+    start, end = span
+    inside = (motion.t >= start - 1e-9) & (motion.t <= end + 1e-9)
+    if not start < end or inside.sum() < 2:
+        held = f"{motion.t[0]:.3f} to {motion.t[-1]:.3f} s" if len(motion.t) else "nothing"
+        raise ClearwayError(f"({start:g}, {end:g}) s is not in the recording; it has {held}", file=file, field="span")
+    sigma = None if motion.sigma is None else motion.sigma[inside]
+    return replace(motion, t=motion.t[inside], pose=motion.pose[inside], velocity=motion.velocity[inside], sigma=sigma)
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file, or of a folder's files in the order of their names."""
+    seen = hashlib.sha256()
+    for file in sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]:
+        with open(file, "rb") as f:
+            while block := f.read(1 << 20):
+                seen.update(block)
+    return seen.hexdigest()

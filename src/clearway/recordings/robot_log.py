@@ -1,0 +1,104 @@
+"""What the robot's own log adds to a measured trial: its clock, its belief, the goals that it was sent, the plans it made."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from clearway.contract import Diagnostics
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.frames import compose
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings import clocks, frames, markers
+from clearway.recordings.clocks import Offset
+from clearway.recordings.frames import Tie
+from clearway.recordings.lab import Lab
+from clearway.recordings.motion import Motion
+from clearway.recordings.recording import Recording
+from clearway.trials import Snapshot
+
+Recordings = Mapping[str, Recording]
+"""The files of one trial, read, by source."""
+Offsets = Mapping[str, Offset]
+"""What to add to the clock of a source that is not the first, by source."""
+
+
+def offset_of(lab: Lab, name: str, recording: Recording, first: Recording, motion: Motion) -> Offset:
+    """What to add to the clock of source `name` to have the first one's, by which the robot moved as `motion` says."""
+    spec = lab.plan.sources[name]
+    if isinstance(spec.clock, float | int):
+        return Offset(float(spec.clock), 0.0, 1.0, "given in the plan")
+    if spec.clock == "same":
+        return Offset(0.0, 0.0, 1.0, "the same clock, says the plan")
+    if spec.clock == "epoch":
+        if recording.epoch is None or first.epoch is None:
+            lacking = recording if recording.epoch is None else first
+            raise ClearwayError(
+                "doesn't say when it was recorded; tie the clocks by speed", file=lacking.file, field="clock"
+            )
+        return Offset(recording.epoch - first.epoch, 0.0, 1.0, "by the dates in both files")
+    track = spec.odometry or spec.estimate
+    if track is None:
+        raise ClearwayError(
+            "ties its clock by speed, so it needs odometry or estimate: the track that the robot's speed is in",
+            file=lab.path,
+            field=f"sources.{name}",
+        )
+    return clocks.offset(motion, _track(lab, recording, track))
+
+
+def _track(lab: Lab, recording: Recording, track: str) -> Motion:
+    if track not in recording.tracks:
+        raise unknown("track", track, recording.tracks, file=recording.file)
+    cleaning = lab.plan.motion.model_copy(update={"cutoff": "none"})  # it is what the robot believed, not what it did
+    return markers.motion_of_track(recording.tracks[track], cleaning, None, file=recording.file, field=track)
+
+
+def own_view(
+    lab: Lab, recordings: Recordings, offsets: Offsets, t: FloatArray
+) -> tuple[FloatArray | None, tuple[Snapshot, ...]]:
+    """What the robot's own log says: its belief of its pose (n, 3), and the plans that it published."""
+    estimate, shown = None, []
+    for name, recording in recordings.items():
+        spec = lab.plan.sources[name]
+        by = offsets[name].seconds if name in offsets else 0.0
+        tie = lab.tie(name, recording)
+        if spec.estimate is not None and estimate is None:
+            if tie is None:
+                raise ClearwayError(
+                    "the robot's estimate is only of use in the map; say `frame.same = true` if it is given there",
+                    file=lab.path,
+                    field=f"sources.{name}.frame",
+                )
+            own = clocks.resample(frames.apply(tie, _track(lab, recording, spec.estimate)), t - by)
+            estimate = own.wrapped
+        if spec.plans is not None and tie is not None:
+            if spec.plans not in recording.paths:
+                raise unknown("topic of plans", spec.plans, recording.paths, file=recording.file)
+            paths = recording.paths[spec.plans]
+            for at, line in zip(paths.t, paths.lines, strict=True):
+                drawn = Diagnostics(polylines={"global plan": _placed(tie, line)})
+                shown.append(Snapshot(float(at) + by, drawn))
+    return estimate, tuple(sorted(shown, key=lambda s: s.t))
+
+
+def goals_sent(lab: Lab, recordings: Recordings) -> Sequence[FloatArray]:
+    """The goals that were sent to the robot by its own log, in order, in the map."""
+    for name, recording in recordings.items():
+        topic = lab.plan.sources[name].goals
+        if topic is None:
+            continue
+        if topic not in recording.goals:
+            raise unknown("topic of goals", topic, recording.goals, file=recording.file)
+        tie = lab.tie(name, recording)
+        return [] if tie is None else [compose(tie.pose, pose) for pose in recording.goals[topic].pose]
+    return []
+
+
+def _placed(tie: Tie, points: FloatArray) -> FloatArray:
+    """(n, 2) points of a source's frame, in the map."""
+    c, s = math.cos(tie.pose[2]), math.sin(tie.pose[2])
+    placed: FloatArray = tie.pose[:2] + points @ np.array([[c, s], [-s, c]])
+    return placed

@@ -1,0 +1,104 @@
+"""What stood and moved around the robot in a recorded trial: placed by the plan, or measured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import Circle, FloatArray, Shape
+from clearway.recordings import clocks
+from clearway.recordings.lab import Lab
+from clearway.recordings.motion import Motion
+from clearway.recordings.plan import PlacedSpec, TrialSpec
+from clearway.recordings.robot_log import Offsets, Recordings
+from clearway.scenarios.floorplan import load_plan as load_floor
+from clearway.trials import Body
+
+STOOD = (0.02, 0.05)
+"""m, rad: a measured obstacle that moved less stood, and stands at its mean pose; a marker set's noise moves it less."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Obstacles:
+    """The bodies around the robot, what the moving ones did (poses (n, m, 3), sigma (n, m, 2)), and how well each was seen."""
+
+    bodies: tuple[Body, ...]
+    movers: FloatArray
+    sigma: FloatArray
+    told: Mapping[str, Any]
+
+
+def fixtures(lab: Lab, tied: bool) -> list[Body]:
+    """Walls and furniture of the floor plan, where the map is known."""
+    which = lab.plan.test.plan
+    if which is None or not tied:
+        return []
+    own = lab.folder / which
+    floor = load_floor(str(own) if own.is_file() else which)
+    return [Body(f.name, f.kind, f.shape, np.array(f.pose, dtype=np.float64)) for f in floor.fixtures]
+
+
+def obstacles(
+    lab: Lab, spec: TrialSpec, recordings: Recordings, offsets: Offsets, t: FloatArray, *, tied: bool
+) -> Obstacles:
+    standing: list[Body] = []
+    moving: list[Body] = []
+    poses: list[FloatArray] = []
+    sigmas: list[FloatArray] = []
+    told: dict[str, Any] = {}
+    for placed in spec.obstacles:
+        shape, outlined = _shape(lab, placed.body)
+        if placed.pose is not None or not lab.measured(placed.body):
+            pose = lab.pose(placed.pose) if tied else np.full(3, np.nan)
+            sigma = lab.body(placed.body).uncertainty
+            standing.append(Body(placed.body, "obstacle", shape, pose, sigma, outlined))
+            continue
+        motion = _measured(lab, placed, recordings, offsets, t)
+        told[placed.body] = motion.told
+        if (still := _stood(motion)) is not None:
+            sigma = (
+                lab.body(placed.body).uncertainty if motion.sigma is None else float(np.nanmedian(motion.sigma[:, 0]))
+            )
+            standing.append(Body(placed.body, "obstacle", shape, still, sigma, outlined))
+        else:
+            moving.append(Body(placed.body, "mover", shape, None, 0.0, outlined))
+            poses.append(motion.wrapped)
+            sigmas.append(np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma)
+    movers = np.stack(poses, axis=1) if poses else np.empty((len(t), 0, 3))
+    sigma_of = np.stack(sigmas, axis=1) if sigmas else np.empty((len(t), 0, 2))
+    return Obstacles((*standing, *moving), movers, sigma_of, told)
+
+
+def _measured(lab: Lab, placed: PlacedSpec, recordings: Recordings, offsets: Offsets, t: FloatArray) -> Motion:
+    """How an obstacle moved, at the robot's samples."""
+    source = lab.source_of(placed.body)
+    if source not in recordings:
+        raise ClearwayError(
+            f"the trial has no file of the source {source!r}, which measures {placed.body!r}", field="files"
+        )
+    motion, _ = lab.motion(placed.body, recordings[source])
+    return clocks.resample(motion, t - (offsets[source].seconds if source in offsets else 0.0))
+
+
+def _stood(motion: Motion) -> FloatArray | None:
+    """(3,) the mean pose of a body that did not move; None if it did, or was never seen."""
+    seen = np.isfinite(motion.pose[:, :2]).all(axis=1)
+    if not seen.any():
+        return None
+    p = motion.pose[seen]
+    middle = np.median(p[:, :2], axis=0)
+    heading = p[np.isfinite(p[:, 2]), 2]
+    turned = float(np.ptp(heading)) if len(heading) else 0.0
+    if float(np.hypot(*(p[:, :2] - middle).T).max()) > STOOD[0] or turned > STOOD[1]:
+        return None
+    return np.array([*middle, math.remainder(float(np.median(heading)), math.tau) if len(heading) else 0.0])
+
+
+def _shape(lab: Lab, name: str) -> tuple[Shape, bool]:
+    spec = lab.body(name).shape
+    return (Circle(0.0), False) if spec is None else (spec.shape(), True)
