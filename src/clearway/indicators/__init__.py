@@ -18,6 +18,7 @@ from clearway.indicators import (
     row,
     space,
     success,
+    uncertainty,
 )
 from clearway.indicators.cause import cause
 from clearway.indicators.indicator import Indicator, NotComputable, Value
@@ -26,7 +27,18 @@ from clearway.trials import Trial
 
 INDICATORS: dict[str, Indicator] = {
     indicator.name: indicator
-    for family in (success, completion_time, path_length, goal_error, clearance, cruise, space, barn, limit)
+    for family in (
+        success,
+        completion_time,
+        path_length,
+        goal_error,
+        clearance,
+        cruise,
+        space,
+        barn,
+        limit,
+        uncertainty,
+    )
     for indicator in family.ALL
 }
 """Every indicator by its name, in the order of the columns."""

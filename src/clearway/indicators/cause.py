@@ -41,10 +41,12 @@ def cause(trial: Trial) -> str:
         return how
     if how != Outcome.COLLISION.value:
         return "contact at rest"
-    if _crushed(trial):
+    crushed, said = _crushed(trial), [e.detail for e in trial.events if e.kind == "status"]
+    if crushed:
         return "crushing zone"
-    said = next((e.detail for e in reversed(trial.events) if e.kind == "status"), "")
-    return _WORDS.get(said, "unforeseen")
+    if trial.attempt.source == "recorded" and (crushed is None or not said):
+        return ""  # there may have been no way out, or the navigator may have said why where nobody recorded it
+    return _WORDS.get(said[-1] if said else "", "unforeseen")
 
 
 def who_moved(trial: Trial) -> str:
@@ -55,11 +57,15 @@ def who_moved(trial: Trial) -> str:
     if trial.outcome is not Outcome.COLLISION or trial.velocity is None or len(trial.t) < 2:
         return ""
     v, omega = np.abs(trial.velocity[-1]).tolist()
+    if not np.isfinite((v, omega)).all():
+        return ""
     robot = v >= AT_REST or (omega >= AT_REST and not isinstance(trial.attempt.footprint, Circle))
     k = _touched(trial)
     obstacle = False
     if k is not None:
         moved = float(np.hypot(*(trial.movers[-1, k, :2] - trial.movers[-2, k, :2])))
+        if trial.attempt.source == "recorded" and not np.isfinite(moved):
+            return ""
         obstacle = moved >= AT_REST * max(float(trial.t[-1] - trial.t[-2]), 1e-9)
     return {(True, True): "both", (True, False): "robot", (False, True): "obstacle"}.get((robot, obstacle), "neither")
 
@@ -71,20 +77,23 @@ def _touched(trial: Trial) -> int | None:
     return next((k for k, b in enumerate(moving) if repr(b.name) in told), None)
 
 
-def _crushed(trial: Trial) -> bool:
-    """Whether each sampled manoeuvre from `WINDOW` before the end touches something until the end."""
+def _crushed(trial: Trial) -> bool | None:
+    """Whether each sampled manoeuvre from `WINDOW` before the end touches something until the end; None: unknown."""
     a = trial.attempt
-    if a.footprint is None or a.drive is None:
-        return False
+    if a.footprint is None or a.drive is None or not len(trial.t):
+        return None
     begin = max(float(trial.t[-1]) - WINDOW, float(trial.t[0]))
     theta = np.unwrap(trial.pose[:, 2])
     start = np.array([np.interp(begin, trial.t, column) for column in (trial.pose[:, 0], trial.pose[:, 1], theta)])
     times = begin + np.arange(_STEP, 2.0 * WINDOW + 1e-9, _STEP)
+    if not np.isfinite(start).all():
+        return None
     poses = _manoeuvres(start, a.drive, len(times))
     tracks = [_track(trial, m, times) for m in range(trial.movers.shape[1])]
     movers = np.stack(tracks, axis=1) if tracks else np.empty((len(times), 0, 3))
     gaps = min_clearance(a.footprint, poses.reshape(-1, 3), a.bodies, np.tile(movers, (len(poses), 1, 1)))
-    return bool((gaps.reshape(poses.shape[:2]) <= 0.0).any(axis=1).all())
+    crushed = bool((gaps.reshape(poses.shape[:2]) <= 0.0).any(axis=1).all())
+    return crushed if crushed or all(b.outlined for b in a.bodies) else None
 
 
 def _manoeuvres(start: FloatArray, drive: tuple[float, float, float], steps: int) -> FloatArray:

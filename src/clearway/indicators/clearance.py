@@ -5,18 +5,24 @@ and moving), so that the room does not decide it; `MDO_walls` takes everything t
 distance between centres. The turn at B does not count. A robot that gives up far from any obstacle is not a safe one:
 an unfinished trial has an MDO only if it is 0. A test without obstacles (batch NO) has none. Between two samples the
 robot is taken to drive the arc that joins them: what is missed is below 1 mm.
+
+A disc needs no heading; it is then taken to drive straight from sample to sample. An obstacle of which a recording
+loses sight while a leg is driven may have come closer meanwhile: the distance is not computable then. One that is not
+there yet when a leg begins, or any more when it ends, counts as absent.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from clearway.geometry.distance import path_clearance
-from clearway.geometry.shapes import Shape
+from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, begun, finished, track
+from clearway.indicators.legs import Drive, begun, finished, gap_time, known_rows, positions, track
 from clearway.trials import Body, Trial
 
 PLACED = frozenset({"obstacle", "mover"})
@@ -27,6 +33,23 @@ FASTEST = 10.0
 """m/s; an obstacle that moves faster between two samples was carried."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """What is measured against what on one leg.
+
+    Attributes:
+        drive: the leg. path: (n, 3) of the robot, heading 0 where its footprint needs none. bodies: first those that
+        stand, then those that move. movers: (n, k, 3) of these, NaN while absent. columns: theirs in `Trial.movers`.
+    """
+
+    drive: Drive
+    footprint: Shape
+    path: FloatArray
+    bodies: tuple[Body, ...]
+    movers: FloatArray
+    columns: tuple[int, ...]
+
+
 def _bodies(trial: Trial, kinds: Iterable[str] | None) -> tuple[list[Body], list[int]]:
     """The static bodies of these kinds (None: all), and the columns of the moving ones in `Trial.movers`."""
     wanted = [body for body in trial.attempt.bodies if kinds is None or body.kind in kinds]
@@ -34,15 +57,35 @@ def _bodies(trial: Trial, kinds: Iterable[str] | None) -> tuple[list[Body], list
         raise NotComputable("the test has no obstacle")
     moving = [body for body in trial.attempt.bodies if body.pose is None]
     columns = [i for i, body in enumerate(moving) if any(body is other for other in wanted)]
-    return [body for body in wanted if body.pose is not None], columns
+    fixed = [body for body in wanted if body.pose is not None]
+    for body in fixed:
+        if body.pose is None or not np.isfinite(body.pose[:2]).all():
+            raise NotComputable(f"the place of {body.name} is unknown")
+    return fixed, columns
 
 
 def _present(trial: Trial, drives: tuple[Drive, ...], fixed: list[Body], columns: list[int]) -> None:
-    if not fixed and not any(np.isfinite(drive.movers[:, columns]).all(axis=2).any() for drive in drives):
+    if not fixed and not any(np.isfinite(drive.movers[:, columns, :2]).all(axis=2).any() for drive in drives):
         raise NotComputable("no obstacle was present while a scored leg was driven")
 
 
-def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
+def _seen_throughout(trial: Trial, drive: Drive, body: Body, column: int) -> None:
+    """Nothing, unless the recording loses sight of the body between two samples of the leg (a simulated one left)."""
+    if trial.attempt.source != "recorded":
+        return
+    known = known_rows(drive.movers[:, column, :2])
+    there = np.flatnonzero(known)
+    if len(there) and not known[there[0] : there[-1]].all():
+        lost = gap_time(drive.t[there[0] : there[-1] + 1], known[there[0] : there[-1] + 1])
+        raise NotComputable(f"the pose of {body.name} has gaps ({lost:.1f} s)")
+
+
+def scenes(trial: Trial, kinds: Iterable[str] | None = PLACED) -> list[Scene]:
+    """What the robot could touch on every scored leg that was begun.
+
+    Raises:
+        NotComputable: no such obstacle, or a shape, a place or a heading that is needed is unknown.
+    """
     footprint = trial.attempt.footprint
     if footprint is None:
         raise NotComputable("the footprint is unknown")
@@ -50,21 +93,64 @@ def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
     drives = begun(trial)
     _present(trial, drives, fixed, columns)
     moving = [body for body in trial.attempt.bodies if body.pose is None]
-    nearest = min(_nearest(footprint, drive, fixed, [moving[c] for c in columns], columns) for drive in drives)
+    return [_scene(trial, footprint, drive, fixed, [moving[c] for c in columns], columns) for drive in drives]
+
+
+def _scene(
+    trial: Trial, footprint: Shape, drive: Drive, fixed: list[Body], moving: list[Body], columns: list[int]
+) -> Scene:
+    movers = drive.movers[:, columns].copy()
+    for k, (body, column) in enumerate(zip(moving, columns, strict=True)):
+        _seen_throughout(trial, drive, body, column)
+        if isinstance(body.shape, Circle):
+            movers[:, k, 2] = np.where(np.isfinite(movers[:, k, 2]), movers[:, k, 2], 0.0)
+    there = [body for k, body in enumerate(moving) if known_rows(movers[:, k, :2]).any()]
+    for body in (*fixed, *there):
+        if not body.outlined:
+            raise NotComputable(f"the shape of {body.name} is unknown")
+    blind = np.isfinite(movers[:, :, :2]).all(axis=2) & ~np.isfinite(movers[:, :, 2])
+    for k, body in enumerate(moving):
+        if blind[:, k].any():
+            raise NotComputable(f"the heading of {body.name} is unknown")
+    if len(movers) > 1:  # an obstacle that starts anew with the leg did not sweep the way back to its start
+        leap = np.hypot(*np.moveaxis(movers[1, :, :2] - movers[0, :, :2], 1, 0))
+        movers[0, leap > FASTEST * (drive.t[1] - drive.t[0])] = np.nan
+    path = _path(footprint, drive)
+    return Scene(drive, footprint, path, (*map(_upright, fixed), *moving), movers, tuple(columns))
+
+
+def _path(footprint: Shape, drive: Drive) -> FloatArray:
+    """(n, 3) poses without a gap, the headings 0 where some are unknown and the footprint needs none."""
+    if not isinstance(footprint, Circle) or np.isfinite(drive.pose).all():
+        return track(drive)
+    at = positions(drive)
+    return np.column_stack([at, np.zeros(len(at))])
+
+
+def _upright(body: Body) -> Body:
+    """A static body whose heading is known, or does not matter."""
+    assert body.pose is not None
+    if np.isfinite(body.pose[2]):
+        return body
+    if not isinstance(body.shape, Circle):
+        raise NotComputable(f"the heading of {body.name} is unknown")
+    return replace(body, pose=np.array([body.pose[0], body.pose[1], 0.0]))
+
+
+def clearances(scene: Scene) -> FloatArray:
+    """(n,) smallest distance edge to edge between each sample and the next, m; inf where nothing is there."""
+    return path_clearance(scene.footprint, scene.path, scene.bodies, scene.movers)
+
+
+def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
+    nearest = min(float(clearances(scene).min()) for scene in scenes(trial, kinds))
+    nearest = 0.0 if nearest < TOUCH else nearest
     if nearest > 0:
         finished(trial)  # else it would be an upper bound only
     return nearest
 
 
-def _nearest(footprint: Shape, drive: Drive, fixed: list[Body], moving: list[Body], columns: list[int]) -> float:
-    movers = drive.movers[:, columns]
-    if len(movers) > 1:  # an obstacle that starts anew with the leg did not sweep the way back to its start
-        leap = np.hypot(*np.moveaxis(movers[1, :, :2] - movers[0, :, :2], 1, 0))
-        movers[0, leap > FASTEST * (drive.t[1] - drive.t[0])] = np.nan
-    nearest = float(path_clearance(footprint, track(drive), [*fixed, *moving], movers).min())
-    return 0.0 if nearest < TOUCH else nearest
-
-
+@lru_cache(maxsize=8)
 @measure
 def minimum_distance(trial: Trial) -> float:
     """Smallest distance edge to edge from an obstacle that the test placed, m."""
@@ -83,12 +169,15 @@ def minimum_distance_centre(trial: Trial) -> float:
     fixed, columns = _bodies(trial, PLACED)
     drives = finished(trial)
     _present(trial, drives, fixed, columns)
+    moving = [body for body in trial.attempt.bodies if body.pose is None]
     nearest = np.inf
     for drive in drives:
-        at = track(drive)[:, None, :2]
+        at = positions(drive)[:, None]
         for body in fixed:
             assert body.pose is not None
             nearest = min(nearest, float(np.hypot(*(at[:, 0] - body.pose[:2]).T).min()))
+        for column in columns:
+            _seen_throughout(trial, drive, moving[column], column)
         apart = np.hypot(*np.moveaxis(drive.movers[:, columns, :2] - at, 2, 0))
         nearest = min([nearest, *apart[np.isfinite(apart)].tolist()])
     return nearest

@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, named, speed, speed_limit, track
+from clearway.indicators.legs import Drive, finished, goal_of, named, positions, speed, speed_limit
 from clearway.trials import Trial
 
 AT_SPEED = 0.9
@@ -52,24 +52,47 @@ def turning_time(trial: Trial) -> float:
     return sum(spans[i].end - spans[i].start for i in unscored)
 
 
-def parts(drive: Drive, limit: float) -> tuple[float, float, float, float]:
-    """Seconds of acceleration, cruise, approach and final rotation of one leg; they add up to its time.
+def _at_speed(drive: Drive, limit: float) -> tuple[float, float]:
+    """When the robot was first and last at speed on one leg, s.
 
     Raises:
-        NotComputable: the velocity or the pose is unknown, or the robot never was at speed.
+        NotComputable: the velocity is unknown, or the robot never was at speed.
     """
-    t, v, p = drive.t, speed(drive), track(drive)
-    error = np.hypot(*(p[:, :2] - drive.leg.goal[:2]).T)
-    standing = (v < STANDING) & (error <= drive.leg.xy_tolerance)
-    moving = np.flatnonzero(~standing)
-    rotation = t[-1] if not standing[-1] else t[min(moving[-1] + 1, len(t) - 1)] if len(moving) else t[0]
+    t, v = drive.t, speed(drive)
     at_speed = np.flatnonzero(v >= AT_SPEED * limit - 1e-9)
     if not len(at_speed):
         raise NotComputable(f"{AT_SPEED:.0%} of the set speed was never reached on leg {drive.leg.name}")
     first = _crossing(t, v, at_speed[0] - 1, at_speed[0], AT_SPEED * limit)
     last = _crossing(t, v, at_speed[-1] + 1, at_speed[-1], AT_SPEED * limit)
-    rotation = max(rotation, last)
-    return first - t[0], last - first, rotation - last, t[-1] - rotation
+    return first, last
+
+
+def _rotation(drive: Drive) -> float:
+    """When the final rotation began, s.
+
+    Raises:
+        NotComputable: the velocity, the position, the goal or its tolerance is unknown.
+    """
+    t, v, goal = drive.t, speed(drive), goal_of(drive)
+    error = np.hypot(*(positions(drive) - goal[:2]).T)
+    if not drive.leg.xy_tolerance > 0:
+        raise NotComputable(f"the tolerance of leg {drive.leg.name} is unknown")
+    standing = (v < STANDING) & (error <= drive.leg.xy_tolerance)
+    moving = np.flatnonzero(~standing)
+    return float(t[-1] if not standing[-1] else t[min(moving[-1] + 1, len(t) - 1)] if len(moving) else t[0])
+
+
+def seconds(drive: Drive, limit: float, index: int) -> float:
+    """Seconds of one part of one leg: 0 acceleration, 1 cruise, 2 approach, 3 final rotation; they add up to its time.
+
+    Raises:
+        NotComputable: something that this part needs is unknown, or the robot never was at speed.
+    """
+    first, last = _at_speed(drive, limit)
+    if index < 2:
+        return first - drive.t[0] if index == 0 else last - first
+    rotation = max(_rotation(drive), last)
+    return rotation - last if index == 2 else drive.t[-1] - rotation
 
 
 def _crossing(t: FloatArray, v: FloatArray, below: int, above: int, level: float) -> float:
@@ -81,12 +104,12 @@ def _crossing(t: FloatArray, v: FloatArray, below: int, above: int, level: float
 
 
 def part(index: int) -> Measure:
-    """Seconds of one part, over all scored legs: 0 acceleration, 1 cruise, 2 approach, 3 final rotation."""
+    """Seconds of one part (see `seconds`), over all scored legs."""
 
     @measure
     def of_part(trial: Trial) -> float:
         limit = speed_limit(trial)
-        return sum(parts(drive, limit)[index] for drive in finished(trial))
+        return sum(seconds(drive, limit, index) for drive in finished(trial))
 
     return of_part
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, named
+from clearway.indicators.legs import Drive, finished, goal_of, named
 
 Whose = Literal["true", "own"]
 """Measured from outside (motion capture, the simulator's truth), or by the robot's own estimate."""
@@ -28,31 +28,32 @@ def distance_error(drive: Drive, whose: Whose = "true") -> float:
     Raises:
         NotComputable: the goal or the pose there is unknown.
     """
-    end = _end(drive, whose)
-    if not np.isfinite(drive.leg.goal[:2]).all():
-        raise NotComputable(f"the goal of leg {drive.leg.name} is unknown")
-    return math.hypot(end[0] - drive.leg.goal[0], end[1] - drive.leg.goal[1])
+    end, goal = _end(drive, whose), goal_of(drive)
+    if not np.isfinite(end[:2]).all():
+        raise NotComputable(f"the pose at the end of leg {drive.leg.name} is unknown")
+    return math.hypot(end[0] - goal[0], end[1] - goal[1])
 
 
 def orientation_error(drive: Drive, whose: Whose = "true") -> float:
     """Absolute angle to the goal's heading at the leg's end, rad, in [0, pi].
 
     Raises:
-        NotComputable: the heading is free or unknown.
+        NotComputable: the heading is free, or it or the goal's is unknown.
     """
     if math.isinf(drive.leg.yaw_tolerance):
         raise NotComputable(f"the heading at the end of leg {drive.leg.name} is free")
     if not math.isfinite(drive.leg.goal[2]):
         raise NotComputable(f"the goal's heading of leg {drive.leg.name} is unknown")
-    return abs(math.remainder(_end(drive, whose)[2] - drive.leg.goal[2], 2 * math.pi))
+    heading = float(_end(drive, whose)[2])
+    if not math.isfinite(heading):
+        raise NotComputable(f"the heading at the end of leg {drive.leg.name} is unknown")
+    return abs(math.remainder(heading - drive.leg.goal[2], 2 * math.pi))
 
 
 def _end(drive: Drive, whose: Whose) -> FloatArray:
     poses = drive.pose if whose == "true" else drive.estimate
     if poses is None:
         raise NotComputable("the robot's own estimate is unknown")
-    if not np.isfinite(poses[-1]).all():
-        raise NotComputable(f"the pose at the end of leg {drive.leg.name} is unknown")
     end: FloatArray = poses[-1]
     return end
 

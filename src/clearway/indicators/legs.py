@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import NotComputable
@@ -21,6 +22,7 @@ class Drive:
 
     Attributes:
         t: (n,) s. pose: (n, 3) true pose. velocity: (n, 2) or None. estimate: (n, 3) or None. movers: (n, m, 3).
+        sigma: (n, 1 + m, 2) standard uncertainties, as a trial has them, or None.
     """
 
     leg: Leg
@@ -30,6 +32,7 @@ class Drive:
     velocity: FloatArray | None
     estimate: FloatArray | None
     movers: FloatArray
+    sigma: FloatArray | None
 
 
 def begun(trial: Trial) -> tuple[Drive, ...]:
@@ -81,20 +84,60 @@ def speed(drive: Drive) -> FloatArray:
     if drive.velocity is None:
         raise NotComputable("the trial has no velocity")
     v = np.abs(drive.velocity[:, 0])
-    if not np.isfinite(v).all():
-        raise NotComputable("the velocity has gaps")
+    _whole("velocity", drive.t, np.isfinite(v))
     return v
+
+
+def positions(drive: Drive) -> FloatArray:
+    """(n, 2) true positions without a gap; whoever needs no heading asks for these.
+
+    Raises:
+        NotComputable: there is a gap.
+    """
+    at = drive.pose[:, :2]
+    _whole("pose", drive.t, known_rows(at))
+    return at
 
 
 def track(drive: Drive) -> FloatArray:
     """(n, 3) true poses without a gap.
 
     Raises:
-        NotComputable: there is a gap.
+        NotComputable: there is a gap, or no heading.
     """
-    if not np.isfinite(drive.pose).all():
-        raise NotComputable("the pose has gaps")
+    positions(drive)
+    _whole("heading", drive.t, np.isfinite(drive.pose[:, 2]))
     return drive.pose
+
+
+def known_rows(values: FloatArray) -> npt.NDArray[np.bool_]:
+    """(n,) which rows of `values` (n, k) hold no NaN."""
+    return np.asarray(np.isfinite(values).all(axis=1))
+
+
+def gap_time(t: FloatArray, known: npt.NDArray[np.bool_]) -> float:
+    """Seconds of `t` (n,) [s] in which nothing is known: from the last sample that is `known` (n,) to the next one."""
+    if not len(t):
+        return 0.0
+    return float(np.diff(t)[~(known[:-1] & known[1:])].sum())
+
+
+def _whole(what: str, t: FloatArray, known: npt.NDArray[np.bool_]) -> None:
+    if not known.any():
+        raise NotComputable(f"the {what} is unknown")
+    if not known.all():
+        raise NotComputable(f"the {what} has gaps ({gap_time(t, known):.1f} s)")
+
+
+def goal_of(drive: Drive) -> FloatArray:
+    """The goal (3,) of a leg; its heading may be NaN.
+
+    Raises:
+        NotComputable: nobody knows where it is.
+    """
+    if not np.isfinite(drive.leg.goal[:2]).all():
+        raise NotComputable(f"the goal of leg {drive.leg.name} is unknown")
+    return drive.leg.goal
 
 
 def speed_limit(trial: Trial) -> float:
@@ -138,4 +181,5 @@ def _cut(trial: Trial, span: Span) -> Drive:
         None if trial.velocity is None else cut(trial.velocity),
         None if trial.estimate is None else cut(trial.estimate, angle=True),
         cut(trial.movers, angle=True),
+        None if trial.sigma is None else cut(trial.sigma),
     )

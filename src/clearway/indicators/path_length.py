@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, named, track
+from clearway.indicators.legs import Drive, finished, named, positions
 from clearway.trials import Trial
 
 
@@ -14,7 +14,7 @@ def length(drive: Drive) -> float:
 
     Chords of arcs are short by (omega dt)^2 / 24 of their length: 0.04 % at 1 rad/s and 10 Hz.
     """
-    steps = np.diff(track(drive)[:, :2], axis=0)
+    steps = np.diff(positions(drive), axis=0)
     return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 from clearway.indicators.cause import cause, who_moved
+from clearway.indicators.confirm import to_confirm
 from clearway.indicators.indicator import Indicator, NotComputable
 from clearway.indicators.success import failure
 from clearway.trials import Trial
@@ -36,6 +37,9 @@ LABELS: dict[str, tuple[str, str]] = {
     "failure": ("string", ""),
     "cause": ("string", ""),
     "moved_at_contact": ("string", ""),
+    "source": ("string", ""),
+    "to_confirm": ("string", ""),
+    "note": ("string", ""),
 }
 """Columns that are not indicators: name -> (Arrow type, unit)."""
 
@@ -44,7 +48,8 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
     """The row of `trial`: `LABELS`, then each of `indicators`, then `not_computable` (JSON: name -> why).
 
     What does not apply or cannot be computed is None. `success` and `success_self` are True or False. `failure` is
-    empty for a success and None where nobody can tell; `cause` and `moved_at_contact` are empty then.
+    empty for a success and None where nobody can tell; `cause` and `moved_at_contact` are empty then. `to_confirm`
+    says what was too close to call by the measurement alone.
     """
     attempt, labels = trial.attempt, trial.attempt.labels
     try:
@@ -74,6 +79,9 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
         "failure": failed,
         "cause": cause(trial),
         "moved_at_contact": who_moved(trial),
+        "source": attempt.source,
+        "to_confirm": to_confirm(trial),
+        "note": str(trial.provenance.get("note", "")),
     }
     why: dict[str, str] = {}
     for name, indicator in indicators.items():

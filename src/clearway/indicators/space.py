@@ -6,7 +6,7 @@ import numpy as np
 
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, track
+from clearway.indicators.legs import Drive, finished, goal_of, positions, track
 from clearway.trials import Trial
 
 
@@ -17,13 +17,15 @@ def half_width(footprint: Shape) -> float:
 
 def reach(footprint: Shape, drive: Drive) -> float:
     """How far the footprint reached sideways from the leg's straight line from start to goal, m."""
-    pose = track(drive)
-    start, along = drive.leg.start[:2], drive.leg.goal[:2] - drive.leg.start[:2]
+    pose = drive.pose if isinstance(footprint, Circle) else track(drive)
+    start, along = drive.leg.start[:2], goal_of(drive)[:2] - drive.leg.start[:2]
+    if not np.isfinite(start).all():
+        raise NotComputable(f"the start of leg {drive.leg.name} is unknown")
     distance = float(np.hypot(*along))
     if not distance > 0:
         raise NotComputable(f"leg {drive.leg.name} has no straight line from start to goal")
     normal = np.array([-along[1], along[0]]) / distance
-    centre: FloatArray = (pose[:, :2] - start) @ normal
+    centre: FloatArray = (positions(drive) - start) @ normal
     if isinstance(footprint, Circle):
         return float(np.abs(centre).max()) + footprint.radius
     cos, sin = np.cos(pose[:, 2]), np.sin(pose[:, 2])

@@ -7,12 +7,13 @@ tolerances at its end, no contact, no timeout. `success_self` judges the ends by
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from clearway.indicators.goal_error import Whose, distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import begun
+from clearway.indicators.legs import Drive, begun
 from clearway.trials import Outcome, Trial
 
 AT_REST = 0.01
@@ -23,7 +24,8 @@ _ROUNDING = 1e-9
 
 def failure(trial: Trial, whose: Whose = "true") -> str:
     """Why the trial failed: how it ended (`collision`, `timeout`, ...), `unfinished`, `DE`, `OE` or `DE+OE`; empty for a
-    success. `collision at rest`: something ran into the robot while it stood; a failure all the same.
+    success. `collision at rest`: something ran into the robot while it stood; a failure all the same. A `possible
+    contact` is none until a person confirms it.
 
     Raises:
         NotComputable: it ended well as far as is known, but the pose, the goal or a tolerance is unknown.
@@ -36,21 +38,36 @@ def failure(trial: Trial, whose: Whose = "true") -> str:
     if any(i not in reached for i, leg in enumerate(trial.attempt.legs) if leg.scored):
         return "unfinished"
     excess = {"DE": False, "OE": False}
+    unknown: NotComputable | None = None
     for drive in begun(trial):
-        leg = drive.leg
-        if math.isnan(leg.xy_tolerance) or math.isnan(leg.yaw_tolerance):
-            raise NotComputable(f"the tolerance of leg {leg.name} is unknown")
-        excess["DE"] |= distance_error(drive, whose) > leg.xy_tolerance + _ROUNDING
-        if not math.isinf(leg.yaw_tolerance):
-            excess["OE"] |= orientation_error(drive, whose) > leg.yaw_tolerance + _ROUNDING
+        for name, error, allowed in goals(drive, whose):
+            try:
+                excess[name] |= error() > allowed + _ROUNDING
+            except NotComputable as reason:
+                unknown = unknown or reason
+                continue
+            if math.isnan(allowed):
+                unknown = unknown or NotComputable(f"the tolerance of leg {drive.leg.name} is unknown")
+    if unknown is not None and not any(excess.values()):
+        raise unknown
     return "+".join(name for name, found in excess.items() if found)
+
+
+def goals(drive: Drive, whose: Whose = "true") -> Iterator[tuple[str, Callable[[], float], float]]:
+    """What a leg's end is judged by: `DE` and, unless the heading is free, `OE`; how large it is (which raises
+    `NotComputable` where nobody knows) and how large it may be, NaN where that is unknown."""
+    yield "DE", lambda: distance_error(drive, whose), drive.leg.xy_tolerance
+    if not math.isinf(drive.leg.yaw_tolerance):
+        yield "OE", lambda: orientation_error(drive, whose), drive.leg.yaw_tolerance
 
 
 def _stood(trial: Trial) -> bool:
     """Whether the robot stood when it was touched."""
+    if trial.velocity is None or not len(trial.t):
+        return False
     touched = next((event.t for event in trial.events if event.kind == "contact"), float(trial.t[-1]))
     at = min(int(np.searchsorted(trial.t, touched)), len(trial.t) - 1)
-    return trial.velocity is not None and bool((np.abs(trial.velocity[at]) < AT_REST).all())
+    return bool((np.abs(trial.velocity[at]) < AT_REST).all())
 
 
 @measure

@@ -1,0 +1,34 @@
+"""What a measurement cannot decide by itself: a person has to look at the replay, or at the video."""
+
+from __future__ import annotations
+
+from clearway.indicators.indicator import NotComputable
+from clearway.indicators.legs import named
+from clearway.indicators.success import goals
+from clearway.indicators.uncertainty import end_uncertainty
+from clearway.trials import Trial
+
+_UNITS = {"DE": "m", "OE": "rad"}
+
+
+def to_confirm(trial: Trial) -> str:
+    """Possible contacts, and leg ends whose DE or OE is closer to its tolerance than its expanded uncertainty, in
+    phrases joined by `; `; empty where there is nothing to confirm. Success keeps to the values."""
+    said = [f"possible contact at {e.t:.1f} s" + (f" ({e.detail})" if e.detail else "")
+            for e in trial.events if e.kind == "possible contact"]  # fmt: skip
+    for leg in trial.attempt.legs:
+        if trial.attempt.source == "simulated" or not leg.scored:
+            continue
+        try:
+            drive = named(trial, leg.name)
+        except NotComputable:
+            continue
+        for name, error, allowed in goals(drive):
+            try:
+                value, u = error(), end_uncertainty(trial, drive, name)
+            except NotComputable:
+                continue
+            if abs(value - allowed) < u:
+                unit = _UNITS[name]
+                said.append(f"{name} of leg {leg.name} is {value:.3f} ± {u:.3f} {unit}, {allowed:g} {unit} allowed")
+    return "; ".join(said)

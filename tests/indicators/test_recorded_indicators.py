@@ -1,0 +1,275 @@
+"""What a recording leaves unknown loses just the indicators that need it, and what was measured has an uncertainty."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from indicator_trials import box, moved, shuttle
+
+from clearway.geometry.shapes import Circle, rectangle
+from clearway.indicators import INDICATORS, score_row
+from clearway.trials import Body, Event, Outcome
+
+NEVER = {"barn_score", "barn_time", "PL_limit", "CT_limit", "cut"}
+SPEEDS = {"TCS", "TCS_5", "TCS_20", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
+
+
+def recorded(trial, *, sigma=(0.002, 0.004), mover_sigma=(0.001, 0.01), **changes):
+    """The trial as if it had been measured; `sigma`: m and rad, of the robot and of movers."""
+    n, m = trial.movers.shape[:2]
+    known = np.empty((n, 1 + m, 2))
+    known[:, 0], known[:, 1:] = sigma, mover_sigma
+    attempt = replace(trial.attempt, source="recorded", scenario=None, seed=None, navigator="recorded", **changes)
+    return replace(trial, attempt=attempt, sigma=known)
+
+
+def lost(row):
+    return {name: why for name, why in json.loads(row["not_computable"]).items() if name not in NEVER}
+
+
+def holed(trial, start, end, columns=slice(None)):
+    """NaN in these columns of the pose between two times, both excluded."""
+    pose = trial.pose.copy()
+    inside = (trial.t > start + 1e-6) & (trial.t < end - 1e-6)
+    pose[np.ix_(inside, np.arange(3)[columns])] = np.nan
+    return replace(trial, pose=pose)
+
+
+def with_legs(trial, **changes):
+    return replace(trial, attempt=replace(trial.attempt, legs=tuple(replace(g, **changes) for g in trial.attempt.legs)))
+
+
+def crossing(t):
+    """A mover that passes 0.5 m ahead of x = 2.5 at t = 5.5 s, at 0.4 m/s, and is there throughout."""
+    return np.stack([2.5 + 0 * t, 0.77 + 0.4 * np.abs(t - 5.5), 0 * t], -1)[:, None]
+
+
+CART = Body("cart", "mover", Circle(0.2), None)
+
+
+def test_without_a_heading_all_but_the_heading_is_computed():
+    trial = recorded(shuttle(bodies=[box(2.5, 1.0)]))
+    blind = replace(trial, pose=np.column_stack([trial.pose[:, :2], np.full(len(trial.t), np.nan)]))
+    whole, row = score_row(trial), score_row(blind)
+    assert set(lost(row)) == {
+        "success", "OE", "OE_forth", "OE_back", "OE_max", "OE_literal", "OE_U",
+    }  # fmt: skip
+    assert lost(row)["OE"] == "the heading at the end of leg forth is unknown"
+    for name in set(INDICATORS) - set(lost(row)) - NEVER:
+        assert row[name] == pytest.approx(whole[name], abs=1e-9), name
+    square = replace(blind, attempt=replace(blind.attempt, footprint=rectangle(0.5, 0.5)))
+    why = lost(score_row(square))
+    assert why["MDO"] == why["MDO_U"] == why["space"] == "the heading is unknown"
+    assert "MDO_centre" not in why
+    assert "PL" not in why
+
+
+def test_a_gap_in_the_heading_only():
+    row = score_row(holed(recorded(shuttle(footprint=rectangle(0.5, 0.5), bodies=[box(2.5, 1.0)])), 3.0, 3.8, [2]))
+    assert lost(row)["MDO"] == "the heading has gaps (0.8 s)"
+    assert set(lost(row)) == {"MDO", "MDO_walls", "MDO_U", "space", "space_rel"}
+
+
+def test_a_gap_inside_a_leg_leaves_what_hangs_on_its_ends():
+    trial = recorded(shuttle(bodies=[box(2.5, 1.0)]))
+    gap = holed(trial, 3.0, 3.8)
+    row = score_row(gap)
+    assert lost(row)["PL"] == "the pose has gaps (0.8 s)"
+    assert set(lost(row)) == {
+        "PL", "PL_norm", "PL_forth", "MDO", "MDO_centre", "MDO_walls", "MDO_U", "space", "space_rel", "T_approach", "T_rotation",
+    }  # fmt: skip
+    assert (row["CT"], row["success"]) == (pytest.approx(22.4), True)
+    turning = score_row(holed(trial, 12.0, 12.5))
+    assert lost(turning) == {}, "the turn does not count"
+    at_end = score_row(holed(trial, 11.0, 11.6))
+    assert lost(at_end)["DE"] == "the pose at the end of leg forth is unknown"
+    assert at_end["success"] is None
+
+
+def test_a_gap_in_the_speed():
+    trial = recorded(shuttle())
+    velocity = trial.velocity.copy()
+    velocity[30:34] = np.nan
+    row = score_row(replace(trial, velocity=velocity))
+    assert set(lost(row)) - {"MDO", "MDO_centre", "MDO_U", "MDO_walls"} == SPEEDS
+    assert lost(row)["TCS"] == "the velocity has gaps (0.5 s)"
+
+
+def test_unknown_goal_and_tolerance():
+    trial = recorded(shuttle())
+    row = score_row(with_legs(trial, goal=np.full(3, np.nan), start=np.full(3, np.nan)))
+    assert lost(row)["DE"] == "the goal of leg forth is unknown"
+    assert lost(row)["success"] == "the goal of leg forth is unknown"
+    assert "T_acceleration" not in lost(row)
+    assert "T_cruise" not in lost(row)
+    assert {"T_approach", "T_rotation", "space", "DE_U"} <= set(lost(row))
+    row = score_row(with_legs(trial, xy_tolerance=math.nan))
+    assert lost(row)["success"] == "the tolerance of leg forth is unknown"
+    assert lost(row)["T_rotation"] == "the tolerance of leg forth is unknown"
+    assert row["DE"] == pytest.approx(0.1)
+    assert score_row(with_legs(trial, goal=np.array([4.0, 0.0, np.nan])))["failure"] == "DE", (
+        "certain without the heading"
+    )
+
+
+def test_no_set_speed():
+    trial = recorded(shuttle(), speed_limit=None)
+    trial = replace(trial, attempt=replace(trial.attempt, labels=replace(trial.attempt.labels, speed=None)))
+    row = score_row(trial)
+    assert row["speed"] is None
+    assert lost(row)["TCS"] == "the set speed is unknown"
+    assert set(lost(row)) - {"MDO", "MDO_centre", "MDO_U", "MDO_walls"} == SPEEDS
+
+
+def test_a_body_whose_shape_nobody_knows():
+    unknown = Body("bed", "obstacle", Circle(0.0), np.array([2.5, 1.0, math.nan]), outlined=False)
+    row = score_row(recorded(shuttle(bodies=[unknown, box(2.5, -1.0)])))
+    assert lost(row)["MDO"] == lost(row)["MDO_U"] == lost(row)["MDO_walls"] == "the shape of bed is unknown"
+    assert row["MDO_centre"] == pytest.approx(1.0)
+
+
+def test_what_a_standing_obstacle_lacks():
+    turned = replace(box(2.5, 1.0), name="table", pose=np.array([2.5, 1.0, math.nan]))
+    assert lost(score_row(recorded(shuttle(bodies=[turned]))))["MDO"] == "the heading of table is unknown"
+    disc = replace(turned, shape=Circle(0.1))
+    assert score_row(recorded(shuttle(bodies=[disc])))["MDO"] == pytest.approx(1.0 - 0.27 - 0.1, abs=1e-9)
+    away = replace(turned, pose=np.full(3, math.nan))
+    assert lost(score_row(recorded(shuttle(bodies=[away]))))["MDO_centre"] == "the place of table is unknown"
+
+
+def test_an_obstacle_lost_from_sight():
+    def seen(hidden):
+        def movers(t):
+            track = crossing(t)
+            track[hidden(t)] = np.nan
+            return track
+
+        return shuttle(bodies=[CART], movers=movers)
+
+    gap = seen(lambda t: (t > 5.0 + 1e-6) & (t < 6.0 - 1e-6))
+    assert lost(score_row(recorded(gap)))["MDO"] == "the pose of cart has gaps (1.0 s)"
+    assert "MDO" not in lost(score_row(gap)), "in a simulation it was away"
+    late = score_row(recorded(seen(lambda t: t < 4.0)))
+    assert late["MDO"] == score_row(recorded(shuttle(bodies=[CART], movers=crossing)))["MDO"]
+    blind = recorded(
+        shuttle(bodies=[replace(CART, shape=rectangle(0.4, 0.4))], movers=lambda t: crossing(t) * [1, 1, np.nan])
+    )
+    assert lost(score_row(blind))["MDO"] == "the heading of cart is unknown"
+
+
+def test_uncertainty_of_the_goal_errors():
+    trial = recorded(shuttle(bodies=[box(2.5, 1.0)]))
+    row = score_row(trial)
+    assert (row["DE_U"], row["OE_U"]) == (pytest.approx(0.004), pytest.approx(0.008))
+    forth = trial.sigma.copy()
+    forth[trial.t < 12.0, 0] = [0.006, 0.010]  # errors are common to both legs, so U is the mean
+    row = score_row(replace(trial, sigma=forth))
+    assert (row["DE_U"], row["OE_U"]) == (
+        pytest.approx(2 * (0.006 + 0.002) / 2),
+        pytest.approx(2 * (0.010 + 0.004) / 2),
+    )
+    simulated = score_row(shuttle(bodies=[box(2.5, 1.0)]))
+    assert (simulated["DE_U"], simulated["OE_U"], simulated["MDO_U"]) == (0.0, 0.0, 0.0)
+    silent = lost(score_row(replace(trial, sigma=None)))
+    assert silent == dict.fromkeys(("DE_U", "MDO_U"), "the uncertainty of the pose is unknown") | {
+        "OE_U": "the uncertainty of the heading is unknown"
+    }
+
+
+def test_uncertainty_of_the_clearance():
+    stands = Body("box", "obstacle", rectangle(0.3, 0.3), np.array([2.5, 1.0, 0.0]), sigma=0.003)
+    far = replace(stands, name="far", pose=np.array([2.5, -2.0, 0.0]), sigma=0.9)
+    assert score_row(recorded(shuttle(bodies=[far, stands])))["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.003))
+    square = shuttle(bodies=[stands], footprint=rectangle(0.6, 0.8))  # the heading moves a corner 0.5 m away
+    assert score_row(recorded(square))["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.5 * 0.004, 0.003))
+    passing = recorded(shuttle(bodies=[CART], movers=crossing))
+    assert score_row(passing)["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.001)), "a disc may turn"
+    unsure = passing.sigma * np.array([[1.0], [np.nan]])
+    assert lost(score_row(replace(passing, sigma=unsure))) == {
+        "MDO_U": "the uncertainty of the pose of cart is unknown"
+    }
+
+
+def test_uncertainty_is_of_the_instant_of_closest_approach():
+    trial = recorded(shuttle(bodies=[CART], movers=crossing))
+    nearest = float(trial.t[np.argmin(np.hypot(*(trial.movers[:, 0, :2] - trial.pose[:, :2]).T))])
+    sigma = trial.sigma.copy()
+    sigma[np.abs(trial.t - nearest) > 0.3] = 1.0
+    assert score_row(replace(trial, sigma=sigma))["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.001))
+
+
+def test_too_close_to_a_tolerance_is_said_but_does_not_decide():
+    trial = recorded(shuttle(stop=(4.799, 0.1)), sigma=(0.001, 0.001))
+    row = score_row(trial)
+    assert (row["failure"], row["success"]) == ("DE", False)
+    assert row["to_confirm"] == "DE of leg forth is 0.201 ± 0.002 m, 0.2 m allowed"
+    assert score_row(recorded(shuttle(stop=(4.799, 0.1)), sigma=(0.0004, 0.001)))["to_confirm"] == ""
+    assert score_row(shuttle(stop=(4.7999999, 0.1)))["to_confirm"] == ""
+    twice = score_row(recorded(shuttle(stop=(4.801, 0.1)), sigma=(0.001, 0.11)))
+    assert twice["success"] is True
+    assert twice["to_confirm"].count(";") == 2  # OE of both legs is 0 +- 0.22, 0.2 allowed
+
+
+def test_a_possible_contact_is_no_failure():
+    events = (Event(4.21, "possible contact", "box 2.5 0.4"), Event(5.0, "possible contact"))
+    row = score_row(recorded(replace(shuttle(), events=events)))
+    assert row["success"] is True
+    assert row["to_confirm"] == "possible contact at 4.2 s (box 2.5 0.4); possible contact at 5.0 s"
+    assert row["source"] == "recorded"
+    assert score_row(shuttle())["source"] == "simulated"
+    assert score_row(replace(shuttle(), provenance={"note": "wet floor"}))["note"] == "wet floor"
+
+
+def empty(trial):
+    """An attempt of which there is no recording."""
+    m = trial.movers.shape[1]
+    return replace(
+        trial, t=np.empty(0), pose=np.empty((0, 3)), velocity=None, estimate=None, command=None, leg=np.empty(0, np.int64),
+        movers=np.empty((0, m, 3)), spans=(), sigma=None, outcome=Outcome.ABORTED, reason="not recorded",
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("outcome", list(Outcome))
+def test_an_attempt_without_a_recording_counts(outcome):
+    contact = (Event(0.0, "contact", "seen by the operator"),) if outcome is Outcome.COLLISION else ()
+    row = score_row(replace(empty(recorded(shuttle(bodies=[box(2.5, 1.0)]))), outcome=outcome, events=contact))
+    assert row["success"] is False
+    assert row["failure"] == ("unfinished" if outcome is Outcome.REACHED else outcome.value)
+    assert all(row[name] is None for name in INDICATORS if name not in ("success", "success_self"))
+
+
+def test_nobody_can_tell_why_a_recorded_robot_touched_something():
+    trial = recorded(shuttle(outcome=Outcome.COLLISION, events=(Event(5.0, "contact", "seen"),)), drive=None)
+    assert score_row(trial)["failure"] == "collision"
+    assert score_row(trial)["cause"] == ""
+    lost_speed = replace(trial, velocity=np.full_like(trial.velocity, np.nan))
+    assert score_row(lost_speed)["moved_at_contact"] == ""
+
+
+@settings(max_examples=60)
+@given(st.data())
+def test_whatever_is_unknown_nothing_raises_and_nothing_becomes_a_number_that_was_not_one(data):
+    """Holes anywhere: every value that remains is the value of the whole trial."""
+    trial = recorded(shuttle(bodies=[CART, box(2.5, -1.0)], movers=crossing, dt=0.2))
+    rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
+
+    def holes(values):
+        out = np.array(values)
+        for _ in range(data.draw(st.integers(0, 2))):
+            i = int(rng.integers(len(out)))
+            out[i : i + int(rng.integers(1, 20)), ..., rng.permutation(out.shape[-1])[: rng.integers(1, 4)]] = np.nan
+        return out
+
+    spoilt = replace(trial, pose=holes(trial.pose), velocity=holes(trial.velocity), sigma=holes(trial.sigma),
+                     estimate=holes(trial.estimate))  # fmt: skip
+    spoilt = moved(spoilt, 1.0, 2.0, 0.5) if data.draw(st.booleans()) else spoilt
+    whole, row = score_row(trial), score_row(spoilt)
+    for name in INDICATORS:
+        assert row[name] is None or name in NEVER or row[name] == pytest.approx(whole[name], abs=1e-6), name
+        assert row[name] is not None or json.loads(row["not_computable"])[name]
