@@ -59,7 +59,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     known = tie is not None
     legs = _legs(lab, spec, recordings, tied=known)
     around = obstacles(lab, spec, recordings, offsets, t, tied=known)
-    found = _found(spec, legs, motion, zero, lab)
+    found = _found(lab, spec, legs, motion)
     spans = tuple(
         Span(f.leg, min(max(f.start - zero, 0.0), t[-1] - zero), min(max(f.end - zero, 0.0), t[-1] - zero), f.reached)
         for f in found
@@ -150,11 +150,10 @@ def _legs(lab: Lab, spec: TrialSpec, recordings: Recordings, *, tied: bool) -> t
     test, robot = lab.plan.test, lab.robot
     xy = test.xy_tolerance or (robot.tolerances.xy if robot else math.nan)
     yaw = test.yaw_tolerance or (robot.tolerances.yaw if robot else math.nan)
-    specs = spec.legs or lab.plan.legs or (LegPlanSpec(name="drive"),)
     sent = iter(goals_sent(lab, recordings))
     legs: list[Leg] = []
     before = np.full(3, np.nan)
-    for leg in specs:
+    for leg in _leg_specs(lab, spec):
         goal = lab.pose(leg.goal) if tied else np.full(3, np.nan)
         if leg.goal is None and tied:
             goal = next(sent, goal)
@@ -165,16 +164,22 @@ def _legs(lab: Lab, spec: TrialSpec, recordings: Recordings, *, tied: bool) -> t
     return tuple(legs)
 
 
-def _found(spec: TrialSpec, legs: Sequence[Leg], motion: Motion, zero: float, lab: Lab) -> list[FoundLeg]:
+def _leg_specs(lab: Lab, spec: TrialSpec) -> tuple[LegPlanSpec, ...]:
+    """The trial's legs: the plan's, with what the trial says of those that it names; or legs of its own."""
+    known = {leg.name: leg for leg in lab.plan.legs}
+    own = {leg.name: leg for leg in spec.legs}
+    if spec.legs and not set(own) <= set(known):
+        return spec.legs
+    changed = {name: leg.model_dump(exclude_unset=True) for name, leg in own.items()}
+    legs = tuple(leg.model_copy(update=changed.get(leg.name, {})) for leg in lab.plan.legs)
+    return legs or (LegPlanSpec(name="drive"),)
+
+
+def _found(lab: Lab, spec: TrialSpec, legs: Sequence[Leg], motion: Motion) -> list[FoundLeg]:
     """When each leg was driven: as the plan says, else as the motion shows."""
-    given = spec.legs or lab.plan.legs
-    spans = [leg.span for leg in given] if spec.legs else [None] * len(legs)
-    if all(span is not None for span in spans):
-        return [_given(i, span, legs[i], motion) for i, span in enumerate(spans) if span is not None]
-    found = {f.leg: f for f in find_legs(motion, legs)}
-    for i, span in enumerate(spans):
-        if span is not None:
-            found[i] = _given(i, span, legs[i], motion)
+    specs = _leg_specs(lab, spec)
+    given = {i: _given(i, leg, motion) for i, leg in enumerate(specs) if leg.span is not None}
+    found = given if len(given) == len(specs) else {f.leg: f for f in find_legs(motion, legs)} | given
     ordered = [found[i] for i in sorted(found)]
     for a, b in pairwise(ordered):
         if b.start < a.end - 1e-9:
@@ -186,14 +191,15 @@ def _found(spec: TrialSpec, legs: Sequence[Leg], motion: Motion, zero: float, la
     return ordered
 
 
-def _given(index: int, span: tuple[float, float], leg: Leg, motion: Motion) -> FoundLeg:
-    start, end = span
+def _given(index: int, leg: LegPlanSpec, motion: Motion) -> FoundLeg:
+    assert leg.span is not None
+    start, end = leg.span
     if not motion.t[0] - 1e-6 <= start < end <= motion.t[-1] + 1e-6:
         raise ClearwayError(
             f"({start:g}, {end:g}) s of leg {leg.name} is not within the trial, {motion.t[0]:.3f} to {motion.t[-1]:.3f} s",
             field="legs.span",
         )
-    return FoundLeg(index, start, end, True, "span given in the plan")
+    return FoundLeg(index, start, end, leg.reached, "span given in the plan")
 
 
 def _leg_at(t: FloatArray, spans: Sequence[Span]) -> Any:

@@ -170,6 +170,7 @@ class LegPlanSpec(_Part):
     span: Span | None = Field(
         default=None, description="when it was driven, s on the first source's clock; default: found"
     )
+    reached: bool = Field(default=True, description="whether it ended at its goal; only read where a span is given")
 
 
 class PlacedSpec(_Part):
