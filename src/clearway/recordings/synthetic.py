@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, Shape, inscribed_radius
 from clearway.recordings.recording import Points, Recording, Track
 from clearway.trials import Body, Trial
@@ -59,6 +60,19 @@ class System:
     tail: float = 0.0
     frame: tuple[float, float, float] = (0.0, 0.0, 0.0)
     seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name, right, told in (
+            ("rate", 0 < self.rate <= 10_000, "a number of Hz above 0, at most 10000"),
+            ("noise", 0 <= self.noise < 1, "m, not below 0 and less than 1"),
+            ("gaps", 0 <= self.gaps < 1, "a share, not below 0 and less than 1"),
+            ("swaps", self.swaps >= 0, "a number of times"),
+            ("lead", 0 <= self.lead <= 3600, "s, from 0 to 3600"),
+            ("tail", 0 <= self.tail <= 3600, "s, from 0 to 3600"),
+            ("seed", self.seed >= 0, "not below 0"),
+        ):
+            if not right:
+                raise ClearwayError(f"{getattr(self, name)!r} is wrong: {told}", field=name)
 
 
 LAB = System(noise=0.0005, gaps=0.02, swaps=1, lead=2.0, tail=2.0, frame=(1.35, -0.8, 0.6))

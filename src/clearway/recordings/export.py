@@ -1,0 +1,225 @@
+"""Any trial, simulated or recorded, as a file for other tools: bags, trajectories, tables, motion-capture layouts."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Literal, Protocol, cast, get_args
+
+import numpy as np
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings import formats, mcap
+from clearway.recordings.recording import Recording, Track
+from clearway.recordings.synthetic import System, body_name, captured
+from clearway.trials import Trial
+
+TARGETS = {
+    "mcap": ".mcap",
+    "tum": ".tum",
+    "csv": ".csv",
+    "vicon": ".csv",
+    "motive": ".csv",
+    "qualisys": ".tsv",
+    "qualisys-6d": ".tsv",
+    "trc": ".trc",
+    "c3d": ".c3d",
+}
+"""What a trial can be exported to, and the usual ending."""
+CAPTURES = ("vicon", "motive", "qualisys", "qualisys-6d", "trc", "c3d")
+"""Those that hold what a capture system sees: made-up markers, or rigid bodies, resampled to its rate."""
+Which = Literal["both", "true", "estimate"]
+
+
+def export(
+    trial: Trial,
+    to: str,
+    path: Path,
+    *,
+    system: System | None = None,
+    which: Which = "both",
+    scans: bool = True,
+) -> tuple[Path, ...]:
+    """Write a trial to a file that isn't there yet.
+
+    Args:
+        to: one of `TARGETS`. path: the file. system: of the capture layouts: its rate, noise, gaps and so on; default: a
+            perfect one at 100 Hz whose frame is the map. which: of TUM: the true pose, the robot's own estimate, or both
+            as `NAME.true.tum` and `NAME.estimate.tum`. scans: of MCAP: with the lidar's scans.
+
+    Returns:
+        The files that were written.
+
+    Raises:
+        ClearwayError: unknown format, the file is there already, nothing was recorded, or it can't be written.
+    """
+    if to not in TARGETS:
+        raise unknown("format", to, TARGETS)
+    if not np.isfinite(trial.pose).any():
+        raise ClearwayError("the trial was not recorded: there is nothing to export", file=path)
+    files = _files(trial, to, Path(path), which)
+    for file in files.values():
+        if file.exists():
+            raise ClearwayError("is there already; nothing is overwritten: choose another name", file=file)
+    try:
+        for what, file in files.items():
+            file.parent.mkdir(parents=True, exist_ok=True)
+            _write(trial, to, file, what, system or System(), scans)
+    except OSError as error:
+        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+    return tuple(files.values())
+
+
+def _files(trial: Trial, to: str, path: Path, which: Which) -> dict[str, Path]:
+    """What goes into which file."""
+    if to != "tum":
+        return {"": path}
+    if trial.estimate is None and which != "true":
+        if which == "estimate":
+            raise ClearwayError("the trial doesn't know the robot's own estimate", file=path, field="which")
+        which = "true"
+    if which != "both":
+        return {which: path}
+    stem, ending = (path.stem, path.suffix) if path.suffix else (path.name, TARGETS[to])
+    return {what: path.with_name(f"{stem}.{what}{ending}") for what in ("true", "estimate")}
+
+
+def _write(trial: Trial, to: str, file: Path, what: str, system: System, scans: bool) -> None:
+    if to == "mcap":
+        mcap.write_trial(file, trial, scans=scans)
+    elif to == "csv":
+        _write_csv(trial, file)
+    elif to == "tum":
+        poses = trial.pose if what == "true" or trial.estimate is None else trial.estimate
+        _writer("tum")(file, Recording(file, "tum", tracks={what: track_of(trial.t, poses)}))
+    else:
+        _writer(to)(file, captured(trial, system, bodies=to == "qualisys-6d"))
+
+
+def _writer(name: str) -> Any:
+    write = formats.formats()[name].write
+    assert write is not None, name
+    return write
+
+
+def track_of(t: FloatArray, pose: FloatArray) -> Track:
+    """Poses (n, 3) in the map as a track of base_link; without samples where there is no position."""
+    there = np.isfinite(pose[:, :2]).all(axis=1)
+    t, pose = t[there], pose[there]
+    zero = np.zeros(len(t))
+    turn = np.column_stack([zero, zero, np.sin(pose[:, 2] / 2), np.cos(pose[:, 2] / 2)])
+    return Track("pose", "map", "base_link", t, np.column_stack([pose[:, :2], zero]), turn)
+
+
+# --- CSV -------------------------------------------------------------------------------------------------------------
+
+
+def columns(trial: Trial) -> dict[str, FloatArray]:
+    """The trial as columns, header (with its unit) -> (n,): time, the robot, its estimate and command, the leg, and every
+    obstacle; NaN where something is unknown or absent."""
+    pose = ("x [m]", "y [m]", "theta [rad]")
+    rates = ("v [m/s]", "omega [rad/s]")
+    parts: list[tuple[str, Sequence[str], FloatArray | None]] = [
+        ("", ("t [s]",), trial.t[:, None]),
+        ("robot ", pose, trial.pose),
+        ("robot ", rates, trial.velocity),
+        ("estimate ", pose, trial.estimate),
+        ("command ", rates, trial.command),
+        ("", ("leg",), np.asarray(trial.leg, dtype=np.float64)[:, None]),
+    ]
+    mover = 0
+    for body in trial.attempt.bodies:
+        track = np.tile(body.pose, (len(trial.t), 1)) if body.pose is not None else trial.movers[:, mover]
+        mover += body.pose is None
+        if body.kind not in ("wall", "furniture"):
+            parts.append((f"{body_name(body)} ", pose, track))
+    return {
+        f"{who}{name}": values[:, i]
+        for who, names, values in parts
+        if values is not None
+        for i, name in enumerate(names)
+    }
+
+
+def _write_csv(trial: Trial, file: Path) -> None:
+    found = columns(trial)
+    with open(file, "x", newline="", encoding="utf-8") as f:
+        writer = csv.writer(f, lineterminator="\n")
+        writer.writerow(found)
+        for row in zip(*(values.tolist() for values in found.values()), strict=True):
+            writer.writerow([_text(value) for value in row])
+
+
+def _text(value: float) -> str:
+    """The shortest text that reads back as the same number; nothing for NaN."""
+    return "" if value != value else repr(value).removesuffix(".0")
+
+
+# --- several ---------------------------------------------------------------------------------------------------------
+
+
+def telling_name(trial: Trial, number: int, to: str) -> str:
+    """`0005-SO-parallel-v0.6-s0.3-d1.5-r1.mcap`: the trial's number in its results, and what it was."""
+    labels = trial.attempt.labels
+    said = trial.attempt.scenario or "-".join(
+        [labels.batch, labels.configuration]
+        + [
+            f"{letter}{value:g}"
+            for letter, value in zip(
+                "vosd", (labels.speed, labels.obstacle_speed, labels.size, labels.gap), strict=True
+            )
+            if value is not None
+        ]
+        + [f"r{labels.repetition}"]
+    )
+    return f"{number:04d}-{re.sub(r'[^A-Za-z0-9.+-]+', '_', said)}{TARGETS[to]}"
+
+
+class Trials(Protocol):
+    """Where trials come from, such as a results directory."""
+
+    def trial(self, index: int) -> Trial:
+        """Trial number `index`."""
+        ...
+
+
+def export_trials(
+    trials: Trials,
+    wanted: Sequence[int],
+    to: str,
+    out: Path,
+    *,
+    system: System | None = None,
+    which: str = "both",
+    scans: bool = True,
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[Path, ...]:
+    """Write trials of a results directory: a single one to the file `out` (into it, if it is a folder), several into the
+    folder `out`, each under a telling name. Arguments as for `export`; `progress` is told (done, total).
+
+    Raises:
+        ClearwayError: as for `export`; no trial is wanted, or one that isn't there.
+    """
+    if to not in TARGETS:
+        raise unknown("format", to, TARGETS)
+    if which not in get_args(Which):
+        raise unknown("choice", which, get_args(Which))
+    if not wanted:
+        raise ClearwayError("say which: --trial N, as often as you like, or --all", field="trial")
+    out = Path(out)
+    alone = len(wanted) == 1 and not out.is_dir()
+    if not alone and out.exists() and not out.is_dir():
+        raise ClearwayError("is a file; several trials go into a folder", file=out)
+    files: list[Path] = []
+    for done, number in enumerate(wanted):
+        trial = trials.trial(number)
+        path = out if alone else out / telling_name(trial, number, to)
+        own = system and replace(system, seed=system.seed + number)
+        files += export(trial, to, path, system=own, which=cast(Which, which), scans=scans)
+        if progress is not None:
+            progress(done + 1, len(wanted))
+    return tuple(files)
