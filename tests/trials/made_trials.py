@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pyarrow as pa
 
@@ -56,6 +58,19 @@ def make_trial(i: int, n: int = 40) -> Trial:
         snapshots=(Snapshot(0.5, Diagnostics({"global plan": line}, status="driving")),),
         provenance={"source": "made"},
     )
+
+
+def make_recorded(i: int, n: int = 40) -> Trial:
+    """Trial number i as if it had been measured: uncertainties, an obstacle without an outline, no set speed."""
+    trial = make_trial(i, n)
+    bed = Body("bed", "obstacle", Circle(0.0), np.array([1.0, 1.0, np.nan]), sigma=0.005, outlined=False)
+    a = trial.attempt
+    attempt = replace(
+        a, labels=replace(a.labels, speed=None), bodies=(*a.bodies, bed), speed_limit=None, scenario=None, seed=None, source="recorded"
+    )  # fmt: skip
+    sigma = np.random.default_rng(i).uniform(0.001, 0.01, (n, 1 + trial.movers.shape[1], 2))
+    sigma[3] = np.nan
+    return replace(trial, attempt=attempt, sigma=sigma, events=(Event(1.0, "possible contact", "bed"),))
 
 
 def make_row(i: int) -> dict[str, object]:

@@ -15,6 +15,7 @@ import pyarrow as pa
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from made_trials import make_recorded, make_trial
 
 from clearway.contract import Diagnostics
 from clearway.geometry.grid import OccupancyGrid
@@ -39,9 +40,15 @@ shapes = st.builds(Circle, finite) | st.builds(
 )
 legs = st.builds(Leg, text, array(3), array(3), finite, anything, st.booleans(), anything)
 bodies = st.builds(
-    Body, text, st.sampled_from(["wall", "furniture", "obstacle", "mover"]), shapes, st.none() | array(3)
+    Body,
+    text,
+    st.sampled_from(["wall", "furniture", "obstacle", "mover"]),
+    shapes,
+    st.none() | array(3),
+    anything,
+    st.booleans(),
 )
-labels = st.builds(Labels, text, text, text, finite, maybe, maybe, maybe, st.integers(1, 99))
+labels = st.builds(Labels, text, text, text, maybe, maybe, maybe, maybe, st.integers(1, 99), st.none() | text)
 attempts = st.builds(
     Attempt,
     labels=labels,
@@ -58,6 +65,11 @@ attempts = st.builds(
     scenario=st.none() | text,
     seed=st.none() | st.integers(0, 2**63 - 1),
     privileged=st.booleans(),
+    tracking=text,
+    limit_time=maybe,
+    limit_path=maybe,
+    drive=st.none() | st.tuples(anything, anything, anything),
+    source=st.sampled_from(["simulated", "recorded"]),
 )
 lines = st.integers(0, 3).flatmap(lambda n: array(n, 2))
 grids = st.builds(
@@ -99,6 +111,8 @@ def trials(draw: st.DrawFn) -> Trial:
             st.dictionaries(text, text | st.integers(-(2**60), 2**60) | st.booleans() | finite, max_size=3)
         ),
         timing=draw(st.dictionaries(text, finite, max_size=2)),
+        cut=draw(st.none() | hnp.arrays(np.bool_, n)),
+        sigma=draw(st.none() | array(n, 1 + m, 2)),
     )
 
 
@@ -136,3 +150,21 @@ def test_every_trial_comes_back(written: list[Trial]) -> None:
         for i, trial in enumerate(written):
             assert same(trial, results.trial(i))
         assert [same(a, b) for a, b in zip(written, open_results(out), strict=True)] == [True] * len(written)
+
+
+def test_a_recorded_trial_comes_back(tmp_path: Path) -> None:
+    """Beside simulated ones: what is unknown stays unknown, and how sure the rest is stays said."""
+    written = [make_trial(0), make_recorded(3), make_trial(1), make_recorded(4)]
+    with TrialStore(tmp_path / "out", {"plan": {}}, len(written), SCHEMA) as store:
+        for i, trial in enumerate(written):
+            store.add(i, trial, {"id": str(i), "scenario": trial.attempt.scenario, "speed": trial.attempt.labels.speed})
+        results = store.finish()
+    for i, trial in enumerate(written):
+        assert same(trial, results.trial(i))
+    again = results.trial(1)
+    assert again.sigma is not None
+    assert again.sigma.shape == (40, 2, 2)
+    assert (again.attempt.source, again.attempt.labels.speed) == ("recorded", None)
+    assert [(b.name, b.sigma, b.outlined) for b in again.attempt.bodies][-1] == ("bed", 0.005, False)
+    assert results.trial(0).sigma is None
+    assert results.trials["speed"].to_pylist() == [0.6, None, 0.6, None]
