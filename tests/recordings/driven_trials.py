@@ -77,7 +77,7 @@ def forth_and_back(*, mover: bool = True, square: bool = True, batch: str = "CE"
         t=t,
         pose=pose,
         velocity=np.column_stack([v1 + v3, w2]),
-        estimate=pose + [0.01, 0.0, 0.0],
+        estimate=pose + np.array([0.01, 0.0, 0.0]),
         command=None,
         leg=leg,
         movers=movers,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, Protocol, cast, get_args
@@ -14,8 +14,10 @@ import numpy as np
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats, mcap
+from clearway.recordings.formats.beside import beside
 from clearway.recordings.recording import Recording, Track
 from clearway.recordings.synthetic import System, body_name, captured
+from clearway.recordings.toml_text import toml
 from clearway.trials import Trial
 
 TARGETS = {
@@ -76,6 +78,8 @@ def export(
 
 def _files(trial: Trial, to: str, path: Path, which: Which) -> dict[str, Path]:
     """What goes into which file."""
+    if to == "csv":
+        return {"": path, "description": beside(path)}
     if to != "tum":
         return {"": path}
     if trial.estimate is None and which != "true":
@@ -92,7 +96,8 @@ def _write(trial: Trial, to: str, file: Path, what: str, system: System, scans: 
     if to == "mcap":
         mcap.write_trial(file, trial, scans=scans)
     elif to == "csv":
-        _write_csv(trial, file)
+        if what == "":
+            _write_csv(trial, file)
     elif to == "tum":
         poses = trial.pose if what == "true" or trial.estimate is None else trial.estimate
         _writer("tum")(file, Recording(file, "tum", tracks={what: track_of(trial.t, poses)}))
@@ -152,6 +157,23 @@ def _write_csv(trial: Trial, file: Path) -> None:
         writer.writerow(found)
         for row in zip(*(values.tolist() for values in found.values()), strict=True):
             writer.writerow([_text(value) for value in row])
+    beside(file).write_text(toml(_description(found)), encoding="utf-8")
+
+
+def _description(found: Iterable[str]) -> dict[str, Any]:
+    """What lets the table be read again: whose columns are which."""
+    bodies: dict[str, dict[str, str]] = {}
+    for header in found:
+        who, _, rest = header.partition(" ")
+        name = rest.split(" ")[0]
+        if name in _READ_AS and who != "command":
+            bodies.setdefault(who, {})[_READ_AS[name]] = header
+    return {"separator": ",", "decimal": ".", "units": "m", "up": "z", "frame": "map",
+            "time": {"column": "t [s]"}, "bodies": bodies}  # fmt: skip
+
+
+_READ_AS = {"x": "x", "y": "y", "theta": "yaw", "v": "v", "omega": "omega"}
+"""Names of our columns -> what a table's description calls them."""
 
 
 def _text(value: float) -> str:
