@@ -1,0 +1,302 @@
+"""C3D, the exchange format of motion capture: Vicon, Qualisys, Optotrak, Motive and others write it.
+
+Read and written with numpy, block by block: a damaged file can't bring a parser down, and analog channels, which are
+often most of a file, are stepped over. A point whose residual is negative was not seen (C3D user guide, c3d.org).
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, BinaryIO, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats import beside
+from clearway.recordings.formats.c3d_parameters import (
+    BLOCK,
+    KEY,
+    PROCESSORS,
+    UNITS,
+    UP,
+    Head,
+    read_head,
+    reals,
+    words,
+)
+from clearway.recordings.formats.c3d_writer import write
+from clearway.recordings.formats.format import Format
+from clearway.recordings.recording import Contents, Points, Recording, Want, describe
+
+CHUNK = 4 << 20
+"""Bytes of data that are held at a time."""
+
+OUTPUTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
+"""Parameters of POINT that name points which are no positions: what a body model computed."""
+
+
+class Hints(BaseModel):
+    """What a C3D file may leave out, in a TOML beside it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    units: Literal["m", "dm", "cm", "mm", "um", "in", "inch", "ft"] | None = None
+    up: Literal["+X", "-X", "+Y", "-Y", "+Z", "-Z", "x", "y", "z"] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Where everything of one file is. names: (m) of the points that are positions, index: (m,) which points they are.
+    metres: that one unit is. turn: (3, 3) to the z-up frame."""
+
+    head: Head
+    names: tuple[str, ...]
+    index: Any
+    first: int
+    frames: int
+    rate: float
+    metres: float
+    scale: float
+    turn: FloatArray
+    start: int
+    notes: tuple[str, ...]
+
+    @property
+    def width(self) -> int:
+        """Bytes of a value."""
+        return 4 if self.scale < 0 else 2
+
+    @property
+    def stride(self) -> int:
+        """Bytes of a frame, analog data included."""
+        return (4 * self.head.points + self.head.analog) * self.width
+
+    def time(self, start: int, stop: int) -> FloatArray:
+        """t [s] of the frames `start` to `stop`, 0 being frame number 1."""
+        return (np.arange(start, stop) + self.first - 1) / self.rate
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether it begins as a C3D file does."""
+    if len(head) < BLOCK or head[1] != KEY or head[0] < 2:
+        return False
+    at = (head[0] - 1) * BLOCK
+    return head[at + 3] in PROCESSORS if at + 4 <= len(head) else path.suffix.lower() == ".c3d"
+
+
+def read(path: Path, want: Want) -> Recording:
+    """Every wanted point of a C3D file.
+
+    Raises:
+        ClearwayError: it is damaged or truncated, names no unit, or lacks a wanted point.
+    """
+    with _opened(path) as (source, size):
+        layout = _layout(source, size, path)
+        chosen = list(range(len(layout.names)))
+        if want.names is not None:
+            for name in sorted(want.names):
+                if name not in layout.names:
+                    raise unknown("marker", name, layout.names, file=path)
+            chosen = [i for i in chosen if layout.names[i] in want.names]
+        start, stop = 0, layout.frames
+        if want.span is not None:
+            times = layout.time(0, layout.frames)
+            start = int(np.searchsorted(times, want.span[0]))
+            stop = max(start, int(np.searchsorted(times, want.span[1], side="right")))
+        xyz = np.empty((stop - start, len(chosen), 3))
+        zeros = 0
+        for at, values, seen, empty in _chunks(source, layout, start, stop, path):
+            zeros += int(empty[:, chosen].sum())
+            part = values[:, chosen] @ layout.turn.T
+            part[~seen[:, chosen]] = np.nan
+            xyz[at - start : at - start + len(part)] = part
+    notes = layout.notes
+    if zeros:
+        notes += (f"{zeros} samples at exactly 0, 0, 0 that no camera saw were taken as unseen",)
+    points = Points(tuple(layout.names[i] for i in chosen), layout.time(start, stop), xyz)
+    return Recording(path, "c3d", points, notes=notes)
+
+
+def look(path: Path) -> Contents:
+    """The points of a C3D file, their rate and gaps.
+
+    Raises:
+        ClearwayError: as for `read`.
+    """
+    with _opened(path) as (source, size):
+        layout = _layout(source, size, path)
+        there = np.zeros((layout.frames, len(layout.names)), dtype=bool)
+        for at, _, seen, _ in _chunks(source, layout, 0, layout.frames, path):
+            there[at : at + len(seen)] = seen
+    t = layout.time(0, layout.frames)
+    entries = tuple(describe(name, "marker", t, there[:, i]) for i, name in enumerate(layout.names))
+    start, end = (float(t[0]), float(t[-1])) if len(t) else (None, None)
+    return Contents(path, "c3d", start, end, None, entries, layout.notes)
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
+    """The file and its size; what the system says against it as our own error."""
+    try:
+        with open(path, "rb") as source:
+            yield source, os.fstat(source.fileno()).st_size
+    except OSError as error:
+        raise ClearwayError(f"cannot be read: {error.strerror}", file=path) from error
+
+
+def _layout(source: BinaryIO, size: int, path: Path) -> _Layout:
+    head = read_head(source, size, path)
+    hints = beside.hints(path, Hints)
+    notes: list[str] = []
+    used = head.number("POINT:USED")
+    points = head.points if used is None else int(used)
+    if points != head.points:
+        raise ClearwayError(
+            f"says {points}, the header {head.points} points a frame: it is damaged", file=path, field="POINT:USED"
+        )
+    scale = head.number("POINT:SCALE")
+    scale = head.scale if scale is None or scale == 0 else scale
+    if not np.isfinite(scale) or scale == 0 or (head.scale and (scale < 0) != (head.scale < 0)):
+        raise ClearwayError(
+            f"is {scale:g}, in the header {head.scale:g}; both must be the size of an integer's unit, or negative where "
+            "the data are real numbers",
+            file=path,
+            field="POINT:SCALE",
+        )
+    rate = head.number("POINT:RATE")
+    rate = head.rate if rate is None or rate == 0 else rate
+    if not 1e-3 <= rate <= 1e6:
+        raise ClearwayError(f"is {rate:g}; it has to be the frames a second", file=path, field="POINT:RATE")
+    names, index, left_out = _names(head)
+    if left_out:
+        notes.append(f"left out {left_out} points that are no positions (angles, forces and the like of a body model)")
+    metres = _metres(head, hints.units, path) if names else 1.0
+    turn, note = _turn(head, hints.up)
+    start = (head.data_block - 1) * BLOCK
+    layout = _Layout(head, names, index, 1, 0, rate, metres, scale, turn, start, ())
+    first, frames, why = _frames(head, layout.stride, size - start)
+    if head.data_block < 2 or start > size:
+        raise ClearwayError(
+            f"its data are said to begin in block {head.data_block}, but it has {size} bytes: it is truncated or damaged",
+            file=path,
+        )
+    if frames * layout.stride > size - start:
+        raise ClearwayError(
+            f"promises {frames} frames of {layout.stride} bytes, but {size - start} bytes of data are left, "
+            f"{(size - start) // layout.stride} frames: it is truncated or damaged",
+            file=path,
+        )
+    notes += [n for n in (why, note) if n]
+    if first != 1:
+        notes.append(f"it begins with frame {first}: t = 0 is frame 1, at {rate:g} frames a second")
+    return replace(layout, first=first, frames=frames, notes=tuple(notes))
+
+
+def _frames(head: Head, stride: int, left: int) -> tuple[int, int, str]:
+    """Number of the first frame, how many there are, and a note where the file contradicts itself.
+
+    16-bit counts end at 65535. Longer captures say theirs as two words in TRIAL, or in POINT:LONG_FRAMES.
+    """
+    if stride == 0:
+        return 1, 0, ""
+    plain = head.last - head.first + 1
+    start, end = head.numbers("TRIAL:ACTUAL_START_FIELD"), head.numbers("TRIAL:ACTUAL_END_FIELD")
+    said: list[tuple[str, int, int]] = []
+    if len(start) == len(end) == 2:
+        first, last = (int(w[0]) + 65536 * int(w[1]) for w in (start, end))
+        said.append(("TRIAL:ACTUAL_END_FIELD", first, last - first + 1))
+    for name in ("POINT:LONG_FRAMES", "POINT:FRAMES"):
+        count = head.number(name)
+        if count is not None and np.isfinite(count) and not (name == "POINT:FRAMES" and count >= 65535):
+            said.append((name, head.first, int(count)))
+    said.append(("the header", head.first, plain))
+    said = [s for s in said if s[2] > 0] or [("the header", head.first, 0)]
+    name, first, frames = said[0]
+    others = {f"{n}: {k}" for n, _, k in said[1:] if k != frames and not (k == 65535 and frames > 65535)}
+    note = f"its counts of frames differ; {name}: {frames} was taken, not {', '.join(sorted(others))}" if others else ""
+    return first, frames, note
+
+
+def _names(head: Head) -> tuple[tuple[str, ...], Any, int]:
+    """Unique names of the points that are positions, which points they are, and how many are not."""
+    labels: list[str] = []
+    number = 1
+    while found := head.texts(f"POINT:LABELS{number if number > 1 else ''}"):
+        labels += found
+        number += 1
+    outputs = {text for kind in OUTPUTS for text in head.texts(f"POINT:{kind}")} - {""}
+    names: dict[str, int] = {}
+    left_out = 0
+    for i in range(head.points):
+        name = labels[i] if i < len(labels) else ""
+        if name in outputs:
+            left_out += 1
+            continue
+        name = name or f"point {i + 1}"
+        again = 2
+        unique = name
+        while unique in names:
+            unique, again = f"{name} ({again})", again + 1
+        names[unique] = i
+    return tuple(names), np.fromiter(names.values(), dtype=np.intp), left_out
+
+
+def _metres(head: Head, given: str | None, path: Path) -> float:
+    texts = head.texts("POINT:UNITS")
+    unit = given or (texts[0] if texts else "")
+    if not unit:
+        raise ClearwayError(
+            f'is empty: the unit of its positions is not known and not guessed; write units = "mm" (or what is true) '
+            f"into {beside.beside(path).name} beside it",
+            file=path,
+            field="POINT:UNITS",
+        )
+    if (metres := UNITS.get(unit.lower())) is None:
+        raise ClearwayError(f"is {unit!r}; known: {', '.join(UNITS)}", file=path, field="POINT:UNITS")
+    return metres
+
+
+def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:
+    """The rotation (3, 3) to the z-up frame, and what was done."""
+    screen = head.texts("POINT:Y_SCREEN")
+    said = (given or (screen[0] if screen else "")).upper()
+    axis = said if said.startswith(("+", "-")) else "+" + said
+    if axis not in UP:
+        return np.eye(3), "doesn't say which axis is up (POINT:Y_SCREEN); z was taken"
+    if axis == "+Z":
+        return np.eye(3), ""
+    return np.array(UP[axis], dtype=np.float64), f"its {axis[1] if axis[0] == '+' else axis} axis is up: turned to z-up"
+
+
+def _chunks(
+    source: BinaryIO, layout: _Layout, start: int, stop: int, path: Path
+) -> Iterator[tuple[int, Any, Any, Any]]:
+    """Pieces of the data: the frame, positions (k, m, 3) m in the file's axes, seen (k, m), zero and without a camera (k, m)."""
+    stride, points, width = layout.stride, layout.head.points, layout.width
+    at_once = max(1, CHUNK // max(stride, 1))
+    unpack = reals if width == 4 else words
+    for at in range(start, stop, at_once):
+        count = min(at_once, stop - at)
+        source.seek(layout.start + at * stride)
+        data = source.read(count * stride)
+        if len(data) < count * stride:
+            raise ClearwayError(f"ends within frame {at + len(data) // stride}: it is truncated", file=path)
+        body = np.frombuffer(data, np.uint8).reshape(count, stride)[:, : 4 * points * width]
+        values = unpack(body.tobytes(), layout.head.processor).reshape(count, points, 4)[:, layout.index]
+        xyz = values[..., :3].astype(np.float64)
+        residual = values[..., 3]
+        finite = np.isfinite(xyz).all(axis=2) & np.isfinite(residual)
+        with np.errstate(invalid="ignore"):
+            empty = (xyz == 0).all(axis=2) & (residual == 0)
+            seen = finite & (residual >= 0) & ~empty
+            xyz *= layout.metres * (layout.scale if width == 2 else 1.0)
+        yield at, xyz, seen, empty
+
+
+FORMATS = (Format("c3d", "C3D motion capture", (".c3d",), sniff, read, look, write),)

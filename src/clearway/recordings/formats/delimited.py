@@ -1,0 +1,264 @@
+"""Text with one sample a line and its values in columns, read in pieces: tables, trajectories, pedestrian sets.
+
+Lines are tidied here (encoding, comments, runs of blanks) and handed to pyarrow's parser, piece by piece, so that a
+file of any length takes the memory of the columns that are wanted of it.
+"""
+
+from __future__ import annotations
+
+import codecs
+import io
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TextIO
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+
+from clearway.errors import ClearwayError
+from clearway.recordings.formats.format import HEAD
+from clearway.recordings.formats.text import cells, head_text
+
+PIECE = 1 << 20
+"""Bytes that are read at a time, and the longest line that is taken for one."""
+
+MISSING = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None", "-")
+
+_BLANKS = re.compile(r"[ \t]+")
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """How a file writes its columns.
+
+    Attributes:
+        separator: one character; " " means runs of blanks and tabs. decimal: "." or ",". encoding: of Python.
+        skip: lines before the header. header: whether the first line names the columns; else they are named "1", "2",
+        ... comment: lines that begin with it are none; empty: there are no comments. missing: words for no value.
+    """
+
+    separator: str = ","
+    decimal: str = "."
+    encoding: str = "utf-8"
+    skip: int = 0
+    header: bool = True
+    comment: str = "#"
+    missing: tuple[str, ...] = MISSING
+
+
+def head_of(path: Path) -> bytes:
+    """The first bytes of a file, as a `sniff` is shown them.
+
+    Raises:
+        ClearwayError: it can't be read, or is empty.
+    """
+    try:
+        with open(path, "rb") as f:
+            head = f.read(HEAD)
+    except OSError as error:
+        raise ClearwayError(f"cannot be read: {error.strerror}", file=path) from error
+    if not head:
+        raise ClearwayError("is empty", file=path)
+    return head
+
+
+@contextmanager
+def written(path: Path) -> Iterator[TextIO]:
+    """A text file to write; what the system says against it as our own error."""
+    try:
+        with open(path, "w", encoding="utf-8", newline="\n") as f:
+            yield f
+    except OSError as error:
+        raise ClearwayError(f"cannot be written: {error.strerror}", file=path) from error
+
+
+def is_number(word: str, decimal: str = ".") -> bool:
+    """Whether a word is a number as people write it."""
+    return bool(_NUMBER.fullmatch(word.strip().replace(decimal, ".", 1) if decimal != "." else word.strip()))
+
+
+def first_lines(head: bytes, many: int = 50) -> list[str]:
+    """The first whole lines of a file, from its first bytes; none if it is no text."""
+    text = head_text(head)
+    if "\0" in text or text.count("\ufffd") > len(text) / 20:
+        return []
+    lines = re.split(r"\r\n|\n|\r", text)
+    return lines[: min(many, max(1, len(lines) - 1))]
+
+
+def dialect_of(lines: Sequence[str], encoding: str = "utf-8") -> Dialect | None:
+    """The dialect of a table from its first lines; None if they aren't one.
+
+    Of the separators that split every line into the same number of columns, at least two, the one is taken that
+    gives the most columns of numbers; `;` and tabs leave the comma to be a decimal one.
+    """
+    body = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    best: tuple[tuple[float, int], Dialect] | None = None
+    for separator, decimal in ((";", ","), (";", "."), ("\t", ","), ("\t", "."), (",", "."), (" ", ","), (" ", ".")):
+        rows = [split(line, separator) for line in body]
+        if len(rows) < 2 or len(rows[0]) < 2 or any(len(r) != len(rows[0]) for r in rows):
+            continue
+        header = not any(is_number(w, decimal) for w in rows[0])
+        words = [w for row in rows[header:] for w in row]
+        numbers = sum(is_number(w, decimal) or w in MISSING for w in words) / len(words)
+        if numbers == 0 or (decimal == "," and not any("," in w for w in words)):
+            continue
+        if best is None or (numbers, len(rows[0])) > best[0]:
+            best = ((numbers, len(rows[0])), Dialect(separator, decimal, encoding, 0, header))
+    return None if best is None else best[1]
+
+
+def split(line: str, separator: str) -> list[str]:
+    """The words of one line."""
+    return line.split() if separator == " " else cells(line, separator)
+
+
+def header_of(path: Path, dialect: Dialect) -> tuple[str, ...]:
+    """The columns' names.
+
+    Raises:
+        ClearwayError: the file can't be read, or holds no line.
+    """
+    with _opened(path, dialect) as tidy:
+        line = tidy.first
+    if line is None:
+        raise ClearwayError("holds no line of a table", file=path)
+    words = split(line, dialect.separator)
+    return tuple(words) if dialect.header else tuple(str(i + 1) for i in range(len(words)))
+
+
+def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
+    """The wanted columns by name, a piece of the file at a time: `numbers` as float64 (k,) with NaN where there is no
+    value, `texts` as object arrays (k,) of str with None.
+
+    Raises:
+        ClearwayError: the file can't be read, a line has other columns than the first, or a value is no number.
+    """
+    names = header_of(path, dialect)
+    twice = sorted({n for n in (*numbers, *texts) if names.count(n) > 1})
+    if twice:
+        raise ClearwayError(f"has several columns of the name {twice[0]!r}", file=path)
+    unique = [n if names.index(n) == i else f"\0{i}" for i, n in enumerate(names)]
+    wanted = [*numbers, *texts]
+    with _opened(path, dialect) as tidy:
+        try:
+            reader = pyarrow.csv.open_csv(
+                pa.PythonFile(tidy, mode="r"),
+                read_options=pyarrow.csv.ReadOptions(use_threads=False, block_size=PIECE, column_names=unique),
+                parse_options=pyarrow.csv.ParseOptions(delimiter=dialect.separator, newlines_in_values=False),
+                convert_options=pyarrow.csv.ConvertOptions(
+                    check_utf8=False,
+                    include_columns=wanted,
+                    column_types={n: pa.float64() for n in numbers} | {n: pa.string() for n in texts},
+                    null_values=list(dialect.missing),
+                    strings_can_be_null=True,
+                    decimal_point=dialect.decimal,
+                ),
+            )
+            for batch in reader:
+                yield {
+                    n: batch.column(n).to_numpy(zero_copy_only=False).astype(np.float64 if n in numbers else object)
+                    for n in wanted
+                }
+        except (pa.ArrowInvalid, pa.ArrowKeyError, pa.ArrowNotImplementedError, UnicodeError) as error:
+            if tidy.problem is not None:
+                raise tidy.problem from error
+            problem = re.sub(r"\s+", " ", str(error))
+            if problem == "Empty CSV file":
+                return
+            raise ClearwayError(
+                f"is no table of {len(names)} columns all through: {_named(problem, names)}", file=path
+            ) from error
+
+
+def _named(problem: str, names: Sequence[str]) -> str:
+    """pyarrow's sentence, with the name of the column that it numbers."""
+    found = re.search(r"In CSV column #(\d+): ", problem)
+    if found is None or int(found[1]) >= len(names):
+        return problem
+    return problem.replace(found[0], f"column {names[int(found[1])]!r}: ")
+
+
+class _opened(io.RawIOBase):
+    """A file's data lines, tidied, as bytes of UTF-8 for the parser. `first`: the header, or the first line.
+
+    An error of our own is kept in `problem` too, as the parser may wrap it.
+    """
+
+    def __init__(self, path: Path, dialect: Dialect) -> None:
+        self.path, self.dialect = path, dialect
+        self.problem: ClearwayError | None = None
+        self.first: str | None = None
+        self._ready = b""
+
+    def __enter__(self) -> _opened:
+        try:
+            self._file = open(self.path, "rb")
+            self._decoder = codecs.getincrementaldecoder(self.dialect.encoding)()
+        except OSError as error:
+            raise ClearwayError(f"cannot be read: {error.strerror}", file=self.path) from error
+        except LookupError as error:
+            raise ClearwayError(
+                f"{self.dialect.encoding!r} is no encoding; utf-8, cp1252, utf-16 are", file=self.path
+            ) from error
+        self._rest, self._skip, self._ended = "", self.dialect.skip, False
+        lines = self._lines()
+        while not lines and not self._ended:
+            lines = self._lines()
+        self.first = lines[0] if lines else None
+        self._give(lines[1:] if self.dialect.header else lines)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()
+
+    def readable(self) -> bool:
+        return True
+
+    def read(self, size: int = -1) -> bytes:  # as pyarrow wants it: `size` is always given
+        while not self._ready and not self._ended:
+            self._give(self._lines())
+        out, self._ready = self._ready[:size], self._ready[size:]
+        return out
+
+    def _give(self, lines: list[str]) -> None:
+        self._ready = "".join(line + "\n" for line in lines).encode("utf-8", errors="replace")
+
+    def _lines(self) -> list[str]:
+        """The data lines of the next piece."""
+        try:
+            data = self._file.read(PIECE)
+            text = self._rest + self._decoder.decode(data, final=not data)
+            text = text.removeprefix("\ufeff")
+        except (UnicodeError, OSError) as error:
+            raise self._refuse(f"is not {self.dialect.encoding}: {error}") from error
+        self._ended = not data
+        if "\r" in text:
+            # A carriage return at the end may be half of a line's end.
+            held = "\r" if text.endswith("\r") and data else ""
+            text = text[: len(text) - len(held)].replace("\r\n", "\n").replace("\r", "\n") + held
+        if "\0" in text:
+            raise self._refuse("holds zero bytes: it is no text")
+        end = len(text) if self._ended else text.rfind("\n") + 1
+        text, self._rest = text[:end], text[end:]
+        if len(self._rest) > PIECE:
+            raise self._refuse(f"has a line of more than {PIECE} characters: it is no table")
+        if self.dialect.separator == " ":
+            text = _BLANKS.sub(" ", text)
+        lines = text.split("\n")
+        if self._skip:
+            lines, self._skip = lines[self._skip :], max(0, self._skip - (len(lines) - 1))
+        comment = self.dialect.comment
+        lines = [line for line in lines if line and not line.isspace()]
+        if self.dialect.separator == " ":
+            lines = [line.strip() for line in lines]
+        return [line for line in lines if not line.startswith(comment)] if comment else lines
+
+    def _refuse(self, problem: str) -> ClearwayError:
+        self.problem = ClearwayError(problem, file=self.path)
+        return self.problem

@@ -1,0 +1,294 @@
+"""Pedestrians as text: `frame id x y` and its kin, as the ETH and UCY sets and what was made of them are kept.
+
+Understood are: four columns `frame id x y`; the ETH set's own `obsmat.txt` of eight, `frame id x z y vx vz vy`
+(Pellegrini et al. 2009; the ground is x, y and z points up); and any text table with a line of names, also as a
+comment, in which a frame or a time, an id, x and y are found, such as the Jülich archive's `#ID FR X Y Z`.
+
+Nobody's heading is measured in such a set. Frame numbers become seconds by a stated rate: of a TOML beside the file
+(`rate = 25`, frame numbers a second), or of a comment in it (`framerate: 16`). Else the sets' convention is taken,
+and said: annotated people are 0.4 s apart (2.5 Hz), whatever their frame numbers are. If people then walk as nobody
+does, the file is refused until the rate is given.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats import beside
+from clearway.recordings.formats.delimited import (
+    Dialect,
+    dialect_of,
+    first_lines,
+    head_of,
+    header_of,
+    is_number,
+    pieces,
+    split,
+)
+from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.text import encoding_of
+from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
+from clearway.recordings.times import in_order
+
+STEP = 0.4
+"""s between two annotations of the ETH and UCY sets (2.5 Hz: every 10th frame at 25 frames a second; ETH's own files
+every 6th at 15)."""
+
+PACE = (0.2, 4.0)
+"""m/s; three quarters of all steps have to be slower than some speed within it, else the rate can't be right."""
+
+EPOCH = 1e8
+"""s; a time beyond it (1973) is taken for UNIX time."""
+
+NAMES = {
+    "frame": ("frame", "frame_id", "frame_number", "frame_num", "frame_no", "frameid", "fr", "frames"),
+    "time": ("time", "t", "timestamp", "stamp", "time_s", "times", "sec", "seconds"),
+    "id": (
+        "id",
+        "pedestrian_id",
+        "ped_id",
+        "pedid",
+        "ped",
+        "agent_id",
+        "agent",
+        "person_id",
+        "person",
+        "personid",
+        "track_id",
+        "trackid",
+        "pedestrian",
+        "pid",
+        "agentid",
+    ),
+    "x": ("x", "pos_x", "x_m", "position_x", "world_x", "xcenter", "x_pos", "px", "center_x"),
+    "y": ("y", "pos_y", "y_m", "position_y", "world_y", "ycenter", "y_pos", "py", "center_y"),
+}
+"""What the columns of such files are called."""
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+
+
+class Hints(BaseModel):
+    """What a pedestrian set doesn't say itself, in a TOML beside it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    rate: float | None = Field(default=None, gt=0, le=1e6, description="frame numbers a second")
+    units: Literal["m", "cm", "mm"] | None = Field(default=None, description="of x and y; default: metres")
+    frame: str = Field(default="", description="name of the frame that x and y are in")
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Which column is what. clock: `frame` or `time`. rate: that a comment states. units: that a name states."""
+
+    dialect: Dialect
+    clock: str
+    columns: tuple[str, str, str, str]
+    rate: float | None = None
+    units: str | None = None
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether its beginning has one of the known layouts."""
+    return _layout(head) is not None
+
+
+def _layout(head: bytes) -> _Layout | None:
+    lines = first_lines(head, 200)
+    comments = [line.lstrip()[1:] for line in lines if line.lstrip().startswith("#")]
+    dialect = dialect_of(lines, encoding_of(head))
+    if dialect is None:
+        return None
+    body = [split(x, dialect.separator) for x in lines if x.strip() and not x.lstrip().startswith("#")]
+    rate = next(
+        (float(m[1]) for c in comments if (m := re.search(r"fr?a?m?e?[ _]?rate\D{0,12}?([\d.]*\d)", c, re.I))), None
+    )
+    if dialect.header:
+        return _by_names(body[0], body[0], dialect, rate)
+    many = len(body[0])
+    for comment in comments:
+        words = split(comment.strip(), dialect.separator)
+        if len(words) != many:
+            words = comment.split()
+        if len(words) == many and (found := _by_names(words, [str(i + 1) for i in range(many)], dialect, rate)):
+            return found
+    try:
+        values = np.array([[float(w.replace(dialect.decimal, ".")) for w in row] for row in body])
+    except ValueError:
+        return None
+    return _by_numbers(values, dialect, rate)
+
+
+def _by_names(words: list[str], columns: list[str], dialect: Dialect, rate: float | None) -> _Layout | None:
+    """The layout of a file whose columns are named `words`, and asked for as `columns`."""
+    plain, units = [], []
+    for word in words:
+        unit = re.search(r"(?:[\[(/_ ])(mm|cm|m)[\])]?$", word.strip(), re.I)
+        units.append(unit[1].lower() if unit else None)
+        plain.append(re.sub(r"[\[(/].*$", "", word.strip().lower()).strip().replace(" ", "_"))
+        if unit and plain[-1].endswith("_" + unit[1].lower()):
+            plain[-1] = plain[-1][: -1 - len(unit[1])]
+    found = {role: next((i for i, w in enumerate(plain) if w in names), None) for role, names in NAMES.items()}
+    clock = "time" if found["time"] is not None else "frame"
+    at = [found[role] for role in (clock, "id", "x", "y")]
+    if any(i is None for i in at):
+        return None
+    a, b, c, d = (columns[i] for i in at if i is not None)
+    return _Layout(dialect, clock, (a, b, c, d), rate, units[at[2]] if at[2] is not None else None)
+
+
+def _by_numbers(values: FloatArray, dialect: Dialect, rate: float | None) -> _Layout | None:
+    """The layout of a file without names, from its first rows."""
+    if not np.isfinite(values).all() or values.shape[1] not in (4, 8) or len(values) < 2:
+        return None
+    whole = (values[:, :2] == np.rint(values[:, :2])).all() and (values[:, :2] >= 0).all()
+    # A person is annotated once a frame; a path of x, y that is all whole numbers is in pixels, or no path at all.
+    once = len(np.unique(values[:, :2], axis=0)) == len(values)
+    if not whole or not once or (values[:, 2:4] == np.rint(values[:, 2:4])).all():
+        return None
+    if values.shape[1] == 4:
+        return _Layout(dialect, "frame", ("1", "2", "3", "4"), rate)
+    flat = np.ptp(values[:, 3]) < 1e-3 and np.ptp(values[:, 6]) < 1e-3
+    return _Layout(dialect, "frame", ("1", "2", "3", "5"), rate) if flat else None
+
+
+def read(path: Path, want: Want) -> Recording:
+    """Every wanted person of a pedestrian set, each a track named by the id.
+
+    Raises:
+        ClearwayError: it is no such file, a value is missing, or its frame numbers can't be turned into seconds.
+    """
+    layout = _layout(head_of(path))
+    if layout is None:
+        raise ClearwayError(
+            "is none of the known pedestrian texts: `frame id x y`, ETH's `frame id x z y vx vz vy`, or columns with a "
+            "line of names such as frame, id, x, y; describe it as a table instead",
+            file=path,
+        )
+    hints = beside.hints(path, Hints)
+    header = header_of(path, layout.dialect)
+    if missing := [c for c in layout.columns if c not in header]:
+        raise ClearwayError(
+            f"its lines don't all have the columns of its beginning: {missing[0]!r} is missing", file=path
+        )
+    clock, who, x, y = layout.columns
+    numbers = [clock, x, y]
+    parts = [(np.stack([p[n] for n in numbers], axis=1), p[who]) for p in pieces(path, layout.dialect, numbers, [who])]
+    if not parts:
+        raise ClearwayError("holds no one", file=path)
+    rows = np.concatenate([a for a, _ in parts])
+    ids: Any = np.concatenate([b for _, b in parts])
+    if (bad := ~np.isfinite(rows[:, 0])).any():
+        raise ClearwayError(f"line {int(bad.argmax()) + 1} of its data has no {layout.clock}", file=path, field=clock)
+    if any(i is None for i in ids):
+        raise ClearwayError("a line has no id", file=path, field=who)
+    units = hints.units or layout.units or "m"
+    rows[:, 1:] *= UNITS[units]
+    texts, number = np.unique(ids.astype(str), return_inverse=True)
+    names, merged = np.unique([_name(text) for text in texts], return_inverse=True)
+    number = merged[number]
+    order = np.lexsort((rows[:, 0], number))
+    rows, number = rows[order], number[order]
+    notes: list[str] = []
+    if not hints.units and not layout.units:
+        notes.append("x and y were taken as metres; nothing says so")
+    epoch: float | None = None
+    if layout.clock == "frame":
+        interval, note = _interval(rows, number, replace(layout, rate=hints.rate or layout.rate), path)
+        rows[:, 0] *= interval
+        notes += note
+    elif abs(first := float(rows[:, 0].min())) > EPOCH:
+        rows[:, 0] -= (epoch := first)
+    return _tracks(path, want, hints.frame, rows, number, names.tolist(), epoch, notes)
+
+
+def _interval(rows: FloatArray, number: Any, layout: _Layout, path: Path) -> tuple[float, list[str]]:
+    """Seconds from one frame number to the next, and what is to be said of it. rows: (n, 3) frame, x, y by person."""
+    if layout.rate:
+        return 1 / layout.rate, [f"{layout.rate:g} frame numbers a second, as stated"]
+    same = np.diff(number) == 0
+    steps = np.diff(rows[:, 0])[same]
+    steps = steps[steps > 0]
+    ask = f"write rate = 25 (or what is true: frame numbers a second) into {beside.beside(path).name} beside it"
+    if not len(steps):
+        raise ClearwayError(f"nobody is in two frames: how long a frame takes can't be told; {ask}", file=path)
+    step = float(np.median(steps))
+    seconds = STEP / step
+    walked = np.hypot(*np.diff(rows[:, 1:], axis=0)[same].T)
+    with np.errstate(all="ignore"):
+        speeds = walked / (np.diff(rows[:, 0])[same] * seconds)
+    speeds = speeds[np.isfinite(speeds)]
+    pace = float(np.quantile(speeds, 0.75)) if len(speeds) else 0.0
+    if not PACE[0] <= pace <= PACE[1]:
+        raise ClearwayError(
+            f"says no frame rate, and at the ETH/UCY sets' {STEP} s from one annotation to the next people would walk at "
+            f"{pace:.2g} m/s; {ask}",
+            file=path,
+            field="rate",
+        )
+    return seconds, [
+        f"no frame rate is stated: took the ETH/UCY convention of {STEP} s from one annotation to the next, which are "
+        f"{step:g} frame numbers apart ({step / STEP:g} a second; people then walk at {pace:.2f} m/s)"
+    ]
+
+
+def _tracks(
+    path: Path,
+    want: Want,
+    frame: str,
+    rows: FloatArray,
+    number: Any,
+    names: list[str],
+    epoch: float | None,
+    notes: list[str],
+) -> Recording:
+    """The recording of rows (n, 3) t, x, y, sorted by person and time. number: (n,) whose of `names` they are."""
+    for name in sorted(want.names or ()):
+        if name not in names:
+            raise unknown("person", name, names, file=path)
+    tracks: dict[str, Track] = {}
+    dropped = 0
+    ends = np.searchsorted(number, np.arange(len(names) + 1))
+    # Of sorted ids the first to appear comes first, numbers in their order.
+    for i in sorted(range(len(names)), key=lambda i: (len(names[i]), names[i])):
+        if not want.has(names[i]):
+            continue
+        mine = rows[ends[i] : ends[i + 1]]
+        if want.span is not None:
+            mine = mine[(mine[:, 0] >= want.span[0]) & (mine[:, 0] <= want.span[1])]
+        keep, _ = in_order(mine[:, 0], file=path, field=f"person {names[i]}")
+        dropped += len(mine) - len(keep)
+        mine = mine[keep]
+        position = np.column_stack((mine[:, 1:], np.where(np.isnan(mine[:, 1]), np.nan, 0.0)))
+        tracks[names[i]] = Track("person", frame, "", np.ascontiguousarray(mine[:, 0]), position)
+    if dropped:
+        notes.append(f"{dropped} lines had the time of another one of the same person; dropped")
+    return Recording(path, "pedestrians", tracks=tracks, epoch=epoch, notes=tuple(notes))
+
+
+def _name(text: str) -> str:
+    """An id as people write it: 7 for 7.0 and 7.0000000e+00."""
+    if is_number(text) and (value := float(text)) == round(value) and abs(value) < 1e15:
+        return str(round(value))
+    return text
+
+
+def look(path: Path) -> Contents:
+    """Who is in the set, when, at what rate.
+
+    Raises:
+        ClearwayError: as for `read`.
+    """
+    return contents_of(read(path, Want()))
+
+
+FORMATS = (Format("pedestrians", "Pedestrian text", (".txt",), sniff, read, look),)

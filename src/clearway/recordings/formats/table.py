@@ -1,0 +1,360 @@
+"""A plain table (CSV), described by a few lines of TOML: `FILE.csv.toml` or `FILE.toml` beside it, or named in the plan.
+
+Without a description nothing is guessed: the error lists the columns and suggests a description to be corrected.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats import beside, pedestrians, tum
+from clearway.recordings.formats.delimited import (
+    Dialect,
+    dialect_of,
+    first_lines,
+    head_of,
+    header_of,
+    pieces,
+    written,
+)
+from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.table_spec import METRES, SECONDS, BodySpec, TableSpec
+from clearway.recordings.formats.text import encoding_of
+from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, contents_of
+from clearway.recordings.times import in_order
+
+EPOCH = 1e8
+"""s; a stamp beyond it (1973) is taken for UNIX time."""
+
+TURNS = {
+    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+}
+"""Proper rotations that take the axis that is up to z."""
+
+TURN_QUATERNIONS = {"x": (-0.5, -0.5, -0.5, 0.5), "y": (0.5**0.5, 0.0, 0.0, 0.5**0.5), "z": (0.0, 0.0, 0.0, 1.0)}
+"""The same, xyzw."""
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether it is described by a TOML beside it, or looks like a table with a line of names."""
+    lines = first_lines(head)
+    if not lines:
+        return False
+    if _description(path) is not None:
+        return True
+    dialect = dialect_of(lines, encoding_of(head))
+    return dialect is not None and dialect.header and not pedestrians.sniff(path, head)
+
+
+def _description(path: Path) -> Path | None:
+    for candidate in (beside.beside(path), path.with_suffix(".toml")):
+        if candidate != path and candidate.is_file():
+            return candidate
+    return None
+
+
+def read(path: Path, want: Want) -> Recording:
+    """What the description beside the table says is in it.
+
+    Raises:
+        ClearwayError: there is no description, or as for `read_with`.
+    """
+    description = _description(path)
+    if description is None:
+        columns, suggestion = _suggestion(path)
+        raise ClearwayError(
+            f"is a plain table; say what its columns are. They are: {', '.join(columns)}. Put this, corrected, into "
+            f"{beside.beside(path).name} beside it:\n{suggestion}",
+            file=path,
+        )
+    return read_with(path, description, want)
+
+
+def read_with(path: Path, description_path: Path, want: Want) -> Recording:
+    """What the description `description_path` (a `TableSpec` in TOML) says is in the table `path`.
+
+    Raises:
+        ClearwayError: the description is wrong, names columns that aren't there, or a value is no number.
+    """
+    spec = beside.load(description_path, TableSpec)
+    dialect = _dialect(head_of(path), spec)
+    header = header_of(path, dialect)
+    bodies = {n.rstrip("_.:- ") or n: spec.bodies["each"].prefixed(n) for n in spec.prefixes} or dict(spec.bodies)
+    markers = _markers(spec, header, description_path)
+    asked = [
+        spec.time.column,
+        *(c for b in bodies.values() for c in b.columns()),
+        *(c for m in markers.values() for c in m),
+    ]
+    for column in (*asked, *([spec.id] if spec.id else [])):
+        if column not in header:
+            raise unknown("column", column, header, file=description_path)
+    if spec.id is None and want.names is not None:
+        for name in sorted(want.names):
+            if name not in bodies and name not in markers:
+                raise unknown("body or marker", name, (*bodies, *markers), file=path)
+        bodies = {k: b for k, b in bodies.items() if k in want.names}
+        markers = {k: m for k, m in markers.items() if k in want.names}
+    data, whose, epoch, notes = _load(path, dialect, spec, bodies, markers, want)
+    if spec.up != "z":
+        notes.append(f"its {spec.up.upper()} axis is up: turned to z-up")
+    if spec.units != "m":
+        notes.append(f"{spec.units} were scaled to metres")
+    tracks: dict[str, Track] = {}
+    if spec.id is not None:
+        names, first, number = np.unique(whose.astype(str), return_index=True, return_inverse=True)
+        for name in sorted(want.names or ()):
+            if name not in names:
+                raise unknown("body", name, names.tolist(), file=path)
+        order = np.argsort(number, kind="stable")
+        ends = np.searchsorted(number[order], np.arange(len(names) + 1))
+        for i in np.argsort(first):
+            if want.has(name := str(names[i])):
+                mine = {c: v[order[ends[i] : ends[i + 1]]] for c, v in data.items()}
+                tracks[name] = _track(mine, spec, spec.bodies["each"], name, path, notes)
+    else:
+        tracks = {name: _track(data, spec, body, name, path, notes) for name, body in bodies.items()}
+    points = _points(data, spec, markers, path, notes) if markers else None
+    return Recording(path, "table", points, tracks, epoch=epoch, notes=tuple(dict.fromkeys(notes)))
+
+
+def _dialect(head: bytes, spec: TableSpec) -> Dialect:
+    encoding = spec.encoding or encoding_of(head)
+    lines = first_lines(head)[spec.skip :]
+    found = dialect_of(lines, encoding) or Dialect(encoding=encoding)
+    return Dialect(
+        spec.separator or found.separator,
+        spec.decimal or (found.decimal if spec.separator in (None, found.separator) else "."),
+        encoding,
+        spec.skip,
+        spec.header,
+        spec.comment,
+        spec.missing,
+    )
+
+
+def _markers(spec: TableSpec, header: tuple[str, ...], file: Path) -> dict[str, tuple[str, str, str]]:
+    markers = dict(spec.markers)
+    if spec.marker_suffixes is not None:
+        a, b, c = spec.marker_suffixes
+        for column in header:
+            stem = column[: len(column) - len(a)]
+            if column.endswith(a) and stem and stem + b in header and stem + c in header:
+                markers.setdefault(stem, (column, stem + b, stem + c))
+        if not markers:
+            raise ClearwayError(
+                f"no columns end so; there are: {', '.join(header)}", file=file, field="marker_suffixes"
+            )
+    return markers
+
+
+def _load(
+    path: Path,
+    dialect: Dialect,
+    spec: TableSpec,
+    bodies: dict[str, BodySpec],
+    markers: dict[str, tuple[str, str, str]],
+    want: Want,
+) -> tuple[dict[str, FloatArray], Any, float | None, list[str]]:
+    """The wanted columns, `t` [s] among them as the empty name; whose line it is; the epoch; notes."""
+    numbers = list(
+        dict.fromkeys((*(c for b in bodies.values() for c in b.columns()), *(c for m in markers.values() for c in m)))
+    )
+    stamp = spec.time.column
+    texts = [c for c in (spec.id, stamp if spec.time.unit == "date" else None) if c]
+    wanted = numbers if spec.time.unit == "date" else list(dict.fromkeys((stamp, *numbers)))
+    parts: list[dict[str, FloatArray]] = []
+    owners: list[Any] = []
+    epoch: float | None = None
+    for k, piece in enumerate(pieces(path, dialect, wanted, list(dict.fromkeys(texts)))):
+        if spec.time.unit == "date":
+            t = _dates(piece[stamp], path, stamp)
+        else:
+            scale = 1 / spec.time.rate if spec.time.rate else SECONDS[spec.time.unit]
+            t = piece[stamp] * scale
+        if not np.isfinite(t).all():
+            row = int(np.argmin(np.isfinite(t)))
+            raise ClearwayError(f"data line {row + 1} of piece {k + 1} has no time", file=path, field=stamp)
+        if k == 0 and spec.time.unit != "frame" and len(t) and abs(t[0]) > EPOCH:
+            epoch = float(t[0])
+        t = t - (epoch or 0.0)
+        inside = np.ones(len(t), dtype=bool)
+        if want.span is not None:
+            inside = (t >= want.span[0]) & (t <= want.span[1])
+        parts.append({"": t[inside], **{n: piece[n][inside] for n in numbers}})
+        if spec.id:
+            owners.append(piece[spec.id][inside])
+    if not parts:
+        raise ClearwayError("holds no data below its header", file=path)
+    data = {n: np.concatenate([p[n] for p in parts]) for n in parts[0]}
+    whose = np.concatenate(owners) if owners else None
+    if whose is not None and any(w is None for w in whose):
+        raise ClearwayError("a line doesn't say whose it is", file=path, field=spec.id)
+    return data, whose, epoch, []
+
+
+def _dates(texts: Any, path: Path, column: str) -> FloatArray:
+    """UNIX time [s] of ISO dates, UTC where they state no zone."""
+    if any(x is None for x in texts):
+        raise ClearwayError("a line has no time", file=path, field=column)
+    words = pa.array(texts, pa.string())
+    for kind in (pa.timestamp("ns"), pa.timestamp("ns", tz="UTC")):
+        try:
+            whole = pyarrow.compute.cast(words, kind).cast(pa.int64()).to_numpy()
+        except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
+            continue
+        return np.asarray(whole // 1_000_000_000 + (whole % 1_000_000_000) * 1e-9, dtype=np.float64)
+    raise ClearwayError(f"{texts[0]!r} ... are not all dates such as 2026-03-01T12:00:00.250", file=path, field=column)
+
+
+def _track(
+    data: dict[str, FloatArray], spec: TableSpec, body: BodySpec, name: str, path: Path, notes: list[str]
+) -> Track:
+    keep, more = in_order(data[""], file=path, field=f"time of {name}")
+    notes += more
+    scale = METRES[spec.units]
+    at = [data[c][keep] if c else np.zeros(len(keep)) for c in (body.x, body.y, body.z)]
+    position = np.stack(at, axis=1) * scale @ np.array(TURNS[spec.up], dtype=np.float64).T
+    position[~np.isfinite(position).all(axis=1)] = np.nan
+    turn = np.pi / 180 if body.angle == "deg" else 1.0
+    orientation: FloatArray | None = None
+    if body.yaw is not None:
+        half = data[body.yaw][keep] * turn / 2
+        zero = np.where(np.isfinite(half), 0.0, np.nan)
+        orientation = np.stack((zero, zero, np.sin(half), np.cos(half)), axis=1)
+    elif body.quaternion is not None:
+        x, y, z, w = body.quaternion if body.order == "xyzw" else (*body.quaternion[1:], body.quaternion[0])
+        q = np.stack([data[c][keep] for c in (x, y, z, w)], axis=1)
+        orientation, about = tum.orientations(q, position)
+        notes += about
+        if orientation is not None and spec.up != "z":
+            turned = np.array(TURN_QUATERNIONS[spec.up])
+            orientation = _product(_product(turned, orientation), turned * (-1, -1, -1, 1))
+    twist: FloatArray | None = None
+    if body.v is not None or body.omega is not None:
+        none = np.full(len(keep), np.nan)
+        v, omega = (data[c][keep] if c else none for c in (body.v, body.omega))
+        twist = np.stack((v * scale, omega * turn), axis=1)
+    return Track("table", spec.frame, "", np.ascontiguousarray(data[""][keep]), position, orientation, twist)
+
+
+def _product(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Products of quaternions (..., 4) xyzw."""
+    u, s, v, r = a[..., :3], a[..., 3:], b[..., :3], b[..., 3:]
+    vector = s * v + r * u + np.cross(np.broadcast_to(u, np.broadcast_shapes(u.shape, v.shape)), v)
+    return np.concatenate((vector, s * r - (u * v).sum(axis=-1, keepdims=True)), axis=-1)
+
+
+def _points(
+    data: dict[str, FloatArray], spec: TableSpec, markers: dict[str, tuple[str, str, str]], path: Path, notes: list[str]
+) -> Points:
+    keep, more = in_order(data[""], file=path, field="time of markers")
+    notes += more
+    turn = np.array(TURNS[spec.up], dtype=np.float64) * METRES[spec.units]
+    xyz = np.empty((len(keep), len(markers), 3))
+    for i, columns in enumerate(markers.values()):
+        xyz[:, i] = np.stack([data[c][keep] for c in columns], axis=1) @ turn.T
+    xyz[~np.isfinite(xyz).all(axis=2)] = np.nan
+    return Points(tuple(markers), np.ascontiguousarray(data[""][keep]), xyz)
+
+
+def look(path: Path) -> Contents:
+    """What the described table holds; of one without a description, its columns.
+
+    Raises:
+        ClearwayError: it is no table, or its description is wrong.
+    """
+    if _description(path) is not None:
+        return contents_of(read(path, Want()))
+    columns, suggestion = _suggestion(path)
+    note = f"not described yet; put this, corrected, into {beside.beside(path).name} beside it:\n{suggestion}"
+    return Contents(
+        path, "table", None, None, None, tuple(Entry(c, "other", 0, detail="column") for c in columns), (note,)
+    )
+
+
+def _suggestion(path: Path) -> tuple[tuple[str, ...], str]:
+    """A table's columns, and a description that may do once it is corrected."""
+    head = head_of(path)
+    dialect = dialect_of(first_lines(head), encoding_of(head))
+    if dialect is None:
+        raise ClearwayError(
+            "is no table: its first lines don't have the same number of columns, split by comma, semicolon, tab or blanks; "
+            "lines before the header are left out with `skip` in a description beside it",
+            file=path,
+        )
+    columns = header_of(path, dialect)
+    plain = {c: c.strip().lower() for c in columns}
+
+    def like(*words: str) -> str | None:
+        for word in words:
+            for c in columns:
+                if plain[c] == word or plain[c].startswith((word + " ", word + "_", word + "[", word + "(")):
+                    return c
+        return None
+
+    lines = [f"separator = {_toml(dialect.separator)}", f"decimal = {_toml(dialect.decimal)}"]
+    lines += [] if dialect.header else ["header = false"]
+    lines += ['units = "m"  # or mm, cm', 'up = "z"']
+    if who := like("id", "agent", "body", "name", "person"):
+        lines.append(f"id = {_toml(who)}")
+    lines += ["", "[time]", f"column = {_toml(like('time', 't', 'timestamp', 'stamp', 'date') or columns[0])}"]
+    lines += ['unit = "s"  # or ms, us, ns, date; frame with rate = 100', "", f"[bodies.{'each' if who else 'robot'}]"]
+    rest = [c for c in columns if c != who][1:] or list(columns)
+    lines += [f"x = {_toml(like('x', 'pos_x', 'px') or rest[0])}", f"y = {_toml(like('y', 'pos_y', 'py') or rest[-1])}"]
+    if yaw := like("yaw", "theta", "heading", "psi"):
+        lines += [f"yaw = {_toml(yaw)}", 'angle = "rad"  # or deg']
+    return columns, "\n".join(lines) + "\n"
+
+
+def _toml(text: str) -> str:
+    """A text as TOML writes it."""
+    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c) & 0xFFFF:04x}" for c in text)
+    return f'"{escaped}"'
+
+
+def write(path: Path, recording: Recording) -> None:
+    """The recording's first track, else its points, as a table of metres and seconds, and its description beside it.
+
+    Raises:
+        ClearwayError: there is neither, or a file can't be written.
+    """
+    if not recording.tracks and recording.points is None:
+        raise ClearwayError("there is neither a track nor markers to write", file=path)
+    columns: dict[str, FloatArray] = {}
+    lines = ['separator = ","', 'decimal = "."', 'units = "m"', 'up = "z"']
+    if recording.tracks:
+        name, track = next(iter(recording.tracks.items()))
+        lines += [f"frame = {_toml(track.frame)}", "", "[time]", 'column = "t"', "", f"[bodies.{_toml(name)}]"]
+        columns = {"t": track.t, **dict(zip("xyz", track.position.T, strict=True))}
+        lines += [f'{c} = "{c}"' for c in "xyz"]
+        if track.orientation is not None:
+            columns |= dict(zip(("qx", "qy", "qz", "qw"), track.orientation.T, strict=True))
+            lines += ['quaternion = ["qx", "qy", "qz", "qw"]', 'order = "xyzw"']
+        if track.twist is not None:
+            columns |= {"v": track.twist[:, 0], "omega": track.twist[:, 1]}
+            lines += ['v = "v"', 'omega = "omega"']
+    elif (points := recording.points) is not None:
+        lines += ["", "[time]", 'column = "t"', "", "[markers]"]
+        columns = {"t": points.t}
+        for i, name in enumerate(points.names):
+            columns |= {f"{name}_{axis}": points.xyz[:, i, k] for k, axis in enumerate("xyz")}
+            lines.append(f"{_toml(name)} = [{', '.join(_toml(f'{name}_{axis}') for axis in 'xyz')}]")
+    columns["t"] = columns["t"] + (recording.epoch or 0.0)
+    with written(path) as f:
+        f.write(",".join('"' + c.replace('"', '""') + '"' for c in columns) + "\n")
+        np.savetxt(f, np.stack(list(columns.values()), axis=1), fmt="%.9f", delimiter=",")
+    with written(beside.beside(path)) as f:
+        f.write("\n".join(lines) + "\n")
+
+
+FORMATS = (Format("table", "Table (CSV) with a description", (".csv", ".tsv", ".dat"), sniff, read, look, write),)

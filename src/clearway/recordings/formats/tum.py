@@ -1,0 +1,134 @@
+"""TUM trajectories: `t x y z qx qy qz qw` a line, seconds and metres, `#` before a comment (Sturm et al. 2012)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, written
+from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.text import encoding_of
+from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
+from clearway.recordings.times import in_order
+
+NAME = "trajectory"
+"""As a file's only track is called."""
+
+COLUMNS = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
+
+EPOCH = 1e8
+"""s; a stamp beyond it (1973) is taken for UNIX time."""
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether every line of its beginning has eight numbers, the last four a unit quaternion."""
+    lines = [line for line in first_lines(head) if line.strip() and not line.lstrip().startswith("#")]
+    rows = [line.split() for line in lines]
+    if not rows or any(len(r) != 8 or not all(is_number(w) for w in r) for r in rows):
+        return False
+    norms = np.linalg.norm(np.array(rows, dtype=np.float64)[:, 4:], axis=1)
+    return bool((np.abs(norms - 1) < 0.02).mean() > 0.5)
+
+
+def read(path: Path, want: Want) -> Recording:
+    """The trajectory of a TUM file, named `trajectory`; t = 0 is its first stamp where stamps are UNIX times.
+
+    Raises:
+        ClearwayError: it is no such file, or time goes backwards in it.
+    """
+    if want.names is not None and (other := sorted(want.names - {NAME})):
+        raise unknown("track", other[0], (NAME,), file=path)
+    dialect = Dialect(" ", encoding=encoding_of(head_of(path)), header=False, missing=("nan", "NaN"))
+    names = [str(i + 1) for i in range(8)]
+    parts: list[FloatArray] = []
+    epoch: float | None = None
+    for number, piece in enumerate(_rows(path, dialect, names)):
+        if number == 0 and len(piece) and abs(piece[0, 0]) > EPOCH:
+            epoch = float(piece[0, 0])
+            if epoch > 1e14:
+                raise ClearwayError(
+                    f"the first stamp is {epoch:.0f}, which is no number of seconds: describe it as a table with "
+                    'time in "ns"',
+                    file=path,
+                    field="t",
+                )
+        piece[:, 0] -= epoch or 0.0
+        if want.span is not None:
+            t = piece[:, 0]
+            piece = piece[~(t < want.span[0]) & ~(t > want.span[1])]
+        parts.append(piece)
+    rows = np.concatenate(parts) if parts else np.zeros((0, 8))
+    keep, notes = in_order(rows[:, 0], file=path, field="t")
+    rows = rows[keep]
+    orientation, more = orientations(rows[:, 4:], rows[:, 1:4])
+    track = Track("pose", "", "", rows[:, 0], np.ascontiguousarray(rows[:, 1:4]), orientation)
+    return Recording(path, "tum", tracks={NAME: track}, epoch=epoch, notes=notes + more)
+
+
+def _rows(path: Path, dialect: Dialect, names: list[str]) -> Iterator[FloatArray]:
+    try:
+        for piece in pieces(path, dialect, names):
+            yield np.stack([piece[n] for n in names], axis=1)
+    except ClearwayError as error:
+        raise ClearwayError(
+            f"{error.problem}; a TUM trajectory has {len(COLUMNS)} numbers a line: {' '.join(COLUMNS)}", file=path
+        ) from error
+
+
+def orientations(q: FloatArray, position: FloatArray) -> tuple[FloatArray | None, tuple[str, ...]]:
+    """Unit quaternions (n, 4) xyzw of `q` (n, 4), NaN where it is none, and notes; None where none were measured.
+
+    Args:
+        position: (n, 3) m: what is at one and the same heading all the way along has none that was measured.
+    """
+    with np.errstate(all="ignore"):
+        norm = np.linalg.norm(q, axis=1)
+        unit = q / norm[:, None]
+        bad = ~(np.abs(norm - 1) < 0.02)
+    if bad.all() and len(q):
+        return None, ("none of its quaternions is one: it has no heading",)
+    unit[bad] = np.nan
+    notes = [f"{int(bad.sum())} quaternions are not of length 1; taken as unseen"] if bad.any() else []
+    seen = unit[~bad]
+    far = np.isfinite(position).all(axis=1)
+    moved = far.any() and float(np.ptp(position[far], axis=0).max()) > 0.5
+    if len(seen) > 2 and moved and (seen == seen[0]).all() and np.abs(seen[0]).max() == 1:
+        return None, (*notes, "its quaternion is the same all along though it moves: taken as not measured")
+    return unit, tuple(notes)
+
+
+def look(path: Path) -> Contents:
+    """The trajectory's duration, rate and gaps.
+
+    Raises:
+        ClearwayError: as for `read`.
+    """
+    return contents_of(read(path, Want()))
+
+
+def write(path: Path, recording: Recording) -> None:
+    """The recording's first track as a TUM file; stamps are UNIX times where the recording knows them. Poses that were
+    not measured are left out; without a heading the quaternion is that of none: 0 0 0 1.
+
+    Raises:
+        ClearwayError: there is no track, or the file can't be written.
+    """
+    if not recording.tracks:
+        raise ClearwayError("there is no track to write", file=path)
+    name, track = next(iter(recording.tracks.items()))
+    q = track.orientation
+    if q is None:
+        q = np.tile((0.0, 0.0, 0.0, 1.0), (len(track.t), 1))
+    rows: Any = np.column_stack((track.t + (recording.epoch or 0.0), track.position, q))
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    with written(path) as f:
+        f.write(f"# {name}\n# {' '.join(COLUMNS)}\n")
+        np.savetxt(f, rows, fmt=["%.9f"] * 4 + ["%.12f"] * 4)
+
+
+FORMATS = (Format("tum", "TUM trajectory", (".tum",), sniff, read, look, write),)
