@@ -1,0 +1,220 @@
+"""From decoded messages to tracks, goals, scans and paths. A message is dropped as soon as its numbers are taken."""
+
+from __future__ import annotations
+
+from array import array
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats.bag_messages import Pose, stamp_of
+from clearway.recordings.recording import Goals, Paths, Sweeps, Track
+from clearway.recordings.tf import frame_name
+from clearway.recordings.times import in_order
+
+SECOND = 1_000_000_000
+LEAP = 3600 * SECOND
+_MOST_BEAMS = 100_000
+
+
+@dataclass(slots=True)
+class Clock:
+    """Seconds since the bag's start, from a message's own stamp where it has one, else from when it was recorded.
+
+    Stamps that are hours away from the recording's time were taken on another clock (a simulation's, a robot's that
+    was never set); they keep their distances and are moved by `far()` [ns], the same whatever is read of a bag.
+    """
+
+    epoch: int
+    far: Callable[[], int]
+    shift: int | None = None
+    unstamped: Counter[str] = field(default_factory=Counter)
+    shifted: set[str] = field(default_factory=set)
+
+    def seconds(self, topic: str, stamp: int, recorded: int) -> float:
+        """t [s] of a message of `topic` with `stamp` (0: none), recorded at `recorded` [ns]."""
+        if stamp == 0:
+            self.unstamped[topic] += 1
+            return (recorded - self.epoch) / SECOND
+        ahead = stamp - recorded
+        if abs(ahead) > LEAP:
+            if self.shift is None:
+                self.shift = self.far()
+            self.shifted.add(topic)
+            stamp = stamp - self.shift if abs(ahead - self.shift) <= LEAP else recorded
+        return (stamp - self.epoch) / SECOND
+
+    def notes(self) -> list[str]:
+        """What had to be done about stamps."""
+        said = [f"{topic}: {n} messages have no stamp; the time of recording stands for it" for topic, n in
+                sorted(self.unstamped.items())]  # fmt: skip
+        if self.shift is not None:
+            said.append(
+                f"{', '.join(sorted(self.shifted))}: stamped on another clock than the bag's, {self.shift / SECOND:.3f} s"
+                " away; moved by that"
+            )
+        return said
+
+
+@dataclass(slots=True)
+class TrackOf:
+    """Collects poses of one thing."""
+
+    name: str
+    kind: str
+    frame: str | None = None
+    child: str = ""
+    other: int = 0
+    rows: Any = field(default_factory=lambda: array("d"))  # t, x, y, z, qx, qy, qz, qw, v, omega, sigma, sigma
+
+    def add(self, t: float, pose: Pose) -> None:
+        frame = frame_name(pose.frame)
+        if self.frame is None:
+            self.frame, self.child = frame, frame_name(pose.child)
+        if frame != self.frame:
+            self.other += 1
+            return
+        self.rows.append(t)
+        self.rows.extend((*pose.values, *pose.twist, *pose.sigma))
+
+    def finish(self, file: Path, span: tuple[float, float] | None) -> tuple[Track, list[str]]:
+        rows = np.array(self.rows).reshape(-1, 12)  # a copy: the array can't grow while someone looks at it
+        rows = rows[_within(rows[:, 0], span)]
+        keep, found = in_order(rows[:, 0], file=file, field=self.name, sort=True)
+        rows, notes = rows[keep], list(found)
+        if self.other:
+            notes.append(f"{self.name}: {self.other} poses in another frame than {self.frame!r} were left out")
+        q, said = _orientation(rows[:, 4:8], self.name)
+        notes += said
+        position = np.where(np.abs(rows[:, 1:4]) < 1e12, rows[:, 1:4], np.nan)
+        measured = rows[:, 8:10]
+        twist = None if np.isnan(measured).all() else measured
+        if twist is not None and not np.nan_to_num(measured).any() and _moves(position):
+            twist = None
+            notes.append(f"{self.name}: its twist is zero all along though it moves; taken as not measured")
+        sigma = None if np.isnan(rows[:, 10:12]).all() else rows[:, 10:12]
+        return Track(self.kind, self.frame or "", self.child, rows[:, 0], position, q, twist, sigma), notes
+
+
+@dataclass(slots=True)
+class GoalsOf:
+    """Collects goals."""
+
+    name: str
+    frame: str | None = None
+    other: int = 0
+    rows: list[tuple[float, float, float, float]] = field(default_factory=list)
+
+    def add(self, t: float, pose: Pose) -> None:
+        frame = frame_name(pose.frame)
+        if self.frame is None:
+            self.frame = frame
+        if frame != self.frame:
+            self.other += 1
+            return
+        x, y, _, qx, qy, qz, qw = pose.values
+        theta = np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz))
+        known = 0.9 < qx * qx + qy * qy + qz * qz + qw * qw < 1.1
+        self.rows.append((t, x, y, float(theta) if known else np.nan))
+
+    def finish(self, file: Path, span: tuple[float, float] | None) -> tuple[Goals, list[str]]:
+        rows = np.array(self.rows, dtype=np.float64).reshape(-1, 4)
+        rows = rows[_within(rows[:, 0], span)]
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        notes = [f"{self.name}: {self.other} goals in another frame than {self.frame!r} were left out"]
+        return Goals(self.frame or "", rows[:, 0], rows[:, 1:]), notes if self.other else []
+
+
+@dataclass(slots=True)
+class SweepsOf:
+    """Collects scans. Those whose beams lie elsewhere than in most are left out."""
+
+    name: str
+    frame: str = ""
+    t: Any = field(default_factory=lambda: array("d"))
+    ranges: list[Any] = field(default_factory=list)
+    beams: list[tuple[int, float, float, float, float]] = field(default_factory=list)
+
+    def add(self, t: float, m: Any) -> None:
+        self.frame = self.frame or frame_name(m.header.frame_id)
+        ranges = np.asarray(m.ranges, dtype=np.float32)
+        if len(ranges) > _MOST_BEAMS:
+            raise ClearwayError(f"a scan of {len(ranges)} beams; at most {_MOST_BEAMS} are read", field=self.name)
+        self.t.append(t)
+        self.ranges.append(ranges.copy())
+        self.beams.append((len(ranges), m.angle_min, m.angle_increment, m.range_min, m.range_max))
+
+    def finish(self, file: Path, span: tuple[float, float] | None) -> tuple[Sweeps, list[str]]:
+        t, layout = np.array(self.t), Counter(self.beams)
+        if not layout:
+            return Sweeps(self.frame, t, np.zeros((0, 0)), 0.0, 0.0, 0.0, 0.0), []
+        usual, count = layout.most_common(1)[0]
+        same = np.array([b == usual for b in self.beams]) & _within(t, span)
+        keep, found = in_order(t[same], file=file, field=self.name, sort=True)
+        which = np.flatnonzero(same)[keep]
+        notes = list(found)
+        if count < len(t):
+            notes.append(f"{self.name}: {len(t) - count} of {len(t)} scans have other beams than the rest; left out")
+        n, start, step, low, high = usual
+        ranges = np.empty((len(which), n))
+        for row, i in enumerate(which):
+            ranges[row] = self.ranges[i]
+        outside = (ranges < low) | (ranges > high)
+        ranges[outside] = np.inf
+        return Sweeps(self.frame, t[which], ranges, float(start), float(step), float(low), float(high)), notes
+
+
+@dataclass(slots=True)
+class PathsOf:
+    """Collects plans."""
+
+    name: str
+    frame: str = ""
+    t: list[float] = field(default_factory=list)
+    lines: list[FloatArray] = field(default_factory=list)
+
+    def add(self, t: float, m: Any) -> None:
+        self.frame = self.frame or frame_name(m.header.frame_id)
+        self.t.append(t)
+        points = [(p.pose.position.x, p.pose.position.y) for p in m.poses]
+        self.lines.append(np.array(points, dtype=np.float64).reshape(-1, 2))
+
+    def finish(self, file: Path, span: tuple[float, float] | None) -> tuple[Paths, list[str]]:
+        t = np.array(self.t, dtype=np.float64)
+        order = [int(i) for i in np.argsort(t, kind="stable") if _within(t[i : i + 1], span)[0]]
+        return Paths(self.frame, t[order], tuple(self.lines[i] for i in order)), []
+
+
+def message_stamp(m: Any) -> int:
+    """ns of the message's header, 0 where it has none."""
+    return stamp_of(m.header) if hasattr(m, "header") else 0
+
+
+def _within(t: FloatArray, span: tuple[float, float] | None) -> Any:
+    return np.ones(len(t), dtype=bool) if span is None else (t >= span[0]) & (t <= span[1])
+
+
+def _moves(position: FloatArray) -> bool:
+    return len(position) > 0 and bool(np.ptp(np.nan_to_num(position), axis=0).max() > 0.05)
+
+
+def _orientation(q: FloatArray, name: str) -> tuple[FloatArray | None, list[str]]:
+    """Unit quaternions, NaN where a message has none (zeros); None where none has."""
+    norm = np.linalg.norm(np.where(np.abs(q) < 1e3, q, np.nan), axis=1)
+    bad = ~(norm > 1e-3)
+    if not len(q) or bad.all():
+        return None, []
+    unit = q / np.where(bad, 1.0, norm)[:, None]
+    unit[bad] = np.nan
+    notes = []
+    if bad.any():
+        notes.append(f"{name}: {int(bad.sum())} orientations are none (quaternions of zeros)")
+    if (off := np.abs(norm[~bad] - 1) > 0.01).any():
+        notes.append(f"{name}: {int(off.sum())} quaternions are not of length 1; brought to it")
+    return unit, notes

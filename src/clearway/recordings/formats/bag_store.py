@@ -1,0 +1,60 @@
+"""What every bag is made of, whatever its container: channels, the times of their messages, and the messages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Times = npt.NDArray[np.int64]
+"""(n,) ns of UNIX time at which messages were recorded, in the file's order."""
+
+Message = tuple[int, int, bytes]
+"""A channel's number, when it was recorded [ns], and its bytes."""
+
+NEVER, EVER = -(2**63), 2**63 - 1
+"""ns before and after everything."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """One publisher's topic in one file.
+
+    Attributes:
+        number: within the file. topic: its name. type: of its messages, as the file writes it. encoding: `ros1`, `cdr`
+        or what the file says. schema: how the definition is written: `ros1msg`, `ros2msg`, `ros2idl` or empty.
+        definition: of the messages; empty where the file has none.
+    """
+
+    number: int
+    topic: str
+    type: str
+    encoding: str
+    schema: str = ""
+    definition: str = ""
+
+
+class Store(Protocol):
+    """One file of a bag, open. All its methods raise ClearwayError and nothing else."""
+
+    @property
+    def channels(self) -> Mapping[int, Channel]:
+        """By their numbers."""
+
+    @property
+    def times(self) -> Mapping[int, Times]:
+        """When the messages of each channel were recorded, from the index: nothing is decompressed."""
+
+    def messages(self, numbers: frozenset[int], start: int = NEVER, end: int = EVER) -> Iterator[Message]:
+        """The messages of some channels that were recorded from `start` to `end` [ns], in the file's order."""
+
+    def close(self) -> None:
+        """Give the file back."""
+
+
+def joined(parts: Mapping[int, list[Times]]) -> dict[int, Times]:
+    """The times of each channel as one array."""
+    return {number: np.concatenate(them) for number, them in parts.items() if them}
