@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from clearway.errors import ClearwayError
-from clearway.recordings.plan import Plan
+from clearway.recordings.plan import Plan, TrialSpec
 from clearway.robots import Robot, load_robot
-from clearway.scenarios.floorplan import load_plan as load_floor
 from clearway.scenarios.scenario import (
     DiscSpec,
+    LabelSpec,
     LegSpec,
     ObstacleSpec,
     PoseSpec,
@@ -65,6 +65,9 @@ class Line:
 
     def words(self, pose: Sequence[float]) -> str:
         """Where a pose is, in words."""
+        for name, end in (("A", self.a), ("B", self.b)):
+            if math.dist(pose[:2], end[:2]) < 5e-4:
+                return f"on {name}"
         along, across = self.seen(pose)
         from_a = f"{metres(along)} m from A towards B" if along >= 0 else f"{metres(-along)} m behind A"
         if abs(across) < 5e-4:
@@ -114,8 +117,8 @@ def behind(plan: Plan, folder: Path) -> list[Scenario]:
         return []
 
 
-def key(labels: object, speed: float | None) -> Hashable:
-    """What tells a trial within its suite; of `Labels`, a `LabelSpec` or a `TrialSpec`."""
+def key(labels: LabelSpec | TrialSpec, speed: float | None) -> Hashable:
+    """What tells a trial within its suite; of a scenario or of a plan."""
     names = ("batch", "configuration", "obstacle_speed", "size", "gap", "repetition")
     return speed, *(getattr(labels, n) for n in names)
 
@@ -159,17 +162,23 @@ def _bare(name: str) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in name) or "body"
 
 
+def setting(labels: LabelSpec | TrialSpec) -> str:
+    """What trials among the same obstacles share, in a few words: `SO single, edge 0.03 m`."""
+    words = [
+        labels.batch if labels.configuration in (labels.batch, "free") else f"{labels.batch} {labels.configuration}"
+    ]
+    if labels.size is not None:
+        words.append(f"edge {labels.size:g} m")
+    if labels.gap is not None:
+        words.append(f"gap {labels.gap:g} d_base")
+    return ", ".join(words)
+
+
 def described(scenario: Scenario) -> str:
-    """A trial in a few words: `SO single, 0.2 m/s, edge 0.03 m`."""
-    at = scenario.labels
-    words = [at.batch if at.configuration in (at.batch, "free") else f"{at.batch} {at.configuration}"]
-    words.append(f"{scenario.speed:g} m/s")
-    if at.obstacle_speed is not None:
-        words.append(f"obstacle {at.obstacle_speed:g} m/s")
-    if at.size is not None:
-        words.append(f"edge {at.size:g} m")
-    if at.gap is not None:
-        words.append(f"gap {at.gap:g} d_base")
+    """A trial in a few words: `SO single, edge 0.03 m, 0.2 m/s`."""
+    words = [setting(scenario.labels), f"{scenario.speed:g} m/s"]
+    if scenario.labels.obstacle_speed is not None:
+        words.append(f"obstacle {scenario.labels.obstacle_speed:g} m/s")
     return ", ".join(words)
 
 
@@ -319,8 +328,8 @@ class _Writer:
             if o.pose is not None:
                 lines.append(f"# Put {name} {self.line.words(o.pose)}.")
             for run in o.runs:
-                ends = " to ".join(self.line.words(p) for p in (run.path[0], run.path[-1]))
-                lines.append(f"# Drive {name} on leg {run.leg}: {ends}.")
+                ends = " to ".join(f"({self.line.words(p)})" for p in (run.path[0], run.path[-1]))
+                lines.append(f"# Drive {name} on leg {run.leg} from {ends}.")
             if o.oscillation is not None:
                 lines.append(f"# {name} swings about {self.line.words(o.oscillation.attraction)}.")
         if not scenario.obstacles:
@@ -475,8 +484,8 @@ straight = {{ file = "straight.csv" }}
 """
 
 _BODIES = """\
-# Obstacles. One that stands is where its trial says, by its shape and pose, and may have markers, too:
-# markers = "square-3cm-1:" - then it is where it was measured.
+# Obstacles. One that stands is taken to be where its trial puts it, by shape and pose. If it has markers, and shall be
+# where they were seen: markers = "NAME:" here, and take its pose out of the trials.
 """
 
 _TRIALS = """\

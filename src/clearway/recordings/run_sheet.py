@@ -1,0 +1,262 @@
+"""The printable run sheet of a test plan: what the people in the lab do, trial by trial, and tick off. A4, one file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from clearway.errors import ClearwayError
+from clearway.recordings.plan import BodySpec, Plan, TrialSpec
+from clearway.recordings.protocol import Line, key, metres, setting
+from clearway.recordings.sketch import Sketch, place, sketch
+from clearway.scenarios.scenario import PoseSpec, RunSpec, Scenario
+
+TICKS = ("driven", "contact", "help", "stop", "abort")
+"""Headings of the boxes: attempted, contact, intervention, stopped, aborted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Placement:
+    """An obstacle that has to be put somewhere: its number in the sketch, name, and where, for people."""
+
+    number: int
+    name: str
+    where: str
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One trial: its number in the plan, what differs within its group, when movers start (forth, back, ...)."""
+
+    number: int
+    speed: str
+    obstacle_speed: str
+    starts: tuple[str, ...]
+    repetition: int
+    file: str
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """Trials among the same obstacles."""
+
+    title: str
+    placements: tuple[Placement, ...]
+    ways: tuple[str, ...]
+    legs: tuple[str, ...]
+    sketch: Sketch | None
+    rows: tuple[Row, ...]
+    moving: bool
+    new_batch: bool
+
+
+def write_sheet(plan: Plan, path: str | Path, scenarios: Iterable[Scenario] = ()) -> None:
+    """Write the run sheet of `plan` as one HTML page to print.
+
+    Args:
+        scenarios: where the trials come from (`protocol.scenarios`), found again by their labels; they know how moving
+            obstacles are to be driven.
+
+    Raises:
+        ClearwayError: the file is there already, or can't be written.
+    """
+    page = sheet(plan, scenarios)
+    try:
+        with open(path, "x", encoding="utf-8") as f:
+            f.write(page)
+    except FileExistsError as error:
+        raise ClearwayError("is there already, and may have been filled in; name another file", file=path) from error
+    except OSError as error:
+        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+
+
+def sheet(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
+    """The run sheet as HTML."""
+    known = {key(s.labels, s.speed): s for s in scenarios}
+    line = _line(plan)
+    groups = list(_groups(plan, known, line))
+    environment = Environment(
+        loader=PackageLoader("clearway.recordings"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    return environment.get_template("run_sheet.html").render(
+        plan=plan,
+        line=line,
+        groups=groups,
+        ticks=TICKS,
+        trials=len(plan.trials),
+        hours=_hours(plan),
+        things=_things(plan),
+        checklist=_checklist(plan, line),
+        metres=metres,
+        poses=_poses(plan, line),
+    )
+
+
+def _line(plan: Plan) -> Line | None:
+    """From where the first leg starts to its goal."""
+    legs = plan.legs or plan.trials[0].legs
+    if not legs:
+        return None
+    ends = [plan.poses.get(p) if isinstance(p, str) else p for p in (legs[0].start, legs[0].goal)]
+    return None if ends[0] is None or ends[1] is None else Line(ends[0], ends[1])
+
+
+def _poses(plan: Plan, line: Line | None) -> list[tuple[str, str, str, str]]:
+    """Name, place, heading, and the plan's numbers."""
+    if line is None:
+        return []
+    return [
+        (name, line.words(p), _facing(line, p), f"{metres(p[0])}, {metres(p[1])}, {p[2]:.4g}")
+        for name, p in plan.poses.items()
+    ]
+
+
+def _facing(line: Line, pose: PoseSpec) -> str:
+    degrees = line.turned(pose[2])
+    if abs(degrees) < 0.01:
+        return "along A to B"
+    return "along B to A" if abs(abs(degrees) - 180) < 0.01 else f"turned {degrees:g}° from A to B"
+
+
+def _checklist(plan: Plan, line: Line | None) -> list[str]:
+    """What has to be recorded before the trials, from the stretches that the plan names."""
+    found = []
+    for spec in plan.sources.values():
+        marked = "; ".join(s.marker if line is None else f"{s.marker} {line.words(s.at)}" for s in spec.frame.surveyed)
+        if marked:
+            found.append(f"The floor's markers, 5 s{_named(spec.frame.file)}: {marked}")
+        found += [f"The robot at rest, 10 s, on {_place(h.pose)}{_named(h.file)}" for h in spec.frame.holds]
+    for name, body in {"The robot": plan.robot, **plan.bodies}.items():
+        if body.static is not None:
+            found.append(
+                f"{name} at rest, 10 s, on {_place(body.static.pose)}{_named(body.static.file)}, as exactly as it can be put"
+            )
+        if body.straight is not None:
+            found.append(
+                f"{name} driving straight forward for 2 m or more, as slowly as it can{_named(body.straight.file)}"
+            )
+    found.append("Every marker of every body is seen, everywhere on the floor where something will move")
+    found.append(
+        "The robot at rest on B: the measured place is B to within a centimetre, or the above has to be done anew"
+    )
+    return found
+
+
+def _named(file: str | None) -> str:
+    return f" ({file})" if file else ""
+
+
+def _place(pose: str | PoseSpec | None) -> str:
+    if pose is None:
+        return "one place"
+    return pose if isinstance(pose, str) else f"({metres(pose[0])}, {metres(pose[1])}), heading {pose[2]:.3g} rad"
+
+
+def _things(plan: Plan) -> list[tuple[str, str, bool]]:
+    """Name, what it is, whether it moves (or is measured)."""
+    return [
+        (name, _what(body), body.markers is not None or body.track is not None) for name, body in plan.bodies.items()
+    ]
+
+
+def _what(body: BodySpec) -> str:
+    if body.shape is None:
+        return "shape not given"
+    values = body.shape.model_dump()
+    kind = values.pop("kind")
+    if kind == "robot":
+        return f"the robot {values['robot']}"
+    if kind == "polygon":
+        return f"polygon with {len(values['vertices'])} corners"
+    return ", ".join([kind, *(f"{name} {metres(v)} m" for name, v in values.items())])
+
+
+def _hours(plan: Plan) -> float | None:
+    """Of driving alone, at the set speeds, straight."""
+    seconds = 0.0
+    for trial in plan.trials:
+        here: PoseSpec | None = None
+        for leg in trial.legs or plan.legs:
+            start, goal = (plan.poses.get(p) if isinstance(p, str) else p for p in (leg.start, leg.goal))
+            here = start or here
+            if here is None or goal is None or trial.speed is None:
+                return None
+            seconds += math.dist(here[:2], goal[:2]) / trial.speed
+            here = goal
+    return seconds / 3600
+
+
+def _groups(plan: Plan, known: dict[Hashable, Scenario], line: Line | None) -> Iterable[Group]:
+    numbered = [(i, t, known.get(key(t, t.speed))) for i, t in enumerate(plan.trials, 1)]
+    batch = None
+    for _, several in groupby(numbered, lambda x: _setting(x[1], x[2])):
+        trials = list(several)
+        _, first, scenario = trials[0]
+        yield _group(plan, trials, first, scenario, line, first.batch != batch)
+        batch = first.batch
+
+
+def _setting(trial: TrialSpec, scenario: Scenario | None) -> Hashable:
+    ways = () if scenario is None else tuple(r.path for _, r in _runs(scenario))
+    return trial.batch, trial.configuration, trial.size, trial.gap, trial.obstacles, ways
+
+
+def _runs(scenario: Scenario) -> list[tuple[str, RunSpec]]:
+    return [(o.name, run) for o in scenario.obstacles for run in o.runs]
+
+
+def _group(
+    plan: Plan,
+    trials: Sequence[tuple[int, TrialSpec, Scenario | None]],
+    first: TrialSpec,
+    scenario: Scenario | None,
+    line: Line | None,
+    new_batch: bool,
+) -> Group:
+    runs = [] if scenario is None else _runs(scenario)
+    placed = [o for o in first.obstacles if o.pose is not None]
+    rows = tuple(
+        Row(
+            number,
+            "" if t.speed is None else f"{t.speed:g}",
+            "" if t.obstacle_speed is None else f"{t.obstacle_speed:g}",
+            () if s is None else tuple(_after(r) for _, r in _runs(s)),
+            t.repetition,
+            t.file,
+        )
+        for number, t, s in trials
+    )
+    placements = () if line is None else tuple(
+        Placement(i, o.body, _words(line, o.pose)) for i, o in enumerate(placed, 1) if o.pose is not None
+    )  # fmt: skip
+    return Group(
+        title=setting(first),
+        placements=placements,
+        ways=() if line is None else tuple(_way(line, name, run) for name, run in runs),
+        legs=tuple(run.leg for _, run in runs),
+        sketch=None if line is None else sketch(plan, line, placed, runs),
+        rows=rows,
+        moving=any(t.obstacle_speed is not None for _, t, _ in trials),
+        new_batch=new_batch,
+    )
+
+
+def _words(line: Line, pose: PoseSpec) -> str:
+    turned = line.turned(pose[2]) % 90
+    square_on = min(turned, 90 - turned) < 0.01
+    return line.words(pose) + ("" if square_on else f", turned {line.turned(pose[2]):g}°")
+
+
+def _way(line: Line, name: str, run: RunSpec) -> str:
+    return f"{run.leg}: {name} from {place(line.seen(run.path[0]))} to {place(line.seen(run.path[-1]))}"
+
+
+def _after(run: RunSpec) -> str:
+    """Seconds after the robot's start; negative: before it."""
+    return f"{run.delay:+.1f}".replace("-", "\N{MINUS SIGN}")
