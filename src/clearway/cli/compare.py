@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -20,13 +20,17 @@ def compare(
     confidence: Annotated[float, typer.Option(help="Of the intervals, in (0, 1).")] = 0.95,
     as_json: Json = False,
 ) -> None:
-    """Compare results directories: paired differences per indicator, with intervals."""
+    """Compare results directories: paired differences per indicator, with intervals.
+
+    Simulated results are paired test by test. A simulation and a recording (the sim-to-real difference), or two
+    recordings (before and after), are matched by configuration, their repetitions averaged first.
+    """
     import json
     from dataclasses import asdict
 
     from clearway.errors import ClearwayError
     from clearway.reports.text import comparison
-    from clearway.statistics import compare_all
+    from clearway.statistics import ConfigurationComparison, compare_all
     from clearway.trials.store import open_results
 
     if twice := [path for path in directories if directories.count(path) > 1]:
@@ -40,5 +44,12 @@ def compare(
     for c in found:
         success = {batch or "all": asdict(s) for batch, s in c.success.items()}
         rows = {"differences": c.differences.to_pylist(), "success": success}
-        whole.append({"a": c.a, "b": c.b, "pairs": c.pairs, "only_a": c.only_a, "only_b": c.only_b} | rows)
+        without = {"only_a": c.only_a, "only_b": c.only_b}
+        if isinstance(c, ConfigurationComparison):
+            how: dict[str, Any] = {"kind": c.kind, "source_a": c.source_a, "source_b": c.source_b}
+            how |= {"matched_by": c.matched_by, "configurations": c.configurations}
+            how |= {"repetitions_a": asdict(c.repetitions_a), "repetitions_b": asdict(c.repetitions_b)}
+        else:
+            how = {"pairs": c.pairs}
+        whole.append({"a": c.a, "b": c.b} | how | without | rows)
     typer.echo(json.dumps(whole, indent=2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -13,7 +14,7 @@ from clearway.reports import contest, outcomes, rescue
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
-from clearway.statistics import GROUP, Comparison, describe, success_rates
+from clearway.statistics import GROUP, Comparison, ConfigurationComparison, describe, success_rates
 from clearway.trials.store import Results
 
 
@@ -27,7 +28,7 @@ def headline(table: pa.Table) -> str:
     for r in success_rates(table).to_pylist():
         rate = "unknown" if r["SR"] is None else f"{r['SR']:.0f} ({r['low']:.0f}-{r['high']:.0f})"
         numbers = [_number(means.get((*(r[c] for c in GROUP), name))) for name in HEADLINE]
-        labels = [f"{r[c]:g}" if c == "speed" else str(r[c] or "-") for c in shown]
+        labels = [f"{r[c]:g}" if isinstance(r[c], float) else str(r[c] or "-") for c in shown]
         rows.append([*labels, str(r["n"] + r["unknown"]), rate, *numbers])
     return columns(heads, rows)
 
@@ -63,8 +64,56 @@ def _text(table: Grid) -> str:
     return f"{textwrap.fill(table.caption, 110)}\n{columns([c.name for c in table.columns], rows)}"
 
 
-def comparison(found: Comparison) -> str:
-    """Paired differences of two results, all batches together and batch by batch."""
+def comparison(found: Comparison | ConfigurationComparison) -> str:
+    """Differences of two results, all batches together and batch by batch."""
+    return _matched(found) if isinstance(found, ConfigurationComparison) else _paired(found)
+
+
+def _matched(found: ConfigurationComparison) -> str:
+    """Differences of two results whose trials are no pairs, and how they were matched."""
+    by = ", ".join(found.matched_by)
+    lines = [
+        f"{found.b} ({found.source_b}) against {found.a} ({found.source_a}), {found.kind}: {found.configurations} "
+        f"configurations in common, {found.only_a} + {found.only_b} without a partner",
+        f"  matched by {by}; the repetitions of a configuration are averaged first",
+    ]
+    for name, r in ((found.a, found.repetitions_a), (found.b, found.repetitions_b)):
+        each = f"{r.fewest}" if r.fewest == r.most else f"{r.fewest} to {r.most}"
+        lines.append(f"  {name}: {r.trials} trials, {each} of each configuration")
+    for batch, s in found.success.items():
+        d = s.difference
+        lines.append(
+            f"  success {batch or 'in all'}: {s.successes_b} of {s.trials_b} against {s.successes_a} of {s.trials_a}, "
+            f"difference {100 * d.estimate:+.1f} points ({100 * d.low:+.1f} to {100 * d.high:+.1f}; independent trials)"
+        )
+    rows, measured = [], False
+    for r in found.differences.to_pylist():
+        if r["n"] == 0:
+            continue
+        u = None if r["u_a"] is None or r["u_b"] is None else math.hypot(r["u_a"], r["u_b"])
+        measured |= bool(u)
+        cells = [
+            r["batch"] or "all",
+            f"{r['indicator']} [{r['unit']}]",
+            str(r["n"]),
+            f"{r['trials_a']}/{r['trials_b']}",
+        ]
+        cells += [_number(r["mean_a"]), _number(r["mean_b"]), f"{r['mean_difference']:+.3g}"]
+        cells += [_to(r["boot_low"], r["boot_high"]), _to(r["rep_low"], r["rep_high"]), "-" if not u else f"{u:.2g}"]
+        rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), f"{r['effect']:+.2f}"])
+    heads = ["batch", "indicator", "n", "trials", found.a, found.b, "difference", "over configurations"]
+    heads += ["over repetitions", "U", "p", "p Holm", "effect"]
+    notes = ["n: configurations; intervals of the mean difference, 95 % unless asked otherwise"]
+    if measured:
+        notes.append("U: how far off the measured means may be together (k = 2); it comes on top of the intervals")
+    return "\n".join([*lines, columns(heads, rows), *notes])
+
+
+def _to(low: float | None, high: float | None) -> str:
+    return "-" if low is None or high is None else f"{low:+.3g} to {high:+.3g}"
+
+
+def _paired(found: Comparison) -> str:
     heads = ["batch", "indicator", "n", found.a, found.b, "difference (95 %)", "p", "p Holm", "effect", "favours"]
     rows = []
     for r in found.differences.to_pylist():

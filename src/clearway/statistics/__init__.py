@@ -6,7 +6,8 @@ Everything here works on numpy arrays or on a results table (`trials.parquet` as
 from __future__ import annotations
 
 from clearway.statistics.columns import GROUP, SYSTEM
-from clearway.statistics.comparison import Comparison, compare, compare_all
+from clearway.statistics.comparison import Comparison, compare
+from clearway.statistics.configurations import ConfigurationComparison, Repetitions, compare_configurations
 from clearway.statistics.correlation import (
     PAPER_A,
     PAPER_A_PAIRS,
@@ -27,13 +28,16 @@ from clearway.statistics.multiple import asterisks, holm
 from clearway.statistics.proportions import (
     Interval,
     PairedSuccess,
+    RateDifference,
     mcnemar,
     paired_success,
+    rate_difference,
     success_interval,
     watched_interval,
     wilson_interval,
 )
 from clearway.statistics.samples import reliability_shown, samples_needed
+from clearway.statistics.side_by_side import compare_all
 from clearway.statistics.signed_rank import SignedRank, signed_rank
 from clearway.statistics.speeds import ANALYSES, wilcoxon_between_speeds
 
@@ -45,16 +49,20 @@ __all__ = [
     "POOLED",
     "SYSTEM",
     "Comparison",
+    "ConfigurationComparison",
     "Correlation",
     "Correlations",
     "Interval",
     "PairedSuccess",
+    "RateDifference",
     "Reduced",
+    "Repetitions",
     "SignedRank",
     "asterisks",
     "bootstrap_interval",
     "compare",
     "compare_all",
+    "compare_configurations",
     "correlation_table",
     "correlations",
     "correlations_by_robot",
@@ -65,6 +73,7 @@ __all__ = [
     "normality",
     "paired_success",
     "pearson",
+    "rate_difference",
     "reduced_set",
     "reliability_shown",
     "samples_needed",

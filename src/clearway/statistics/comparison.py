@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
 from clearway.indicators import HEADLINE, Indicator
 from clearway.statistics.columns import SYSTEM, findings, groups, indicators_in, numbers, schema, values
 from clearway.statistics.describe import bootstrap_interval
@@ -77,11 +77,7 @@ def compare(
         for indicator in chosen:
             row = _difference(indicator, left, right, members, confidence, seed)
             rows.append({"batch": batch} | row)
-    for family in ([r for r in rows if r["batch"] is None], [r for r in rows if r["batch"] is not None]):
-        for row, p in zip(family, holm([np.nan if r["p"] is None else r["p"] for r in family]).tolist(), strict=True):
-            row["p_holm"] = None if np.isnan(p) else p
-            row["stars"], row["stars_holm"] = asterisks(row["p"]), asterisks(row["p_holm"])
-            row["favours"] = _favoured(row)
+    adjust(rows)
     succeeded = np.stack([numbers(left, "success"), numbers(right, "success")], axis=1)
     success = {}
     for batch, members in parts.items():
@@ -93,15 +89,13 @@ def compare(
     )
 
 
-def compare_all(tables: Mapping[str, pa.Table], **options: Any) -> list[Comparison]:
-    """Compare every two of several named results, the later one with the earlier one. Options as for `compare`.
-
-    Raises:
-        ClearwayError: fewer than two, or as for `compare`.
-    """
-    if len(tables) < 2:
-        raise ClearwayError(f"a comparison needs at least two results, got {len(tables)}")
-    return [compare(tables[x], tables[y], names=(x, y), **options) for x, y in combinations(tables, 2)]
+def adjust(rows: Sequence[dict[str, Any]]) -> None:
+    """Fill in Holm's p, the asterisks and whom a row favours: one family of all batches together, one batch by batch."""
+    for family in ([r for r in rows if r["batch"] is None], [r for r in rows if r["batch"] is not None]):
+        for row, p in zip(family, holm([np.nan if r["p"] is None else r["p"] for r in family]).tolist(), strict=True):
+            row["p_holm"] = None if np.isnan(p) else p
+            row["stars"], row["stars_holm"] = asterisks(row["p"]), asterisks(row["p_holm"])
+            row["favours"] = _favoured(row)
 
 
 def _key_columns(a: pa.Table, b: pa.Table) -> list[str]:
@@ -131,10 +125,14 @@ def _difference(
     one, two = numbers(left, indicator.name)[members], numbers(right, indicator.name)[members]
     complete = ~np.isnan(one) & ~np.isnan(two)
     row: dict[str, Any] = {"indicator": indicator.name, "unit": indicator.unit, "better": indicator.better}
-    row |= {"n": int(complete.sum()), "dropped": int((~complete).sum()), "p": None}
-    if not complete.any():
+    return row | paired_row(one[complete], two[complete], int((~complete).sum()), confidence, seed)
+
+
+def paired_row(one: FloatArray, two: FloatArray, dropped: int, confidence: float, seed: int) -> dict[str, Any]:
+    """What complete pairs (n,) of values say about two - one; `dropped`: pairs that are not complete."""
+    row: dict[str, Any] = {"n": len(one), "dropped": dropped, "p": None}
+    if not len(one):
         return row
-    one, two = one[complete], two[complete]
     test, boot = signed_rank(two - one, confidence=confidence), bootstrap_interval(two - one, confidence, seed)
     row |= {"mean_a": float(one.mean()), "mean_b": float(two.mean()), "mean_difference": float((two - one).mean())}
     row |= {"median_difference": test.shift, "low": test.low, "high": test.high, "effect": test.effect}

@@ -107,6 +107,35 @@ def paired_success(a: FloatArray, b: FloatArray, confidence: float = 0.95) -> Pa
     )
 
 
+@dataclass(frozen=True, slots=True)
+class RateDifference:
+    """Two success rates of independent trials: successes of trials on either side, and the difference of the rates,
+    B - A, with Newcombe's score interval."""
+
+    successes_a: int
+    trials_a: int
+    successes_b: int
+    trials_b: int
+    difference: Interval
+
+
+def rate_difference(
+    successes_a: int, trials_a: int, successes_b: int, trials_b: int, confidence: float = 0.95
+) -> RateDifference:
+    """B - A for independent trials, after Newcombe 1998 (Stat. Med. 17, 873), method 10: Wilson's limits joined.
+
+    Raises:
+        ClearwayError: as for `success_interval`.
+    """
+    a = wilson_interval(successes_a, trials_a, confidence)
+    b = wilson_interval(successes_b, trials_b, confidence)
+    difference = b.estimate - a.estimate
+    low = difference - math.hypot(b.estimate - b.low, a.high - a.estimate)
+    high = difference + math.hypot(b.high - b.estimate, a.estimate - a.low)
+    interval = Interval(difference, max(-1.0, low), min(1.0, high))
+    return RateDifference(successes_a, trials_a, successes_b, trials_b, interval)
+
+
 def mcnemar(only_a: int, only_b: int) -> float:
     """McNemar's exact two-sided p: discordant tests fall to either side with probability 1/2."""
     n = only_a + only_b

@@ -59,7 +59,8 @@ def wilcoxon_between_speeds(
     families: list[tuple[Any, ...]] = []
     for group, members in groups(table, GROUP[:-1]).items():
         speeds = groups(table.take(pa.array(members)), ("speed",))
-        for (a, in_a), (b, in_b) in combinations([(key[0], members[rows]) for key, rows in speeds.items()], 2):
+        known = [(key[0], members[rows]) for key, rows in speeds.items() if key[0] is not None]
+        for (a, in_a), (b, in_b) in combinations(known, 2):
             pairs, repeated = _pair(in_a, in_b, configuration, repetition)
             for indicator in chosen:
                 for analysis in ANALYSES:
