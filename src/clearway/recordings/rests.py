@@ -1,0 +1,139 @@
+"""When a body was at rest, to a fraction of a sample: what legs are found by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings.motion import Motion
+
+ARM = 0.3
+"""m; turning at omega counts as driving at ARM * omega, about the speed of a robot's rim."""
+STILL = 0.02
+"""m/s; slower is rest, unless the measurement is noisier."""
+NOISY = 0.06
+"""m/s; what is faster is motion, however noisy the measurement."""
+TWITCH = 0.005
+"""m (turning by ARM rad); what leads no farther doesn't end a rest."""
+_BLOCK = 0.3  # s; the quietest blocks show the noise
+_RAMP = 0.3  # s; an onset lies no farther before the speed is seen to rise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rest:
+    """From `start` to `end` [s] the body stood at `pose` (3,), theta NaN where unknown; `opens`, `closes`: the record
+    begins or ends within it."""
+
+    start: float
+    end: float
+    pose: FloatArray
+    opens: bool
+    closes: bool
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        return self.end - self.start
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Course:
+    """The seen part of a motion: t (n,) s, pose (n, 3), how much it moved (n,) m/s, and the rests in it."""
+
+    t: FloatArray
+    pose: FloatArray
+    effort: FloatArray
+    rests: tuple[Rest, ...]
+
+
+def course(motion: Motion) -> Course:
+    """`motion` where it was seen, and its rests.
+
+    Speed falls and rises steadily about a rest: it begins and ends where that line meets zero.
+
+    Raises:
+        ClearwayError: the body was seen in fewer than three samples.
+    """
+    seen = np.isfinite(motion.pose[:, :2]).all(axis=1)
+    t, pose = motion.t[seen], motion.pose[seen]
+    if len(t) < 3:
+        raise ClearwayError(f"the robot is seen in {len(t)} samples; no leg can be found in so few")
+    effort = _effort(t, pose, motion.velocity[seen])
+    low = _level(t, effort)
+    n = len(t)
+    rests = []
+    for first, last in _stretches(t, pose, effort < low):
+        start = -_onset(-t[::-1], effort[::-1], n - 1 - first, low) if first else float(t[0])
+        end = _onset(t, effort, last, low) if last < n - 1 else float(t[-1])
+        middle = np.median(pose[first : last + 1], axis=0)
+        rests.append(Rest(min(start, end), end, middle, first == 0, last == n - 1))
+    return Course(t, pose, effort, tuple(rests))
+
+
+def _effort(t: FloatArray, pose: FloatArray, velocity: FloatArray) -> Any:
+    """(n,) m/s: driving and turning together. Where the body slides or is carried sideways, its own v doesn't show it."""
+    across = np.hypot(*np.gradient(pose[:, :2], t, axis=0).T)
+    v = np.abs(velocity[:, 0])
+    v = np.where(np.isfinite(v) & (across < 2 * v + 2 * NOISY), v, across)
+    omega = velocity[:, 1]
+    return np.hypot(v, ARM * np.where(np.isfinite(omega), omega, 0.0))
+
+
+def _level(t: FloatArray, effort: FloatArray) -> float:
+    """m/s below which the body rests, by what it shows in its quietest tenth."""
+    block = np.floor((t - t[0]) / _BLOCK).astype(np.int64)
+    first = np.flatnonzero(np.diff(block, prepend=-1))
+    quiet = float(np.percentile(np.maximum.reduceat(effort, first), 10))
+    return float(np.clip(1.5 * quiet, STILL, NOISY))
+
+
+def _stretches(t: FloatArray, pose: FloatArray, resting: Any) -> list[tuple[int, int]]:
+    """First and last sample of each rest; those that only a twitch parts are one, those that a hole parts from which the
+    body came out elsewhere are two."""
+    hole = np.diff(t) > 3 * np.median(np.diff(t))
+    elsewhere = hole & (_apart(pose[1:], pose[:-1]) > TWITCH)
+    edges = np.flatnonzero((np.diff(resting.astype(np.int8)) != 0) | elsewhere) + 1
+    bounds = [0, *edges.tolist(), len(t)]
+    runs = [(a, b - 1) for a, b in pairwise(bounds) if resting[a]]
+    merged: list[tuple[int, int]] = []
+    for first, last in runs:
+        if merged and t[first] - t[merged[-1][1]] < 1.0:
+            before = merged[-1]
+            between = pose[before[1] : first + 1]
+            if _apart(between, np.median(pose[before[0] : before[1] + 1], axis=0)).max() < TWITCH:
+                merged[-1] = before[0], last
+                continue
+        merged.append((first, last))
+    return merged
+
+
+def _apart(a: Any, b: Any) -> Any:
+    """m between poses (..., 3), turning included, as far as it is known."""
+    turn = np.nan_to_num(np.abs(np.remainder(a[..., 2] - b[..., 2] + np.pi, 2 * np.pi) - np.pi))
+    return np.hypot(a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]) + ARM * turn
+
+
+def _onset(t: FloatArray, effort: FloatArray, last: int, low: float) -> float:
+    """When motion began after the resting sample `last`: the speed's rise through `low` and beyond, drawn back to zero."""
+    ahead = slice(last, int(np.searchsorted(t, t[last + 1] + 0.5, side="right")))
+    at, e = t[ahead], effort[ahead]
+    high = min(4 * low, 0.7 * float(e.max()))
+    first = _crossing(at, e, low)
+    if high <= 1.2 * low:
+        return first
+    second = _crossing(at, e, high)
+    drawn = first - low * (second - first) / (high - low)
+    return float(max(drawn, first - _RAMP, min(at[0], first)))
+
+
+def _crossing(t: FloatArray, effort: FloatArray, level: float) -> float:
+    i = int(np.argmax(effort >= level))
+    if i == 0:
+        return float(t[0])
+    share = (level - effort[i - 1]) / (effort[i] - effort[i - 1])
+    return float(t[i - 1] + share * (t[i] - t[i - 1]))
