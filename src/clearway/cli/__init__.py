@@ -12,7 +12,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli import check, compare, list_, map_, replay, report, run, samples, schema, score
+from clearway.cli import check, compare, export, list_, map_, replay, report, run, samples, schema, score
 from clearway.errors import ClearwayError
 
 app = typer.Typer(
@@ -30,6 +30,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "map": map_.map_,
     "report": report.report,
     "replay": replay.replay,
+    "export": export.export,
     "compare": compare.compare,
     "list": list_.list_,
     "check": check.check,
