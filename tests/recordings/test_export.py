@@ -1,0 +1,174 @@
+"""Exports: what stands in the files, read back by something else than what wrote them where there is such a thing."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from driven_trials import forth_and_back
+
+from clearway.errors import ClearwayError
+from clearway.recordings import formats
+from clearway.recordings.export import CAPTURES, TARGETS, columns, export, export_trials, telling_name
+from clearway.recordings.synthetic import System
+
+
+@pytest.fixture(scope="module")
+def trial():
+    return forth_and_back()
+
+
+class Shelf:
+    """Trials by their number."""
+
+    def __init__(self, *trials):
+        self.trials = trials
+
+    def trial(self, index):
+        return self.trials[index]
+
+
+def test_csv_has_every_number_in_full_with_its_unit(trial, tmp_path):
+    files = export(trial, "csv", tmp_path / "trial.csv")
+    with open(files[0], newline="") as f:
+        header, *rows = csv.reader(f)
+    assert header[:6] == [
+        "t [s]",
+        "robot x [m]",
+        "robot y [m]",
+        "robot theta [rad]",
+        "robot v [m/s]",
+        "robot omega [rad/s]",
+    ]
+    assert header[-6:] == [
+        f"{who} {c}" for who in ("square_300", "person_500") for c in ("x [m]", "y [m]", "theta [rad]")
+    ]
+    table = np.array([[float(v) if v else math.nan for v in row] for row in rows])
+    expected = np.column_stack(list(columns(trial).values()))
+    np.testing.assert_array_equal(table, expected)
+    np.testing.assert_array_equal(table[:, 1:4], trial.pose)
+
+
+def test_csv_is_read_again_by_what_stands_beside_it(trial, tmp_path):
+    file, _ = export(trial, "csv", tmp_path / "trial.csv")
+    tracks = formats.read(file).tracks
+    assert list(tracks) == ["robot", "estimate", "square_300", "person_500"]
+    np.testing.assert_allclose(tracks["robot"].position[:, :2], trial.pose[:, :2], atol=1e-12)
+    np.testing.assert_array_equal(tracks["robot"].twist, trial.velocity)
+    assert np.isnan(tracks["person_500"].position[:, 0]).sum() == np.isnan(trial.movers[:, 0, 0]).sum()
+
+
+def test_tum_true_and_estimate_apart(trial, tmp_path):
+    true, estimate = export(trial, "tum", tmp_path / "trial.tum")
+    assert (true.name, estimate.name) == ("trial.true.tum", "trial.estimate.tum")
+    rows = np.loadtxt(true)
+    np.testing.assert_allclose(rows[:, :3], np.column_stack([trial.t, trial.pose[:, :2]]), atol=1e-8)
+    np.testing.assert_allclose(2 * np.arctan2(rows[:, 6], rows[:, 7]), trial.pose[:, 2], atol=1e-9)
+    np.testing.assert_allclose(np.loadtxt(estimate)[:, 1], trial.pose[:, 0] + 0.01, atol=1e-8)
+    assert [f.name for f in export(trial, "tum", tmp_path / "one.tum", which="estimate")] == ["one.tum"]
+
+
+def test_tum_without_an_estimate(trial, tmp_path):
+    unknowing = replace(trial, estimate=None)
+    assert [f.name for f in export(unknowing, "tum", tmp_path / "a.tum")] == ["a.tum"]
+    with pytest.raises(ClearwayError, match="estimate"):
+        export(unknowing, "tum", tmp_path / "b.tum", which="estimate")
+
+
+@pytest.mark.parametrize("to", CAPTURES)
+def test_capture_layouts_come_back_as_they_went(trial, tmp_path, to):
+    """Exact, without noise: every marker or body to the last digit that the layout prints, at 100 Hz, in metres and z-up."""
+    (file,) = export(trial, to, tmp_path / f"trial{TARGETS[to]}")
+    found = formats.read(file)
+    assert found.format == to
+    if to == "qualisys-6d":
+        robot = found.tracks["robot"]
+        t, at = robot.t, robot.position[:, :2]
+        np.testing.assert_allclose(at[::10], trial.pose[:, :2], atol=2e-6)
+    else:
+        points = found.points
+        t = points.t
+        middle = points.xyz[::10, :8, :2].mean(axis=1)
+        c, s = np.cos(trial.pose[:, 2]), np.sin(trial.pose[:, 2])
+        a, b = np.array(list(_robot(trial).values()))[:, :2].mean(axis=0)
+        expected = trial.pose[:, :2] + np.column_stack([c * a - s * b, s * a + c * b])
+        np.testing.assert_allclose(middle, expected, atol=2e-6)
+    np.testing.assert_allclose(np.diff(t), 0.01, atol=1e-6)
+
+
+def _robot(trial):
+    from clearway.recordings.synthetic import marker_sets
+
+    return marker_sets(trial)["robot"]
+
+
+@pytest.mark.parametrize("to", ["csv", "tum", "vicon", "c3d"])
+def test_nothing_is_overwritten(trial, tmp_path, to):
+    path = tmp_path / f"trial{TARGETS[to]}"
+    files = export(trial, to, path, which="true")
+    before = [f.read_bytes() for f in files]
+    with pytest.raises(ClearwayError, match="there already"):
+        export(forth_and_back(mover=False), to, path, which="true")
+    assert [f.read_bytes() for f in files] == before
+
+
+def test_same_seed_same_file(trial, tmp_path):
+    noisy = System(noise=0.0005, gaps=0.02, seed=7)
+    one, other = (export(trial, "vicon", tmp_path / f"{i}.csv", system=noisy)[0].read_bytes() for i in (1, 2))
+    assert one == other
+
+
+def test_several_go_into_a_folder_under_telling_names(trial, tmp_path):
+    files = export_trials(Shelf(trial, forth_and_back(mover=False)), (0, 1), "csv", tmp_path / "out")
+    assert [f.name for f in files if f.suffix == ".csv"] == [
+        "0000-CE-complex-v0.6-o0.4-s0.3-r1.csv", "0001-CE-complex-v0.6-o0.4-s0.3-r1.csv"
+    ]  # fmt: skip
+    named = replace(trial, attempt=replace(trial.attempt, scenario="../odd name"))
+    assert telling_name(named, 3, "mcap") == "0003-.._odd_name.mcap"
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ({"to": "vicom"}, "did you mean 'vicon'"),
+        ({"wanted": ()}, "--trial"),
+        ({"which": "treu"}, "did you mean 'true'"),
+    ],
+)
+def test_what_is_asked_wrongly_is_told(trial, tmp_path, words, told):
+    asked = {"to": "tum", "wanted": (0,), "which": "both"} | words
+    with pytest.raises(ClearwayError, match=told):
+        export_trials(Shelf(trial), asked["wanted"], asked["to"], tmp_path / "x", which=asked["which"])
+
+
+def test_an_attempt_that_was_not_recorded_has_nothing_to_export(trial, tmp_path):
+    empty = replace(trial, t=np.zeros(1), pose=np.full((1, 3), np.nan), velocity=None, estimate=None,
+                    movers=np.full((1, 1, 3), np.nan), leg=np.zeros(1, dtype=int), spans=())  # fmt: skip
+    with pytest.raises(ClearwayError, match="not recorded"):
+        export(empty, "csv", tmp_path / "x.csv")
+
+
+def test_command_line(trial, tmp_path, monkeypatch, capsys):
+    from clearway.cli import main
+    from clearway.indicators import row_schema, score_row
+    from clearway.trials.store import TrialStore
+
+    with TrialStore(tmp_path / "results", {"plan": {}}, 2, row_schema()) as store:
+        for i in range(2):
+            store.add(i, trial, {"id": str(i)} | score_row(trial))
+        store.finish()
+    monkeypatch.setattr(
+        "sys.argv",
+        ["clearway", "export", str(tmp_path / "results"), "--all", "--to", "tum", "--which", "true",
+         "--out", str(tmp_path / "out"), "--json"],
+    )  # fmt: skip
+    with contextlib.suppress(SystemExit):
+        main()
+    files = json.loads(capsys.readouterr().out)["files"]
+    assert len(files) == 2
+    np.testing.assert_allclose(np.loadtxt(files[1])[:, 1], trial.pose[:, 0], atol=1e-8)
