@@ -78,8 +78,8 @@ class _Layout:
         return (4 * self.head.points + self.head.analog) * self.width
 
     def time(self, start: int, stop: int) -> FloatArray:
-        """t [s] of the frames `start` to `stop`, 0 being frame number 1."""
-        return (np.arange(start, stop) + self.first - 1) / self.rate
+        """t [s] of the frames `start` to `stop`; t = 0 is frame number 1, or 0 where the file counts from 0."""
+        return (np.arange(start, stop) + self.first - min(self.first, 1)) / self.rate
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -180,25 +180,19 @@ def _layout(source: BinaryIO, size: int, path: Path) -> _Layout:
     turn, note = _turn(head, hints.up)
     start = (head.data_block - 1) * BLOCK
     layout = _Layout(head, names, index, 1, 0, rate, metres, scale, turn, start, ())
-    first, frames, why = _frames(head, layout.stride, size - start)
     if head.data_block < 2 or start > size:
         raise ClearwayError(
             f"its data are said to begin in block {head.data_block}, but it has {size} bytes: it is truncated or damaged",
             file=path,
         )
-    if frames * layout.stride > size - start:
-        raise ClearwayError(
-            f"promises {frames} frames of {layout.stride} bytes, but {size - start} bytes of data are left, "
-            f"{(size - start) // layout.stride} frames: it is truncated or damaged",
-            file=path,
-        )
+    first, frames, why = _frames(head, layout.stride, size - start, path)
     notes += [n for n in (why, note) if n]
-    if first != 1:
+    if first > 1:
         notes.append(f"it begins with frame {first}: t = 0 is frame 1, at {rate:g} frames a second")
     return replace(layout, first=first, frames=frames, notes=tuple(notes))
 
 
-def _frames(head: Head, stride: int, left: int) -> tuple[int, int, str]:
+def _frames(head: Head, stride: int, left: int, path: Path) -> tuple[int, int, str]:
     """Number of the first frame, how many there are, and a note where the file contradicts itself.
 
     16-bit counts end at 65535. Longer captures say theirs as two words in TRIAL, or in POINT:LONG_FRAMES.
@@ -218,7 +212,17 @@ def _frames(head: Head, stride: int, left: int) -> tuple[int, int, str]:
     said.append(("the header", head.first, plain))
     said = [s for s in said if s[2] > 0] or [("the header", head.first, 0)]
     name, first, frames = said[0]
-    others = {f"{n}: {k}" for n, _, k in said[1:] if k != frames and not (k == 65535 and frames > 65535)}
+    if frames * stride > left:
+        # Of counts that contradict each other one may still be that of the data, to the block.
+        exact = [s for s in said if 0 <= left - s[2] * stride < BLOCK]
+        if not exact:
+            raise ClearwayError(
+                f"promises {frames} frames of {stride} bytes, but {left} bytes of data are left, {left // stride} frames: "
+                "it is truncated or damaged",
+                file=path,
+            )
+        name, first, frames = exact[0]
+    others = {f"{n}: {k}" for n, _, k in said if k != frames and not (k == 65535 and frames > 65535)}
     note = f"its counts of frames differ; {name}: {frames} was taken, not {', '.join(sorted(others))}" if others else ""
     return first, frames, note
 
@@ -263,15 +267,22 @@ def _metres(head: Head, given: str | None, path: Path) -> float:
 
 
 def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:
-    """The rotation (3, 3) to the z-up frame, and what was done."""
+    """The rotation (3, 3) to the z-up frame, and what was done.
+
+    The parameter says which axis points up on a screen. Its sign is not to be trusted: Qualisys writes -Z for captures
+    whose z grows upwards.
+    """
     screen = head.texts("POINT:Y_SCREEN")
     said = (given or (screen[0] if screen else "")).upper()
-    axis = said if said.startswith(("+", "-")) else "+" + said
+    axis = said if given and said.startswith("-") else "+" + said.lstrip("+-")
     if axis not in UP:
-        return np.eye(3), "doesn't say which axis is up (POINT:Y_SCREEN); z was taken"
-    if axis == "+Z":
-        return np.eye(3), ""
-    return np.array(UP[axis], dtype=np.float64), f"its {axis[1] if axis[0] == '+' else axis} axis is up: turned to z-up"
+        return np.eye(3), "it doesn't say which axis is up (POINT:Y_SCREEN), z was taken; if it is y, write up = 'y' into FILE.c3d.toml beside it"
+    notes = []
+    if said.startswith("-") and not given:
+        notes.append(f"POINT:Y_SCREEN says {said}; {axis} was taken as up, as Qualisys means by it")
+    if axis != "+Z":
+        notes.append(f"its {axis} axis is up: turned to z-up")
+    return np.array(UP[axis], dtype=np.float64), "; ".join(notes)
 
 
 def _chunks(
