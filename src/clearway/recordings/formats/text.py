@@ -1,0 +1,359 @@
+"""Text files of numbers: their encoding, their lines, their decimal mark, and large blocks of them in bounded memory.
+
+A block of numbers is read a few megabytes at a time by pyarrow; lines that it refuses are first brought to one length
+and then, if that doesn't help, taken one by one, so that the error names the line and the cell. An empty cell, and one
+that says that there is no number (`NaN`, `NULL`, `inf`), is NaN.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import re
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pc
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
+
+CHUNK = 1 << 22
+"""Bytes of a block that are read at once."""
+
+LONGEST_LINE = 1 << 22
+"""Bytes; a longer line is not one of a table of numbers."""
+
+MOST_COLUMNS = 100_000
+"""Of a line; what comes behind is not taken apart."""
+
+NOTHING = ("", "nan", "-nan", "+nan", "null", "none", "na", "n/a", "-nan(ind)", "nan(ind)", "inf", "+inf", "-inf")
+"""What a cell says that holds no number, in lower case."""
+
+_NULLS = sorted({form for word in NOTHING for form in (word, word.upper(), word.title(), "NaN", "-NaN")})
+_MOST_PADDED = 100_000
+
+
+class Lines:
+    """The lines of a text file, one after another, as text; knows where each begins.
+
+    Attributes:
+        file: the file's path, for errors. binary: its bytes, in an encoding in which ASCII is ASCII.
+        at: byte offset of the next line. number: of the line that was read last, from 1.
+    """
+
+    def __init__(self, file: Path, binary: IO[bytes], encoding: str) -> None:
+        self.file, self.binary, self._encoding = file, binary, encoding
+        self.number = 0
+        self.at = binary.tell()
+
+    def next(self) -> str | None:
+        """The next line without its end, None behind the last.
+
+        Raises:
+            ClearwayError: it is longer than a line of a table can be.
+        """
+        raw = self.binary.readline(LONGEST_LINE)
+        if not raw:
+            return None
+        if len(raw) == LONGEST_LINE:
+            raise ClearwayError(
+                f"line {self.number + 1} is longer than {LONGEST_LINE >> 20} MB; this is no table", file=self.file
+            )
+        self.number += 1
+        self.at += len(raw)
+        return self._decoded(raw).rstrip("\r\n")
+
+    def back_to(self, at: int, number: int) -> None:
+        """Read on from the byte `at`, behind line `number`."""
+        self.binary.seek(at)
+        self.at, self.number = at, number
+
+    def _decoded(self, raw: bytes) -> str:
+        try:
+            return raw.decode(self._encoding)
+        except UnicodeDecodeError:
+            return raw.decode("latin-1")  # never fails; what is cut off or mixed is in a name, not in a number
+
+
+@contextmanager
+def opened(file: Path) -> Iterator[Lines]:
+    """Open a text file of whatever encoding: UTF-8 with and without mark, UTF-16, else Windows' Western one.
+
+    Raises:
+        ClearwayError: it can't be read.
+    """
+    try:
+        with open(file, "rb") as raw:
+            head = raw.read(4096)
+            encoding = encoding_of(head)
+            if encoding.startswith("utf-16"):
+                with tempfile.TemporaryFile() as plain:  # on disk: the file may be large
+                    raw.seek(0)
+                    _transcode(raw, plain, encoding)
+                    plain.seek(0)
+                    yield Lines(file, plain, "utf-8")
+            else:
+                raw.seek(len(codecs.BOM_UTF8) if encoding == "utf-8-sig" else 0)
+                yield Lines(file, raw, "utf-8" if encoding == "utf-8-sig" else encoding)
+    except OSError as error:
+        raise ClearwayError(f"cannot be read: {error.strerror or error}", file=file) from error
+
+
+def encoding_of(head: bytes) -> str:
+    """The encoding of a text that begins with `head`: `utf-8`, `utf-8-sig`, `utf-16-le`, `utf-16-be` or `cp1252`."""
+    if head.startswith(codecs.BOM_UTF8):
+        return "utf-8-sig"
+    if head.startswith(codecs.BOM_UTF16_LE):
+        return "utf-16-le"
+    if head.startswith(codecs.BOM_UTF16_BE):
+        return "utf-16-be"
+    sample = head[:512]
+    if len(sample) > 3 and b"\0" in sample:  # UTF-16 without a mark: every other byte of plain letters is zero
+        low, high = sample[::2].count(0), sample[1::2].count(0)
+        return "utf-16-le" if high > low else "utf-16-be"
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(head)
+    except UnicodeDecodeError:
+        return "cp1252"
+    return "utf-8"
+
+
+def head_text(head: bytes) -> str:
+    """The beginning of a file as text, for a `sniff`; whatever bytes they are."""
+    return head.decode(encoding_of(head), errors="replace").lstrip("\ufeff")
+
+
+def cells(line: str, separator: str) -> list[str]:
+    """The cells of a line, without quotes and surrounding blanks."""
+    if '"' not in line or line.count(separator) > MOST_COLUMNS:
+        return [c.strip() for c in line.split(separator, MOST_COLUMNS)]
+    try:
+        return [c.strip() for c in next(csv.reader([line], delimiter=separator), [])]
+    except csv.Error:
+        return [c.strip().strip('"') for c in line.split(separator)]
+
+
+def number(text: str) -> float | None:
+    """The finite number that a cell of a header says, with either decimal mark; None if it says none."""
+    plain = text.strip().replace(",", ".")
+    if not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", plain):
+        return None
+    value = float(plain)
+    return value if np.isfinite(value) else None
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A block of numbers in a text file.
+
+    Attributes:
+        start: byte offset of its first line. line: that line's number, from 1. columns: of a whole line.
+        separator: between cells. point: how many cells make one thing: a line that lacks whole things at its end
+        lacks them as unseen. ends: whether an empty line ends it, and another block may follow.
+    """
+
+    start: int
+    line: int
+    columns: int
+    separator: str
+    point: int = 3
+    ends: bool = False
+
+
+def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArray]:
+    """The `wanted` columns of a block, some thousand rows at a time: (r, k), NaN where a cell is empty.
+
+    The block ends at the end of the file or at its first empty line, as it says. A last line without an end that lacks cells was cut off
+    and is left out. `lines` then stands behind the block.
+
+    Raises:
+        ClearwayError: a cell is no number, or a line has too many or too few; the message names the line.
+    """
+    lines.back_to(block.start, block.line - 1)
+    separator = block.separator.encode()
+    rest, done, padded, taken = b"", False, 0, 0
+    while not done:
+        piece = lines.binary.read(CHUNK)
+        data = rest + piece
+        ended = not piece
+        if not ended:
+            cut = data.rfind(b"\n") + 1
+            if not cut:
+                if len(data) > LONGEST_LINE:
+                    raise ClearwayError(f"line {lines.number + 1} has no end; this is no table", file=lines.file)
+                rest = data
+                continue
+            data, rest = data[:cut], data[cut:]
+        stop = _first_empty(data, separator) if block.ends else None
+        done = ended or stop is not None
+        data = _whole(data, block) if ended else data[:stop]
+        if not data:
+            continue
+        values, lacking = _numbers(data, block, wanted, lines)
+        padded, taken = padded + lacking, taken + len(values)
+        if padded > _MOST_PADDED and padded > taken:
+            raise ClearwayError(
+                f"most of the lines before line {lines.number} lack columns; each needs {block.columns}",
+                file=lines.file,
+            )
+        lines.at += len(data)
+        yield values
+    lines.back_to(lines.at, lines.number)
+
+
+def gather(chunks: Iterable[FloatArray], width: int) -> FloatArray:
+    """Rows that come in chunks (r, width) as one array (n, width), holding it only once."""
+    held: Any = np.empty((0, width))
+    n = 0
+    for chunk in chunks:
+        if n + len(chunk) > len(held):
+            held.resize((max(n + len(chunk), int(1.5 * len(held))), width), refcheck=False)
+        held[n : n + len(chunk)] = chunk
+        n += len(chunk)
+    held.resize((n, width), refcheck=False)
+    return np.asarray(held)
+
+
+def write_rows(out: IO[bytes], columns: Sequence[Any], separator: str) -> None:
+    """Append columns of numbers, all of one length; NaN becomes an empty cell. Lines end in CR LF, as Windows' do."""
+    n = len(columns[0])
+    step = max(1, 400_000 // max(1, len(columns)))
+    options = pc.WriteOptions(include_header=False, delimiter=separator, quoting_style="none")
+    for i in range(0, n, step):
+        names = [str(k) for k in range(len(columns))]
+        table = pa.table([pa.array(np.ascontiguousarray(c[i : i + step]), from_pandas=True) for c in columns], names)
+        text = pa.BufferOutputStream()
+        pc.write_csv(table, text, options)
+        out.write(text.getvalue().to_pybytes().replace(b"\n", b"\r\n"))
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[IO[bytes]]:
+    """A file to write bytes to.
+
+    Raises:
+        ClearwayError: it can't be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with open(path, "wb") as out:
+            yield out
+    except OSError as error:
+        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+
+
+def _transcode(raw: IO[bytes], plain: IO[bytes], encoding: str) -> None:
+    decoder = codecs.getincrementaldecoder(encoding)(errors="replace")
+    first = True
+    while piece := raw.read(CHUNK):
+        text = decoder.decode(piece)
+        plain.write((text.lstrip("\ufeff") if first else text).encode("utf-8", errors="replace"))
+        first = False
+
+
+def _first_empty(data: bytes, separator: bytes) -> int | None:
+    """Where the first line begins that holds nothing but separators and blanks."""
+    blank = re.search(rb"^[ \t" + separator + rb"]*\r?\n", data, re.M)
+    return None if blank is None else blank.start()
+
+
+def _whole(data: bytes, block: Block) -> bytes:
+    """The end of a file without a last line that is empty or was cut off."""
+    head, newline, last = data.rpartition(b"\n")
+    separator = block.separator.encode()
+    cut_off = last.count(separator) < block.columns - 1 or not last.strip(b" \t\r" + separator)
+    return head + newline if cut_off else data
+
+
+def _numbers(data: bytes, block: Block, wanted: Sequence[int], lines: Lines) -> tuple[FloatArray, int]:
+    """The wanted columns of whole lines, and how many lines had to be filled up."""
+    lacking = 0
+    values = _fast(data, block, wanted)
+    if values is None:
+        evened, lacking = _evened(data, block, lines)
+        values = _fast(evened, block, wanted)
+        if values is None:
+            values = _careful(evened, block, wanted, lines)
+    lines.number += len(values)
+    values[~np.isfinite(values)] = np.nan
+    return values, lacking
+
+
+def _fast(data: bytes, block: Block, wanted: Sequence[int]) -> FloatArray | None:
+    """As pyarrow reads it; None if it doesn't."""
+    comma = block.separator != "," and b"," in data
+    names = [str(i) for i in range(block.columns)]
+    try:
+        table = pc.read_csv(
+            pa.BufferReader(data),
+            read_options=pc.ReadOptions(column_names=names, block_size=1 << 20),
+            parse_options=pc.ParseOptions(delimiter=block.separator, ignore_empty_lines=True),
+            convert_options=pc.ConvertOptions(
+                column_types={names[i]: pa.float64() for i in wanted},
+                include_columns=[names[i] for i in dict.fromkeys(wanted)],
+                null_values=_NULLS,
+                decimal_point="," if comma else ".",
+            ),
+        )
+    except (pa.ArrowException, ValueError):
+        return None
+    found = {name: table.column(name).to_numpy() for name in table.column_names}
+    values = np.empty((table.num_rows, len(wanted)))
+    for k, i in enumerate(wanted):
+        values[:, k] = found[names[i]]
+    return values
+
+
+def _evened(data: bytes, block: Block, lines: Lines) -> tuple[bytes, int]:
+    """Every line brought to the block's number of columns, where that loses nothing and invents nothing."""
+    separator = block.separator.encode()
+    even = []
+    lacking = 0
+    for i, raw in enumerate(data.split(b"\n")):
+        line = raw.rstrip(b"\r")
+        if not line.strip(b" "):
+            continue
+        quoted = b'"' in line
+        count = (
+            len(cells(line.decode("latin-1"), block.separator)) if quoted else line.count(separator) + 1
+        ) - block.columns
+        while count > 0 and line.endswith(separator):
+            line = line[: -len(separator)]
+            count -= 1
+        if count > 0 or (count < 0 and count % block.point):
+            raise ClearwayError(
+                f"line {lines.number + 1 + i} has {block.columns + count} columns; the header has {block.columns}",
+                file=lines.file,
+            )
+        lacking += count < 0
+        even.append(line + separator * -count)
+    return b"\n".join(even) + b"\n", lacking
+
+
+def _careful(data: bytes, block: Block, wanted: Sequence[int], lines: Lines) -> FloatArray:
+    """Cell by cell, for what pyarrow refuses."""
+    comma = block.separator != "," and b"," in data
+    values = []
+    for i, raw in enumerate(data.decode("latin-1").rstrip("\n").split("\n")):
+        row = cells(raw, block.separator)
+        line = lines.number + 1 + i
+        if len(row) != block.columns:
+            raise ClearwayError(f"line {line} has {len(row)} columns; the header has {block.columns}", file=lines.file)
+        values.append([_cell(row[k], comma, line, k, lines.file) for k in wanted])
+    return np.array(values, dtype=np.float64).reshape(len(values), len(wanted))
+
+
+def _cell(text: str, comma: bool, line: int, column: int, file: Path) -> float:
+    if text.lower() in NOTHING:
+        return np.nan
+    value = None if ("." if comma else ",") in text else number(text)  # 1.234 beside decimal commas: a thousand?
+    if value is None:
+        raise ClearwayError(f"line {line}, column {column + 1}: {text[:40]!r} is no number", file=file)
+    return value

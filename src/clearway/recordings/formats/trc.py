@@ -1,0 +1,185 @@
+"""TRC, "track row column": the text format of Motion Analysis and OpenSim, which several systems export.
+
+    PathFileType  4  (X/Y/Z)  walk.trc
+    DataRate  CameraRate  NumFrames  NumMarkers  Units  OrigDataRate  OrigDataStartFrame  OrigNumFrames
+    100       100         251        2           mm     100           1                   251
+    Frame#    Time        R.Heel     (2 empty)   L.Heel
+              (2 empty)   X1  Y1  Z1             X2  Y2  Z2
+
+separated by tabs (or commas); an empty line may follow. Time is the file's own. Empty cells are markers that weren't seen.
+
+No field says which axis is up: capture systems mostly write z, OpenSim wants y. `trc` takes z, says so in its notes, and
+refuses a file whose markers then climb rather than drive; `trc-y-up` takes y.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats.capture import Layout, frames_of, look_layouts, read_layouts, to_file
+from clearway.recordings.formats.capture_fields import rate_of, unique, unit
+from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, opened, write_rows, writing
+from clearway.recordings.recording import Contents, Recording, Want
+
+
+def sniff(path: Path, head: bytes) -> bool:
+    """Whether it begins as a TRC does."""
+    return re.match(r"\s*\"?PathFileType\b", head_text(head[:512])) is not None
+
+
+def read(path: Path, want: Want) -> Recording:
+    """Markers, z up.
+
+    Raises:
+        ClearwayError: it is no such file, doesn't say its unit, lacks a wanted name, another axis seems to be up, or a
+            line is wrong.
+    """
+    return _read(path, want, "z")
+
+
+def read_y_up(path: Path, want: Want) -> Recording:
+    """Markers of a file whose y is up, turned so that z is.
+
+    Raises:
+        ClearwayError: as for `read`.
+    """
+    return _read(path, want, "y")
+
+
+def look(path: Path) -> Contents:
+    """What it holds.
+
+    Raises:
+        ClearwayError: as for `read`.
+    """
+    with opened(path) as lines:
+        return look_layouts(lines, [_layout(lines, "z")], "trc")
+
+
+def look_y_up(path: Path) -> Contents:
+    """What it holds.
+
+    Raises:
+        ClearwayError: as for `read`.
+    """
+    with opened(path) as lines:
+        return look_layouts(lines, [_layout(lines, "y")], "trc-y-up")
+
+
+def write(path: Path, recording: Recording) -> None:
+    """The markers in mm, z up.
+
+    Raises:
+        ClearwayError: there are no markers, they aren't sampled evenly, or the file can't be written.
+    """
+    _write(path, recording, "z")
+
+
+def write_y_up(path: Path, recording: Recording) -> None:
+    """The markers in mm, y up, as OpenSim wants them.
+
+    Raises:
+        ClearwayError: as for `write`.
+    """
+    _write(path, recording, "y")
+
+
+def _read(path: Path, want: Want, up: str) -> Recording:
+    with opened(path) as lines:
+        return read_layouts(lines, [_layout(lines, up)], "trc" if up == "z" else "trc-y-up", want)
+
+
+def _write(path: Path, recording: Recording, up: str) -> None:
+    points = recording.points
+    if points is None or not points.names:
+        raise ClearwayError("the recording has no markers; a TRC is nothing else", file=path)
+    frames, rate = frames_of(points.t, file=path)
+    n, m = len(points.t), len(points.names)
+    with writing(path) as out:
+        keys = "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames"
+        names = "".join(re.sub(r"[\t\r\n\"]+", "_", name) + "\t\t\t" for name in points.names)
+        axes = "".join(f"X{i}\tY{i}\tZ{i}\t" for i in range(1, m + 1))
+        head = (
+            f"PathFileType\t4\t(X/Y/Z)\t{path.name}",
+            keys,
+            f"{rate:g}\t{rate:g}\t{n}\t{m}\tmm\t{rate:g}\t1\t{n}",
+            f"Frame#\tTime\t{names.rstrip(chr(9))}",
+            f"\t\t{axes.rstrip(chr(9))}",
+            "",
+        )
+        out.write(("\r\n".join(head) + "\r\n").encode())
+        time = np.round(points.t, 9)
+        write_rows(out, [frames.astype(np.int64), time, *to_file(points, up, 0.001, 6)], "\t")
+
+
+def _layout(lines: Lines, up: str) -> Layout:
+    file = lines.file
+    if not sniff(file, (lines.next() or "").encode()):
+        raise ClearwayError("doesn't begin with 'PathFileType', as a TRC does", file=file)
+    keys_line, values_line = lines.next() or "", lines.next() or ""
+    names_line, axes_line = lines.next() or "", lines.next() or ""
+    separator = "\t" if "\t" in names_line else "," if "," in names_line else ";"
+    said = dict(zip(cells(keys_line, separator), cells(values_line, separator), strict=False))
+    names, axes = cells(names_line, separator), cells(axes_line, separator)
+    if [n.lower() for n in names[:2]] != ["frame#", "time"]:
+        raise ClearwayError(f"line {lines.number - 1}: the columns should be Frame#, Time and markers", file=file)
+    rate_text = said.get("DataRate", "")
+    rate = rate_of(rate_text, file=file, field="DataRate", value=number(rate_text))
+    starts = [i for i in range(2, len(axes) - 2) if re.fullmatch(r"[Xx]\d*", axes[i])]
+    called = [n for n in names[2:] if n]
+    if not starts or len(starts) > len(called):
+        raise ClearwayError(f"there are {len(called)} marker names, but X, Y and Z of {len(starts)}", file=file)
+    unique_names, notes = unique(called[: len(starts)])
+    points = tuple((name, (i, i + 1, i + 2)) for name, i in zip(unique_names, starts, strict=True))
+    markers, frames = number(said.get("NumMarkers", "")), number(said.get("NumFrames", ""))
+    if markers is not None and markers != len(points):
+        notes = (*notes, f"the header announces {markers:.0f} markers, there are columns of {len(points)}")
+    scale = unit(said.get("Units", ""), file=file, field="Units")
+    at, line = _first_row(lines)
+    block = Block(at, line, starts[-1] + 3, separator)
+    turned = "y taken as up and turned to z" if up == "y" else "z taken as up: TRC has no field that says so"
+    return Layout(
+        block,
+        (0, 1),
+        _time,
+        points,
+        raster=(0, rate),
+        scale=scale,
+        up=up,
+        promised=frames,
+        notes=(turned, *notes),
+    )
+
+
+def _time(lead: FloatArray) -> FloatArray:
+    return lead[:, 1]
+
+
+def _first_row(lines: Lines) -> tuple[int, int]:
+    """Where the numbers begin: the header may end in an empty line."""
+    at, before = lines.at, lines.number
+    line = lines.next()
+    return (lines.at, lines.number + 1) if line is not None and not line.strip(" \t,;") else (at, before + 1)
+
+
+TRC = Format("trc", "TRC (Motion Analysis, OpenSim), z up", (".trc",), sniff, read, look, write)
+FORMATS = (
+    TRC,
+    replace(
+        TRC,
+        name="trc-y-up",
+        title="TRC, y up",
+        suffixes=(),
+        sniff=lambda path, head: False,
+        read=read_y_up,
+        look=look_y_up,
+        write=write_y_up,
+    ),
+)
