@@ -2,11 +2,30 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
+from clearway.recordings import rigid
 from clearway.recordings.motion import Motion
+
+SHORTEST = 0.5
+"""m; a shorter drive tells too little of the heading."""
+
+STRAIGHT = (0.02, 0.01, math.radians(3))
+"""m, share of the length, rad: a drive is straight if it leaves its line by less than the larger of the first two (rms)
+and the body doesn't turn by more than the last."""
+
+TURN = math.radians(90)
+"""rad; a turn in place that is smaller leaves the centre too unsure."""
+
+AT_REST = (0.005, math.radians(0.5))
+"""m, rad: a static pose varies by less (standard deviation)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -26,16 +45,56 @@ class Base:
 
 
 def from_offset(offset: Sequence[float], sigma: tuple[float, float] = (0.0, 0.0)) -> Base:
-    """The base whose pose (x [m], y [m], theta [rad]) in the frame of the body was given."""
-    raise NotImplementedError
+    """The base whose pose (x [m], y [m], theta [rad]) in the frame of the body was given; `sigma`: how surely."""
+    x, y, theta = offset
+    return Base(_about_z(theta), np.array((x, y, 0.0)), sigma, None, "base_link by the offset that was given")
 
 
 def from_coordinates(
-    coordinates: FloatArray, names: Sequence[str], model: FloatArray | None = None, *, field: str | None = None
+    coordinates: FloatArray,
+    names: Sequence[str],
+    model: FloatArray | None = None,
+    *,
+    limit: float = 0.02,
+    file: object = None,
+    field: str | None = None,
 ) -> Base:
-    """The base from its markers' coordinates (m, 3) in base_link; `model` (m, 3): the same markers as the capture has
-    them (`markers.learnt`), None: the coordinates themselves are the model, so that it needs no transform."""
-    raise NotImplementedError
+    """The base from its markers' coordinates in base_link.
+
+    Args:
+        coordinates: (m, 3) m. model: (m, 3) the same markers as the capture has them (`markers.learnt`); None: the
+        coordinates themselves are the model that is fitted, which needs no transform. limit: largest rms residual, m.
+
+    Raises:
+        ClearwayError: fewer than three, on a line, or they don't fit the capture's.
+    """
+    coordinates = np.asarray(coordinates, dtype=np.float64)
+    if model is None:
+        return Base(np.eye(3), np.zeros(3), (0.0, 0.0), None, "base_link by the coordinates of its markers")
+    done = rigid.fit(model[None], coordinates)
+    if not np.isfinite(done.residual[0]):
+        raise ClearwayError(
+            f"coordinates of {len(names)} markers that lie within {rigid.SPREAD * 1e3:.0f} mm of a line tie nothing;"
+            " at least three are needed, one of them well beside the line through the others",
+            file=file,
+            field=field,
+        )
+    residual = float(done.residual[0])
+    if residual > limit:
+        off = np.linalg.norm(model - coordinates @ done.rotation[0].T - done.translation[0], axis=1)
+        worst = int(np.nanargmax(off))
+        raise ClearwayError(
+            f"the coordinates don't fit the markers as they were seen: they are {residual * 1e3:.0f} mm off (rms), most of"
+            f" all {names[worst]!r} with {off[worst] * 1e3:.0f} mm; at most {limit * 1e3:.0f} mm would be right",
+            file=file,
+            field=field,
+        )
+    m = int(done.used[0].sum())
+    variance = residual**2 * m / max(3 * m - 6, 1)
+    gain = rigid.variance_at(coordinates, done.used, np.zeros(3))[0]
+    position, heading = np.sqrt(variance * gain)
+    note = f"base_link by the coordinates of {m} markers, which fit to {residual * 1e3:.1f} mm rms"
+    return Base(done.rotation[0], done.translation[0], (float(position), float(heading)), residual, note)
 
 
 def from_static_and_straight(
@@ -45,11 +104,179 @@ def from_static_and_straight(
     *,
     turn: Motion | None = None,
     placed: tuple[float, float] = (0.0, 0.0),
+    file: object = None,
     field: str | None = None,
 ) -> Base:
-    """The base from the body at rest on a known pose (3,) of base_link in `static`'s frame and a straight drive forward.
+    """The base from a straight drive forward (its heading) and a static pose or a turn in place (its position).
 
-    All motions are of the body itself (made with base=None, same model). `turn`: a turn in place, instead of `static`
-    or beside it. `placed`: standard uncertainty [m, rad] with which the robot was placed on `pose`.
+    Args:
+        static: the body at rest on `pose` (3,), base_link's pose in the frame that `static` is given in. straight: a
+        straight drive forward, at least 0.5 m, in any frame. turn: a turn in place of at least 90 degrees, whose
+        centre is base_link's origin (a differential drive); goes before `static` for the position. placed: standard
+        uncertainty [m, rad] with which the robot was placed. All motions are of the body itself (made with base=None,
+        of one model or rigid body), z up.
+
+    Raises:
+        ClearwayError: neither static pose nor turn, not at rest, too short, not straight, in reverse, no heading.
     """
-    raise NotImplementedError
+    direction, wobble, deviation, length = _direction(straight, file, field)
+    if static is not None and pose is not None:
+        mean, scatter = _resting(static, file, field)
+        heading = wrap(float(pose[2]) - float(mean[2]))
+        differ = wrap(direction - heading)
+        if abs(differ) > math.pi / 2:
+            raise ClearwayError(
+                f"the straight drive leads {math.degrees(abs(differ)):.0f} degrees off where the robot looked on the static"
+                " pose: it was driven in reverse, or the static pose's heading is wrong; drive it forward",
+                file=file,
+                field=field,
+            )
+    if turn is not None:
+        point, residual, unsure = _centre(turn, file, field)
+        how = f"the centre of a turn in place ({residual * 1e3:.1f} mm rms)"
+    elif static is not None and pose is not None:
+        arm = np.asarray(pose[:2]) - mean[:2]
+        c, s = math.cos(mean[2]), math.sin(mean[2])
+        point = np.array((c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]))
+        residual, unsure = deviation, math.hypot(scatter, placed[0])
+        how = "a static pose"
+        if abs(differ) > math.radians(1):
+            how += (
+                f" (whose heading differs from the drive's by {math.degrees(differ):.1f} degrees: the drive's counts)"
+            )
+    else:
+        raise ClearwayError(
+            "a straight drive gives the heading alone; a static pose (with its known pose) or a turn in place is needed"
+            " for the position of base_link",
+            file=file,
+            field=field,
+        )
+    note = f"base_link by {how} and a straight drive of {length:.2f} m ({deviation * 1e3:.1f} mm rms off its line)"
+    return Base(_about_z(direction), np.array((*point, 0.0)), (unsure, wobble), max(residual, deviation), note)
+
+
+def from_static(
+    static: Motion,
+    pose: FloatArray,
+    *,
+    placed: tuple[float, float] = (0.0, 0.0),
+    file: object = None,
+    field: str | None = None,
+) -> Base:
+    """The base from a static pose alone: as good as the robot was placed, in heading too (obstacles, as a rule)."""
+    mean, scatter = _resting(static, file, field)
+    c, s = math.cos(mean[2]), math.sin(mean[2])
+    arm = np.asarray(pose[:2]) - mean[:2]
+    point = np.array((c * arm[0] + s * arm[1], c * arm[1] - s * arm[0], 0.0))
+    sigma = (math.hypot(scatter, placed[0]), placed[1])
+    return Base(_about_z(float(pose[2] - mean[2])), point, sigma, None, "base_link by a static pose alone")
+
+
+def _about_z(theta: float) -> FloatArray:
+    c, s = math.cos(theta), math.sin(theta)
+    return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+
+
+def _known(motion: Motion, what: str, file: object, field: str | None) -> FloatArray:
+    pose = motion.pose[np.isfinite(motion.pose).all(axis=1)]
+    if len(pose) < 2:
+        raise ClearwayError(
+            f"the body is not seen with its heading in the {what}; another stretch is needed", file=file, field=field
+        )
+    return pose
+
+
+def _resting(static: Motion, file: object, field: str | None) -> tuple[FloatArray, float]:
+    """Mean pose (3,) over the stretch, and the standard uncertainty of its position, m."""
+    pose = _known(static, "static pose", file, field)
+    mean, vary = pose.mean(axis=0), pose.std(axis=0)
+    off = float(math.hypot(vary[0], vary[1])), float(vary[2])
+    if off[0] > AT_REST[0] or off[1] > AT_REST[1]:
+        raise ClearwayError(
+            f"the body is not at rest in the static pose: it varies by {off[0] * 1e3:.1f} mm and"
+            f" {math.degrees(off[1]):.2f} degrees; at most {AT_REST[0] * 1e3:.0f} mm and"
+            f" {math.degrees(AT_REST[1]):.1f} degrees would be right; give a span in which it stands",
+            file=file,
+            field=field,
+        )
+    own = 0.0 if static.sigma is None else float(np.nanmedian(static.sigma[:, 0]))
+    return mean, math.hypot(off[0] / math.sqrt(2), own)
+
+
+def _direction(straight: Motion, file: object, field: str | None) -> tuple[float, float, float, float]:
+    """Direction of travel in the body's frame [rad], its standard uncertainty [rad], rms distance from the line [m],
+    length [m]."""
+    pose = _known(straight, "straight drive", file, field)
+    steps = np.hypot(*np.diff(pose[:, :2], axis=0).T)
+    length = float(math.hypot(*(pose[-1, :2] - pose[0, :2])))
+    if length < SHORTEST:
+        raise ClearwayError(
+            f"the straight drive is {length:.2f} m long; at least {SHORTEST} m is needed", file=file, field=field
+        )
+    moving = np.concatenate((steps, steps[-1:])) > 0.05 * np.quantile(steps, 0.9)
+    drive = pose[moving]
+    centred = drive[:, :2] - drive[:, :2].mean(axis=0)
+    line = np.linalg.svd(centred, full_matrices=False)[2][0]
+    line = line * np.sign(line @ (pose[-1, :2] - pose[0, :2]))
+    along, across = centred @ line, centred @ np.array((-line[1], line[0]))
+    deviation = float(np.sqrt((across**2).mean()))
+    turned = float(np.ptp(drive[:, 2]))
+    back = float(np.maximum(np.maximum.accumulate(along) - along, 0.0).max())
+    problem = ""
+    if deviation > max(STRAIGHT[0], STRAIGHT[1] * length):
+        problem = f"it leaves its line by {deviation * 1e3:.0f} mm (rms)"
+    elif turned > 2 * STRAIGHT[2]:
+        problem = f"the body turns by {math.degrees(turned):.1f} degrees on it"
+    elif back > 0.05:
+        problem = f"it comes back by {back:.2f} m: forth and in reverse"
+    if problem:
+        raise ClearwayError(
+            f"the straight drive is not straight: {problem}; give a span of one straight drive forward",
+            file=file,
+            field=field,
+        )
+    direction = wrap(math.atan2(line[1], line[0]) - float(drive[:, 2].mean()))
+    # what makes a robot wander lasts for decimetres, not for samples: so many independent looks at the line there are
+    looks = max(2.0, length / 0.25)
+    noise = math.hypot(deviation, float(np.std(drive[:, 2])) * 0.25)
+    return direction, noise * math.sqrt(12 / looks) / length, deviation, length
+
+
+def _centre(turn: Motion, file: object, field: str | None) -> tuple[FloatArray, float, float]:
+    """Centre of rotation in the body's frame (2,) [m], rms residual [m], standard uncertainty of one coordinate [m].
+
+    m_k + R(theta_k) p = c for all k is linear in p and c.
+    """
+    pose = _known(turn, "turn in place", file, field)
+    turned = float(np.ptp(pose[:, 2]))
+    if turned < TURN:
+        raise ClearwayError(
+            f"the turn in place covers {math.degrees(turned):.0f} degrees; at least {math.degrees(TURN):.0f} are needed",
+            file=file,
+            field=field,
+        )
+    # evenly over the angle: a robot that lingers at the ends would else count more there
+    pose = pose[
+        np.unique(
+            np.searchsorted(np.maximum.accumulate(abs(pose[:, 2] - pose[0, 2])), np.linspace(0, turned, 360)).clip(
+                0, len(pose) - 1
+            )
+        )
+    ]
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    one, zero = np.ones(len(pose)), np.zeros(len(pose))
+    rows = np.concatenate((np.stack((c, -s, -one, zero), axis=1), np.stack((s, c, zero, -one), axis=1)))
+    right = -np.concatenate((pose[:, 0], pose[:, 1]))
+    found = np.linalg.lstsq(rows, right, rcond=None)[0]
+    left = right - rows @ found
+    residual = float(np.sqrt((left**2).sum() / len(pose)))
+    if residual > AT_REST[0] * 2:
+        raise ClearwayError(
+            f"the turn in place moves its centre by {residual * 1e3:.0f} mm (rms); at most {AT_REST[0] * 2e3:.0f} mm"
+            " would be right: the robot has to turn on the spot",
+            file=file,
+            field=field,
+        )
+    looks = max(2.0, turned / math.radians(15))  # as with the line: what moves the centre lasts
+    covariance = np.linalg.inv(rows.T @ rows) * len(pose) / looks
+    return found[:2], residual, float(residual / math.sqrt(2) * math.sqrt((covariance[0, 0] + covariance[1, 1]) / 2))
