@@ -276,7 +276,10 @@ def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:
     said = (given or (screen[0] if screen else "")).upper()
     axis = said if given and said.startswith("-") else "+" + said.lstrip("+-")
     if axis not in UP:
-        return np.eye(3), "it doesn't say which axis is up (POINT:Y_SCREEN), z was taken; if it is y, write up = 'y' into FILE.c3d.toml beside it"
+        return (
+            np.eye(3),
+            "it doesn't say which axis is up (POINT:Y_SCREEN), z was taken; if it is y, write up = 'y' into FILE.c3d.toml beside it",
+        )
     notes = []
     if said.startswith("-") and not given:
         notes.append(f"POINT:Y_SCREEN says {said}; {axis} was taken as up, as Qualisys means by it")

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import codecs
 import io
+import itertools
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, Literal, TextIO, TypeAlias
 
 import numpy as np
 import pyarrow as pa
@@ -28,6 +29,8 @@ PIECE = 1 << 20
 
 MISSING = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", "None", "-")
 
+Header: TypeAlias = Literal["line", "comment", "none"]
+
 _BLANKS = re.compile(r"[ \t]+")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
 
@@ -38,15 +41,15 @@ class Dialect:
 
     Attributes:
         separator: one character; " " means runs of blanks and tabs. decimal: "." or ",". encoding: of Python.
-        skip: lines before the header. header: whether the first line names the columns; else they are named "1", "2",
-        ... comment: lines that begin with it are none; empty: there are no comments. missing: words for no value.
+        skip: lines before the header. header: what names the columns: the first "line", the last "comment" before the
+        data, or "none": then they are "1", "2", ... comment: lines that begin with it are none; empty: there are no comments. missing: words for no value.
     """
 
     separator: str = ","
     decimal: str = "."
     encoding: str = "utf-8"
     skip: int = 0
-    header: bool = True
+    header: Header = "line"
     comment: str = "#"
     missing: tuple[str, ...] = MISSING
 
@@ -97,14 +100,20 @@ def dialect_of(lines: Sequence[str], encoding: str = "utf-8") -> Dialect | None:
     Of the separators that split every line into the same number of columns, at least two, the one is taken that
     gives the most columns of numbers; `;` and tabs leave the comma to be a decimal one.
     """
-    body = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    marked = [line.lstrip().startswith("#") for line in lines]
+    body = [line for line, comment in zip(lines, marked, strict=True) if line.strip() and not comment]
+    first = marked.index(False) if False in marked else 0
     best: tuple[tuple[float, int], Dialect] | None = None
     for separator, decimal in ((";", ","), (";", "."), ("\t", ","), ("\t", "."), (",", "."), (" ", ","), (" ", ".")):
         rows = [split(line, separator) for line in body]
         if len(rows) < 2 or len(rows[0]) < 2 or any(len(r) != len(rows[0]) for r in rows):
             continue
-        header = not any(is_number(w, decimal) for w in rows[0])
-        words = [w for row in rows[header:] for w in row]
+        header: Header = "none" if any(is_number(w, decimal) for w in rows[0]) else "line"
+        if header == "none" and first:
+            names = split(lines[first - 1].lstrip().lstrip("#"), separator)
+            if len(names) == len(rows[0]) and len(set(names)) == len(names) and not any(map(is_number, names)):
+                header = "comment"
+        words = [w for row in rows[header == "line" :] for w in row]
         numbers = sum(is_number(w, decimal) or w in MISSING for w in words) / len(words)
         if numbers == 0 or (decimal == "," and not any("," in w for w in words)):
             continue
@@ -129,7 +138,7 @@ def header_of(path: Path, dialect: Dialect) -> tuple[str, ...]:
     if line is None:
         raise ClearwayError("holds no line of a table", file=path)
     words = split(line, dialect.separator)
-    return tuple(words) if dialect.header else tuple(str(i + 1) for i in range(len(words)))
+    return tuple(str(i + 1) for i in range(len(words))) if dialect.header == "none" else tuple(words)
 
 
 def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
@@ -194,6 +203,7 @@ class _opened(io.RawIOBase):
         self.path, self.dialect = path, dialect
         self.problem: ClearwayError | None = None
         self.first: str | None = None
+        self._comment: str | None = None
         self._ready = b""
 
     def __enter__(self) -> _opened:
@@ -211,7 +221,9 @@ class _opened(io.RawIOBase):
         while not lines and not self._ended:
             lines = self._lines()
         self.first = lines[0] if lines else None
-        self._give(lines[1:] if self.dialect.header else lines)
+        if self.dialect.header == "comment":
+            self.first = self._comment
+        self._give(lines[1:] if self.dialect.header == "line" else lines)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -257,7 +269,12 @@ class _opened(io.RawIOBase):
         lines = [line for line in lines if line and not line.isspace()]
         if self.dialect.separator == " ":
             lines = [line.strip() for line in lines]
-        return [line for line in lines if not line.startswith(comment)] if comment else lines
+        if not comment:
+            return lines
+        if self._comment is None:
+            before = list(itertools.takewhile(lambda line: line.lstrip().startswith(comment), lines))
+            self._comment = before[-1].lstrip()[len(comment) :].lstrip(comment) if before else None
+        return [line for line in lines if not line.lstrip().startswith(comment)]
 
     def _refuse(self, problem: str) -> ClearwayError:
         self.problem = ClearwayError(problem, file=self.path)

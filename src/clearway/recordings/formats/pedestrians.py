@@ -2,7 +2,8 @@
 
 Understood are: four columns `frame id x y`; the ETH set's own `obsmat.txt` of eight, `frame id x z y vx vz vy`
 (Pellegrini et al. 2009; the ground is x, y and z points up); and any text table with a line of names, also as a
-comment, in which a frame or a time, an id, x and y are found, such as the Jülich archive's `#ID FR X Y Z`.
+comment, in which a frame or a time, an id, x and y are found, such as the Jülich archive's `#ID FR X Y Z`; that order without names is
+told from the other by people's paths, which don't leap.
 
 Nobody's heading is measured in such a set. Frame numbers become seconds by a stated rate: of a TOML beside the file
 (`rate = 25`, frame numbers a second), or of a comment in it (`framerate: 16`). Else the sets' convention is taken,
@@ -13,7 +14,7 @@ does, the file is refused until the rate is given.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -42,8 +43,11 @@ STEP = 0.4
 """s between two annotations of the ETH and UCY sets (2.5 Hz: every 10th frame at 25 frames a second; ETH's own files
 every 6th at 15)."""
 
-PACE = (0.2, 4.0)
-"""m/s; three quarters of all steps have to be slower than some speed within it, else the rate can't be right."""
+SLOWEST, FASTEST = 0.2, 4.0
+"""m/s; the upper quartile of people's speeds has to be within, else a rate or a unit that nobody stated can't be right."""
+
+BRISK = 2.2
+"""m/s; an upper quartile beyond it is worth a word."""
 
 EPOCH = 1e8
 """s; a time beyond it (1973) is taken for UNIX time."""
@@ -88,13 +92,15 @@ class Hints(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """Which column is what. clock: `frame` or `time`. rate: that a comment states. units: that a name states."""
+    """Which column is what. clock: `frame` or `time`. rate: that a comment states. units: that a name states.
+    swapped: whether it was found by people's paths that the id stands first."""
 
     dialect: Dialect
     clock: str
     columns: tuple[str, str, str, str]
     rate: float | None = None
     units: str | None = None
+    swapped: bool = False
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -103,24 +109,18 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def _layout(head: bytes) -> _Layout | None:
-    lines = first_lines(head, 200)
-    comments = [line.lstrip()[1:] for line in lines if line.lstrip().startswith("#")]
+    lines = first_lines(head, 400)
     dialect = dialect_of(lines, encoding_of(head))
     if dialect is None:
         return None
+    comments = [line.lstrip() for line in lines if line.lstrip().startswith("#")]
+    stated = (re.search(r"frame ?_?rate\D{0,12}?(\d+\.?\d*|\.\d+)", c, re.IGNORECASE) for c in comments)
+    rate = next((float(m[1]) for m in stated if m), None) or None
     body = [split(x, dialect.separator) for x in lines if x.strip() and not x.lstrip().startswith("#")]
-    rate = next(
-        (float(m[1]) for c in comments if (m := re.search(r"fr?a?m?e?[ _]?rate\D{0,12}?([\d.]*\d)", c, re.I))), None
-    )
-    if dialect.header:
-        return _by_names(body[0], body[0], dialect, rate)
-    many = len(body[0])
-    for comment in comments:
-        words = split(comment.strip(), dialect.separator)
-        if len(words) != many:
-            words = comment.split()
-        if len(words) == many and (found := _by_names(words, [str(i + 1) for i in range(many)], dialect, rate)):
-            return found
+    if dialect.header == "line":
+        return _by_names(body[0], dialect, rate)
+    if dialect.header == "comment":
+        return _by_names(split(comments[-1].lstrip("# "), dialect.separator), dialect, rate)
     try:
         values = np.array([[float(w.replace(dialect.decimal, ".")) for w in row] for row in body])
     except ValueError:
@@ -128,8 +128,8 @@ def _layout(head: bytes) -> _Layout | None:
     return _by_numbers(values, dialect, rate)
 
 
-def _by_names(words: list[str], columns: list[str], dialect: Dialect, rate: float | None) -> _Layout | None:
-    """The layout of a file whose columns are named `words`, and asked for as `columns`."""
+def _by_names(words: list[str], dialect: Dialect, rate: float | None) -> _Layout | None:
+    """The layout of a file whose columns are named `words`."""
     plain, units = [], []
     for word in words:
         unit = re.search(r"(?:[\[(/_ ])(mm|cm|m)[\])]?$", word.strip(), re.I)
@@ -142,23 +142,34 @@ def _by_names(words: list[str], columns: list[str], dialect: Dialect, rate: floa
     at = [found[role] for role in (clock, "id", "x", "y")]
     if any(i is None for i in at):
         return None
-    a, b, c, d = (columns[i] for i in at if i is not None)
+    a, b, c, d = (words[i] for i in at if i is not None)
     return _Layout(dialect, clock, (a, b, c, d), rate, units[at[2]] if at[2] is not None else None)
 
 
 def _by_numbers(values: FloatArray, dialect: Dialect, rate: float | None) -> _Layout | None:
     """The layout of a file without names, from its first rows."""
-    if not np.isfinite(values).all() or values.shape[1] not in (4, 8) or len(values) < 2:
+    if not np.isfinite(values).all() or values.shape[1] not in (4, 5, 8) or len(values) < 2:
         return None
     whole = (values[:, :2] == np.rint(values[:, :2])).all() and (values[:, :2] >= 0).all()
     # A person is annotated once a frame; a path of x, y that is all whole numbers is in pixels, or no path at all.
     once = len(np.unique(values[:, :2], axis=0)) == len(values)
     if not whole or not once or (values[:, 2:4] == np.rint(values[:, 2:4])).all():
         return None
-    if values.shape[1] == 4:
-        return _Layout(dialect, "frame", ("1", "2", "3", "4"), rate)
-    flat = np.ptp(values[:, 3]) < 1e-3 and np.ptp(values[:, 6]) < 1e-3
-    return _Layout(dialect, "frame", ("1", "2", "3", "5"), rate) if flat else None
+    if values.shape[1] == 8:
+        flat = np.ptp(values[:, 3]) < 1e-3 and np.ptp(values[:, 6]) < 1e-3
+        return _Layout(dialect, "frame", ("1", "2", "3", "5"), rate) if flat else None
+    swapped = _leap(values, 0) < 0.2 * _leap(values, 1)
+    if values.shape[1] == 5 and not swapped:
+        return None
+    return _Layout(dialect, "frame", ("2", "1", "3", "4") if swapped else ("1", "2", "3", "4"), rate, swapped=swapped)
+
+
+def _leap(values: FloatArray, column: int) -> float:
+    """How far, on the median, one is from line to line, were the ids in this column; people don't leap."""
+    rows = values[np.lexsort((values[:, 1 - column], values[:, column]))]
+    same = np.diff(rows[:, column]) == 0
+    steps = np.hypot(*np.diff(rows[:, 2:4], axis=0)[same].T)
+    return float(np.median(steps)) if len(steps) else float(np.hypot(*np.ptp(values[:, 2:4], axis=0)))
 
 
 def read(path: Path, want: Want) -> Recording:
@@ -201,44 +212,64 @@ def read(path: Path, want: Want) -> Recording:
     notes: list[str] = []
     if not hints.units and not layout.units:
         notes.append("x and y were taken as metres; nothing says so")
+    if layout.swapped:
+        notes.append("its first column was taken for the id, its second for the frame: else people would leap")
     epoch: float | None = None
     if layout.clock == "frame":
-        interval, note = _interval(rows, number, replace(layout, rate=hints.rate or layout.rate), path)
+        interval, note = _interval(rows, number, hints.rate or layout.rate, path)
         rows[:, 0] *= interval
-        notes += note
+        notes.append(note)
     elif abs(first := float(rows[:, 0].min())) > EPOCH:
         rows[:, 0] -= (epoch := first)
+    timed = layout.clock == "time" or bool(hints.rate or layout.rate)
+    if not (timed and (hints.units or layout.units)):
+        notes.append(_pace(rows, number, path, slowest=0.0 if timed else SLOWEST))
     return _tracks(path, want, hints.frame, rows, number, names.tolist(), epoch, notes)
 
 
-def _interval(rows: FloatArray, number: Any, layout: _Layout, path: Path) -> tuple[float, list[str]]:
+def _interval(rows: FloatArray, number: Any, rate: float | None, path: Path) -> tuple[float, str]:
     """Seconds from one frame number to the next, and what is to be said of it. rows: (n, 3) frame, x, y by person."""
-    if layout.rate:
-        return 1 / layout.rate, [f"{layout.rate:g} frame numbers a second, as stated"]
-    same = np.diff(number) == 0
-    steps = np.diff(rows[:, 0])[same]
+    if rate:
+        return 1 / rate, f"{rate:g} frame numbers a second, as stated"
+    steps = np.diff(rows[:, 0])[np.diff(number) == 0]
     steps = steps[steps > 0]
-    ask = f"write rate = 25 (or what is true: frame numbers a second) into {beside.beside(path).name} beside it"
     if not len(steps):
-        raise ClearwayError(f"nobody is in two frames: how long a frame takes can't be told; {ask}", file=path)
+        raise ClearwayError(f"nobody is in two frames: how long one takes can't be told; {_ask(path)}", file=path)
     step = float(np.median(steps))
-    seconds = STEP / step
-    walked = np.hypot(*np.diff(rows[:, 1:], axis=0)[same].T)
+    return STEP / step, (
+        f"no frame rate is stated: took the ETH/UCY convention of {STEP} s from one annotation to the next, which are "
+        f"{step:g} frame numbers apart ({step / STEP:g} a second)"
+    )
+
+
+def _ask(path: Path) -> str:
+    return (
+        f"write what is true into {beside.beside(path).name} beside it: rate = 25 (frame numbers a second), "
+        'units = "m" (or cm, mm)'
+    )
+
+
+def _pace(rows: FloatArray, number: Any, path: Path, *, slowest: float) -> str:
+    """At what speed people walk if rate and units are right. rows: (n, 3) t, x, y by person. slowest: m/s; in a jam,
+    timed for sure, they may stand.
+
+    Raises:
+        ClearwayError: as nobody walks.
+    """
+    same = np.diff(number) == 0
     with np.errstate(all="ignore"):
-        speeds = walked / (np.diff(rows[:, 0])[same] * seconds)
+        speeds = np.hypot(*np.diff(rows[:, 1:], axis=0)[same].T) / np.diff(rows[:, 0])[same]
     speeds = speeds[np.isfinite(speeds)]
     pace = float(np.quantile(speeds, 0.75)) if len(speeds) else 0.0
-    if not PACE[0] <= pace <= PACE[1]:
+    right = slowest <= pace <= FASTEST
+    said = f"a quarter of its steps {'are' if right else 'would be'} faster than {pace:.3g} m/s"
+    if not right:
         raise ClearwayError(
-            f"says no frame rate, and at the ETH/UCY sets' {STEP} s from one annotation to the next people would walk at "
-            f"{pace:.2g} m/s; {ask}",
+            f"says neither its frame rate nor its units for sure, and as they were taken {said}; {_ask(path)}",
             file=path,
             field="rate",
         )
-    return seconds, [
-        f"no frame rate is stated: took the ETH/UCY convention of {STEP} s from one annotation to the next, which are "
-        f"{step:g} frame numbers apart ({step / STEP:g} a second; people then walk at {pace:.2f} m/s)"
-    ]
+    return f"{said}, which is more than a walk: check the rate and the units" if pace > BRISK else said
 
 
 def _tracks(

@@ -28,7 +28,8 @@ from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.table_spec import METRES, SECONDS, BodySpec, TableSpec
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, contents_of
-from clearway.recordings.times import in_order
+
+SUFFIXES = (".csv", ".tsv", ".dat")
 
 EPOCH = 1e8
 """s; a stamp beyond it (1973) is taken for UNIX time."""
@@ -52,7 +53,9 @@ def sniff(path: Path, head: bytes) -> bool:
     if _description(path) is not None:
         return True
     dialect = dialect_of(lines, encoding_of(head))
-    return dialect is not None and dialect.header and not pedestrians.sniff(path, head)
+    if dialect is None or pedestrians.sniff(path, head):
+        return False
+    return dialect.header != "none" or path.suffix.lower() in SUFFIXES
 
 
 def _description(path: Path) -> Path | None:
@@ -136,7 +139,7 @@ def _dialect(head: bytes, spec: TableSpec) -> Dialect:
         spec.decimal or (found.decimal if spec.separator in (None, found.separator) else "."),
         encoding,
         spec.skip,
-        spec.header,
+        spec.header or found.header,
         spec.comment,
         spec.missing,
     )
@@ -219,7 +222,7 @@ def _dates(texts: Any, path: Path, column: str) -> FloatArray:
 def _track(
     data: dict[str, FloatArray], spec: TableSpec, body: BodySpec, name: str, path: Path, notes: list[str]
 ) -> Track:
-    keep, more = in_order(data[""], file=path, field=f"time of {name}")
+    keep, more = tum.ordered(data[""], path, f"time of {name}")
     notes += more
     scale = METRES[spec.units]
     at = [data[c][keep] if c else np.zeros(len(keep)) for c in (body.x, body.y, body.z)]
@@ -257,7 +260,7 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 def _points(
     data: dict[str, FloatArray], spec: TableSpec, markers: dict[str, tuple[str, str, str]], path: Path, notes: list[str]
 ) -> Points:
-    keep, more = in_order(data[""], file=path, field="time of markers")
+    keep, more = tum.ordered(data[""], path, "time of markers")
     notes += more
     turn = np.array(TURNS[spec.up], dtype=np.float64) * METRES[spec.units]
     xyz = np.empty((len(keep), len(markers), 3))
@@ -303,7 +306,7 @@ def _suggestion(path: Path) -> tuple[tuple[str, ...], str]:
         return None
 
     lines = [f"separator = {_toml(dialect.separator)}", f"decimal = {_toml(dialect.decimal)}"]
-    lines += [] if dialect.header else ["header = false"]
+    lines += [f'header = "{dialect.header}"']
     lines += ['units = "m"  # or mm, cm', 'up = "z"']
     if who := like("id", "agent", "body", "name", "person"):
         lines.append(f"id = {_toml(who)}")
@@ -357,4 +360,4 @@ def write(path: Path, recording: Recording) -> None:
         f.write("\n".join(lines) + "\n")
 
 
-FORMATS = (Format("table", "Table (CSV) with a description", (".csv", ".tsv", ".dat"), sniff, read, look, write),)
+FORMATS = (Format("table", "Table (CSV) with a description", SUFFIXES, sniff, read, look, write),)

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from clearway.recordings.formats.delimited import MISSING
+from clearway.recordings.formats.delimited import MISSING, Header
 
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
@@ -79,7 +79,11 @@ class TableSpec(_Part):
     decimal: Literal[".", ","] | None = Field(default=None, description="default: found")
     encoding: str | None = Field(default=None, description="default: found")
     skip: int = Field(default=0, ge=0, le=10_000, description="lines before the header")
-    header: bool = Field(default=True, description='the first line names the columns; else they are "1", "2", ...')
+    header: Header | None = Field(
+        default=None,
+        description='what names the columns: the first line, the last comment before the data, or none: then they are "1", '
+        '"2", ...; default: found',
+    )
     comment: str = Field(default="#", description="lines that begin so are left out; empty: none")
     missing: tuple[str, ...] = Field(default=MISSING, description="words for no value")
     units: Literal["m", "dm", "cm", "mm", "in", "ft"] = "m"

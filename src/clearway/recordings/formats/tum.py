@@ -43,7 +43,7 @@ def read(path: Path, want: Want) -> Recording:
     """
     if want.names is not None and (other := sorted(want.names - {NAME})):
         raise unknown("track", other[0], (NAME,), file=path)
-    dialect = Dialect(" ", encoding=encoding_of(head_of(path)), header=False, missing=("nan", "NaN"))
+    dialect = Dialect(" ", encoding=encoding_of(head_of(path)), header="none", missing=("nan", "NaN"))
     names = [str(i + 1) for i in range(8)]
     parts: list[FloatArray] = []
     epoch: float | None = None
@@ -63,8 +63,11 @@ def read(path: Path, want: Want) -> Recording:
             piece = piece[~(t < want.span[0]) & ~(t > want.span[1])]
         parts.append(piece)
     rows = np.concatenate(parts) if parts else np.zeros((0, 8))
-    keep, notes = in_order(rows[:, 0], file=path, field="t")
+    keep, notes = ordered(rows[:, 0], path, "t")
     rows = rows[keep]
+    far = np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 0.02
+    if len(rows) and (far & rows[:, 4:].any(axis=1)).mean() > 0.5:
+        raise ClearwayError("its last four columns are no unit quaternions: it is no TUM trajectory", file=path)
     orientation, more = orientations(rows[:, 4:], rows[:, 1:4])
     track = Track("pose", "", "", rows[:, 0], np.ascontiguousarray(rows[:, 1:4]), orientation)
     return Recording(path, "tum", tracks={NAME: track}, epoch=epoch, notes=notes + more)
@@ -78,6 +81,22 @@ def _rows(path: Path, dialect: Dialect, names: list[str]) -> Iterator[FloatArray
         raise ClearwayError(
             f"{error.problem}; a TUM trajectory has {len(COLUMNS)} numbers a line: {' '.join(COLUMNS)}", file=path
         ) from error
+
+
+def ordered(t: FloatArray, path: Path, field: str) -> tuple[Any, tuple[str, ...]]:
+    """As `in_order`, for lines of which few can have the stamp of another one.
+
+    Raises:
+        ClearwayError: as `in_order`, or most stamps occur more than once.
+    """
+    keep, notes = in_order(t, file=path, field=field)
+    if 2 * len(keep) < len(t):
+        raise ClearwayError(
+            f"most of its {len(t)} lines have the stamp of another one: several bodies are in it, or the stamps are too coarse",
+            file=path,
+            field=field,
+        )
+    return keep, notes
 
 
 def orientations(q: FloatArray, position: FloatArray) -> tuple[FloatArray | None, tuple[str, ...]]:
