@@ -12,7 +12,21 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli import check, compare, export, list_, map_, replay, report, run, samples, schema, score
+from clearway.cli import (
+    check,
+    compare,
+    export,
+    import_,
+    list_,
+    map_,
+    protocol,
+    replay,
+    report,
+    run,
+    samples,
+    schema,
+    score,
+)
 from clearway.errors import ClearwayError
 
 app = typer.Typer(
@@ -26,6 +40,8 @@ app = typer.Typer(
 )
 VERBS: dict[str, Callable[..., None]] = {
     "run": run.run,
+    "protocol": protocol.protocol,
+    "import": import_.import_,
     "score": score.score,
     "map": map_.map_,
     "report": report.report,

@@ -12,3 +12,13 @@ ResultsDirectory = Annotated[Path, typer.Argument(help="A results directory, as 
 RobotName = Annotated[
     str, typer.Option("--robot", "-r", help="A robot's name or TOML file; NAME:PRESET for one of its presets.")
 ]
+Batches = Annotated[list[str] | None, typer.Option("--batch", help="Only these batches.")]
+Configurations = Annotated[list[str] | None, typer.Option("--configuration", help="Only these configurations.")]
+Speeds = Annotated[list[float] | None, typer.Option("--speed", help="Only these set speeds, m/s.")]
+ObstacleSpeeds = Annotated[
+    list[float] | None, typer.Option("--obstacle-speed", help="Only these speeds of the moving obstacle, m/s.")
+]
+Sizes = Annotated[list[float] | None, typer.Option("--size", help="Only these obstacle edges, m.")]
+Gaps = Annotated[list[float] | None, typer.Option("--gap", help="Only these gaps, in multiples of d_base.")]
+Repetitions = Annotated[int | None, typer.Option(min=1, help="Repetitions of each configuration.")]
+FloorPlanName = Annotated[str | None, typer.Option(help="Another floor plan for the suite, such as ward.")]

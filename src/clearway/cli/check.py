@@ -14,7 +14,7 @@ def check(
     robot: RobotName = "tiago",
     as_json: Json = False,
 ) -> None:
-    """Say what is wrong with a scenario, suite, robot, plan or map file, or with a navigator."""
+    """Say what is wrong with a scenario, suite, robot, plan, test plan or map file, or with a navigator."""
     import json
     from pathlib import Path
 
@@ -22,10 +22,10 @@ def check(
     from clearway.robots import load_robot
 
     if Path(target).suffix in (".toml", ".yaml", ".yml"):
-        from clearway.campaigns.checks import check_file
+        from clearway.campaigns.checks import about_file, check_file
 
         found = [str(problem) for problem in check_file(Path(target), load_robot(robot))]
-        passed: list[str] = []
+        passed = about_file(Path(target))
     else:
         from clearway.navigators.conformance import check_navigator
         from clearway.navigators.registry import make_navigator

@@ -12,16 +12,17 @@ from clearway.cli._options import Json
 
 def list_(
     what: Annotated[
-        str, typer.Argument(help="suites, robots, plans, navigators or indicators; all by default.")
+        str, typer.Argument(help="suites, robots, plans, navigators, indicators or formats; all by default.")
     ] = "all",
     as_json: Json = False,
 ) -> None:
-    """List suites, robots, floor plans, navigators and indicators."""
+    """List suites, robots, floor plans, navigators, indicators and formats of recordings."""
     import json
 
     from clearway.errors import unknown
     from clearway.indicators import INDICATORS
     from clearway.navigators.registry import navigator_class, navigator_names
+    from clearway.recordings.formats import formats
     from clearway.robots import load_robot, robot_names
     from clearway.scenarios.floorplan import load_plan, plan_names
     from clearway.scenarios.suites import load_suite, suite_names
@@ -32,6 +33,7 @@ def list_(
         "plans": lambda: {n: load_plan(n).title for n in plan_names()},
         "navigators": lambda: {n: (navigator_class(n).__doc__ or "").partition("\n")[0] for n in navigator_names()},
         "indicators": lambda: {n: f"{i.title} [{i.unit}]" if i.unit else i.title for n, i in INDICATORS.items()},
+        "formats": lambda: {n: f.title + (f" ({', '.join(f.suffixes)})" if f.suffixes else "") for n, f in formats().items()},
     }
     if what != "all" and what not in tables:
         raise unknown("list", what, tables)

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from clearway.cli import _options
 from clearway.cli._options import Json
 
 
@@ -21,16 +22,12 @@ def run(
             "--navigator", "-n", help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; repeatable."
         ),
     ] = None,
-    batches: Annotated[list[str] | None, typer.Option("--batch", help="Only these batches.")] = None,
-    configurations: Annotated[
-        list[str] | None, typer.Option("--configuration", help="Only these configurations.")
-    ] = None,
-    speeds: Annotated[list[float] | None, typer.Option("--speed", help="Only these set speeds, m/s.")] = None,
-    obstacle_speeds: Annotated[
-        list[float] | None, typer.Option("--obstacle-speed", help="Only these speeds of the moving obstacle, m/s.")
-    ] = None,
-    sizes: Annotated[list[float] | None, typer.Option("--size", help="Only these obstacle edges, m.")] = None,
-    gaps: Annotated[list[float] | None, typer.Option("--gap", help="Only these gaps, in multiples of d_base.")] = None,
+    batches: _options.Batches = None,
+    configurations: _options.Configurations = None,
+    speeds: _options.Speeds = None,
+    obstacle_speeds: _options.ObstacleSpeeds = None,
+    sizes: _options.Sizes = None,
+    gaps: _options.Gaps = None,
     worlds: Annotated[list[int] | None, typer.Option("--worlds", help="Only these worlds (barn).")] = None,
     official: Annotated[
         bool, typer.Option("--official", help="BARN's official set: 50 worlds, ten runs each.")
@@ -41,9 +38,9 @@ def run(
             metavar="A:B", help="Scenarios drawn from the seeds A to B - 1 instead of the frozen ones (sar-...)."
         ),
     ] = None,
-    repetitions: Annotated[int | None, typer.Option(min=1, help="Repetitions of each configuration.")] = None,
+    repetitions: _options.Repetitions = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the whole campaign.")] = 0,
-    plan: Annotated[str | None, typer.Option(help="Another floor plan for the suite, such as ward.")] = None,
+    plan: _options.FloorPlanName = None,
     localisation: Annotated[str | None, typer.Option(help="truth, odometry or amcl; default: the scenario's.")] = None,
     map_: Annotated[
         Path | None, typer.Option("--map", help="A map that the robot built (map.yaml) instead of the true one.")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -15,18 +16,24 @@ class Kind(StrEnum):
     SUITE = "suite"
     ROBOT = "robot"
     PLAN = "plan"
+    TEST_PLAN = "test-plan"
+    TABLE = "table"
 
 
 def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show_default=False)]) -> None:
-    """Print the JSON Schema of a scenario, suite, robot or plan file (for editors that complete and check)."""
+    """Print the JSON Schema of a scenario, suite, robot, floor plan, test plan or table's file (for editors that complete and check)."""
     import json
 
+    from clearway.recordings.formats.table_spec import TableSpec
+    from clearway.recordings.plan import Plan
     from clearway.scenarios import files
 
-    made = {
+    made: dict[Kind, Callable[[], dict[str, Any]]] = {
         Kind.SCENARIO: files.scenario_schema,
         Kind.SUITE: files.suite_schema,
         Kind.ROBOT: files.robot_schema,
         Kind.PLAN: files.plan_schema,
+        Kind.TEST_PLAN: lambda: files.schema_of(Plan),
+        Kind.TABLE: lambda: files.schema_of(TableSpec),
     }
     typer.echo(json.dumps(made[kind](), indent=2))

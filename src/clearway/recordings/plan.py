@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -257,3 +257,8 @@ def load_plan(path: str | Path) -> Plan:
         return Plan.model_validate(table)
     except ValidationError as error:
         raise first_problem(error, Plan, file=file) from error
+
+
+def is_test_plan(contents: dict[str, Any]) -> bool:
+    """Whether a TOML file's contents are a test plan's: no other file has these tables."""
+    return bool({"trial", "sources", "test"} & set(contents))

@@ -6,17 +6,20 @@ obstacles are carried as rarely as possible (in the hospital's SO 28 set-ups ins
 
 from __future__ import annotations
 
-import json
 import math
 import os
+import tomllib
 from collections import Counter
 from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from clearway.errors import ClearwayError
-from clearway.recordings.plan import Plan, TrialSpec
+from clearway.recordings.plan import Plan, TrialSpec, is_test_plan
+from clearway.recordings.toml_text import toml_value
 from clearway.robots import Robot, load_robot
+from clearway.scenarios.files import read_toml
 from clearway.scenarios.scenario import (
     DiscSpec,
     LabelSpec,
@@ -209,6 +212,39 @@ def skeleton(
     """
     chosen = scenarios(suite, robot, selection, seed)
     return _Writer(load_robot(robot), robot, chosen, selection or Selection(), folder or Path()).text(suite)
+
+
+def parsed(text: str) -> Plan:
+    """A skeleton as the plan that `load_plan` would read."""
+    return Plan.model_validate(tomllib.loads(text))
+
+
+def is_plan_file(name: str) -> bool:
+    """Whether `name` is a test plan's file, not a suite's."""
+    return name.endswith(".toml") and os.path.isfile(name) and is_test_plan(read_toml(Path(name)))
+
+
+def refuse_existing(*paths: Path | None) -> None:
+    """Refuse to write where there is something: a plan or a sheet may have been filled in."""
+    for path in paths:
+        if path is not None and path.exists():
+            raise ClearwayError("is there already, and may have been filled in; name another file", file=path)
+
+
+def write_new(path: str | Path, text: str) -> None:
+    """Write a file that must not be there yet.
+
+    Raises:
+        ClearwayError: it is, or can't be written.
+    """
+    try:
+        with open(path, "x", encoding="utf-8") as f:
+            f.write(text)
+    except FileExistsError:
+        refuse_existing(Path(path))
+        raise
+    except OSError as error:
+        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
 
 
 class _Writer:
@@ -405,22 +441,17 @@ def _named_poses(chosen: Sequence[Scenario]) -> dict[PoseSpec, str]:
     return named
 
 
-def _toml(value: object) -> str:
-    match value:
-        case bool():
-            return "true" if value else "false"
-        case float() | int():
-            if isinstance(value, float) and not math.isfinite(value):
-                return "inf" if value > 0 else "-inf" if value < 0 else "nan"
-            return repr(round(value, 8) + 0.0) if isinstance(value, float) else str(value)
-        case str():
-            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
-        case Mapping():
-            return "{ " + ", ".join(f"{k} = {_toml(v)}" for k, v in value.items()) + " }"
-        case Sequence():
-            return "[" + ", ".join(_toml(v) for v in value) + "]"
-        case _:
-            raise TypeError(f"{value!r} has no form in TOML")
+def _toml(value: Any) -> str:
+    return toml_value(_rounded(value))
+
+
+def _rounded(value: Any) -> Any:
+    """To what a lab can tell apart, without the last digits of a sum."""
+    if isinstance(value, float):
+        return round(value, 8) + 0.0
+    if isinstance(value, Mapping):
+        return {k: _rounded(v) for k, v in value.items()}
+    return [_rounded(v) for v in value] if isinstance(value, list | tuple) else value
 
 
 _HEAD = """\

@@ -10,9 +10,8 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from clearway.errors import ClearwayError
 from clearway.recordings.plan import BodySpec, Plan, TrialSpec
-from clearway.recordings.protocol import Line, key, metres, setting
+from clearway.recordings.protocol import Line, key, metres, setting, write_new
 from clearway.recordings.sketch import Sketch, place, sketch
 from clearway.scenarios.scenario import PoseSpec, RunSpec, Scenario
 
@@ -65,18 +64,11 @@ def write_sheet(plan: Plan, path: str | Path, scenarios: Iterable[Scenario] = ()
     Raises:
         ClearwayError: the file is there already, or can't be written.
     """
-    page = sheet(plan, scenarios)
-    try:
-        with open(path, "x", encoding="utf-8") as f:
-            f.write(page)
-    except FileExistsError as error:
-        raise ClearwayError("is there already, and may have been filled in; name another file", file=path) from error
-    except OSError as error:
-        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+    write_new(path, sheet_of(plan, scenarios))
 
 
-def sheet(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
-    """The run sheet as HTML."""
+def sheet_of(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
+    """The run sheet as HTML, as `write_sheet` writes it."""
     known = {key(s.labels, s.speed): s for s in scenarios}
     line = _line(plan)
     groups = list(_groups(plan, known, line))

@@ -17,7 +17,7 @@ def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
     known = {k: v for k, v in table.items() if v is not None}
     nested = {k for k, v in known.items() if isinstance(v, dict) and len(path) < 2}
     lists = {k for k, v in known.items() if isinstance(v, list) and not path and v and isinstance(v[0], dict)}
-    lines = [f"{_key(k)} = {_value(v)}" for k, v in known.items() if k not in nested | lists]
+    lines = [f"{_key(k)} = {toml_value(v)}" for k, v in known.items() if k not in nested | lists]
     for k in known:
         where = ".".join(_key(p) for p in (*path, k))
         if k in nested:
@@ -32,11 +32,12 @@ def _key(key: str) -> str:
     return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else json.dumps(key)
 
 
-def _value(value: Any) -> str:
+def toml_value(value: Any) -> str:
+    """A value as it stands behind the `=`."""
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{_key(k)} = {_value(v)}" for k, v in value.items() if v is not None) + " }"
+        return "{ " + ", ".join(f"{_key(k)} = {toml_value(v)}" for k, v in value.items() if v is not None) + " }"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(v) for v in value) + "]"
+        return "[" + ", ".join(toml_value(v) for v in value) + "]"
     if isinstance(value, float):
         return repr(value) if math.isfinite(value) else str(value)
-    return json.dumps(value, ensure_ascii=False)
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")

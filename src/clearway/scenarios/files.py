@@ -47,25 +47,26 @@ class SuiteSpec(BaseModel):
 
 def scenario_schema() -> dict[str, Any]:
     """JSON Schema of a scenario's file."""
-    return _schema(Scenario)
+    return schema_of(Scenario)
 
 
 def suite_schema() -> dict[str, Any]:
     """JSON Schema of a suite's file."""
-    return _schema(SuiteSpec)
+    return schema_of(SuiteSpec)
 
 
 def robot_schema() -> dict[str, Any]:
     """JSON Schema of a robot's file."""
-    return _schema(Robot)
+    return schema_of(Robot)
 
 
 def plan_schema() -> dict[str, Any]:
     """JSON Schema of a floor plan's file."""
-    return _schema(PlanSpec)
+    return schema_of(PlanSpec)
 
 
-def _schema(model: type[BaseModel]) -> dict[str, Any]:
+def schema_of(model: type[BaseModel]) -> dict[str, Any]:
+    """JSON Schema of a file that holds a `model`."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | model.model_json_schema()
 
 

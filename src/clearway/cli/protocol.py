@@ -1,0 +1,71 @@
+"""`clearway protocol`: what to do in the lab, as a test plan to fill in and a run sheet to print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from clearway.cli import _options
+
+
+def protocol(
+    suite: Annotated[
+        str, typer.Argument(help="A suite: a name or a TOML file. A test plan: only its --sheet.", show_default=False)
+    ],
+    robot: _options.RobotName = "tiago",
+    batches: _options.Batches = None,
+    configurations: _options.Configurations = None,
+    speeds: _options.Speeds = None,
+    obstacle_speeds: _options.ObstacleSpeeds = None,
+    sizes: _options.Sizes = None,
+    gaps: _options.Gaps = None,
+    repetitions: _options.Repetitions = None,
+    seed: Annotated[int, typer.Option(min=0, help="Of the suite: shifts when moving obstacles start.")] = 0,
+    plan: _options.FloorPlanName = None,
+    out: Annotated[Path | None, typer.Option(help="The test plan's file; default: it is printed.")] = None,
+    sheet: Annotated[Path | None, typer.Option(help="Write the run sheet, an HTML page to print (A4).")] = None,
+) -> None:
+    """Write the test plan of a suite for real robots (TOML, to fill in), and its run sheet. Overwrites nothing."""
+    from clearway.errors import ClearwayError
+    from clearway.recordings.plan import load_plan
+    from clearway.recordings.protocol import (
+        behind,
+        is_plan_file,
+        parsed,
+        refuse_existing,
+        scenarios,
+        skeleton,
+        write_new,
+    )
+    from clearway.recordings.run_sheet import sheet_of
+    from clearway.scenarios.suites import Selection
+
+    refuse_existing(out, sheet)
+    if is_plan_file(suite):
+        if sheet is None or out is not None:
+            raise ClearwayError("is a test plan already; --sheet FILE writes its run sheet", file=suite)
+        made = load_plan(suite)
+        known = behind(made, Path(suite).parent)
+    else:
+        selection = Selection(
+            batches=tuple(batches or ()),
+            configurations=tuple(configurations or ()),
+            speeds=tuple(speeds or ()),
+            obstacle_speeds=tuple(obstacle_speeds or ()),
+            sizes=tuple(sizes or ()),
+            gaps=tuple(gaps or ()),
+            repetitions=repetitions,
+            plan=plan,
+        )
+        text = skeleton(suite, robot, selection, seed=seed, folder=None if out is None else out.parent)
+        made, known = parsed(text), scenarios(suite, robot, selection, seed)
+        if out is None:
+            typer.echo(text, nl=False)
+        else:
+            write_new(out, text)
+            typer.echo(f"test plan: {out} ({len(made.trials)} trials)")
+    if sheet is not None:
+        write_new(sheet, sheet_of(made, known))
+        typer.echo(f"run sheet: {sheet}", err=out is None and not is_plan_file(suite))

@@ -1,0 +1,172 @@
+"""Motion out of a recording without any plan: what moves in it, cleaned as a plan's would be, as a table for any tool."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+
+from clearway.errors import ClearwayError, unknown
+from clearway.recordings import formats
+from clearway.recordings.markers import MarkerSet, motion_of_markers, motion_of_track, resolve
+from clearway.recordings.motion import Motion
+from clearway.recordings.plan import MotionSpec
+from clearway.recordings.recording import Contents, Recording, Want
+
+MOVING = ("body", "odometry", "pose", "tf", "person", "table")
+"""Kinds of entries that have poses."""
+LEAST = 3
+"""Markers that make a body."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A body of a recording: its name and its motion, or why it has none."""
+
+    name: str
+    motion: Motion | None
+    problem: str = ""
+
+
+def cleaning_at(cutoff: str) -> MotionSpec:
+    """How to clean, with the low-pass at `cutoff`: `residual`, `none` or Hz.
+
+    Raises:
+        ClearwayError: it is something else.
+    """
+    try:
+        return MotionSpec.model_validate({"cutoff": cutoff if cutoff in ("residual", "none") else float(cutoff)})
+    except ValueError as error:
+        raise ClearwayError(f"{cutoff!r} is none of residual, none, or Hz above 0", field="cutoff") from error
+
+
+def bodies_of(contents: Contents) -> list[str]:
+    """The names of everything that can be seen to move: marker prefixes (`tiago:`), bodies, topics, pairs of frames."""
+    count: dict[str, int] = {}
+    for e in contents.entries:
+        if e.kind == "marker" and ":" in e.name and e.count:
+            prefix = e.name[: e.name.rindex(":") + 1]
+            count[prefix] = count.get(prefix, 0) + 1
+    return [p for p, n in count.items() if n >= LEAST] + [
+        e.name for e in contents.entries if e.kind in MOVING and e.count > 1
+    ]
+
+
+def motions(
+    path: str | Path,
+    names: Sequence[str] = (),
+    cleaning: MotionSpec | None = None,
+    *,
+    format: str | None = None,
+) -> Iterator[Found]:
+    """How bodies of a recording moved, in the recording's own frame.
+
+    Args:
+        names: marker prefixes that end in `:`, markers separated by commas, bodies, topics, `parent->child`;
+            empty: everything that is found, where what can't be cleaned comes with its problem.
+
+    Raises:
+        ClearwayError: the file can't be read, nothing in it moves, or a named body is not there or can't be cleaned.
+    """
+    held = formats.look(path, format=format)
+    chosen = list(names) or bodies_of(held)
+    if not chosen:
+        raise ClearwayError(
+            "shows nothing that moves by itself; name markers with --body 'M1,M2,M3', or see what it holds with --list",
+            file=path,
+        )
+    markers = [e.name for e in held.entries if e.kind == "marker"]
+    tracks = [e.name for e in held.entries if e.kind in MOVING]
+    sets = {name: _markers(name, markers, tracks, path) for name in chosen}
+    wanted = frozenset(n for name, members in sets.items() for n in (members or (name,)))
+    recording = formats.read(path, Want(names=wanted), format=format)
+    for name, members in sets.items():
+        try:
+            yield Found(name, _motion(recording, name, members, cleaning or MotionSpec(), path))
+        except ClearwayError as error:
+            if names:
+                raise
+            yield Found(name, None, error.problem)
+
+
+def _markers(name: str, markers: Sequence[str], tracks: Sequence[str], path: object) -> tuple[str, ...]:
+    """The markers that `name` stands for; none, if it is a track."""
+    if name in tracks:
+        return ()
+    if name.endswith(":"):
+        return resolve(markers, name, file=path)
+    if "," in name:
+        return resolve(markers, [n.strip() for n in name.split(",")], file=path)
+    if "->" in name and any("->" in t for t in tracks):
+        return ()  # any two frames of a tree; its reader says what is wrong with them
+    prefixes = {n[: n.rindex(":") + 1] for n in markers if ":" in n}
+    raise unknown("body", name, {*tracks, *prefixes}, file=path)
+
+
+def _motion(recording: Recording, name: str, members: tuple[str, ...], cleaning: MotionSpec, path: object) -> Motion:
+    if not members:
+        if name not in recording.tracks:
+            raise unknown("body", name, recording.tracks, file=path)
+        return motion_of_track(recording.tracks[name], cleaning, None, file=path)
+    assert recording.points is not None
+    return motion_of_markers(recording.points, MarkerSet(members), cleaning, None, file=path)
+
+
+def file_of(path: str | Path, name: str) -> str:
+    """A file name for the motion of a body of a recording."""
+    plain = "".join(c if c.isalnum() or c in "-_." else "-" for c in name.replace("->", "-to-")).strip("-.")
+    return f"{Path(path).stem}-{plain or 'body'}.csv"
+
+
+def write_motion(motion: Motion, path: Path) -> None:
+    """Write a motion as CSV: t [s], x, y [m], theta [rad, in -pi to pi], v [m/s], omega [rad/s]; unknown is empty.
+
+    Raises:
+        ClearwayError: the file is there already, or can't be written.
+    """
+    values = np.column_stack([motion.t, motion.wrapped, motion.velocity])
+    columns = {
+        n: pa.array(np.round(values[:, i], 6), from_pandas=True)
+        for i, n in enumerate(("t", "x", "y", "theta", "v", "omega"))
+    }
+    try:
+        with open(path, "xb") as f:
+            pyarrow.csv.write_csv(pa.table(columns), f)
+    except FileExistsError as error:
+        raise ClearwayError("is there already; name another folder", file=path) from error
+    except OSError as error:
+        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+
+
+def summary(motion: Motion) -> dict[str, Any]:
+    """What can be said of a motion in a line: SI units; gaps by what they were filled from, with the longest, s."""
+    at = motion.pose[:, :2]
+    seen: Any = np.isfinite(at).all(axis=1)
+    steps = np.hypot(*np.diff(at, axis=0).T) if len(at) > 1 else np.zeros(0)
+    q = motion.quality
+    return {
+        "samples": len(motion.t),
+        "start": float(motion.t[0]) if len(motion.t) else None,
+        "end": float(motion.t[-1]) if len(motion.t) else None,
+        "rate": q.rate,
+        "seen": q.seen,
+        "known": float(seen.mean()) if len(seen) else 0.0,
+        "length": float(steps[np.isfinite(steps)].sum()),
+        "gaps": {
+            kind or "open": {"count": len(of), "longest": max((g.end - g.start for g in of), default=0.0)}
+            for kind in ("markers", "spline", "")
+            if (of := [g for g in q.gaps if g.filled == kind])
+        },
+        "residual": q.residual,
+        "residual_max": q.residual_max,
+        "swapped": q.swapped,
+        "refused": q.refused,
+        "noise": q.noise,
+        "cutoff": q.cutoff,
+        "notes": list(motion.notes),
+    }
