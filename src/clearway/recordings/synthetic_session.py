@@ -6,6 +6,7 @@ indicator can be held against the trial's own.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,11 +26,10 @@ from clearway.recordings.synthetic import (
     body_name,
     held,
     marker_sets,
-    mover_at,
     straight,
 )
 from clearway.recordings.toml_text import toml
-from clearway.trials import Outcome, Trial
+from clearway.trials import Body, Outcome, Trial
 
 Table = dict[str, Any]
 
@@ -107,6 +107,8 @@ class _Sources:
     def table(self) -> Table:
         if self.to not in CAPTURES:
             source: Table = {"format": READ_AS.get(self.to, self.to), "frame": {"same": True}}
+            if self.trial.estimate is not None and self.to in ESTIMATE:
+                source["estimate"] = ESTIMATE[self.to]
             return {"capture": source}
         leg = self.trial.attempt.legs[0]
         if not self.coordinates:
@@ -128,6 +130,8 @@ class _Sources:
 
 READ_AS = {"mcap": "bag", "csv": "table"}
 """Formats that are read under another name than they are written."""
+ESTIMATE = {"mcap": "/amcl_pose", "csv": "estimate"}
+"""The robot's own estimate in those that hold it."""
 
 
 def _extra(folder: Path, to: str, name: str, recording: Recording) -> str:
@@ -142,7 +146,7 @@ def _robot(trial: Trial, to: str, coordinates: bool) -> Table:
     if to == "tum":
         return {"track": "trajectory"}
     if to == "mcap":
-        return {"track": "/odom"}
+        return {"track": "/ground_truth/pose"}
     if to == "csv":
         return {"track": "robot"}
     seen: Table = {"track": ROBOT} if to == "qualisys-6d" else {"markers": f"{ROBOT}:"}
@@ -172,6 +176,8 @@ def _bodies(trial: Trial, to: str) -> Table:
             entry |= {"track": name}
         elif to == "tum" and body.pose is None:
             entry |= {"source": name, "track": "trajectory"}
+        elif to == "mcap" and body.pose is None:
+            entry |= {"track": f"/obstacles/{re.sub(r'[^A-Za-z0-9_]+', '_', body.name)}/pose"}
         bodies[name] = entry
     return bodies
 
@@ -193,8 +199,9 @@ def _trial(folder: Path, i: int, trial: Trial, to: str, system: System) -> Table
         if (value := getattr(labels, name)) is not None:
             table[name] = value
     placed = []
+    there = seen_movers(trial)
     for body in trial.attempt.bodies:
-        if body.kind not in ("wall", "furniture"):
+        if body.kind not in ("wall", "furniture") and (body.pose is not None or body in there):
             seen = to in CAPTURES or to == "csv" or body.pose is None
             placed.append(
                 {"body": body_name(body)} | ({} if seen or body.pose is None else {"pose": body.pose.tolist()})
@@ -212,16 +219,20 @@ def _trial(folder: Path, i: int, trial: Trial, to: str, system: System) -> Table
     return table
 
 
+def seen_movers(trial: Trial) -> dict[Body, int]:
+    """The movers that are there for two samples or more, and their columns."""
+    moving = [b for b in trial.attempt.bodies if b.pose is None]
+    return {b: k for k, b in enumerate(moving) if np.isfinite(trial.movers[:, k]).all(axis=1).sum() > 1}
+
+
 def _movers(folder: Path, i: int, trial: Trial) -> dict[str, str]:
     """A TUM file of every mover that was ever there."""
     files: dict[str, str] = {}
-    moving = [b for b in trial.attempt.bodies if b.pose is None]
-    for k, body in enumerate(moving):
-        track = mover_at(trial, k, trial.t)
-        if np.isfinite(track).all(axis=1).sum() > 1:
-            name = body_name(body)
-            files[name] = f"trial_{i:03d}_{name}.tum"
-            write = formats.formats()["tum"].write
-            assert write is not None
-            write(folder / files[name], Recording(Path(), "tum", tracks={name: track_of(trial.t, track)}))
+    write = formats.formats()["tum"].write
+    assert write is not None
+    for body, k in seen_movers(trial).items():
+        name = body_name(body)
+        files[name] = f"trial_{i:03d}_{name}.tum"
+        track = track_of(trial.t, trial.movers[:, k])
+        write(folder / files[name], Recording(Path(), "tum", tracks={name: track}))
     return files
