@@ -3,6 +3,7 @@ one or two left out."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
@@ -20,9 +21,10 @@ believed."""
 UPRIGHT = 0.5
 """Cosine; a robot that leans by more than 60 degrees is a mirrored marker set: markers in one plane fit upside down."""
 
-TURN, TURNS = 0.5, 3.0
-"""rad, rad/s: a repair under which a body would have turned by more than the first, and faster than the second, since the
-nearest sound frame is none: markers in a regular figure fit after a quarter turn as well."""
+TURN, TURNS, FARTHEST_TURN = 0.5, 3.0, 1.0
+"""rad, rad/s, rad: a repair under which a body would have turned, since the last frame that is believed, by more than the
+first and the second times the time between, or than the third, is none: markers in a regular figure fit after a quarter
+turn as well."""
 
 TRIED = 20_000
 """Frames on which every repair is tried; of more, only those that worked on a tenth of this, evenly over the capture."""
@@ -53,12 +55,17 @@ class _Fix:
     order: Any
     out: tuple[int, ...]
 
+    @property
+    def left_out(self) -> Seen:
+        """(m,) bool."""
+        return np.isin(np.arange(len(self.order)), self.out)
+
 
 def repair(t: FloatArray, xyz: FloatArray, model: FloatArray, done: Fit, noise: float, limit: float) -> Repaired:
     """Repair the fits `done` of `model` (m, 3) to `xyz` (n, m, 3) at the stamps t (n,) [s].
 
     A frame is doubtful if its residual is beyond what `noise` [m] explains, or the body stands on its head. Of the
-    repairs that bring it back to the noise, near the heading of the nearest sound frame, the one that keeps most markers is taken, of these the best fit. What
+    repairs that bring it back to the noise, going on from the heading of the last believed frame, the one that keeps most markers is taken, of these the best fit. What
     stays doubtful is kept if its rms residual is at most `limit` [m] and the body is upright, and refused otherwise.
     """
     n = len(xyz)
@@ -67,20 +74,20 @@ def repair(t: FloatArray, xyz: FloatArray, model: FloatArray, done: Fit, noise: 
     swapped, thinned = np.zeros(n, dtype=bool), np.zeros(n, dtype=bool)
     strange = _strange(done, noise, DOUBT)
     doubtful = np.flatnonzero(strange)
-    heading, turn = _expected(t, done, strange)
     fixes = _fixes(xyz.shape[1])
     if len(doubtful) > TRIED:
         sample = doubtful[np.linspace(0, len(doubtful) - 1, TRIED // 10).round().astype(int)]
-        worked = np.unique(_best(xyz, model, used, sample, fixes, noise, heading, turn)[0])
-        fixes = [fixes[i] for i in worked if i >= 0]
+        worked = np.unique(_options(xyz, model, used, sample, fixes, noise).fix)
+        fixes = [fixes[i] for i in worked]
     if len(doubtful) and fixes:
-        best, found = _best(xyz, model, used, doubtful, fixes, noise, heading, turn)
-        good = best >= 0
-        rows = doubtful[good]
-        rotation[rows], translation[rows] = found.rotation[good], found.translation[good]
-        used[rows], residual[rows] = found.used[good], found.residual[good]
-        left_out = np.array([bool(f.out) for f in fixes])[best[good]]
-        thinned[rows], swapped[rows] = left_out, ~left_out
+        rows, chosen = _chosen(t, done, strange, _options(xyz, model, used, doubtful, fixes, noise))
+        order = np.array([f.order for f in fixes])[chosen]
+        use = np.take_along_axis(used[rows], order, axis=1) & ~np.array([f.left_out for f in fixes])[chosen]
+        found = fit(np.take_along_axis(xyz[rows], order[:, :, None], axis=1), model, use)
+        rotation[rows], translation[rows] = found.rotation, found.translation
+        used[rows], residual[rows] = found.used, found.residual
+        thinned[rows] = np.array([bool(f.out) for f in fixes])[chosen]
+        swapped[rows] = ~thinned[rows]
     with np.errstate(invalid="ignore"):
         refused = (residual > limit) | (rotation[:, 2, 2] < UPRIGHT)
     rotation[refused], translation[refused], used[refused] = np.nan, np.nan, False
@@ -97,18 +104,6 @@ def _strange(done: Fit, noise: float, share: float) -> Seen:
         return np.asarray((freedom > 0) & (loud | (done.rotation[:, 2, 2] < UPRIGHT)))
 
 
-def _expected(t: FloatArray, done: Fit, strange: Seen) -> tuple[FloatArray, FloatArray]:
-    """Of every frame the heading in the nearest sound one, and how far it may have turned since: (n,) rad each."""
-    sound = np.flatnonzero(np.isfinite(done.residual) & ~strange)
-    if not len(sound):
-        return np.zeros(len(t)), np.full(len(t), np.inf)
-    after = np.clip(np.searchsorted(t[sound], t), 0, len(sound) - 1)
-    before = np.maximum(after - 1, 0)
-    near = sound[np.where(t - t[sound[before]] < t[sound[after]] - t, before, after)]
-    heading = np.arctan2(done.rotation[near, 1, 0], done.rotation[near, 0, 0])
-    return heading, TURN + TURNS * np.abs(t - t[near])
-
-
 def _fixes(m: int) -> list[_Fix]:
     """All exchanges of two, then all that leave out one, then two."""
     same = np.arange(m)
@@ -123,53 +118,59 @@ def _fixes(m: int) -> list[_Fix]:
     return found
 
 
-def _best(
-    xyz: FloatArray,
-    model: FloatArray,
-    used: Seen,
-    rows: Any,
-    fixes: list[_Fix],
-    noise: float,
-    heading: FloatArray,
-    turn: FloatArray,
-) -> tuple[Any, Fit]:
-    """The index of the best of `fixes` for each of `rows` (-1: none helps) and the fits by it."""
-    k, m = len(rows), xyz.shape[1]
-    best = np.full(k, -1)
-    rotation, translation = np.full((k, 3, 3), np.nan), np.full((k, 3), np.nan)
-    chosen, residual = np.zeros((k, m), dtype=bool), np.full(k, np.nan)
-    each = max(1, ROWS // max(len(fixes), 1))
-    for start in range(0, k, each):
+@dataclass(frozen=True, slots=True, eq=False)
+class _Options:
+    """Repairs that explain a frame: row, fix (k,) int, by row and then from the best; heading (k,) rad."""
+
+    row: Any
+    fix: Any
+    heading: FloatArray
+
+
+def _options(xyz: FloatArray, model: FloatArray, used: Seen, rows: Any, fixes: list[_Fix], noise: float) -> _Options:
+    out = np.array([len(f.out) for f in fixes])
+    found: list[tuple[Any, ...]] = []
+    each = max(1, ROWS // len(fixes))
+    for start in range(0, len(rows), each):
         some = rows[start : start + each]
         wide = np.concatenate([xyz[some][:, f.order] for f in fixes])
-        use = np.concatenate([_without(used[some][:, f.order], f.out) for f in fixes])
-        # an exchange of what isn't seen, or of one seen with one unseen, is a matter of its own: only pairs that are seen
-        possible = np.concatenate([_seen(used[some], f) for f in fixes])
-        done = fit(wide, model, use & possible[:, None])
-        freedom = np.maximum(done.freedom, 1)
-        price = done.squares / noise**2 / freedom + 1e6 * np.repeat([len(f.out) for f in fixes], len(some))
-        off = np.arctan2(done.rotation[:, 1, 0], done.rotation[:, 0, 0]) - np.tile(heading[some], len(fixes))
-        with np.errstate(invalid="ignore"):
-            leapt = np.abs(np.remainder(off + np.pi, 2 * np.pi) - np.pi) > np.tile(turn[some], len(fixes))
-        price[~np.isfinite(done.residual) | _strange(done, noise, BELIEF) | leapt] = np.inf
-        table = price.reshape(len(fixes), len(some))
-        winner = table.argmin(axis=0)
-        here = np.arange(len(some))
-        flat = winner * len(some) + here
-        good = np.isfinite(table[winner, here])
-        best[start : start + each] = np.where(good, winner, -1)
-        rotation[start : start + each], translation[start : start + each] = (
-            done.rotation[flat],
-            done.translation[flat],
-        )
-        chosen[start : start + each], residual[start : start + each] = done.used[flat], done.residual[flat]
-    return best, Fit(rotation, translation, chosen, residual)
+        # markers that aren't seen can't be exchanged or left out
+        use = np.concatenate([used[some][:, f.order] & ~f.left_out & _seen(used[some], f)[:, None] for f in fixes])
+        done = fit(wide, model, use)
+        good = np.flatnonzero(np.isfinite(done.residual) & ~_strange(done, noise, BELIEF))
+        fix, row = np.divmod(good, len(some))
+        price = done.squares[good] / np.maximum(done.freedom[good], 1)
+        heading = np.arctan2(done.rotation[good, 1, 0], done.rotation[good, 0, 0])
+        by = np.lexsort((price, out[fix], row))
+        found.append((some[row[by]], fix[by], heading[by]))
+    if not found:
+        return _Options(np.empty(0, dtype=int), np.empty(0, dtype=int), np.empty(0))
+    return _Options(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
 
-def _without(use: Seen, out: tuple[int, ...]) -> Seen:
-    use = use.copy()
-    use[:, list(out)] = False
-    return use
+def _chosen(t: FloatArray, done: Fit, strange: Seen, options: _Options) -> tuple[Any, Any]:
+    """Of each frame the best option that goes on from the last believed one: rows and fixes (k,) int."""
+    sound = np.flatnonzero(np.isfinite(done.residual) & ~strange)
+    facing = np.arctan2(done.rotation[sound, 1, 0], done.rotation[sound, 0, 0])
+    last = np.searchsorted(sound, options.row) - 1
+    when, where = (t[sound[last]], facing[last]) if len(sound) else (np.full(len(last), -np.inf), np.zeros(len(last)))
+    rows, fixes = [], []
+    believed, heading, taken = -math.inf, 0.0, -1
+    now = t[options.row]
+    for i, (row, turned) in enumerate(zip(options.row.tolist(), options.heading.tolist(), strict=True)):
+        if row == taken:
+            continue
+        if last[i] >= 0 and when[i] > believed:
+            believed, heading = float(when[i]), float(where[i])
+        elif believed == -math.inf and len(sound):  # none before: the first one after
+            heading = float(facing[0])
+        known = len(sound) > 0 or believed > -math.inf
+        most = min(TURN + TURNS * (float(now[i]) - believed), FARTHEST_TURN)
+        if not known or abs(math.remainder(turned - heading, 2 * math.pi)) <= most:
+            rows.append(row)
+            fixes.append(int(options.fix[i]))
+            believed, heading, taken = float(now[i]), turned, row
+    return np.array(rows, dtype=int), np.array(fixes, dtype=int)
 
 
 def _seen(use: Seen, fix: _Fix) -> Seen:
