@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import fftconvolve
 from scipy.stats import t as student
 
@@ -33,12 +34,20 @@ OVERLAP = 3.0
 """s of common time that it takes at least."""
 AGREEMENT = 0.7
 """Below, the two sources don't show the same drive."""
-MARGIN = 0.05
+MARGIN = 0.07
 """By so much the best shift has to agree better than any other, farther off than its own peak."""
+RIPPLE = 0.01
+"""A rise of the agreement by less makes no other peak."""
 VAGUE = 0.5
 """s; a standard uncertainty above this is no tie."""
+SMOOTH = 0.25
+"""s; over which slopes are smoothed."""
+ALIKE = 0.3
+"""Agreement of the slopes below which the robot's speed changed too little to tell noise from it."""
 BLOCK = 2.0
 """s; stretches that are taken as independent."""
+DRIFTED = 0.005
+"""s; less drift over a trial isn't worth a word."""
 HOLE = 0.2
 """s; samples farther apart than this, and than three usual steps, have a gap between them."""
 
@@ -76,9 +85,10 @@ def offset(a: Motion, b: Motion, *, within: tuple[float, float] | None = None) -
     shift, agreement = _search(a, b, channels, within)
     seconds, sigma, drift, span = _refine(a, b, channels, shift)
     if not sigma < VAGUE:
+        how = f", by {sigma:.2f} s" if math.isfinite(sigma) else ""
         raise ClearwayError(
-            f"the clocks can't be tied by the motion: the offset would be uncertain by {sigma:.2f} s, as the robot hardly "
-            "changed its speed; give the source's `clock` as a number or as `epoch`"
+            f"the clocks can't be tied by the motion: the robot changed its speed too little or too seldom, so that the "
+            f"offset would be uncertain{how}; give the source's `clock` as a number or as `epoch`"
         )
     note = f"clock: {seconds:+.4f} s +- {sigma:.4f} s by its motion (agreement {agreement:.3f})"
     if drift:
@@ -201,11 +211,8 @@ def _search(a: Motion, b: Motion, channels: list[int], within: tuple[float, floa
 
 def _must_be_alone(shifts: FloatArray, agreement: FloatArray, best: int) -> None:
     peak = float(agreement[best])
-    below = agreement < peak - 2 * MARGIN
-    left = np.flatnonzero(below[:best])
-    right = np.flatnonzero(below[best:])
     rest = agreement.copy()
-    rest[(left[-1] if len(left) else 0) : (best + right[0] + 1 if len(right) else len(rest))] = -1.0
+    rest[best - _fall(agreement[best::-1]) : best + _fall(agreement[best:]) + 1] = -1.0
     other = int(np.argmax(rest))
     if rest[other] > peak - MARGIN:
         raise ClearwayError(
@@ -213,6 +220,12 @@ def _must_be_alone(shifts: FloatArray, agreement: FloatArray, best: int) -> None
             f"({peak:.3f}) and at {shifts[other]:+.2f} s ({rest[other]:.3f}); give the source's `clock` as a number or "
             "as `epoch`"
         )
+
+
+def _fall(agreement: FloatArray) -> int:
+    """Entries down the side of a peak, until it rises again."""
+    rises = np.flatnonzero(agreement > np.minimum.accumulate(agreement) + RIPPLE)
+    return int(rises[0]) - 1 if len(rises) else len(agreement) - 1
 
 
 def _slide(f: Any, g: Any) -> Any:
@@ -229,35 +242,52 @@ def _vertex(x: FloatArray, y: FloatArray, i: int) -> float:
 
 
 def _refine(a: Motion, b: Motion, channels: list[int], shift: float) -> tuple[float, float, float, float]:
-    """Offset, its uncertainty, drift (0 unless seen), and the time in common."""
+    """Offset, its uncertainty, drift (0 unless seen), and the time in common.
+
+    Least squares in the shift with a scale of each channel. What noise does to the slopes must not count as knowledge:
+    residuals are weighed by smoothed slopes, and unless those of both sources agree, nothing is known.
+    """
     usual = min(float(np.median(np.diff(m.t))) for m in (a, b))
     step = max(FINE, min(usual, GRID))
     at = _grid(a, step)
     f = np.array([_signal(a, c, at) for c in channels])
-    slope_f = np.gradient(f, step, axis=1)
     pull = power = np.zeros(0)
-    for _ in range(12):
+    alike = 0.0
+    for _ in range(20):
         g = np.array([_signal(b, c, at - shift) for c in channels])
-        slope = 0.5 * (slope_f + np.gradient(g, step, axis=1))
-        gap = ~(np.isfinite(f) & np.isfinite(g) & np.isfinite(slope))
-        # f(t) = g(t - shift): too small a shift leaves f - g = -(error) * slope
+        gap = ~(np.isfinite(f) & np.isfinite(g))
+        scale = np.where(gap, 0.0, f * g).sum(axis=1) / np.maximum(np.where(gap, 0.0, g * g).sum(axis=1), 1e-12)
+        g *= scale[:, None]
+        steep_f, steep_g = np.gradient(f, step, axis=1), np.gradient(g, step, axis=1)
+        gap |= ~(np.isfinite(steep_f) & np.isfinite(steep_g))
+        steep_f, steep_g = np.where(gap, 0.0, steep_f), np.where(gap, 0.0, steep_g)
+        smooth_f, smooth_g = _smooth(steep_f, step), _smooth(steep_g, step)
+        slope = 0.5 * (smooth_f + smooth_g)
+        # f(t) = g(t - shift): too small a shift leaves f - g = -error * slope
         pull = np.where(gap, 0.0, -(f - g) * slope).sum(axis=0)
-        power = np.where(gap, 0.0, slope**2).sum(axis=0)
+        power = (0.5 * (steep_f + steep_g) * slope).sum(axis=0)
+        alike = 2 * float((smooth_f * smooth_g).sum()) / max(float((smooth_f**2 + smooth_g**2).sum()), 1e-12)
         if not power.sum() > 0:
             return shift, math.inf, 0.0, 0.0
         move = float(np.clip(pull.sum() / power.sum(), -GRID, GRID))
         shift += move
         if abs(move) < 1e-7:
             break
+    if alike < ALIKE:
+        return shift, math.inf, 0.0, 0.0
     first = np.arange(0, len(at), max(1, round(BLOCK / step)))
-    pulls, powers = np.add.reduceat(pull, first), np.add.reduceat(power, first)
+    pulls, powers = np.add.reduceat(pull, first), np.maximum(np.add.reduceat(power, first), 0.0)
     sigma = _sandwich(pulls, powers)
-    there = np.flatnonzero(power > 0)
-    span = float(at[there[-1]] - at[there[0]])
+    known = at[np.isfinite(f).any(axis=0) & np.isfinite(g).any(axis=0)]
+    span = float(known[-1] - known[0])
     drift = _drift(pulls, powers, at[first] + BLOCK / 2)
     if drift:
         sigma = math.hypot(sigma, drift * span / math.sqrt(12))
     return shift, max(sigma, 0.02 * usual), drift, span
+
+
+def _smooth(values: Any, step: float) -> Any:
+    return uniform_filter1d(values, max(1, round(SMOOTH / step)), axis=1, mode="constant")
 
 
 def _sandwich(pulls: Any, powers: Any) -> float:
@@ -274,7 +304,7 @@ def _sandwich(pulls: Any, powers: Any) -> float:
 def _drift(pulls: Any, powers: Any, at: FloatArray) -> float:
     """Slope of the blocks' own offsets over time, if it is beyond doubt; weighted by what they know."""
     use = powers > 0.01 * powers.max()
-    if np.count_nonzero(use) < 6:
+    if np.count_nonzero(use) < 10:
         return 0.0
     own, w, x = pulls[use] / powers[use], powers[use], at[use]
     x = x - np.average(x, weights=w)
@@ -283,4 +313,4 @@ def _drift(pulls: Any, powers: Any, at: FloatArray) -> float:
     freedom = np.count_nonzero(use) - 2
     error = math.sqrt(float(((w * x * residual) ** 2).sum()) * (freedom + 2) / freedom) / float((w * x * x).sum())
     beyond = abs(slope) > float(student.ppf(0.9995, freedom)) * error
-    return slope if beyond and abs(slope) * float(np.ptp(x)) > 2 * 1e-3 else 0.0
+    return slope if beyond and abs(slope) * float(np.ptp(x)) > DRIFTED else 0.0
