@@ -33,7 +33,7 @@ SNIFFED = ["vicon", "motive", "qualisys", "qualisys-6d", "trc"]
 
 def written(name: str, folder: Path) -> Path:
     path = folder / f"capture.{name}"
-    FORMATS[name].write(path, capture())  # type: ignore[misc]
+    FORMATS[name].write(path, capture())
     return path
 
 
@@ -82,7 +82,7 @@ def test_any_encoding_and_line_end_reads_alike(name: str, encoding: str, tmp_pat
     assert made.points is not None
     named = replace(made, points=Points(("chariot:à", "chariot:é", "c"), made.points.t, made.points.xyz))
     path = tmp_path / "a.txt"
-    FORMATS[name].write(path, named)  # type: ignore[misc]
+    FORMATS[name].write(path, named)
     path.write_bytes(path.read_bytes().decode().replace("\r\n", "\n").encode(encoding))
     back = FORMATS[name].read(path, Want()).points
     assert back is not None
@@ -98,7 +98,7 @@ def test_semicolons_and_decimal_commas_read_alike(name: str, tmp_path: Path) -> 
     german.write_bytes(plain.read_bytes().replace(separator, b";").replace(b".", b","))
     points = FORMATS[name].read(german, Want()).points
     assert points is not None
-    assert np.allclose(points.xyz, capture().points.xyz, atol=1e-6, equal_nan=True)  # type: ignore[union-attr]
+    assert np.allclose(points.xyz, capture().points.xyz, atol=1e-6, equal_nan=True)
 
 
 @pytest.mark.parametrize("name", MARKERS)
@@ -109,13 +109,13 @@ def test_only_what_is_wanted_is_read(name: str, tmp_path: Path) -> None:
     assert part.points.names == ("cart:c",)
     assert not part.tracks
     assert part.points.t[[0, -1]] == pytest.approx([0.05, 0.2])
-    assert np.allclose(part.points.xyz[:, 0], capture().points.xyz[5:21, 2], atol=1e-6)  # type: ignore[union-attr]
+    assert np.allclose(part.points.xyz[:, 0], capture().points.xyz[5:21, 2], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_a_name_that_is_not_there_brings_the_closest(name: str, tmp_path: Path) -> None:
     path = written(name, tmp_path)
-    with pytest.raises(ClearwayError, match="unknown marker or body 'crat.*did you mean '(cart|cart:a)'"):
+    with pytest.raises(ClearwayError, match=r"unknown marker or body 'crat.*did you mean '(cart|cart:a)'"):
         FORMATS[name].read(path, Want(names=frozenset({"crat" if name == "qualisys-6d" else "crat:a"})))
 
 
@@ -232,7 +232,7 @@ def test_the_same_name_twice_and_trajectories_without_one(name: str, tmp_path: P
     path = tmp_path / "a.txt"
     FORMATS[name].write(
         path, replace(made, points=Points(("a", "a", "*12"), made.points.t, made.points.xyz), tracks={})
-    )  # type: ignore[misc]
+    )
     back = FORMATS[name].read(path, Want())
     assert back.points is not None
     assert back.points.names == ("a", "a (2)")
@@ -254,10 +254,10 @@ def test_a_wrong_axis_up_is_refused_rather_than_flattened(name: str, tmp_path: P
     )
     level = replace(made, points=Points(made.points.names, t, drive), tracks={})
     path = tmp_path / "a.txt"
-    FORMATS[name].write(path, level)  # type: ignore[misc]
+    FORMATS[name].write(path, level)
     assert FORMATS[name].read(path, Want()).points is not None
     climbing = np.stack((drive[..., 0], drive[..., 2], -drive[..., 1]), axis=-1)
-    FORMATS[name].write(path, replace(level, points=Points(made.points.names, t, climbing)))  # type: ignore[misc]
+    FORMATS[name].write(path, replace(level, points=Points(made.points.names, t, climbing)))
     with pytest.raises(ClearwayError, match="another axis seems to be up"):
         FORMATS[name].read(path, Want())
 
@@ -265,16 +265,16 @@ def test_a_wrong_axis_up_is_refused_rather_than_flattened(name: str, tmp_path: P
 @pytest.mark.parametrize("name", list(FORMATS))
 def test_what_a_file_cannot_hold_is_not_written(name: str, tmp_path: Path) -> None:
     made = capture()
-    with pytest.raises(ClearwayError, match="has (no|neither)"):
-        FORMATS[name].write(tmp_path / "a", replace(made, points=None, tracks={}))  # type: ignore[misc]
-    uneven = made.points.t + np.linspace(0, 0.1, 40) ** 2 * 3  # type: ignore[union-attr]
+    with pytest.raises(ClearwayError, match=r"has (no|neither)"):
+        FORMATS[name].write(tmp_path / "a", replace(made, points=None, tracks={}))
+    uneven = made.points.t + np.linspace(0, 0.1, 40) ** 2 * 3
     jumpy = replace(
         made,
-        points=Points(made.points.names, uneven, made.points.xyz),  # type: ignore[union-attr]
+        points=Points(made.points.names, uneven, made.points.xyz),
         tracks={k: replace(v, t=uneven) for k, v in made.tracks.items()},
     )
     with pytest.raises(ClearwayError, match="a second throughout"):
-        FORMATS[name].write(tmp_path / "a", jumpy)  # type: ignore[misc]
+        FORMATS[name].write(tmp_path / "a", jumpy)
 
 
 def test_a_large_file_is_read_within_what_is_wanted(tmp_path: Path) -> None:
@@ -282,7 +282,7 @@ def test_a_large_file_is_read_within_what_is_wanted(tmp_path: Path) -> None:
     assert made.points is not None
     many = Points(tuple(f"m{i}" for i in range(60)), made.points.t, np.tile(made.points.xyz, (1, 20, 1)))
     path = tmp_path / "large.csv"
-    FORMATS["vicon"].write(path, replace(made, points=many, tracks={}))  # type: ignore[misc]
+    FORMATS["vicon"].write(path, replace(made, points=many, tracks={}))
     size = path.stat().st_size
     assert size > 25e6
     tracemalloc.start()
@@ -300,7 +300,7 @@ def test_a_large_file_is_read_within_what_is_wanted(tmp_path: Path) -> None:
 def test_a_damaged_file_brings_nothing_but_clearway_errors(name: str, tmp_path: Path, data: st.DataObject) -> None:
     valid = tmp_path / "valid"
     if not valid.exists():
-        FORMATS[name].write(valid, capture(n=30))  # type: ignore[misc]
+        FORMATS[name].write(valid, capture(n=30))
     nothing_but_clearway_errors(FORMATS[name], tmp_path / "damaged", data.draw(damaged(valid.read_bytes())))
 
 
