@@ -35,7 +35,7 @@ from clearway.recordings.formats.bag_ros2 import open_file, open_folder, storage
 from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Store, Times
 from clearway.recordings.formats.format import Format
 from clearway.recordings.recording import Contents, Entry, Goals, Paths, Recording, Sweeps, Track, Want, describe
-from clearway.recordings.tf import ARROW, Edge, TransformTree, split
+from clearway.recordings.tf import ARROW, Edge, TransformTree, frame_name, split
 
 SAMPLE = 2000
 """Transforms that `look` decodes of a topic, to say which frames there are."""
@@ -214,9 +214,9 @@ class _Bag:
             for _, _, data in islice(part.store.messages(frozenset({part.channel.number}), NEVER, end), SAMPLE):
                 message = decode(data)
                 if poses is None:
-                    found[message.header.frame_id] = None
+                    found[frame_name(message.header.frame_id)] = None
                 else:
-                    found |= {ARROW.join(x for x in (p.frame, p.child) if x): None for p in poses(message)}
+                    found |= {ARROW.join(frame_name(x) for x in (p.frame, p.child) if x): None for p in poses(message)}
         return ", ".join(sorted(f for f in found if f))
 
     def ahead(self) -> int:
@@ -233,32 +233,42 @@ class _Bag:
         return max(found, default=0)
 
     def transforms(self, pairs: list[Edge], want: Want, clock: Clock) -> tuple[dict[str, Track], list[str]]:
-        """The pairs of frames; all that one would ask for where none is."""
-        tree = self._tree(want.span, clock)
-        if pairs and want.span is not None and not all(tree.connected(*p) for p in pairs):
-            tree = self._tree((-np.inf, want.span[1]), clock)  # a transform may have been sent once, long before
+        """The pairs of frames; all that one would ask for where none is, as far as they can be read."""
+        named = want.names is not None
+        notes: list[str] = []
+        tree = self._tree(want.span, clock, None if named else notes)
+        if want.span is not None and not all(tree.connected(*p) for p in pairs):
+            tree = self._tree((-np.inf, want.span[1]), clock, None)  # one may have been sent once, long before
         tracks: dict[str, Track] = {}
-        notes = list(tree.notes)
         for pair in pairs or tree.pairs():
             name = ARROW.join(pair)
             if not tree.edges:
                 raise ClearwayError("the bag has no transforms", file=self.path, field=name)
-            track, said = tree.track(*pair, file=self.path)
-            if want.span is not None:
-                track = _cut(track, want.span)
-            tracks[name] = track
-            notes += said
-        return tracks, notes
-
-    def _tree(self, span: tuple[float, float] | None, clock: Clock) -> TransformTree:
-        tree = TransformTree()
-        for topic in self.topics:
-            if self.kind(topic) != "tf":
+            try:
+                track, said = tree.track(*pair, file=self.path)
+            except ClearwayError as error:
+                if named:
+                    raise
+                notes.append(f"{name}: left out, as {error.problem}")
                 continue
+            tracks[name] = track if want.span is None else _cut(track, want.span)
+            notes += said
+        return tracks, [*tree.notes, *notes]
+
+    def _tree(self, span: tuple[float, float] | None, clock: Clock, left_out: list[str] | None) -> TransformTree:
+        """All transforms; a topic of them that can't be read is an error, or is told in `left_out`."""
+        tree = TransformTree()
+        for topic in sorted(t for t in self.topics if self.kind(t) == "tf"):
             static = topic.rstrip("/").endswith("tf_static")
+            start, end = (NEVER, EVER) if static else self.window(span)
             for part in self.topics[topic]:
-                decode, poses = decoder(part.channel, file=self.path), kind_of(part.channel).poses
-                start, end = (NEVER, EVER) if static else self.window(span)
+                try:
+                    decode, poses = decoder(part.channel, file=self.path), kind_of(part.channel).poses
+                except ClearwayError as error:
+                    if left_out is None:
+                        raise
+                    left_out.append(f"{topic}: left out, as {error.problem}")
+                    continue
                 for _, recorded, data in part.store.messages(frozenset({part.channel.number}), start, end):
                     for pose in poses(decode(data)) if poses else ():
                         t = 0.0 if static else clock.seconds(topic, pose.stamp, recorded)

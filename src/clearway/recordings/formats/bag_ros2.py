@@ -41,6 +41,7 @@ class SqliteStore:
                 f" `sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)'`",
                 file=path,
             )
+        self._check_size()
         try:
             self._base = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         except sqlite3.Error as error:
@@ -74,6 +75,18 @@ class SqliteStore:
         except (sqlite3.Error, MemoryError) as error:
             raise self._damaged(error) from error
 
+    def _check_size(self) -> None:
+        """Compare the file's size with the number of pages that its header says (sqlite.org/fileformat2.html, 1.3)."""
+        with open(self._path, "rb") as f:
+            head = f.read(100)
+        if len(head) < 100:
+            raise ClearwayError(f"is truncated; {MEND}", file=self._path)
+        page = int.from_bytes(head[16:18], "big")
+        whole = (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
+        size = self._path.stat().st_size
+        if head[24:28] == head[92:96] and size < whole:
+            raise ClearwayError(f"is truncated: {size} of {whole} bytes are there; {MEND}", file=self._path)
+
     def _channels(self) -> dict[int, Channel]:
         tables = {name for (name,) in self._base.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
         if not {"topics", "messages"} <= tables:
@@ -102,7 +115,7 @@ class SqliteStore:
             try:
                 block = np.array(rows, dtype=np.int64)
             except (TypeError, ValueError) as error:
-                raise ClearwayError("is damaged: a message without topic or time", file=self._path) from error
+                raise ClearwayError(f"is damaged: a message without topic or time; {MEND}", file=self._path) from error
             for number in np.unique(block[:, 0]).tolist():
                 parts[number].append(block[block[:, 0] == number, 1])
         if lost := sorted(set(parts) - set(self.channels)):
