@@ -98,12 +98,11 @@ def read(path: Path, want: Want) -> Recording:
     """
     with _opened(path) as (source, size):
         layout = _layout(source, size, path)
-        chosen = list(range(len(layout.names)))
-        if want.names is not None:
-            for name in sorted(want.names):
-                if name not in layout.names:
-                    raise unknown("marker", name, layout.names, file=path)
-            chosen = [i for i in chosen if layout.names[i] in want.names]
+        for name in sorted(want.names or ()):
+            if name not in layout.names:
+                raise unknown("marker", name, layout.names, file=path)
+        chosen = [i for i, name in enumerate(layout.names) if want.has(name)]
+        layout = replace(layout, names=tuple(layout.names[i] for i in chosen), index=layout.index[chosen])
         start, stop = 0, layout.frames
         if want.span is not None:
             times = layout.time(0, layout.frames)
@@ -112,14 +111,13 @@ def read(path: Path, want: Want) -> Recording:
         xyz = np.empty((stop - start, len(chosen), 3))
         zeros = 0
         for at, values, seen, empty in _chunks(source, layout, start, stop, path):
-            zeros += int(empty[:, chosen].sum())
-            part = values[:, chosen] @ layout.turn.T
-            part[~seen[:, chosen]] = np.nan
-            xyz[at - start : at - start + len(part)] = part
+            zeros += int(empty.sum())
+            values[~seen] = np.nan
+            xyz[at - start : at - start + len(values)] = values @ layout.turn.T
     notes = layout.notes
     if zeros:
         notes += (f"{zeros} samples at exactly 0, 0, 0 that no camera saw were taken as unseen",)
-    points = Points(tuple(layout.names[i] for i in chosen), layout.time(start, stop), xyz)
+    points = Points(layout.names, layout.time(start, stop), xyz)
     return Recording(path, "c3d", points, notes=notes)
 
 
@@ -155,10 +153,9 @@ def _layout(source: BinaryIO, size: int, path: Path) -> _Layout:
     hints = beside.hints(path, Hints)
     notes: list[str] = []
     used = head.number("POINT:USED")
-    points = head.points if used is None else int(used)
-    if points != head.points:
+    if used is not None and used != head.points:
         raise ClearwayError(
-            f"says {points}, the header {head.points} points a frame: it is damaged", file=path, field="POINT:USED"
+            f"says {used:g}, the header {head.points} points a frame: it is damaged", file=path, field="POINT:USED"
         )
     scale = head.number("POINT:SCALE")
     scale = head.scale if scale is None or scale == 0 else scale
