@@ -128,7 +128,7 @@ def _onset(t: FloatArray, effort: FloatArray, last: int, low: float) -> float:
         return first
     second = _crossing(at, e, high)
     drawn = first - low * (second - first) / (high - low)
-    return float(max(drawn, first - _RAMP, min(at[0], first)))
+    return max(drawn, first - _RAMP)
 
 
 def _crossing(t: FloatArray, effort: FloatArray, level: float) -> float:
