@@ -300,10 +300,10 @@ def _chunks(
             raise ClearwayError(f"ends within frame {at + len(data) // stride}: it is truncated", file=path)
         body = np.frombuffer(data, np.uint8).reshape(count, stride)[:, : 4 * points * width]
         values = unpack(body.tobytes(), layout.head.processor).reshape(count, points, 4)[:, layout.index]
-        xyz = values[..., :3].astype(np.float64)
         residual = values[..., 3]
-        finite = np.isfinite(xyz).all(axis=2) & np.isfinite(residual)
         with np.errstate(invalid="ignore"):
+            xyz = values[..., :3].astype(np.float64)
+            finite = np.isfinite(xyz).all(axis=2) & np.isfinite(residual)
             empty = (xyz == 0).all(axis=2) & (residual == 0)
             seen = finite & (residual >= 0) & ~empty
             xyz *= layout.metres * (layout.scale if width == 2 else 1.0)
