@@ -21,9 +21,11 @@ class ClearwayError(Exception):
         super().__init__(f"{where}: {problem}" if where else problem)
 
 
-def unknown(kind: str, value: str, choices: Iterable[str], *, file: object = None) -> ClearwayError:
+def unknown(
+    kind: str, value: str, choices: Iterable[str], *, file: object = None, field: str | None = None
+) -> ClearwayError:
     """The error for a name that isn't known: lists what is, the closest name first."""
     names = sorted(choices)
     close = difflib.get_close_matches(value, names, n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}? " if close else ""
-    return ClearwayError(f"unknown {kind} {value!r}; {hint}known: {', '.join(names) or 'none'}", file=file)
+    return ClearwayError(f"unknown {kind} {value!r}; {hint}known: {', '.join(names) or 'none'}", file=file, field=field)

@@ -79,7 +79,7 @@ class Lab:
         spec, path = self.plan.sources[source], self.folder / file
         key = (source, path)
         if key not in self._kept:
-            want = self._want(source)
+            want = self._want(source, file)
             if spec.table is not None:
                 found = table.read_with(path, self.folder / spec.table, want)
             else:
@@ -90,24 +90,28 @@ class Lab:
         self._kept.move_to_end(key)
         return self._kept[key]
 
-    def _want(self, source: str) -> Want:
-        """Only what the plan names, unless it names a marker set by its prefix or needs surveyed markers of any name."""
-        spec, names = self.plan.sources[source], set()
+    def _want(self, source: str, file: str) -> Want:
+        """What the plan needs of a file, so that no more of it is kept; all of it where a marker set is named by its prefix."""
+        spec, frame = self.plan.sources[source], self.plan.sources[source].frame
+        bodies: set[str] = {ROBOT} if file in {hold.file for hold in frame.holds} else set()
         for name in (ROBOT, *self.plan.bodies):
-            body = self.body(name)
-            if self.source_of(name) != source:
-                continue
+            if file in {stretch.file for stretch in (self.body(name).static, self.body(name).straight) if stretch}:
+                bodies.add(name)
+        names = {s.marker for s in frame.surveyed} if frame.file in (None, file) else set()
+        for trial in self.plan.trials:
+            if self.files(trial).get(source) == file:
+                bodies |= {ROBOT, *(o.body for o in trial.obstacles if o.pose is None)}
+                names |= {n for n in (spec.estimate, spec.odometry, spec.goals, spec.plans) if n}
+        for body in (self.body(name) for name in bodies if self.source_of(name) == source):
             if isinstance(body.markers, str):
                 return Want()
-            names |= set(body.markers or ()) | ({body.track} if body.track else set())
-        names |= {s.marker for s in spec.frame.surveyed}
-        names |= {n for n in (spec.estimate, spec.odometry, spec.goals, spec.plans) if n}
+            names |= set(body.markers or body.coordinates or ()) | ({body.track} if body.track else set())
         return Want(names=frozenset(names)) if names else Want()
 
     def measured(self, name: str) -> bool:
         """Whether the plan says how the body is seen in a recording."""
         body = self.body(name)
-        return body.markers is not None or body.track is not None
+        return any(way is not None for way in (body.markers, body.coordinates, body.track))
 
     def raw(self, name: str, recording: Recording, *, tied: bool = True) -> Motion:
         """How the body moved, in its source's frame; `tied`: of its base_link, else of the fitted model or the track."""
