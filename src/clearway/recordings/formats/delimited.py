@@ -21,6 +21,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from clearway.errors import ClearwayError
+from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.format import HEAD
 from clearway.recordings.formats.text import cells, head_text
 
@@ -143,7 +144,7 @@ def header_of(path: Path, dialect: Dialect) -> tuple[str, ...]:
 
 def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
     """The wanted columns by name, a piece of the file at a time: `numbers` as float64 (k,) with NaN where there is no
-    value, `texts` as object arrays (k,) of str with None.
+    value, `texts` as arrays of pyarrow, null where there is none.
 
     Raises:
         ClearwayError: the file can't be read, a line has other columns than the first, or a value is no number.
@@ -170,10 +171,8 @@ def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence
                 ),
             )
             for batch in reader:
-                yield {
-                    n: batch.column(n).to_numpy(zero_copy_only=False).astype(np.float64 if n in numbers else object)
-                    for n in wanted
-                }
+                values = {n: batch.column(n).to_numpy(zero_copy_only=False).astype(np.float64) for n in numbers}
+                yield {**values, **{n: batch.column(n) for n in texts}}
         except (pa.ArrowInvalid, pa.ArrowKeyError, pa.ArrowNotImplementedError, UnicodeError) as error:
             if tidy.problem is not None:
                 raise tidy.problem from error
@@ -183,6 +182,20 @@ def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence
             raise ClearwayError(
                 f"is no table of {len(names)} columns all through: {_named(problem, names)}", file=path
             ) from error
+
+
+class Codes:
+    """Texts as small numbers, in the order in which they first come; `names` are the texts."""
+
+    def __init__(self) -> None:
+        self.names: dict[str, int] = {}
+
+    def of(self, texts: Any) -> FloatArray:
+        """The numbers (k,) of an array of pyarrow, NaN for null."""
+        encoded = texts.dictionary_encode()
+        code = [float(self.names.setdefault(t, len(self.names))) for t in encoded.dictionary.to_pylist()]
+        index = encoded.indices.fill_null(len(code)).to_numpy(zero_copy_only=False)
+        return np.asarray(np.array([*code, np.nan])[index])
 
 
 def _named(problem: str, names: Sequence[str]) -> str:

@@ -25,6 +25,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats import beside
 from clearway.recordings.formats.delimited import (
+    Codes,
     Dialect,
     dialect_of,
     first_lines,
@@ -35,7 +36,7 @@ from clearway.recordings.formats.delimited import (
     split,
 )
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import encoding_of
+from clearway.recordings.formats.text import encoding_of, gather
 from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
 from clearway.recordings.times import in_order
 
@@ -192,23 +193,22 @@ def read(path: Path, want: Want) -> Recording:
             f"its lines don't all have the columns of its beginning: {missing[0]!r} is missing", file=path
         )
     clock, who, x, y = layout.columns
-    numbers = [clock, x, y]
-    parts = [(np.stack([p[n] for n in numbers], axis=1), p[who]) for p in pieces(path, layout.dialect, numbers, [who])]
-    if not parts:
+    numbers, ids = [clock, x, y], Codes()
+    parts = pieces(path, layout.dialect, numbers, [who])
+    rows = gather((np.column_stack([*(p[n] for n in numbers), ids.of(p[who])]) for p in parts), 4)
+    if not len(rows):
         raise ClearwayError("holds no one", file=path)
-    rows = np.concatenate([a for a, _ in parts])
-    ids: Any = np.concatenate([b for _, b in parts])
-    if (bad := ~np.isfinite(rows[:, 0])).any():
-        raise ClearwayError(f"line {int(bad.argmax()) + 1} of its data has no {layout.clock}", file=path, field=clock)
-    if any(i is None for i in ids):
-        raise ClearwayError("a line has no id", file=path, field=who)
+    for column, what in ((0, layout.clock), (3, "id")):
+        if (bad := ~np.isfinite(rows[:, column])).any():
+            raise ClearwayError(f"line {int(bad.argmax()) + 1} of its data has no {what}", file=path, field=clock)
     units = hints.units or layout.units or "m"
-    rows[:, 1:] *= UNITS[units]
-    texts, number = np.unique(ids.astype(str), return_inverse=True)
-    names, merged = np.unique([_name(text) for text in texts], return_inverse=True)
-    number = merged[number]
-    order = np.lexsort((rows[:, 0], number))
-    rows, number = rows[order], number[order]
+    rows[:, 1:3] *= UNITS[units]
+    # 7, 7.0 and 7.0000000e+00 are one person.
+    names, merged = np.unique([_name(text) for text in ids.names], return_inverse=True)
+    rows[:, 3] = merged[rows[:, 3].astype(np.intp)]
+    rows = rows[np.lexsort((rows[:, 0], rows[:, 3]))]
+    number = rows[:, 3].astype(np.intp)
+    rows = rows[:, :3]
     notes: list[str] = []
     if not hints.units and not layout.units:
         notes.append("x and y were taken as metres; nothing says so")

@@ -5,6 +5,7 @@ Without a description nothing is guessed: the error lists the columns and sugges
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats import beside, pedestrians, tum
 from clearway.recordings.formats.delimited import (
+    Codes,
     Dialect,
     dialect_of,
     first_lines,
@@ -25,8 +27,8 @@ from clearway.recordings.formats.delimited import (
     written,
 )
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.table_spec import METRES, SECONDS, BodySpec, TableSpec
-from clearway.recordings.formats.text import encoding_of
+from clearway.recordings.formats.table_spec import METRES, SECONDS, BodySpec, TableSpec, TimeSpec
+from clearway.recordings.formats.text import encoding_of, gather
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, contents_of
 
 SUFFIXES = (".csv", ".tsv", ".dat")
@@ -107,21 +109,21 @@ def read_with(path: Path, description_path: Path, want: Want) -> Recording:
                 raise unknown("body or marker", name, (*bodies, *markers), file=path)
         bodies = {k: b for k, b in bodies.items() if k in want.names}
         markers = {k: m for k, m in markers.items() if k in want.names}
-    data, whose, epoch, notes = _load(path, dialect, spec, bodies, markers, want)
+    data, number, names, epoch = _load(path, dialect, spec, bodies, markers, want)
+    notes: list[str] = []
     if spec.up != "z":
         notes.append(f"its {spec.up.upper()} axis is up: turned to z-up")
     if spec.units != "m":
         notes.append(f"{spec.units} were scaled to metres")
     tracks: dict[str, Track] = {}
     if spec.id is not None:
-        names, first, number = np.unique(whose.astype(str), return_index=True, return_inverse=True)
         for name in sorted(want.names or ()):
             if name not in names:
-                raise unknown("body", name, names.tolist(), file=path)
+                raise unknown("body", name, names, file=path)
         order = np.argsort(number, kind="stable")
         ends = np.searchsorted(number[order], np.arange(len(names) + 1))
-        for i in np.argsort(first):
-            if want.has(name := str(names[i])):
+        for i, name in enumerate(names):
+            if want.has(name):
                 mine = {c: v[order[ends[i] : ends[i + 1]]] for c, v in data.items()}
                 tracks[name] = _track(mine, spec, spec.bodies["each"], name, path, notes)
     else:
@@ -167,56 +169,60 @@ def _load(
     bodies: dict[str, BodySpec],
     markers: dict[str, tuple[str, str, str]],
     want: Want,
-) -> tuple[dict[str, FloatArray], Any, float | None, list[str]]:
-    """The wanted columns, `t` [s] among them as the empty name; whose line it is; the epoch; notes."""
+) -> tuple[dict[str, FloatArray], Any, list[str], float | None]:
+    """The wanted columns, `t` [s] among them as the empty name; whose line it is, as a number of the names; the epoch."""
     numbers = list(
         dict.fromkeys((*(c for b in bodies.values() for c in b.columns()), *(c for m in markers.values() for c in m)))
     )
     stamp = spec.time.column
     texts = [c for c in (spec.id, stamp if spec.time.unit == "date" else None) if c]
     wanted = numbers if spec.time.unit == "date" else list(dict.fromkeys((stamp, *numbers)))
-    parts: list[dict[str, FloatArray]] = []
-    owners: list[Any] = []
+    ids = Codes()
     epoch: float | None = None
-    for k, piece in enumerate(pieces(path, dialect, wanted, list(dict.fromkeys(texts)))):
-        if spec.time.unit == "date":
-            t = _dates(piece[stamp], path, stamp)
-        else:
-            scale = 1 / spec.time.rate if spec.time.rate else SECONDS[spec.time.unit]
-            t = piece[stamp] * scale
-        if not np.isfinite(t).all():
-            row = int(np.argmin(np.isfinite(t)))
-            raise ClearwayError(f"data line {row + 1} of piece {k + 1} has no time", file=path, field=stamp)
-        if k == 0 and spec.time.unit != "frame" and len(t) and abs(t[0]) > EPOCH:
-            epoch = float(t[0])
-        t = t - (epoch or 0.0)
-        inside = np.ones(len(t), dtype=bool)
-        if want.span is not None:
-            inside = (t >= want.span[0]) & (t <= want.span[1])
-        parts.append({"": t[inside], **{n: piece[n][inside] for n in numbers}})
-        if spec.id:
-            owners.append(piece[spec.id][inside])
-    if not parts:
-        raise ClearwayError("holds no data below its header", file=path)
-    data = {n: np.concatenate([p[n] for p in parts]) for n in parts[0]}
-    whose = np.concatenate(owners) if owners else None
-    if whose is not None and any(w is None for w in whose):
+
+    def rows(pieces_of: Iterable[dict[str, Any]]) -> Iterator[FloatArray]:
+        nonlocal epoch
+        read = 0
+        for piece in pieces_of:
+            t = _stamps(piece[stamp], spec.time, path)
+            if (bad := ~np.isfinite(t)).any():
+                raise ClearwayError(f"data line {read + int(bad.argmax()) + 1} has no time", file=path, field=stamp)
+            if read == 0 and spec.time.unit != "frame" and len(t) and abs(t[0]) > EPOCH:
+                epoch = float(t[0])
+            read += len(t)
+            t = t - (epoch or 0.0)
+            columns = [t, *(piece[n] for n in numbers), *([ids.of(piece[spec.id])] if spec.id else [])]
+            inside = slice(None) if want.span is None else (t >= want.span[0]) & (t <= want.span[1])
+            yield np.column_stack(columns)[inside]
+
+    pieces_of = pieces(path, dialect, wanted, list(dict.fromkeys(texts)))
+    read = gather(rows(pieces_of), 1 + len(numbers) + bool(spec.id))
+    data = {n: read[:, i] for i, n in enumerate(["", *numbers])}
+    if spec.id and np.isnan(read[:, -1]).any():
         raise ClearwayError("a line doesn't say whose it is", file=path, field=spec.id)
-    return data, whose, epoch, []
+    return data, read[:, -1].astype(np.intp) if spec.id else None, list(ids.names), epoch
+
+
+def _stamps(column: Any, time: TimeSpec, path: Path) -> FloatArray:
+    """Seconds (n,) of a column of stamps, as numbers or as texts."""
+    if time.unit == "date":
+        return _dates(column, path, time.column)
+    return np.asarray(column * (1 / time.rate if time.rate else SECONDS[time.unit]), dtype=np.float64)
 
 
 def _dates(texts: Any, path: Path, column: str) -> FloatArray:
     """UNIX time [s] of ISO dates, UTC where they state no zone."""
-    if any(x is None for x in texts):
+    if texts.null_count:
         raise ClearwayError("a line has no time", file=path, field=column)
-    words = pa.array(texts, pa.string())
     for kind in (pa.timestamp("ns"), pa.timestamp("ns", tz="UTC")):
         try:
-            whole = pyarrow.compute.cast(words, kind).cast(pa.int64()).to_numpy()
+            whole = pyarrow.compute.cast(texts, kind).cast(pa.int64()).to_numpy()
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
             continue
         return np.asarray(whole // 1_000_000_000 + (whole % 1_000_000_000) * 1e-9, dtype=np.float64)
-    raise ClearwayError(f"{texts[0]!r} ... are not all dates such as 2026-03-01T12:00:00.250", file=path, field=column)
+    raise ClearwayError(
+        f"{texts[0].as_py()!r} ... are not all dates such as 2026-03-01T12:00:00.250", file=path, field=column
+    )
 
 
 def _track(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, written
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import encoding_of
+from clearway.recordings.formats.text import encoding_of, gather
 from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
 from clearway.recordings.times import in_order
 
@@ -45,24 +46,16 @@ def read(path: Path, want: Want) -> Recording:
         raise unknown("track", other[0], (NAME,), file=path)
     dialect = Dialect(" ", encoding=encoding_of(head_of(path)), header="none", missing=("nan", "NaN"))
     names = [str(i + 1) for i in range(8)]
-    parts: list[FloatArray] = []
-    epoch: float | None = None
-    for number, piece in enumerate(_rows(path, dialect, names)):
-        if number == 0 and len(piece) and abs(piece[0, 0]) > EPOCH:
-            epoch = float(piece[0, 0])
-            if epoch > 1e14:
-                raise ClearwayError(
-                    f"the first stamp is {epoch:.0f}, which is no number of seconds: describe it as a table with "
-                    'time in "ns"',
-                    file=path,
-                    field="t",
-                )
-        piece[:, 0] -= epoch or 0.0
-        if want.span is not None:
-            t = piece[:, 0]
-            piece = piece[~(t < want.span[0]) & ~(t > want.span[1])]
-        parts.append(piece)
-    rows = np.concatenate(parts) if parts else np.zeros((0, 8))
+    pieces_of = _rows(path, dialect, names)
+    first = next(pieces_of, np.zeros((0, 8)))
+    epoch = float(first[0, 0]) if len(first) and abs(first[0, 0]) > EPOCH else None
+    if epoch is not None and epoch > 1e14:
+        raise ClearwayError(
+            f'the first stamp is {epoch:.0f}, which is no number of seconds: describe it as a table with time in "ns"',
+            file=path,
+            field="t",
+        )
+    rows = gather((_within(piece, epoch or 0.0, want.span) for piece in chain((first,), pieces_of)), 8)
     keep, notes = ordered(rows[:, 0], path, "t")
     rows = rows[keep]
     far = np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 0.02
@@ -71,6 +64,14 @@ def read(path: Path, want: Want) -> Recording:
     orientation, more = orientations(rows[:, 4:], rows[:, 1:4])
     track = Track("pose", "", "", rows[:, 0], np.ascontiguousarray(rows[:, 1:4]), orientation)
     return Recording(path, "tum", tracks={NAME: track}, epoch=epoch, notes=notes + more)
+
+
+def _within(piece: FloatArray, epoch: float, span: tuple[float, float] | None) -> FloatArray:
+    """Rows on the recording's clock, those within the span; of what has no time the reader complains later."""
+    piece[:, 0] -= epoch
+    if span is None:
+        return piece
+    return np.asarray(piece[~(piece[:, 0] < span[0]) & ~(piece[:, 0] > span[1])])
 
 
 def _rows(path: Path, dialect: Dialect, names: list[str]) -> Iterator[FloatArray]:
