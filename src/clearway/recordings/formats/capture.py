@@ -223,7 +223,8 @@ def _taken(
             frames.append(frame[within])
             yield values[within] if not within.all() else values
 
-    values = gather(parts(), len(flat))
+    start = layout.block.start
+    values = gather(parts(), len(flat), lambda: (lines.at - start) / max(1, lines.size - start))
     t = _exact(np.concatenate(times), np.concatenate(frames), layout)
     if not len(t) and want.span is not None:
         raise ClearwayError(
@@ -307,11 +308,12 @@ def _check_up(file: Path, format: str, points: Points, layout: Layout) -> None:
 
     No header of these formats says which axis is up. Things that drive or walk rise by little.
     """
+    xyz = points.xyz[:: max(1, len(points.t) // 2000)]
+    seen = np.isfinite(xyz[..., 0]).any(axis=0)
+    if not seen.any():
+        return
     with np.errstate(all="ignore"):
-        seen = np.isfinite(points.xyz[..., 0]).any(axis=0)
-        if not seen.any():
-            return
-        spread = np.nanmedian(np.nanmax(points.xyz[:, seen], axis=0) - np.nanmin(points.xyz[:, seen], axis=0), axis=0)
+        spread = np.nanmedian(np.nanmax(xyz[:, seen], axis=0) - np.nanmin(xyz[:, seen], axis=0), axis=0)
     x, y, z = (float(s) for s in spread)
     if z > _RISE and z > 5 * y:
         other = {"trc": "trc-y-up", "motive": "motive-z-up"}.get(format)

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import codecs
 import csv
+import os
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,8 @@ NOTHING = ("", "nan", "-nan", "+nan", "null", "none", "na", "n/a", "-nan(ind)", 
 """What a cell says that holds no number, in lower case."""
 
 _NULLS = sorted({form for word in NOTHING for form in (word, word.upper(), word.title(), "NaN", "-NaN")})
+_EMPTY = re.compile(rb"[ \t,;]*\r?\n")
+_BLANK = np.isin(np.arange(256), list(b" \t,;\r\n"))
 _MOST_PADDED = 100_000
 
 
@@ -45,13 +48,14 @@ class Lines:
 
     Attributes:
         file: the file's path, for errors. binary: its bytes, in an encoding in which ASCII is ASCII.
-        at: byte offset of the next line. number: of the line that was read last, from 1.
+        size: of all of it. at: byte offset of the next line. number: of the line that was read last, from 1.
     """
 
     def __init__(self, file: Path, binary: IO[bytes], encoding: str) -> None:
         self.file, self.binary, self._encoding = file, binary, encoding
         self.number = 0
         self.at = binary.tell()
+        self.size = os.fstat(binary.fileno()).st_size
 
     def next(self) -> str | None:
         """The next line without its end, None behind the last.
@@ -177,7 +181,6 @@ def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArr
         ClearwayError: a cell is no number, or a line has too many or too few; the message names the line.
     """
     lines.back_to(block.start, block.line - 1)
-    separator = block.separator.encode()
     rest, done, padded, taken = b"", False, 0, 0
     while not done:
         piece = lines.binary.read(CHUNK)
@@ -191,7 +194,7 @@ def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArr
                 rest = data
                 continue
             data, rest = data[:cut], data[cut:]
-        stop = _first_empty(data, separator) if block.ends else None
+        stop = _first_empty(data) if block.ends else None
         done = ended or stop is not None
         data = _whole(data, block) if ended else data[:stop]
         if not data:
@@ -208,13 +211,18 @@ def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArr
     lines.back_to(lines.at, lines.number)
 
 
-def gather(chunks: Iterable[FloatArray], width: int) -> FloatArray:
-    """Rows that come in chunks (r, width) as one array (n, width), holding it only once."""
+def gather(chunks: Iterable[FloatArray], width: int, share: Callable[[], float]) -> FloatArray:
+    """Rows that come in chunks (r, width) as one array (n, width), holding it only once.
+
+    Args:
+        share: of all chunks' bytes that have come already, so that the whole can be estimated.
+    """
     held: Any = np.empty((0, width))
     n = 0
     for chunk in chunks:
         if n + len(chunk) > len(held):
-            held.resize((max(n + len(chunk), int(1.5 * len(held))), width), refcheck=False)
+            whole = 1.02 * (n + len(chunk)) / min(1.0, max(share(), 1e-3))
+            held.resize((max(n + len(chunk), min(int(whole), 64 * (n + len(chunk)))), width), refcheck=False)
         held[n : n + len(chunk)] = chunk
         n += len(chunk)
     held.resize((n, width), refcheck=False)
@@ -258,10 +266,32 @@ def _transcode(raw: IO[bytes], plain: IO[bytes], encoding: str) -> None:
         first = False
 
 
-def _first_empty(data: bytes, separator: bytes) -> int | None:
-    """Where the first line begins that holds nothing but separators and blanks."""
-    blank = re.search(rb"^[ \t" + separator + rb"]*\r?\n", data, re.M)
-    return None if blank is None else blank.start()
+def pass_over(lines: Lines) -> None:
+    """Stand behind the next line that is empty or holds nothing but separators, or at the end."""
+    rest = b""
+    while piece := lines.binary.read(CHUNK):
+        data = rest + piece
+        stop = _first_empty(data)
+        cut = (data.rfind(b"\n") if stop is None else data.find(b"\n", stop)) + 1
+        lines.number += data.count(b"\n", 0, cut)
+        lines.at += cut
+        rest = data[cut:][-LONGEST_LINE:]
+        if stop is not None:
+            break
+    else:
+        return
+    lines.back_to(lines.at, lines.number)
+
+
+def _first_empty(data: bytes) -> int | None:
+    """Where the first line begins that holds nothing but separators and blanks; whole lines only."""
+    letters = np.frombuffer(data, dtype=np.uint8)
+    begins = np.concatenate(([0], np.flatnonzero(letters == ord("\n")) + 1))
+    begins = begins[begins < len(data)]
+    for at in begins[_BLANK[letters[begins]]]:
+        if _EMPTY.match(data, at):
+            return int(at)
+    return None
 
 
 def _whole(data: bytes, block: Block) -> bytes:

@@ -7,7 +7,7 @@
     ,,mm,mm,mm,mm,mm,mm
     1,0,44.1628,-276.862,675.697,32.5723,-243.141,676.575
 
-Frame 1 is t = 0; frame and sub frame make the time. Blocks end at an empty line; those other than `Trajectories`
+Frame 1 is t = 0. Blocks end at an empty line; those other than `Trajectories`
 (markers), `Segments` and `Objects` (bodies), such as `Devices`, are passed over. Separators are `,`, `;` or tabs, numbers
 may have decimal commas. An empty cell is a marker that wasn't seen.
 
@@ -31,7 +31,17 @@ from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.capture import Body, Layout, frames_of, look_layouts, read_layouts, to_file
 from clearway.recordings.formats.capture_fields import rate_of, unique, unit, xyzw
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, opened, write_rows, writing
+from clearway.recordings.formats.text import (
+    Block,
+    Lines,
+    cells,
+    head_text,
+    number,
+    opened,
+    pass_over,
+    write_rows,
+    writing,
+)
 from clearway.recordings.recording import Contents, Recording, Want
 
 MARKERS, BODIES = ("trajectories",), ("segments", "objects")
@@ -138,13 +148,7 @@ def _blocks(lines: Lines) -> Iterator[tuple[str, Layout | None]]:
             raise ClearwayError(f"line {lines.number}: {title[:40]!r} is no block's title", file=lines.file)
         layout = _layout(lines, title)
         yield title, layout
-        _pass_over(lines)
-
-
-def _pass_over(lines: Lines) -> None:
-    """Stand behind the empty line that ends this block."""
-    while (line := lines.next()) is not None and line.strip(" \t,;"):
-        pass
+        pass_over(lines)
 
 
 def _layout(lines: Lines, title: str) -> Layout | None:
