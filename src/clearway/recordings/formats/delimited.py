@@ -10,7 +10,7 @@ import codecs
 import io
 import itertools
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -182,6 +182,11 @@ def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence
             raise ClearwayError(
                 f"is no table of {len(names)} columns all through: {_named(problem, names)}", file=path
             ) from error
+
+
+def stacked(chunks: Iterable[FloatArray], width: int) -> FloatArray:
+    """Rows that come in chunks (r, width) as one array (n, width)."""
+    return np.concatenate([np.zeros((0, width)), *chunks])
 
 
 class Codes:

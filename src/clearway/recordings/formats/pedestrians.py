@@ -34,9 +34,10 @@ from clearway.recordings.formats.delimited import (
     is_number,
     pieces,
     split,
+    stacked,
 )
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import encoding_of, gather
+from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
 from clearway.recordings.times import in_order
 
@@ -166,11 +167,11 @@ def _by_numbers(values: FloatArray, dialect: Dialect, rate: float | None) -> _La
 
 
 def _leap(values: FloatArray, column: int) -> float:
-    """How far, on the median, one is from line to line, were the ids in this column; people don't leap."""
+    """By how much, on the median, one's next step differs from the last, were the ids in this column, m."""
     rows = values[np.lexsort((values[:, 1 - column], values[:, column]))]
-    same = np.diff(rows[:, column]) == 0
-    steps = np.hypot(*np.diff(rows[:, 2:4], axis=0)[same].T)
-    return float(np.median(steps)) if len(steps) else float(np.hypot(*np.ptp(values[:, 2:4], axis=0)))
+    same = (np.diff(rows[:, column]) == 0)[1:] & (np.diff(rows[:, column]) == 0)[:-1]
+    turns = np.hypot(*np.diff(rows[:, 2:4], n=2, axis=0)[same].T)
+    return float(np.median(turns)) if len(turns) else float(np.hypot(*np.ptp(values[:, 2:4], axis=0)))
 
 
 def read(path: Path, want: Want) -> Recording:
@@ -195,7 +196,7 @@ def read(path: Path, want: Want) -> Recording:
     clock, who, x, y = layout.columns
     numbers, ids = [clock, x, y], Codes()
     parts = pieces(path, layout.dialect, numbers, [who])
-    rows = gather((np.column_stack([*(p[n] for n in numbers), ids.of(p[who])]) for p in parts), 4)
+    rows = stacked((np.column_stack([*(p[n] for n in numbers), ids.of(p[who])]) for p in parts), 4)
     if not len(rows):
         raise ClearwayError("holds no one", file=path)
     for column, what in ((0, layout.clock), (3, "id")):

@@ -24,11 +24,12 @@ from clearway.recordings.formats.delimited import (
     head_of,
     header_of,
     pieces,
+    stacked,
     written,
 )
 from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.table_spec import METRES, SECONDS, BodySpec, TableSpec, TimeSpec
-from clearway.recordings.formats.text import encoding_of, gather
+from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, contents_of
 
 SUFFIXES = (".csv", ".tsv", ".dat")
@@ -196,7 +197,7 @@ def _load(
             yield np.column_stack(columns)[inside]
 
     pieces_of = pieces(path, dialect, wanted, list(dict.fromkeys(texts)))
-    read = gather(rows(pieces_of), 1 + len(numbers) + bool(spec.id))
+    read = stacked(rows(pieces_of), 1 + len(numbers) + bool(spec.id))
     data = {n: read[:, i] for i, n in enumerate(["", *numbers])}
     if spec.id and np.isnan(read[:, -1]).any():
         raise ClearwayError("a line doesn't say whose it is", file=path, field=spec.id)

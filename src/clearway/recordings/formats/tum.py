@@ -11,9 +11,9 @@ import numpy as np
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, written
+from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, stacked, written
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import encoding_of, gather
+from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
 from clearway.recordings.times import in_order
 
@@ -55,7 +55,7 @@ def read(path: Path, want: Want) -> Recording:
             file=path,
             field="t",
         )
-    rows = gather((_within(piece, epoch or 0.0, want.span) for piece in chain((first,), pieces_of)), 8)
+    rows = stacked((_within(piece, epoch or 0.0, want.span) for piece in chain((first,), pieces_of)), 8)
     keep, notes = ordered(rows[:, 0], path, "t")
     rows = rows[keep]
     far = np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 0.02
