@@ -51,9 +51,14 @@ def _fields_at(model: type[BaseModel], where: list[Any]) -> list[str]:
     for step in where:
         if isinstance(step, int):
             continue
-        found = [m for c in candidates if step in c.model_fields for m in _models_in(c.model_fields[step].annotation)]
+        found = [m for c in candidates if step in _keys(c) for m in _models_in(_keys(c)[step])]
         candidates = found or candidates  # a union's tag is a step that names no field
-    return sorted({name for c in candidates for name in c.model_fields})
+    return sorted({key for c in candidates for key in _keys(c)})
+
+
+def _keys(model: type[BaseModel]) -> dict[str, Any]:
+    """Annotations of a model's fields by the keys that a file has for them."""
+    return {field.alias or name: field.annotation for name, field in model.model_fields.items()}
 
 
 def _models_in(annotation: Any) -> list[type[BaseModel]]:

@@ -23,7 +23,9 @@ def test_help_imports_nothing_heavy():
     assert said.stdout.strip().endswith("[]")
 
 
-@pytest.mark.parametrize("verb", ["run", "map", "report", "replay", "compare", "list", "check", "schema", "samples"])
+@pytest.mark.parametrize(
+    "verb", ["run", "protocol", "import", "map", "report", "replay", "compare", "list", "check", "schema", "samples"]
+)
 def test_every_verb_explains_itself(clearway: Shell, verb: str):
     said = clearway(verb, "--help")
     assert said.code == 0

@@ -78,7 +78,20 @@ def _take(file: Path, format: str | None, bodies: list[str], cutoff: str, out: P
 def _tell(found: list[dict[str, Any]], out: Path) -> None:
     from clearway.reports.text import columns
 
-    heads = ("body", "samples", "Hz", "seen", "length", "gaps filled", "left open", "residual", "largest", "cut-off")
+    several = len({r["file"] for r in found}) > 1
+    heads = (
+        *(["file"] if several else []),
+        "body",
+        "samples",
+        "Hz",
+        "seen",
+        "length",
+        "gaps filled",
+        "left open",
+        "residual",
+        "largest",
+        "cut-off",
+    )
     rows = []
     for r in found:
         if "problem" in r:
@@ -86,7 +99,7 @@ def _tell(found: list[dict[str, Any]], out: Path) -> None:
         filled = sum(g["count"] for kind, g in r["gaps"].items() if kind != "open")
         left = r["gaps"].get("open")
         rows.append((
-            r["body"], str(r["samples"]), f"{r['rate']:.4g}", f"{100 * r['seen']:.1f} %", f"{r['length']:.2f} m",
+            *([Path(r["file"]).name] if several else []), r["body"], str(r["samples"]), f"{r['rate']:.4g}", f"{100 * r['seen']:.1f} %", f"{r['length']:.2f} m",
             str(filled), f"{left['count']}, to {left['longest']:.2f} s" if left else "0",
             *("-" if r[k] is None else f"{1000 * r[k]:.2f} mm" for k in ("residual", "residual_max")),
             "-" if r["cutoff"] is None else f"{r['cutoff']:.2f} Hz",
@@ -95,7 +108,7 @@ def _tell(found: list[dict[str, Any]], out: Path) -> None:
         typer.echo(columns(heads, rows))
     for r in found:
         for note in r.get("notes", ()):
-            typer.echo(f"{r['body']}: {note}")
+            typer.echo(f"{Path(r['file']).name + ' ' if several else ''}{r['body']}  {note}")
     for r in found:
         if "problem" in r:
             typer.echo(f"{r['file']}: {r['body']}: {r['problem']}", err=True)

@@ -300,7 +300,9 @@ class _Writer:
             'localisation = "recorded"  # how it knew where it was, such as "amcl"',
         ]
         if self.selection.plan is not None:
-            lines.append(f"plan = {_toml(self.file(self.selection.plan))}  # floor plan, drawn behind the paths")
+            lines.append(
+                f"plan = {_toml(self.file(self.selection.plan))}  # floor plan: what stands in it counts as obstacles"
+            )
         lines += [f"xy_tolerance = {_toml(xy)}  # at a goal, m", f"yaw_tolerance = {_toml(yaw)}  # rad"]
         if length is not None:
             lines.append(f"reference_length = {_toml(length)}  # of one leg, m")

@@ -82,7 +82,7 @@ def sheet_of(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
         groups=groups,
         ticks=TICKS,
         trials=len(plan.trials),
-        hours=_hours(plan),
+        driving=_driving(plan),
         things=_things(plan),
         checklist=_checklist(plan, line),
         metres=metres,
@@ -169,8 +169,8 @@ def _what(body: BodySpec) -> str:
     return ", ".join([kind, *(f"{name} {metres(v)} m" for name, v in values.items())])
 
 
-def _hours(plan: Plan) -> float | None:
-    """Of driving alone, at the set speeds, straight."""
+def _driving(plan: Plan) -> str | None:
+    """How long is driven, straight and at the set speeds; None if the plan doesn't say."""
     seconds = 0.0
     for trial in plan.trials:
         here: PoseSpec | None = None
@@ -181,7 +181,7 @@ def _hours(plan: Plan) -> float | None:
                 return None
             seconds += math.dist(here[:2], goal[:2]) / trial.speed
             here = goal
-    return seconds / 3600
+    return f"{seconds / 3600:.1f} hours" if seconds >= 3600 else f"{math.ceil(seconds / 60)} minutes"
 
 
 def _groups(plan: Plan, known: dict[Hashable, Scenario], line: Line | None) -> Iterable[Group]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.csv
 
 from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats
 from clearway.recordings.markers import MarkerSet, motion_of_markers, motion_of_track, resolve
 from clearway.recordings.motion import Motion
@@ -22,6 +23,11 @@ MOVING = ("body", "odometry", "pose", "tf", "person", "table")
 """Kinds of entries that have poses."""
 LEAST = 3
 """Markers that make a body."""
+COLUMNS = ("t", "x", "y", "theta", "v", "omega")
+OWN = (
+    "x, y and theta are of the markers' own frame, its origin in their middle, and v is its speed whichever way: where "
+    "base_link is and where it faces, a test plan says"
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +120,18 @@ def _motion(recording: Recording, name: str, members: tuple[str, ...], cleaning:
             raise unknown("body", name, recording.tracks, file=path)
         return motion_of_track(recording.tracks[name], cleaning, None, file=path)
     assert recording.points is not None
-    return motion_of_markers(recording.points, MarkerSet(members), cleaning, None, file=path)
+    motion = motion_of_markers(recording.points, MarkerSet(members), cleaning, None, file=path)
+    return replace(
+        motion, velocity=np.column_stack([_speed(motion), motion.velocity[:, 1]]), notes=(*motion.notes, OWN)
+    )
+
+
+def _speed(motion: Motion) -> FloatArray:
+    """(n,) m/s over the floor: nobody knows which way such a body faces, so there is no forward and no backward."""
+    if len(motion.t) < 2:
+        return np.full(len(motion.t), np.nan)
+    x, y = (np.gradient(motion.pose[:, i], motion.t) for i in (0, 1))
+    return np.asarray(np.hypot(x, y))
 
 
 def file_of(path: str | Path, name: str) -> str:
@@ -129,14 +146,12 @@ def write_motion(motion: Motion, path: Path) -> None:
     Raises:
         ClearwayError: the file is there already, or can't be written.
     """
-    values = np.column_stack([motion.t, motion.wrapped, motion.velocity])
-    columns = {
-        n: pa.array(np.round(values[:, i], 6), from_pandas=True)
-        for i, n in enumerate(("t", "x", "y", "theta", "v", "omega"))
-    }
+    values = np.round(np.column_stack([motion.t, motion.wrapped, motion.velocity]), 6) + 0.0
+    table = pa.table({n: pa.array(values[:, i], from_pandas=True) for i, n in enumerate(COLUMNS)})
     try:
         with open(path, "xb") as f:
-            pyarrow.csv.write_csv(pa.table(columns), f)
+            f.write((",".join(COLUMNS) + "\n").encode())
+            pyarrow.csv.write_csv(table, f, pyarrow.csv.WriteOptions(include_header=False))
     except FileExistsError as error:
         raise ClearwayError("is there already; name another folder", file=path) from error
     except OSError as error:

@@ -1,0 +1,133 @@
+"""The run sheet has every trial once, says where things stand, and needs nothing but itself to be printed."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.recordings.plan import Plan
+from clearway.recordings.protocol import parsed, scenarios, skeleton
+from clearway.recordings.run_sheet import sheet_of, write_sheet
+from clearway.scenarios.suites import Selection
+
+VOID = {"meta", "br", "hr", "img", "link", "input"}
+
+
+class Page(HTMLParser):
+    """Counts elements, and notes those that are not closed in order."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.wrong: list[str] = []
+        self.count: dict[str, int] = {}
+        self.boxes = 0
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.count[tag] = self.count.get(tag, 0) + 1
+        self.boxes += ("class", "box") in attrs
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.count[tag] = self.count.get(tag, 0) + 1
+
+    def handle_endtag(self, tag: str) -> None:
+        if self.open[-1:] == [tag]:
+            self.open.pop()
+        else:
+            self.wrong.append(tag)
+
+
+@pytest.fixture(scope="module")
+def sheet() -> str:
+    return sheet_of(parsed(skeleton()), scenarios("hospital", "tiago"))
+
+
+def numbers(text: str) -> list[int]:
+    return [int(n) for n in re.findall(r'<td class="n"><b>(\d+)</b>', text)]
+
+
+def test_every_trial_once_in_order(sheet: str):
+    assert numbers(sheet) == list(range(1, 337))
+
+
+def test_well_formed_and_self_contained(sheet: str):
+    page = Page(sheet)
+    assert page.wrong == []
+    assert page.open == []
+    assert page.count["section"] == 37  # 36 set-ups and the list of obstacles
+    assert page.count["svg"] == 36
+    assert not re.search(r"https?://|src=|<script|<link|@import|url\(", sheet)
+    assert "size: A4" in sheet
+
+
+def test_five_boxes_a_trial(sheet: str):
+    page = Page(sheet)
+    assert page.boxes == 5 * 336 + 9 + 5  # and one an obstacle, one a line of the checklist
+
+
+def test_where_things_stand_and_how_the_mover_goes(sheet: str):
+    assert "square-60cm-2: 2.5 m from A towards B, 0.84 m to the left" in sheet
+    assert "2.5 | 0.84</text>" in sheet
+    assert "forth: hosbot from 6 | 0 to \N{MINUS SIGN}1 | 0" in sheet
+
+
+def test_hours_of_driving_by_hand(sheet: str):
+    # 10 m each: 126 trials at 0.2 m/s (3 NO, 84 SO, 15 MO, 24 CE), 123 at 0.6, 87 at 1.0: 6300 + 2050 + 870 s
+    assert "about 2.6 hours of driving" in sheet
+    short = sheet_of(parsed(skeleton(selection=Selection(batches=("NO",), speeds=(0.2,), repetitions=2))))
+    assert "about 2 minutes of driving" in short  # 2 x 10 m / 0.2 m/s = 100 s
+
+
+def test_coordinates_hold_on_any_plan():
+    """The same test seen from A is the same, wherever A and B lie in the map."""
+    ours = skeleton(selection=Selection(batches=("SO",), sizes=(0.3,), speeds=(0.2,)))
+    plan = parsed(ours)
+
+    def moved(pose: tuple[float, float, float] | None) -> tuple[float, float, float] | None:
+        return None if pose is None else (10 - pose[1], -4 + pose[0], pose[2] + 1.5707963267948966)
+
+    trials = tuple(
+        t.model_copy(update={"obstacles": tuple(o.model_copy(update={"pose": moved(o.pose)}) for o in t.obstacles)})
+        for t in plan.trials
+    )
+    poses = {n: moved(p) for n, p in plan.poses.items()}
+    surveyed = plan.sources["capture"].frame.surveyed
+    other = plan.model_copy(update={"poses": poses, "trials": trials})
+
+    def body(text: str) -> str:
+        return text[text.index("<section", text.index("4. Each trial")) :]
+
+    assert surveyed
+    assert body(sheet_of(other)) == body(sheet_of(plan))
+
+
+def test_names_that_are_markup_stay_text(tmp_path: Path):
+    text = skeleton(selection=Selection(batches=("NO",), speeds=(1.0,), repetitions=1))
+    text = text.replace('suite = "hospital"', 'suite = "</style><script>alert(1)</script>"')
+    text = text.replace('place = ""', 'place = "<b>here</b>"')
+    page = sheet_of(parsed(text))
+    assert "<script" not in page
+    assert "<b>here" not in page
+    assert "&lt;b&gt;here" in page
+
+
+def test_a_plan_without_poses_or_legs():
+    plan = Plan.model_validate({"trial": [{"file": "a.csv", "note": "x"}, {}]})
+    page = sheet_of(plan)
+    assert numbers(page) == [1, 2]
+    assert Page(page).wrong == []
+    assert "a.csv" in page
+
+
+def test_nothing_is_overwritten(tmp_path: Path):
+    plan = Plan.model_validate({"trial": [{}]})
+    write_sheet(plan, tmp_path / "sheet.html")
+    with pytest.raises(ClearwayError, match="there already"):
+        write_sheet(plan, tmp_path / "sheet.html")
