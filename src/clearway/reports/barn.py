@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System
+from clearway.reports.selection import Row, System, is_recorded
 from clearway.scenarios.barn import TASKS, PublishedRun, published_runs, worlds
 from clearway.statistics import spearman, success_interval
 
@@ -41,7 +41,7 @@ class Barn:
 
 def barn(f: Findings, system: System) -> Barn | None:
     """None where the suite was not run, or only on worlds without a published run."""
-    rows = [r for r in system.of(f.rows) if r["suite"] in TASKS]
+    rows = [r for r in system.of(f.rows) if r["suite"] in TASKS and not is_recorded(r)]
     number = {r["trial"]: world_of(r) for r in rows}
     there = {n for n in number.values() if n is not None}
     published = [p for p in published_runs() if p.world in there]

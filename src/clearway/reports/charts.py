@@ -12,6 +12,7 @@ import numpy as np
 from clearway.indicators import HEADLINE
 from clearway.reports import theme
 from clearway.reports.grid import num
+from clearway.reports.selection import at_speed, by_speed
 from clearway.statistics import describe, success_rates, wilcoxon_between_speeds
 from clearway.statistics.correlation import Correlations
 
@@ -50,7 +51,7 @@ class Bars:
 def bars(data: Bars) -> Figure:
     """A panel a batch: each indicator at each set speed, normalised by its range over the batch, 95 % intervals."""
     batches = list(dict.fromkeys(r["batch"] for r in data.rates))
-    speeds = sorted({r["speed"] for r in data.rates})
+    speeds = sorted({r["speed"] for r in data.rates}, key=by_speed)
     colours = _shades(len(speeds))
     lines = -(-len(batches) // 2)
     figure = theme.new_figure(10.0, 0.45 + 2.3 * lines)
@@ -69,7 +70,7 @@ def bars(data: Bars) -> Figure:
         ax.set_ylim(0, top + 0.04)
     from matplotlib.patches import Patch
 
-    handles = [Patch(facecolor=c, label=f"{s:g} m/s") for s, c in zip(speeds, colours, strict=True)]
+    handles = [Patch(facecolor=c, label=at_speed(s)) for s, c in zip(speeds, colours, strict=True)]
     figure.legend(handles=handles, loc="outside upper right", ncols=len(speeds), handlelength=1, handleheight=1)
     return figure
 
@@ -78,18 +79,18 @@ def _shades(count: int) -> Sequence[str]:
     return theme.SPEEDS[1:2] if count == 1 else (theme.SPEEDS * (1 + count // len(theme.SPEEDS)))[:count]
 
 
-def _counts(data: Bars, batch: str, speeds: Sequence[float]) -> str:
+def _counts(data: Bars, batch: str, speeds: Sequence[float | None]) -> str:
     found = {r["speed"]: r["n"] for r in data.rates if r["batch"] == batch}
     return ", ".join(str(found[s]) for s in speeds if s in found)
 
 
 def _group(
-    ax: Axes, place: int, name: str, batch: str, speeds: Sequence[float], colours: Sequence[str], data: Bars
+    ax: Axes, place: int, name: str, batch: str, speeds: Sequence[float | None], colours: Sequence[str], data: Bars
 ) -> float:
     """Draw an indicator's bars; returns how high they and their asterisks reach."""
     width = 0.78 / len(speeds)
     at = {s: place + (i - (len(speeds) - 1) / 2) * width for i, s in enumerate(speeds)}
-    tops: dict[float, float] = {}
+    tops: dict[float | None, float] = {}
     for speed, colour in zip(speeds, colours, strict=True):
         found = _bar(name, batch, speed, data)
         if found is None:
@@ -104,7 +105,7 @@ def _group(
         ax.text(place, 0.03, "n/a", ha="center", color=theme.MUTED, fontsize=7)
         return 0.0
     level = max(tops.values()) + 0.05
-    for a, b in combinations(sorted(tops), 2):
+    for a, b in combinations(sorted(s for s in tops if s is not None), 2):
         test = next((t for t in data.tests if _is(t, name, batch, a, b)), None)
         if test is None or not test["stars"]:
             continue
@@ -116,7 +117,7 @@ def _group(
     return level
 
 
-def _bar(name: str, batch: str, speed: float, data: Bars) -> tuple[float, float, float] | None:
+def _bar(name: str, batch: str, speed: float | None, data: Bars) -> tuple[float, float, float] | None:
     if name == "SR":
         rate = next((r for r in data.rates if (r["batch"], r["speed"]) == (batch, speed)), None)
         return None if rate is None or rate["SR"] is None else (rate["SR"] / 100, rate["low"] / 100, rate["high"] / 100)

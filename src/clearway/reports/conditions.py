@@ -11,9 +11,9 @@ import platform
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
-from clearway.reports import paper, parameters
+from clearway.reports import paper, parameters, recordings
 from clearway.reports.findings import Findings
-from clearway.reports.selection import System, distinct
+from clearway.reports.selection import System, distinct, is_recorded
 from clearway.robots import Robot
 from clearway.stand_ins import stand_ins
 
@@ -26,11 +26,14 @@ def vehicle(f: Findings, name: str) -> Facts:
     """What is known of a robot, and what has to be filled in."""
     robot = f.robots.get(name)
     facts: Facts = [("name", f.title(name))]
+    load, software = (recordings.stated(f, what, name) for what in ("load", "software"))
+    facts += [("software", software)] if software else []
     if robot is None:
-        return [*facts, ("make and model", BLANK), ("serial number", BLANK), ("load", BLANK)]
+        return [*facts, ("make and model", BLANK), ("serial number", BLANK), ("load", load)]
     given = dict(robot.conditions)
     facts += [("make and model", given.pop("make", BLANK)), ("serial number", given.pop("serial", BLANK))]
-    facts += [("load", given.pop("load", BLANK)), *given.items(), ("footprint", _footprint(robot))]
+    carried = given.pop("load", BLANK)
+    facts += [("load", load or carried), *given.items(), ("footprint", _footprint(robot))]
     d = robot.drive
     facts.append(
         ("drive limits", f"{d.v_max:g} m/s, {d.acceleration:g}/{d.deceleration:g} m/s², {d.omega_max:.2f} rad/s, "
@@ -59,19 +62,31 @@ def test(f: Findings) -> Facts:
     map_used = plan.get("map") or "the floor plan's true map"
     if all(r["plan"].startswith("barn-") for r in f.rows):
         map_used = "none"
-    recorded = all(s.navigator == "recorded" for s in f.systems)
+    recorded = bool(f.rows) and all(map(is_recorded, f.rows))
+    if recorded:
+        map_used = BLANK
+    kind = (
+        "recording of real robots"
+        if recorded
+        else "simulation and recording of real robots"
+        if f.recorded
+        else "simulation"
+    )
     facts: Facts = [
-        ("kind of test", "recording of real robots" if recorded else "simulation"),
+        ("kind of test", kind),
         ("suite", ", ".join(distinct(f.rows, "suite"))),
-        ("floor plan", _some(distinct(f.rows, "plan"))),
-        ("floor surface", BLANK if recorded else _floor(f)),
+        ("floor plan", _some([p for p in distinct(f.rows, "plan") if p])),
+        ("floor surface", recordings.stated(f, "floor") if f.recorded else _floor(f)),
+        *([("measured by", recordings.stated(f, "capture"))] if f.recorded else []),
         ("map given to the robot", "the floor plan's true map" if map_used == "true" else str(map_used)),
         ("localisation", ", ".join(distinct(f.rows, "localisation"))),
         ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
         *_if_any("obstacles followed by", [t for t in distinct(f.rows, "tracking") if t]),
         *_if_any("set-ups (thinking a decision)", distinct(f.rows, "setup")),
-        ("seed", str(plan.get("seed", campaign.get("seed", "not recorded")))),
+        *([] if recorded else [("seed", str(plan.get("seed", campaign.get("seed", "not recorded"))))]),
         ("trials", str(len(f.rows))),
+        *([("attempts without a recording", str(len(recordings.unrecorded(f))))] if f.recorded else []),
+        *([("tested on", recordings.stated(f, "date"))] if f.recorded else []),
         ("started", _date(run.get("started"))),
         ("finished", _date(run.get("finished"))),
         ("Clearway", str(campaign.get("clearway", _version("clearway")))),
@@ -82,8 +97,8 @@ def test(f: Findings) -> Facts:
             or BLANK,
         ),
         ("report made with", f"Clearway {_version('clearway')}, Python {platform.python_version()}"),
-        ("place", BLANK),
-        ("tested by", BLANK),
+        ("place", recordings.stated(f, "place")),
+        ("tested by", recordings.stated(f, "operator")),
     ]
     return facts
 
@@ -106,7 +121,7 @@ def _if_any(name: str, values: list[Any]) -> Facts:
 def deviations(f: Findings) -> list[str]:
     """What differs from the protocol, in sentences."""
     found = []
-    if all(s.navigator != "recorded" for s in f.systems):
+    if not f.recorded:
         found.append(
             "The robots, their sensors and the moving obstacle are simulated; no motion capture is involved: the true pose is known exactly."
         )
@@ -137,11 +152,12 @@ def deviations(f: Findings) -> list[str]:
         found.append(
             f"The navigator {navigator} was given the truth about the obstacles (privileged); it is a reference, not a candidate."
         )
+    found += recordings.deviations(f)
     for outcome, words in (
         ("navigator_failed", "the navigator raised or gave no valid command"),
         ("aborted", "the navigator gave up"),
     ):
-        if count := sum(r["outcome"] == outcome for r in f.rows):
+        if count := sum(r["outcome"] == outcome and not is_recorded(r) for r in f.rows):
             found.append(f"In {count} trial{'s' if count > 1 else ''} {words}; they count as failed.")
     if any(r["suite"] == "hospital" for r in f.rows):
         found.append(

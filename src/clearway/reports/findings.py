@@ -11,7 +11,7 @@ from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
 from clearway.reports.charts import Bars
 from clearway.reports.packing import robot_or_none
-from clearway.reports.selection import Row, System, system_of, systems, table_of
+from clearway.reports.selection import Row, System, is_recorded, system_of, systems, table_of
 from clearway.robots import Robot
 from clearway.statistics import (
     POOLED,
@@ -26,6 +26,7 @@ from clearway.trials.store import Results
 
 BREAKDOWN = ("T_acceleration", "T_cruise", "T_approach", "T_rotation", "T_turn")
 DESCRIBED = (*HEADLINE, *BREAKDOWN, "DE_self", "OE_self", "MDO_walls", "space", "space_rel")
+UNCERTAINTIES = ("DE_U", "OE_U", "MDO_U")
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,19 @@ class Findings:
         return rows
 
     @cached_property
+    def recorded(self) -> bool:
+        """Whether any of the trials was measured."""
+        return any(map(is_recorded, self.rows))
+
+    def provenance(self, row: Row) -> Mapping[str, Any]:
+        """What the trial of this row says of where it came from."""
+        return self._provenance[row["trial"]]
+
+    @cached_property
+    def _provenance(self) -> dict[int, Mapping[str, Any]]:
+        return {r["trial"]: self.results.trial(r["trial"]).provenance for r in self.rows if is_recorded(r)}
+
+    @cached_property
     def systems(self) -> list[System]:
         """Robots with their navigators and set-ups, in the campaign's order."""
         return systems(self.rows)
@@ -53,7 +67,8 @@ class Findings:
     @cached_property
     def described(self) -> list[Row]:
         """Mean, spread and intervals by system, batch, speed and indicator."""
-        there = [n for n in DESCRIBED if n in self.results.trials.column_names]
+        wanted = (*DESCRIBED, *UNCERTAINTIES) if self.recorded else DESCRIBED
+        there = [n for n in wanted if n in self.results.trials.column_names]
         rows: list[Row] = describe(self.results.trials, there).to_pylist()
         return rows
 
@@ -121,7 +136,7 @@ class Findings:
             parts.append(f"set-up {system.setup}")
         return " · ".join(parts)
 
-    def mean(self, system: System, batch: str, speed: float, indicator: str) -> Row | None:
+    def mean(self, system: System, batch: str, speed: float | None, indicator: str) -> Row | None:
         """The row of `described`, or None."""
         return self._by_key.get((system, batch, speed, indicator))
 

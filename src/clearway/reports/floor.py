@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
-from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.geometry.shapes import Circle, FloatArray, circumscribed_radius
 from clearway.reports import paper, theme
 from clearway.reports.selection import Row, configurations, distinct, label, representative, verdict
 from clearway.trials import Body, Trial
@@ -37,7 +38,8 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         chosen = [r for r in rows if (r["batch"], r["configuration"]) == (batch, configuration)]
         gaps, sizes = distinct(chosen, "gap"), distinct(chosen, "size")
         gap = gaps[len(gaps) // 2] if gaps else None
-        trial = max((results.trial(r["trial"]) for r in [r for r in chosen if r["gap"] == gap][:24]), key=_shown)
+        there = [results.trial(r["trial"]) for r in [r for r in chosen if r["gap"] == gap][:24]]
+        trial = max(there, key=lambda t: (known_positions(t.pose).any(), _shown(t)))  # an attempt may be unrecorded
         _set_up(ax, trial, theme.FIXTURE)
         lanes = [results.trial(r["trial"]) for r in chosen[:MOST_LANES] if r["obstacle_speed"] is not None]
         for size in reversed(sizes):
@@ -46,7 +48,8 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
                 nested = results.trial(row["trial"]).attempt.bodies
                 _bodies(ax, [b for b in nested if b.kind == "obstacle"], alpha=0.25 + 0.75 / len(sizes))
         _lanes(ax, lanes or [trial])
-        _robot_at(ax, trial, trial.attempt.legs[0].start)
+        for leg in trial.attempt.legs[:1]:
+            _robot_at(ax, trial, leg.start)
         ax.set_title(f"{batch} {configuration}" if configuration not in (batch, "free") else batch)
         notes = []
         if sizes:
@@ -55,8 +58,10 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
             drawn = f" (drawn: {gap:g})" if len(gaps) > 1 else ""
             notes.append(f"{_named('d', gaps, paper.GAPS) or 'gap'} {_join(gaps)} d_base{drawn}")
         if not sizes and not distinct(chosen, "obstacle_speed"):
-            way = trial.attempt.legs[0].goal[:2] - trial.attempt.legs[0].start[:2]
-            notes.append(f"A–B {float(np.hypot(*way)):g} m, v {_join(distinct(chosen, 'speed'))} m/s")
+            ways = [float(np.hypot(*(leg.goal[:2] - leg.start[:2]))) for leg in trial.attempt.legs[:1]]
+            said = [f"A–B {way:g} m" for way in ways if np.isfinite(way)]
+            speeds = distinct(chosen, "speed")
+            notes.append(", ".join([*said, *([f"v {_join(speeds)} m/s"] if speeds else [])]))
         if distinct(chosen, "obstacle_speed"):
             notes.append(f"obstacle {_join(distinct(chosen, 'obstacle_speed'))} m/s")
         _note(ax, "\n".join(notes))
@@ -106,7 +111,7 @@ def clearance(trial: Trial, title: str) -> Figure:
         ax.text(0.5, 0.5, "nothing to stay clear of, or footprint unknown", ha="center", transform=ax.transAxes)
     else:
         ax.plot(trial.t, values, color=theme.ROBOT, linewidth=1.2)
-        ax.set_ylim(0, max(0.2, min(3.0, float(np.nanmax(values)))))
+        ax.set_ylim(0, max(0.2, min(3.0, float(np.nanmax(values, initial=0.0)))))
     for span in trial.spans:
         name = trial.attempt.legs[span.leg].name
         ax.axvline(span.start, color=theme.RULE, linewidth=0.8)
@@ -154,8 +159,10 @@ def _around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True
             np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind == "obstacle" and b.pose is not None
         ]
         movers.append(trial.movers[:, :, :2].reshape(-1, 2))
-    inner = np.vstack(points)
+    inner = np.vstack([np.empty((0, 2)), *points])
     inner = inner[np.isfinite(inner).all(1)]
+    if not len(inner):
+        inner = np.zeros((1, 2))  # nothing was recorded, and nobody knows where the goals were
     low, high = inner.min(0), inner.max(0)
     lanes = np.vstack(movers)
     lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - 1.1, high + 1.1)
@@ -179,14 +186,16 @@ def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
 def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
     """Walls and furniture, the line between the ends of the scored legs, and their names."""
     _bodies(ax, [b for b in trial.attempt.bodies if b.kind in ("wall", "furniture")], edge)
-    legs = trial.attempt.legs
-    ends = [(legs[0].start, "A")] + [(leg.goal, "B") for leg in legs[:1]]
+    legs = trial.attempt.legs[:1]
+    ends = [(end, name) for leg in legs for end, name in ((leg.start, "A"), (leg.goal, "B")) if known_positions(end)]
+    if not ends:
+        return
     ax.plot(
         *zip(*[e[:2] for e, _ in ends], strict=True), color=theme.MARK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2
     )
     footprint = trial.attempt.footprint
     beyond = 0.2 + (circumscribed_radius(footprint) if footprint is not None else 0.15)
-    along = ends[-1][0][:2] - ends[0][0][:2]
+    along = ends[-1][0][:2] - ends[0][0][:2] if len(ends) > 1 else np.array([1.0, 0.0])
     beside = np.array([along[1], -along[0]]) / max(float(np.hypot(*along)), 1e-9)  # a mover may come along the line
     for end, name in ends:
         ax.plot(*end[:2], marker="o", markersize=3.5, color=theme.MARK, zorder=6)
@@ -199,8 +208,12 @@ def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha:
 
     groups: dict[str, list[FloatArray]] = {}
     for body in bodies:
-        if body.pose is not None:
-            groups.setdefault(body.kind, []).append(theme.outline(body.shape, body.pose))
+        if body.pose is None or not known_positions(body.pose):
+            continue
+        if not has_outline(body, body.pose):
+            _cross(ax, body.pose, edge)
+        else:
+            groups.setdefault(body.kind, []).append(theme.outline(body.shape, upright(body.pose)))
     x, y = ax.get_xlim(), ax.get_ylim()
     for kind, outlines in groups.items():
         shown = [
@@ -239,7 +252,7 @@ def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
         aside = (longest[:, :2] - start) @ np.array([-along[1], along[0]])
         if np.abs(aside).max() > 0.05:  # not straight: as far as this one trial shows it
             ax.plot(*longest[:, :2].T, color=theme.MOVER, linewidth=1.2, zorder=5)
-            ax.fill(*theme.outline(body.shape, longest[0]).T, facecolor=theme.MOVER, alpha=0.55, zorder=5)
+            _mover_at(ax, body, longest[0])
             continue
         ends = np.concatenate([(t[[0, -1], :2] - start) @ along for t in tracks])
         x, y = ax.get_xlim(), ax.get_ylim()
@@ -249,21 +262,55 @@ def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
             continue
         style = {"arrowstyle": "-|>", "color": theme.MOVER, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", xy=tuple(inside[-1]), xytext=tuple(inside[0]), arrowprops=style, zorder=5)
-        at = np.array([*inside[len(inside) // 10], longest[0, 2]])
-        ax.fill(*theme.outline(body.shape, at).T, facecolor=theme.MOVER, alpha=0.55, edgecolor=theme.MOVER, zorder=5)
+        _mover_at(ax, body, np.array([*inside[len(inside) // 10], longest[0, 2]]), edge=theme.MOVER)
+
+
+def _mover_at(ax: Axes, body: Body, pose: FloatArray, edge: str | None = None) -> None:
+    """A mover's shape at a pose, or a cross where nobody knows its outline."""
+    if not has_outline(body, pose):
+        _cross(ax, pose, theme.MOVER)
+        return
+    more: dict[str, Any] = {} if edge is None else {"edgecolor": edge}
+    ax.fill(*theme.outline(body.shape, upright(pose)).T, facecolor=theme.MOVER, alpha=0.55, zorder=5, **more)
+
+
+def _cross(ax: Axes, pose: FloatArray, colour: str) -> None:
+    ax.plot(*pose[:2], linestyle="", marker="x", markersize=5, markeredgewidth=1.2, color=colour, zorder=7)
+
+
+def known_positions(poses: FloatArray) -> npt.NDArray[np.bool_]:
+    """Of which of the poses (..., 3) the position is known."""
+    return np.asarray(np.isfinite(poses[..., :2]).all(axis=-1))
+
+
+def has_outline(body: Body, pose: FloatArray) -> bool:
+    """Whether it is known how the body lies at a pose (3,) whose position is known."""
+    return body.outlined and (isinstance(body.shape, Circle) or bool(np.isfinite(pose[2])))
+
+
+def upright(pose: FloatArray) -> FloatArray:
+    """The pose (3,) with heading 0 where it is unknown: only for a disc, to which it makes no difference."""
+    return pose if np.isfinite(pose[2]) else np.array([pose[0], pose[1], 0.0])
 
 
 def _first_way(trial: Trial, m: int) -> FloatArray:
-    """Where mover `m` was on the first leg, poses (k, 3)."""
+    """Where mover `m` was on the first leg, poses (k, 3); none if this trial has fewer movers."""
+    if m >= trial.movers.shape[1]:
+        return np.empty((0, 3))
     track: FloatArray = trial.movers[np.asarray(trial.leg) == 0, m]
-    return track[np.isfinite(track).all(1)]
+    return track[known_positions(track)]
 
 
 def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
-    if trial.attempt.footprint is not None:
-        points = theme.outline(trial.attempt.footprint, pose).T
+    if not known_positions(pose):
+        return
+    robot = _robot(trial)
+    if robot is not None and has_outline(robot, pose):
+        points = theme.outline(robot.shape, upright(pose)).T
         ax.fill(*points, facecolor=theme.ROBOT, alpha=0.35, zorder=4)
         ax.plot(*points, color=theme.ROBOT, linewidth=1.0, zorder=5)
+    if not np.isfinite(pose[2]):
+        return
     ahead = pose[:2] + 0.45 * np.array([np.cos(pose[2]), np.sin(pose[2])])
     ax.annotate(
         "", xy=tuple(ahead), xytext=tuple(pose[:2]), arrowprops={"arrowstyle": "-|>", "color": theme.ROBOT}, zorder=6
@@ -277,19 +324,28 @@ def _tracks(ax: Axes, trial: Trial) -> None:
             ax.plot(track[:, 0], track[:, 1], color=theme.MOVER, linewidth=1.3, zorder=4)
             _prints(ax, body, track, theme.MOVER, 3 * FOOTPRINT_EVERY)
     ax.plot(trial.pose[:, 0], trial.pose[:, 1], color=theme.ROBOT, linewidth=1.4, zorder=6)
-    if trial.attempt.footprint is not None:
-        _prints(ax, Body("robot", "mover", trial.attempt.footprint, None), trial.pose, theme.ROBOT, FOOTPRINT_EVERY)
+    if (robot := _robot(trial)) is not None:
+        _prints(ax, robot, trial.pose, theme.ROBOT, FOOTPRINT_EVERY)
+
+
+def _robot(trial: Trial) -> Body | None:
+    """The robot as a body; None if nobody knows its footprint."""
+    footprint = trial.attempt.footprint
+    return None if footprint is None else Body("robot", "mover", footprint, None)
 
 
 def _prints(ax: Axes, body: Body, track: FloatArray, colour: str, every: float) -> None:
     """The body's outline wherever it had moved `every` metres."""
-    known = track[np.isfinite(track).all(1)]
+    known = track[known_positions(track)]
     if not len(known):
+        return
+    if not body.outlined:
+        _cross(ax, known[0], colour)
         return
     way = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(known[:, :2], axis=0).T))))
     at = np.unique(np.searchsorted(way, np.arange(0.0, way[-1] + every, every)).clip(0, len(known) - 1))
-    for pose in known[at]:
-        ax.plot(*theme.outline(body.shape, pose).T, color=colour, linewidth=0.5, alpha=0.55, zorder=5)
+    for pose in (p for p in known[at] if has_outline(body, p)):
+        ax.plot(*theme.outline(body.shape, upright(pose)).T, color=colour, linewidth=0.5, alpha=0.55, zorder=5)
 
 
 def _note(ax: Axes, text: str) -> None:

@@ -11,7 +11,7 @@ from clearway.indicators import HEADLINE, INDICATORS
 from clearway.reports import paper
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System, verdict
+from clearway.reports.selection import Row, System, at_speed, by_speed, verdict
 from clearway.statistics import PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
@@ -41,7 +41,7 @@ def cards(f: Findings) -> list[Card]:
         rows = system.of(f.rows)
         times = {
             s: [r["CT"] for r in rows if r["speed"] == s and r["CT"] is not None]
-            for s in sorted({r["speed"] for r in rows})
+            for s in sorted({r["speed"] for r in rows}, key=by_speed)
         }
         means = [(s, sum(v) / len(v)) for s, v in times.items() if v]
         gaps = [r["MDO"] for r in rows if r["MDO"] is not None]
@@ -58,8 +58,8 @@ def cards(f: Findings) -> list[Card]:
                 f"{rate['successes']} of {rate['n']}; {failed}",
                 num(means[0][1], 1) if means else NONE,
                 (
-                    f"mean at {means[0][0]:g} m/s" if means else "no trial finished",
-                    *(f"{num(mean, 1)} s at {s:g} m/s" for s, mean in means[1:]),
+                    f"mean at {at_speed(means[0][0])}" if means else "no trial finished",
+                    *(f"{num(mean, 1)} s at {at_speed(s)}" for s, mean in means[1:]),
                     *(["all batches, finished trials"] if means else []),
                 ),
                 num(median(gaps), 2) if gaps else NONE,
@@ -80,29 +80,39 @@ def batches(f: Findings, system: System) -> Grid:
             last = rate["batch"]
         cells: list[Cell | str] = [
             Cell(rate["batch"], strong=True),
-            Cell(f"{rate['speed']:g}"),
+            Cell(_speed(rate["speed"])),
             Cell(str(rate["n"] + rate["unknown"])),
             Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
         ]
         for name in HEADLINE:
             found = f.mean(system, rate["batch"], rate["speed"], name)
-            cells.append(_mean(found, DIGITS[name]))
+            cells.append(_mean(found, DIGITS[name], f.mean(system, rate["batch"], rate["speed"], f"{name}_U")))
         rows.append(cells)
     units = {n: INDICATORS[n].unit for n in HEADLINE}
     columns: Heads = [text("Batch"), "v (m/s)", "n", "SR", *(f"{n} ({units[n]})" if units[n] else n for n in HEADLINE)]
     return grid(
         f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
-        "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one.",
+        "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one."
+        + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else ""),
         columns, rows, groups,
     )  # fmt: skip
 
 
-def _mean(row: Row | None, digits: int) -> Cell:
+def _speed(speed: float | None) -> str:
+    return NONE if speed is None else f"{speed:g}"
+
+
+def _mean(row: Row | None, digits: int, measured: Row | None = None) -> Cell:
+    """Mean and spread; below them the interval, how many have a value, and the mean uncertainty if it was `measured`."""
     if row is None or row["mean"] is None:
         return Cell(NONE)
     spread = f" ± {num(row['sd'], digits)}" if row["sd"] is not None else ""
-    count = f" n {row['n']}" if row["missing"] else ""
-    return Cell(num(row["mean"], digits) + spread, (span(row["t_low"], row["t_high"], digits) + count).strip())
+    parts = [span(row["t_low"], row["t_high"], digits)]
+    if row["missing"]:
+        parts.append(f"n {row['n']}")
+    if measured is not None and measured["mean"]:
+        parts.append(f"U {num(measured['mean'], digits)}")
+    return Cell(num(row["mean"], digits) + spread, " ".join(part for part in parts if part))
 
 
 def breakdown(f: Findings) -> Grid | None:
@@ -110,7 +120,7 @@ def breakdown(f: Findings) -> Grid | None:
     rows: Rows = []
     groups: list[int] = []
     for system in f.systems:
-        speeds = sorted({r["speed"] for r in system.of(f.rows) if r["batch"] == "NO"})
+        speeds = sorted({r["speed"] for r in system.of(f.rows) if r["batch"] == "NO"}, key=by_speed)
         if speeds:
             groups.append(len(rows))
         for speed in speeds:
@@ -121,7 +131,7 @@ def breakdown(f: Findings) -> Grid | None:
                 for p in ("acceleration", "cruise", "approach", "rotation", "turn")
             ]
             rows.append([
-                Cell(f.name(system), strong=True), f"{speed:g}", _mean(found, 2),
+                Cell(f.name(system), strong=True), _speed(speed), _mean(found, 2),
                 Cell(NONE) if printed is None else Cell(f"{printed.mean:.2f} ± {printed.spread:.2f}"),
                 percent(found["mean"] if found else None, printed.mean if printed else None),
                 *(num(p["mean"] if p else None, 2) for p in parts),
@@ -138,7 +148,7 @@ def breakdown(f: Findings) -> Grid | None:
     return grid(caption, columns, rows, groups)
 
 
-def _about(m: paper.Mean, system: System, batch: str, speed: float, indicator: str) -> bool:
+def _about(m: paper.Mean, system: System, batch: str, speed: float | None, indicator: str) -> bool:
     return (m.robot, m.batch, m.speed, m.indicator) == (system.robot.partition(":")[0], batch, speed, indicator)
 
 
@@ -189,7 +199,7 @@ def space(f: Findings) -> Grid | None:
                 last = system
             within = sum(r["space_rel"] <= paper.MANOEUVRING_SHARE for r in here)
             rows.append([
-                Cell(f.name(system), strong=True), rate["batch"], f"{rate['speed']:g}", str(len(here)),
+                Cell(f.name(system), strong=True), rate["batch"], _speed(rate["speed"]), str(len(here)),
                 num(100 * mean["mean"], 1), num(100 * max(r["space"] for r in here), 1),
                 f"{num(100 * sum(r['space_rel'] for r in here) / len(here), 0)} %",
                 f"{num(100 * max(r['space_rel'] for r in here), 0)} %", f"{within} of {len(here)}",
@@ -295,24 +305,27 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     if any(r["barn_score"] is not None for r in f.rows):
         labels.append(("barn_score", "score", "", 3))
     labels.append(("reason", "reason", "", None))
+    if f.recorded:
+        labels += [("source", "source", "", None), ("to_confirm", "to confirm", "", None), ("note", "note", "", None)]
     columns = []
     for key, name, unit, digits in labels:
         values = {r[key] for r in f.rows if r.get(key) is not None} if key != "verdict" else set(map(verdict, f.rows))
         if key == "reason":
             values = {r["reason"] or r["failure"] for r in f.rows} - {None, ""}
-        if key in ("navigator", "setup", "obstacle_speed", "size", "gap", "reason") and len(values) < 1 + (
-            key == "navigator"
-        ):
+        if key in ("to_confirm", "note"):
+            values -= {""}
+        optional = ("navigator", "setup", "obstacle_speed", "size", "gap", "reason", "source", "to_confirm", "note")
+        if key in optional and len(values) < 1 + (key in ("navigator", "source")):
             continue
         column: dict[str, Any] = {"key": key, "name": name, "unit": unit, "number": digits is not None}
         if digits is not None:
             column["digits"] = digits
-        if key in ("robot", "navigator", "setup", "batch", "configuration", "verdict") and len(values) <= 60:
+        if key in ("robot", "navigator", "setup", "batch", "configuration", "verdict", "source") and len(values) <= 60:
             column["choices"] = sorted(map(str, values))
         if key in INDICATORS:
             column["title"] = INDICATORS[key].title
-        if key == "reason":
-            column["why"] = True
+        if key in ("reason", "to_confirm", "note"):
+            column["why" if key == "reason" else "words"] = True
         columns.append(column)
     return columns
 

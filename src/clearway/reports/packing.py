@@ -11,7 +11,7 @@ import base64
 import json
 import math
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,8 @@ SIMPLIFY = 0.01
 """m; a plan's line is stored with no more points than it needs to be this right."""
 MOST_EDGES, MOST_DISCS, FIELD_CELLS = 800, 300, 32
 """Of a tree, of a kind of circles, and of a side of a field: what the replay keeps of a snapshot."""
+CROSS: dict[str, Any] = {"r": 0.0, "cross": True}
+"""What stands for a shape that nobody knows."""
 _GAP16, _GAP32 = -(2**15), -(2**31)
 
 
@@ -66,7 +68,7 @@ class Packer:
         """
         a = trial.attempt
         keep = _thin(len(trial.t))
-        fixed = [b for b in a.bodies if b.pose is not None]
+        fixed = [b for b in a.bodies if b.pose is not None and np.isfinite(b.pose[:2]).all()]
         moving = [b for b in a.bodies if b.pose is None]
         return {
             "index": index,
@@ -75,19 +77,20 @@ class Packer:
                 self.scenes.place([_body(b) for b in fixed if b.kind != "obstacle"]),
                 self.scenes.place([_body(b) for b in fixed if b.kind == "obstacle"]),
             ],
-            "movers": [{"name": b.name, **_shape(b.shape)} for b in moving],
+            "movers": [{"name": b.name, **(_shape(b.shape) if b.outlined else CROSS)} for b in moving],
             "legs": [
                 {
                     "name": leg.name,
                     "start": _list(leg.start, 4),
                     "goal": _list(leg.goal, 4),
-                    "xy": leg.xy_tolerance,
+                    "xy": leg.xy_tolerance if math.isfinite(leg.xy_tolerance) else None,
                     "yaw": leg.yaw_tolerance if math.isfinite(leg.yaw_tolerance) else None,
                 }
                 for leg in a.legs
             ],
             "spans": [[s.leg, round(s.start, 3), round(s.end, 3), s.reached] for s in trial.spans],
             "events": [[round(e.t, 3), e.kind, e.detail.strip().splitlines()[-1:] or [""]] for e in trial.events[:500]],
+            **({"recorded": True} if a.source == "recorded" else {}),
             "outcome": trial.outcome.value,
             "reason": trial.reason,
             "speed": a.speed_limit,
@@ -102,10 +105,42 @@ def clearance_over_time(trial: Trial) -> FloatArray | None:
     from clearway.geometry.distance import min_clearance
 
     a = trial.attempt
-    if a.footprint is None or not a.bodies or not np.isfinite(trial.pose).all():
+    if a.footprint is None or not a.bodies:
         return None
-    out = min_clearance(a.footprint, trial.pose, a.bodies, trial.movers)
+    if np.isfinite(trial.pose).all() and all(b.outlined for b in a.bodies):
+        out = min_clearance(a.footprint, trial.pose, a.bodies, trial.movers)
+    else:
+        out = _clearance_of_what_is_known(trial, a.footprint)
     return np.where(np.isfinite(out), out, np.nan)
+
+
+def _clearance_of_what_is_known(trial: Trial, footprint: Shape) -> FloatArray:
+    """(n,) distance from the bodies whose outline is known, NaN where the robot's is not."""
+    from clearway.geometry.distance import min_clearance
+
+    pose, movers = trial.pose.copy(), trial.movers.copy()
+    if isinstance(footprint, Circle):
+        pose[np.isnan(pose[:, 2]), 2] = 0.0
+    bodies, columns, m = [], [], 0
+    for body in trial.attempt.bodies:
+        if body.pose is None:
+            if body.outlined:
+                bodies.append(body)
+                columns.append(m)
+                if isinstance(body.shape, Circle):
+                    movers[np.isnan(movers[:, m, 2]), m, 2] = 0.0
+            m += 1
+        elif body.outlined and np.isfinite(body.pose[:2]).all():
+            heading = float(body.pose[2])
+            if math.isfinite(heading):
+                bodies.append(body)
+            elif isinstance(body.shape, Circle):
+                bodies.append(replace(body, pose=np.array([*body.pose[:2], 0.0])))
+    known = np.isfinite(pose).all(axis=1)
+    out = np.full(len(pose), np.nan)
+    movers = np.where(np.isfinite(movers).all(axis=2, keepdims=True), movers, np.nan)
+    out[known] = min_clearance(footprint, pose[known], bodies, movers[known][:, columns])
+    return out
 
 
 def _columns(trial: Trial, keep: npt.NDArray[np.int64]) -> dict[str, tuple[FloatArray, float]]:
@@ -179,8 +214,9 @@ def _deflate(block: bytes) -> str:
     return base64.b64encode(zlib.compress(block, 6)).decode()
 
 
-def _list(values: FloatArray, digits: int = 3) -> list[float]:
-    return [round(float(v), digits) for v in values]
+def _list(values: FloatArray, digits: int = 3) -> list[float | None]:
+    """As JSON; None where a value is unknown."""
+    return [round(float(v), digits) if math.isfinite(v) else None for v in values]
 
 
 def _shape(shape: Shape) -> dict[str, Any]:
@@ -191,7 +227,9 @@ def _shape(shape: Shape) -> dict[str, Any]:
 
 def _body(body: Body) -> dict[str, Any]:
     assert body.pose is not None
-    return {"name": body.name, "kind": body.kind, "at": _list(body.pose, 4), **_shape(body.shape)}
+    lies = body.outlined and (isinstance(body.shape, Circle) or math.isfinite(body.pose[2]))
+    shape = _shape(body.shape) if lies else CROSS
+    return {"name": body.name, "kind": body.kind, "at": _list(body.pose, 4), **shape}
 
 
 def robot_or_none(name: str) -> Robot | None:

@@ -34,6 +34,7 @@ from clearway.reports import (
     paper,
     paper_b,
     parameters,
+    recordings,
     rescue,
     rescue_figures,
     theme,
@@ -41,7 +42,7 @@ from clearway.reports import (
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.packing import Packer
-from clearway.reports.selection import Row, label, representative, verdict
+from clearway.reports.selection import Row, is_recorded, label, representative, verdict, with_uncertainty
 from clearway.reports.tables import NAMES, write_tables
 from clearway.trials.store import Results, open_results
 
@@ -134,6 +135,11 @@ def build(results: Results, folder: Path) -> None:
         normality=outcomes.normality(f),
         correlations=outcomes.correlations(f),
         table_3=[g for name in f.robots if (g := parameters.table_3(f, name))],
+        missing=recordings.missing(f),
+        unsure=recordings.to_confirm(f),
+        imports=recordings.overview(f),
+        histories=recordings.histories(f),
+        unrecorded=recordings.unrecorded(f),
         every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None],
         rescues=rescue.tables(f),
         duels=[g for g in (contest.table(duels), contest.indicator_table(duels)) if g is not None],
@@ -230,10 +236,14 @@ def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
             )
     for name, digits in outcomes.DIGITS.items():
         if row[name] is not None:
-            facts[name] = f"{row[name]:.{digits}f} {INDICATORS[name].unit}"
+            facts[name] = f"{with_uncertainty(row, name, digits)} {INDICATORS[name].unit}"
     trial = f.results.trial(row["trial"])
     if reason := outcomes.why(row, trial.attempt):
         facts["reason"] = reason
+    if is_recorded(row):
+        why = json.loads(row["not_computable"])
+        facts |= {name: f"not computable: {why[name]}" for name in (*outcomes.DIGITS, "success") if name in why}
+        facts |= {name: row[key] for key, name in (("to_confirm", "to confirm"), ("note", "note")) if row[key]}
     packed = packer.pack(trial, row["trial"], facts)
     return packed | {"verdict": verdict(row), "success": bool(row["success"])}
 
@@ -247,8 +257,17 @@ def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[
         shown = row | {"verdict": verdict(row), "reason": why or None}
         cells = [shown[c["key"]] for c in columns]
         rounded = [round(v, 6) if isinstance(v, float) else v for v in cells]
-        out.append([*rounded, row["success"] is not None and not row["success"]])
+        out.append([*rounded, row["success"] is not None and not row["success"], *_measured(row, columns)])
     return out
+
+
+def _measured(row: Row, columns: Sequence[Mapping[str, Any]]) -> list[dict[int, Any]]:
+    """Of a measured trial: by column, the uncertainty of its value, or why it has none."""
+    if not is_recorded(row):
+        return []
+    why = json.loads(row["not_computable"])
+    u = {i: row.get(f"{c['key']}_U") for i, c in enumerate(columns)}
+    return [{i: u[i] or why.get(c["key"]) for i, c in enumerate(columns) if u[i] or c["key"] in why}]
 
 
 def _replay(

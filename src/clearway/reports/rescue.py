@@ -9,7 +9,7 @@ from statistics import mean, stdev
 from clearway.reports import paper_b
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
-from clearway.reports.selection import Row, System, distinct
+from clearway.reports.selection import Row, System, distinct, is_recorded
 from clearway.statistics import success_interval
 
 MOST_SCENARIOS = 20
@@ -18,7 +18,8 @@ MOST_SCENARIOS = 20
 
 def suites(f: Findings) -> list[str]:
     """The search-and-rescue suites among the results, in the campaign's order."""
-    return [s for s in dict.fromkeys(r["suite"] for r in f.rows) if str(s).startswith("sar-")]
+    there = dict.fromkeys(r["suite"] for r in f.rows if not is_recorded(r))
+    return [s for s in there if str(s).startswith("sar-")]
 
 
 def title(suite: str) -> str:

@@ -84,9 +84,10 @@ def representative(rows: Sequence[Row]) -> Row | None:
     """
     if not rows:
         return None
-    slowest = min(r["speed"] for r in rows)
+    slowest = min((r["speed"] for r in rows), key=by_speed)
     there = [r for r in rows if r["speed"] == slowest]
     there = [r for r in there if _as_in_figure_5(r)] or there
+    there = [r for r in there if not is_recorded(r) or r["duration"]] or there  # of some attempts nothing was recorded
     good = [r for r in there if r["success"] and r["CT"] is not None]
     return sorted(good, key=lambda r: (r["CT"], r["trial"]))[(len(good) - 1) // 2] if good else there[0]
 
@@ -96,9 +97,30 @@ def _as_in_figure_5(row: Row) -> bool:
     return all(row[column] == value for column, value in wanted.items())
 
 
+def is_recorded(row: Row) -> bool:
+    """Whether a trial was measured; a table from before there were recordings has simulated ones only."""
+    return row.get("source") == "recorded"
+
+
+def by_speed(speed: float | None) -> tuple[bool, float]:
+    """Sorts set speeds, unknown ones last."""
+    return speed is None, speed or 0.0
+
+
+def at_speed(speed: float | None) -> str:
+    """A set speed in words."""
+    return "unknown set speed" if speed is None else f"{speed:g} m/s"
+
+
+def with_uncertainty(row: Row, name: str, digits: int) -> str:
+    """A trial's value of an indicator with its expanded uncertainty where it has one, such as `0.052 ± 0.003`."""
+    u = row.get(f"{name}_U")
+    return f"{row[name]:.{digits}f}" + (f" ± {u:.{digits}f}" if u else "")
+
+
 def label(row: Row) -> str:
     """A trial's conditions in words, such as `SO parallel, 0.6 m/s, 0.15 m, 1.5 d_base, no. 2`."""
-    parts = [f"{row['batch']} {row['configuration']}", f"{row['speed']:g} m/s"]
+    parts = [f"{row['batch']} {row['configuration']}", at_speed(row["speed"])]
     if row["obstacle_speed"] is not None:
         parts.append(f"obstacle {row['obstacle_speed']:g} m/s")
     if row["size"] is not None:

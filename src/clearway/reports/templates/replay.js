@@ -25,19 +25,20 @@ const Replay = (() => {
     const samples = await Decode.columns(packed.samples), thoughts = await Decode.thoughts(packed.thoughts);
     const fixed = scenes.flat(), robot = meta.robots[packed.robot];
     const box = (xs) => xs.reduce(([a, b], x) => [Math.min(a, x), Math.max(b, x)], [Infinity, -Infinity]);
-    const known = (values) => Array.from(values || []).filter((x) => !Number.isNaN(x));
+    const known = (values) => Array.from(values || []).filter((x) => x !== null && !Number.isNaN(x));
     const corners = (axis) => {
-      const own = [...known(samples[axis ? "y" : "x"]), ...packed.legs.flatMap((l) => [l.start[axis], l.goal[axis]])];
+      const own = [...known(samples[axis ? "y" : "x"]), ...known(packed.legs.flatMap((l) => [l.start[axis], l.goal[axis]]))];
+      if (!own.length) own.push(-1, 1); // nothing was recorded, and nobody knows where the goals were
       const [low, high] = box(own); // a mover may go far away: what it does there doesn't matter
       const clipped = packed.movers.flatMap((_, m) => known(samples[`m${m}${axis ? "y" : "x"}`]).map((x) => Math.min(Math.max(x, low - 2), high + 2)));
       return [...own, ...clipped];
     };
     const around = (xs, ys, margin) => { const [a, b] = box(xs), [c, d] = box(ys); return [a - margin, c - margin, b + margin, d + margin]; };
     const near = around(corners(0), corners(1), 0.9);
-    const outlines = fixed.flatMap((b) => (b.r !== undefined ? [[b.at[0] - b.r, b.at[1] - b.r], [b.at[0] + b.r, b.at[1] + b.r]] : Lidar.place(b.p, b.at)));
+    const outlines = fixed.flatMap((b) => (b.cross ? [b.at] : b.r !== undefined ? [[b.at[0] - b.r, b.at[1] - b.r], [b.at[0] + b.r, b.at[1] + b.r]] : Lidar.place(b.p, b.at)));
     const all = around([...corners(0), ...outlines.map((p) => p[0])], [...corners(1), ...outlines.map((p) => p[1])], 0.3);
     return {
-      ...packed, samples, thoughts, fixed, robot, world: Lidar.scene(fixed),
+      ...packed, samples, thoughts, fixed, robot, world: Lidar.scene(fixed.filter((b) => !b.cross)),
       end: samples.t[samples.t.length - 1] || 0,
       bounds: (whole) => (whole ? all : near),
       thoughtAt: (t) => thoughts.findLast((entry) => entry.t <= t + 1e-6),
@@ -52,7 +53,7 @@ const Replay = (() => {
     if (n > 1 && t >= s.t[high]) low = high;
     const next = Math.min(low + 1, n - 1), span = s.t[next] - s.t[low], f = span > 0 ? Math.min(Math.max((t - s.t[low]) / span, 0), 1) : 0;
     const mix = (name) => { const a = s[name][low], b = s[name][next]; return Number.isNaN(b) ? a : a + f * (b - a); };
-    const pose = (p) => { const at = ["x", "y", "a"].map((axis) => mix(p + axis)); return at.some(Number.isNaN) ? null : at; };
+    const pose = (p) => { const at = ["x", "y", "a"].map((axis) => mix(p + axis)); return at.slice(0, 2).every(Number.isFinite) ? at : null; };
     return {
       t, index: low, pose: pose(""), estimate: s.ex ? pose("e") : null, movers: trial.movers.map((_, m) => pose(`m${m}`)),
       v: s.v ? mix("v") : NaN, w: s.w ? mix("w") : NaN, clearance: s.c ? mix("c") : NaN,

@@ -32,7 +32,15 @@ const Stage = (() => {
     if (close) g.closePath();
   }
 
+  // A body at a pose; a cross where its outline, or how it lies, is unknown.
   function body(g, v, shape, at, fill, stroke) {
+    if (shape.cross || (shape.p && !Number.isFinite(at[2]))) {
+      const x = v.x(at[0]), y = v.y(at[1]);
+      g.beginPath();
+      for (const [dx, dy] of [[6, 6], [6, -6]]) { g.moveTo(x - dx, y - dy); g.lineTo(x + dx, y + dy); }
+      g.strokeStyle = fill || stroke; g.lineWidth = 2; g.stroke();
+      return;
+    }
     if (shape.r !== undefined) { g.beginPath(); g.arc(v.x(at[0]), v.y(at[1]), Math.max(shape.r * v.scale, 0.5), 0, 7); }
     else trace(g, v, Lidar.place(shape.p, at), true);
     if (fill) { g.fillStyle = fill; g.fill(); }
@@ -51,6 +59,7 @@ const Stage = (() => {
   }
 
   function arrow(g, v, at, length, colour) {
+    if (at[2] === null || !Number.isFinite(at[2])) return;
     const tip = [at[0] + length * Math.cos(at[2]), at[1] + length * Math.sin(at[2])];
     g.strokeStyle = colour; g.lineWidth = 2;
     trace(g, v, [[at[0], at[1]], tip]); g.stroke();
@@ -67,14 +76,17 @@ const Stage = (() => {
       body(g, v, b, b.at, obstacle ? c.obstacle : fixture ? c.fixture : c.furniture, obstacle ? c.obstacle : c.fixture);
     }
     for (const [k, leg] of trial.legs.entries()) {
+      if (leg.goal[0] === null || leg.goal[1] === null) continue;
       const current = k === s.leg[i];
       g.lineWidth = current ? 1.5 : 1; g.strokeStyle = c.mark; g.setLineDash([4, 4]); g.globalAlpha = current ? 1 : 0.4;
-      g.beginPath(); g.arc(v.x(leg.goal[0]), v.y(leg.goal[1]), leg.xy * v.scale, 0, 7); g.stroke();
+      g.beginPath(); g.arc(v.x(leg.goal[0]), v.y(leg.goal[1]), leg.xy === null ? 4 : leg.xy * v.scale, 0, 7); g.stroke();
       g.setLineDash([]);
       if (leg.yaw !== null) arrow(g, v, leg.goal, Math.max(leg.xy, 0.25), c.mark);
       g.globalAlpha = 1;
     }
-    if (options.scan && trial.robot.lidar) scan(g, v, c, trial, now);
+    if (trial.recorded && options.path) found(g, v, c, trial);
+    const surroundings = !trial.recorded || trial.fixed.some((b) => b.kind === "wall"); // else a scan would be made up
+    if (options.scan && trial.robot.lidar && surroundings) scan(g, v, c, trial, now);
     if (options.plan && thought) thoughts(g, v, c, thought);
     if (options.path) { g.strokeStyle = c.robot; g.lineWidth = 2; track(g, v, s.x, s.y, 0, i); }
     trial.movers.forEach((mover, m) => {
@@ -100,9 +112,25 @@ const Stage = (() => {
     ruler(g, v, c, height);
   }
 
+  // Where the legs that were found in a recording begin (a ring) and end (a dot).
+  function found(g, v, c, trial) {
+    const s = trial.samples;
+    g.strokeStyle = g.fillStyle = c.robot; g.lineWidth = 1.5;
+    for (const [leg, from, to] of trial.spans) {
+      for (const [t, end] of [[from, false], [to, true]]) {
+        let i = s.t.findIndex((x) => x >= t - 1e-3);
+        if (i < 0) i = s.t.length - 1;
+        if (!Number.isFinite(s.x[i]) || !Number.isFinite(s.y[i])) continue;
+        g.beginPath(); g.arc(v.x(s.x[i]), v.y(s.y[i]), end ? 3 : 5, 0, 7);
+        if (end) g.fill(); else g.stroke();
+      }
+    }
+  }
+
   function scan(g, v, c, trial, now) {
-    if (!now.pose) return;
-    const movers = Lidar.scene(trial.movers.flatMap((m, k) => (now.movers[k] ? [{ ...m, at: now.movers[k] }] : [])));
+    if (!now.pose || !Number.isFinite(now.pose[2])) return;
+    const lies = (m, k) => now.movers[k] && !m.cross && (m.r !== undefined || Number.isFinite(now.movers[k][2]));
+    const movers = Lidar.scene(trial.movers.flatMap((m, k) => (lies(m, k) ? [{ ...m, at: now.movers[k] }] : [])));
     const { origin, hits } = Lidar.scan(trial.robot.lidar, now.pose, [trial.world, movers]);
     g.fillStyle = c.scan; g.globalAlpha = 0.13;
     trace(g, v, [origin, ...hits], true); g.fill();
@@ -180,6 +208,7 @@ const Stage = (() => {
       }
       g.stroke();
     } else { g.fillStyle = c.muted; g.textAlign = "center"; g.fillText("no clearance: nothing to stay clear of, or footprint unknown", width / 2, height / 2); }
+    for (const [t, kind] of trial.events) if (kind === "possible contact") { g.fillStyle = c.mover; g.fillRect(px(t) - 1, top, 2, height - top - bottom); }
     g.fillStyle = c.bad;
     for (const [t, kind] of trial.events) if (kind === "contact" || kind === "error") g.fillRect(px(t) - 1, top, 2, height - top - bottom);
     g.strokeStyle = c.ink; g.lineWidth = 1;

@@ -9,10 +9,14 @@ const Trials = (() => {
   const filters = columns.map(() => "");
   let sorted = { column: 0, down: false }, first = 0, shown = rows;
 
+  // Of a measured trial: the uncertainty of a value, or why there is none.
+  const measured = (row, c) => (row[columns.length + 1] || {})[c];
+
   const text = (row, c) => {
-    const value = row[c];
+    const value = row[c], more = measured(row, c);
     if (value === null) return "–";
-    return typeof value === "number" && columns[c].digits !== undefined ? value.toFixed(columns[c].digits) : String(value);
+    if (typeof value !== "number" || columns[c].digits === undefined) return String(value);
+    return value.toFixed(columns[c].digits) + (typeof more === "number" ? ` ± ${more.toFixed(columns[c].digits)}` : "");
   };
   const haystacks = rows.map((row) => columns.map((_, c) => text(row, c)).join(" ").toLowerCase());
 
@@ -61,6 +65,8 @@ const Trials = (() => {
           td.append(link);
         } else td.textContent = text(row, c);
         if (column.number) td.className = "n";
+        if (column.words) { td.className = "words"; if (row[c] === null || row[c] === "") td.textContent = ""; }
+        if (row[c] === null && typeof measured(row, c) === "string") td.title = `not computable: ${measured(row, c)}`;
         if (column.why) { td.className = "why bad"; if (row[c] === null) td.textContent = ""; }
         tr.append(td);
       });

@@ -1,0 +1,223 @@
+"""What the report has to say of trials that were measured: what could not be computed, what a person has to confirm,
+how each recording became a trial, and the conditions that the test plan states."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from clearway.indicators import INDICATORS, barn, limit
+from clearway.reports.findings import Findings
+from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, text
+from clearway.reports.selection import Row, is_recorded, label
+
+Tree: TypeAlias = "list[tuple[str, str | Tree]]"
+"""Something nested, key by key, as text."""
+
+LEFT_OUT = frozenset(i.name for family in (barn, limit) for i in family.ALL)
+"""Indicators of other suites and of simulations: that a recording has none of them says nothing."""
+MOST = 12
+"""Entries of a list that are spelled out."""
+
+
+def recorded(f: Findings) -> list[Row]:
+    """The rows of measured trials, attempts without a recording among them."""
+    return [r for r in f.rows if is_recorded(r)]
+
+
+def unrecorded(f: Findings) -> list[Row]:
+    """Attempts of which nothing was recorded; they count as attempted."""
+    return [r for r in recorded(f) if not r["duration"]]
+
+
+def stated(f: Findings, what: str, robot: str | None = None) -> str:
+    """What the test plan says of a condition (`place`, `operator`, `floor`, `load`, `software`, `capture`, `date`), of
+    one robot or of all; with the number of trials where they differ; empty if it says nothing."""
+    said = Counter(
+        str(f.provenance(r).get("conditions", {}).get(what) or "") for r in recorded(f) if robot in (None, r["robot"])
+    )
+    if set(said) <= {""}:
+        return ""
+    if len(said) == 1:
+        return next(iter(said))
+    return "; ".join(f"{words or 'not said'} ({n} trials)" for words, n in said.most_common())
+
+
+def deviations(f: Findings) -> list[str]:
+    """What happened to measured trials that a reader has to know, in sentences."""
+    found = []
+    there = [r for r in recorded(f) if r["duration"]]
+    if count := len(unrecorded(f)):
+        found.append(
+            f"Of {count} attempt{'s' if count > 1 else ''} nothing was recorded; they count as attempted, by what the operator noted."
+        )
+    stops = Counter(
+        str(r["reason"] or "aborted").removesuffix("; not recorded") for r in recorded(f) if r["outcome"] == "aborted"
+    )
+    for words, n in stops.most_common():
+        found.append(f"{n} measured trial{'s' if n > 1 else ''} ended early ({words}) and count as failed.")
+    if unsure := sum(r["DE_U"] is None and r["DE"] is not None for r in there):
+        found.append(
+            f"Nobody knows how sure the poses of {unsure} of {len(there)} recordings are; their values stand without an interval."
+        )
+    return found
+
+
+# --- what could not be computed ---------------------------------------------------------------------------------------
+
+
+def missing(f: Findings) -> Grid | None:
+    """Per indicator: of how many trials it was computed, and why not of the others; None without measured trials."""
+    rows = recorded(f)
+    if not rows:
+        return None
+    told = {r["trial"]: json.loads(r["not_computable"] or "{}") for r in rows}
+    alike: dict[tuple[int, tuple[tuple[str, int], ...]], list[str]] = {}
+    for name in (n for n in INDICATORS if n not in LEFT_OUT):
+        why = Counter(_plain(said[name]) for said in told.values() if name in said)
+        if why:
+            alike.setdefault((len(rows) - sum(why.values()), tuple(why.most_common())), []).append(name)
+    lines: Rows = [
+        [
+            Cell(", ".join(names), strong=True),
+            f"{count} of {len(rows)}",
+            "; ".join(f"{words} ({n})" for words, n in why),
+        ]
+        for (count, why), names in alike.items()
+    ]
+    heads: Heads = [text("Indicator"), "computed", text("Why not, with the number of trials")]
+    return grid(
+        "Indicators that a recording could not give. The reason of each trial stands in tables/trials.csv, column "
+        "not_computable, and in the table of trials when the pointer rests on an empty cell.",
+        heads, lines,
+    )  # fmt: skip
+
+
+def _plain(why: str) -> str:
+    """A reason without the seconds that differ from trial to trial."""
+    return re.sub(r" \(\d+(\.\d+)? s\)$", "", why)
+
+
+# --- to be confirmed --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class ToConfirm:
+    """A trial with something that a person has to look at."""
+
+    trial: int
+    label: str
+    what: tuple[str, ...]
+
+
+def to_confirm(f: Findings) -> list[ToConfirm]:
+    """Possible contacts, and values closer to their tolerance than their uncertainty, in the campaign's order."""
+    return [ToConfirm(r["trial"], label(r), tuple(r["to_confirm"].split("; "))) for r in f.rows if r.get("to_confirm")]
+
+
+# --- where it came from -----------------------------------------------------------------------------------------------
+
+
+def overview(f: Findings) -> Grid | None:
+    """A line a recording: its files, how well the robot was seen, and what was done to the data."""
+    rows = [r for r in recorded(f) if r["duration"]]
+    if not rows:
+        return None
+    lines: Rows = []
+    for r in rows:
+        told = f.provenance(r)
+        files = [f"{s.get('file')} ({s.get('format')})" for s in _maps(told.get("sources")).values()]
+        robot = _maps(told.get("motion")).get("robot", {})
+        gaps = [g for g in robot.get("gaps", ()) if isinstance(g, Mapping) and not g.get("filled")]
+        clocks = [_signed(c.get("seconds"), c.get("sigma")) for c in _maps(told.get("clock")).values()]
+        lines.append([
+            Cell(str(r["trial"])), Cell(label(r)), ", ".join(files) or NONE, num(_float(robot.get("rate")), 0),
+            _percent(robot.get("seen")), _seconds(gaps), _times(robot.get("residual"), 1000.0, 2), _times(robot.get("cutoff"), 1.0, 1),
+            ", ".join(clocks) or NONE,
+        ])  # fmt: skip
+    heads: Heads = ["no.", text("trial"), text("files"), "rate (Hz)", "robot seen", "open gaps (s)", "residual (mm)", "cut-off (Hz)",
+                    "clock offsets (s)"]  # fmt: skip
+    return grid(
+        "How each recording was made into a trial. Residual: root mean square of the rigid fit to the robot's markers; "
+        "cut-off: of the low-pass that the positions went through; clock offset: what was added to the times of the other "
+        "files, with its standard uncertainty.",
+        heads, lines,
+    )  # fmt: skip
+
+
+def histories(f: Findings) -> list[tuple[int, str, Tree]]:
+    """Number, label and whole provenance of every measured trial."""
+    shown = ("sources", "frame", "clock", "motion", "legs", "notes")
+    out = []
+    for r in recorded(f):
+        told = f.provenance(r)
+        kept = {k: told[k] for k in shown if told.get(k)} | {
+            k: v for k, v in told.items() if k not in (*shown, "conditions", "note", "clearway") and v
+        }
+        out.append((r["trial"], label(r), tree(kept)))
+    return out
+
+
+def tree(value: Mapping[str, Any]) -> Tree:
+    """A nested mapping as text, key by key."""
+    return [(str(k), tree(v) if isinstance(v, Mapping) else _words(v)) for k, v in value.items()]
+
+
+def _words(value: Any) -> str:
+    if value is None:
+        return NONE
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Mapping):
+        return ", ".join(f"{k} {_words(v)}" for k, v in value.items() if v not in ("", None))
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        said = [_words(v) for v in value[:MOST]]
+        more = [f"… and {len(value) - MOST} more"] if len(value) > MOST else []
+        return "; ".join([*said, *more]) or "none"
+    return str(value)
+
+
+def _maps(value: Any) -> dict[str, Mapping[str, Any]]:
+    """The entries of a mapping that are mappings themselves: provenance is whatever was written into it."""
+    if not isinstance(value, Mapping):
+        return {}
+    return {str(k): v for k, v in value.items() if isinstance(v, Mapping)}
+
+
+def _float(value: Any) -> float | None:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _times(value: Any, factor: float, digits: int) -> str:
+    number = _float(value)
+    return NONE if number is None else num(factor * number, digits)
+
+
+def _percent(value: Any) -> str:
+    share = _float(value)
+    return NONE if share is None else f"{num(100 * share, 1)} %"
+
+
+def _signed(seconds: Any, sigma: Any) -> str:
+    offset, spread = _float(seconds), _float(sigma)
+    if offset is None:
+        return NONE
+    return f"{offset:+.3f}".replace("-", "−") + (f" ± {spread:.3f}" if spread is not None else "")
+
+
+def _seconds(gaps: Sequence[Mapping[str, Any]]) -> str:
+    """How long, and how many: `0.8 (2)`."""
+    ends = [(_float(g.get("start")), _float(g.get("end"))) for g in gaps]
+    lengths = [b - a for a, b in ends if a is not None and b is not None]
+    return f"{sum(lengths):.1f} ({len(lengths)})" if lengths else "none"

@@ -1,0 +1,212 @@
+"""The report of recordings: nothing crashes on what they lack, and everything that is missing or unsure is said."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from recorded_results import CONDITIONS, LACKS, aimless, blind, gapped, measured, shapeless, unrecorded, write_recorded
+from synthetic_results import glide
+
+from clearway.reports import conditions, figure, recordings, write_replay, write_report
+from clearway.reports.findings import Findings
+from clearway.reports.packing import Packer, clearance_over_time
+from clearway.reports.selection import label, representative
+from clearway.reports.text import headline, numbers
+from clearway.robots import load_robot
+from clearway.scenarios.suites import Selection, load_suite
+from clearway.statistics import compare_all
+from clearway.trials import Trial
+from clearway.trials.store import Results
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return write_recorded(tmp_path_factory.mktemp("recorded") / "out")
+
+
+@pytest.fixture(scope="session")
+def recorded_page(recorded: Results) -> Path:
+    return write_report(recorded.path)
+
+
+@pytest.fixture(scope="session")
+def crossing() -> Trial:
+    """A simulated trial with a moving obstacle."""
+    robot = load_robot("tiago")
+    [scenario, *_] = load_suite("hospital").build(robot, Selection(batches=("CE",), speeds=(0.6,)), 1)
+    return glide(scenario, robot)
+
+
+def facts(pairs: Any) -> dict[str, str]:
+    return dict(pairs)
+
+
+def test_the_page_says_what_a_recording_lacks(recorded_page: Path) -> None:
+    page = recorded_page.read_text()
+    for part in (
+        'id="recordings"', "recording of real robots", "What could not be computed, and why", "To be confirmed",
+        "possible contact at 4.2 s (square 1, clearance 0.001 m)", "the goal of leg forth is unknown", "the pose has gaps",
+        "of 2 attempts there is no recording", "take 2.csv", "mm scaled to m", "a door was open", "tied by 3 holds",
+    ):  # fmt: skip
+        assert part in page, part
+    assert "no motion capture is involved" not in page
+    assert "nan" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL).lower().split()
+
+
+def test_what_could_not_be_computed_is_counted(recorded: Results) -> None:
+    f = Findings(recorded)
+    found = recordings.missing(f)
+    assert found is not None
+    rows = {name: row for row in found.rows for name in row[0].text.split(", ")}
+    assert rows["PL"][1].text == "15 of 20"
+    assert rows["PL"][2].text == "the pose has gaps (3); leg forth was not finished (aborted) (2)"
+    assert not {"barn_score", "PL_limit", "cut"} & set(rows)
+    told = [json.loads(r["not_computable"]) for r in f.rows]
+    for name, row in rows.items():
+        assert row[1].text == f"{sum(name not in t for t in told)} of 20"
+
+
+def test_what_is_to_be_confirmed_names_its_trials(recorded: Results) -> None:
+    found = recordings.to_confirm(Findings(recorded))
+    assert [t.trial for t in found] == [5, 13]
+    assert found[0].what[0] == "possible contact at 4.2 s (square 1, clearance 0.001 m)"
+    assert all("allowed" in line for line in found[0].what[1:])
+
+
+def test_conditions_come_from_the_plan(recorded: Results) -> None:
+    f = Findings(recorded)
+    about = facts(conditions.test(f))
+    assert about["kind of test"] == "recording of real robots"
+    assert about["floor surface"] == "linoleum (15 trials); wet linoleum (3 trials); not said (2 trials)"
+    assert about["place"] == "corridor 3 (18 trials); not said (2 trials)"
+    assert about["attempts without a recording"] == "2"
+    assert "seed" not in about
+    vehicle = facts(conditions.vehicle(f, "tiago"))
+    assert vehicle["software"].startswith(CONDITIONS["software"])
+    said = " ".join(conditions.deviations(f))
+    assert "Of 2 attempts nothing was recorded" in said
+    assert "2 measured trials ended early (attempted, not recorded)" in said
+    assert "2 of 18 recordings" in said
+
+
+def test_an_overview_of_how_recordings_became_trials(recorded: Results) -> None:
+    found = recordings.overview(Findings(recorded))
+    assert found is not None
+    first = [cell.text for cell in found.rows[0]]
+    assert first[2:] == [
+        "take 0.csv (vicon), take 0.mcap (bag)",
+        "100",
+        "98.1 %",
+        "0.8 (1)",
+        "0.42",
+        "6.2",
+        "−2.500 ± 0.004",
+    ]
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        {}, {"sources": None, "motion": 3, "clock": [1], "conditions": {}}, {"sources": {"a": {"file": None}}},
+        {"motion": {"robot": {"gaps": ["x", {"start": "a"}], "seen": "much", "residual": float("nan"), "rate": None}}},
+        {"clock": {"b": {"seconds": True, "sigma": None}}, "notes": ["<b>", {"k": [1, 2.5, None]}], "deep": {"er": {"still": {}}}},
+    ],
+)  # fmt: skip
+def test_provenance_is_shown_whatever_it_holds(told: dict[str, Any], tmp_path: Path) -> None:
+    results = write_recorded(
+        tmp_path / "out", lacks=(lambda t: replace(t, provenance=told),), selection=Selection(batches=("NO",), speeds=(0.6,), repetitions=1),
+    )  # fmt: skip
+    f = Findings(results)
+    assert recordings.overview(f) is not None
+    assert [number for number, _, _ in recordings.histories(f)] == [0]
+    page = write_report(results.path).read_text()
+    assert "<b>" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+
+
+def test_uncertainty_stands_beside_values(recorded_page: Path) -> None:
+    page = recorded_page.read_text()
+    trials = json.loads(re.search(r'id="trial-rows">(.*?)</script>', page)[1])  # type: ignore[index]
+    keys = [c["key"] for c in trials["columns"]]
+    more = trials["rows"][0][len(keys) + 1]
+    assert more[str(keys.index("DE"))] == pytest.approx(0.003)
+    assert more[str(keys.index("MDO"))] == "the test has no obstacle"
+    replayed = json.loads(re.search(r'id="trial-0">(.*?)</script>', page)[1])  # type: ignore[index]
+    assert replayed["row"]["DE"].endswith(" ± 0.003 m")
+    assert replayed["row"]["MDO"] == "not computable: the test has no obstacle"
+
+
+@pytest.mark.parametrize("lack", LACKS)
+def test_every_figure_and_replay_of_every_kind_of_recording(lack: Any, tmp_path: Path) -> None:
+    only = Selection(batches=("CE",), speeds=(0.6,), sizes=(0.15,), repetitions=1, obstacle_speeds=(0.6,))
+    results = write_recorded(tmp_path / "out", lacks=(lack,), selection=only)
+    for name in ("layout", "trajectories", "bars", "correlations", "trial", "clearance"):
+        figure(results, name)
+    write_replay(results, 0)
+    assert headline(results.trials)
+    assert numbers(results)
+    assert representative(Findings(results).rows) is not None
+
+
+def test_a_whole_directory_of_attempts_without_a_recording(tmp_path: Path) -> None:
+    results = write_recorded(tmp_path / "out", lacks=(unrecorded, lambda t: unrecorded(aimless(t))))
+    page = write_report(results.path).read_text()
+    assert "of 20 attempts there is no recording" in page
+    empty = measured(next(iter(results)))
+    none = replace(
+        empty, t=np.empty(0), pose=np.empty((0, 3)), leg=np.empty(0, np.int64), movers=np.empty((0, 0, 3)), sigma=None
+    )
+    assert Packer().pack(none, 0, {})["samples"]["n"] == 0
+
+
+def test_the_representative_trial_was_recorded(recorded: Results) -> None:
+    rows = Findings(recorded).rows
+    failed = [r | {"success": False} for r in rows if r["configuration"] == rows[6]["configuration"]]
+    assert failed[0]["trial"] == 6, "an attempt without a recording comes first"
+    assert representative(failed)["trial"] == 7  # type: ignore[index]
+    assert label(rows[3]).startswith("SO single, unknown set speed")
+
+
+def test_clearance_over_time_of_what_is_known(crossing: Trial) -> None:
+    whole = clearance_over_time(measured(crossing))
+    assert whole is not None
+    gap = clearance_over_time(gapped(measured(crossing)))
+    assert gap is not None
+    lost = np.isnan(gapped(crossing).pose[:, 0])
+    assert lost.any()
+    assert np.isnan(gap[lost]).all()
+    np.testing.assert_array_equal(gap[~lost], whole[~lost])
+    assert np.isnan(clearance_over_time(shapeless(measured(crossing)))).all()  # type: ignore[arg-type]
+    flat = measured(crossing)
+    turned = replace(flat, attempt=replace(flat.attempt, bodies=tuple(b for b in flat.attempt.bodies if b.pose is not None)),
+                     movers=np.empty((len(flat.t), 0, 3)), sigma=flat.sigma[:, :1])  # fmt: skip
+    np.testing.assert_allclose(clearance_over_time(blind(turned)), clearance_over_time(turned), atol=1e-9)  # type: ignore[arg-type]
+
+
+def test_what_the_replay_is_given_of_a_recording(crossing: Trial) -> None:
+    packed = Packer().pack(aimless(measured(crossing)), 0, {})
+    json.dumps(packed, allow_nan=False)
+    assert packed["recorded"] is True
+    assert packed["legs"][0]["goal"] == [None, None, None]
+    assert packed["legs"][0]["xy"] is None
+    assert "recorded" not in Packer().pack(crossing, 0, {})
+    packer = Packer()
+    packed = packer.pack(shapeless(measured(crossing)), 0, {})
+    assert all(m["cross"] for m in packed["movers"])
+    assert [b["name"] for b in packer.scenes.things[packed["scenes"][1]]] == [
+        b.name for b in crossing.attempt.bodies if b.kind == "obstacle"
+    ], "a body that lies nobody knows where is left out"
+
+
+def test_a_simulation_and_its_recording_side_by_side(recorded: Results, results: Results) -> None:
+    [found] = compare_all({"sim": results.trials, "real": recorded.trials})
+    assert found.kind == "sim-to-real difference"
+    rows = {r["indicator"]: r for r in found.differences.to_pylist() if r["batch"] is None}
+    assert rows["CT"]["n"] > 5
+    assert rows["CT"]["mean_difference"] == pytest.approx(0.0, abs=0.3)
+    assert found.matched_by[-1] == "robot"
