@@ -13,8 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
+from clearway.recordings.lab_trials import behind, key, scenarios, setup
+from clearway.recordings.line import Line
 from clearway.recordings.plan import Plan, load_plan
-from clearway.recordings.protocol import Line, behind, key, parsed, scenarios, setup, skeleton, write_new
+from clearway.recordings.protocol import parsed, skeleton, write_new
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 
 from clearway.errors import ClearwayError
+from clearway.recordings.lab_trials import scenarios
 from clearway.recordings.plan import Plan
-from clearway.recordings.protocol import parsed, scenarios, skeleton
+from clearway.recordings.protocol import parsed, skeleton
 from clearway.recordings.run_sheet import sheet_of, write_sheet
 from clearway.scenarios.suites import Selection
 

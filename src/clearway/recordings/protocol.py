@@ -1,8 +1,4 @@
-"""Writes the test plan of a whole suite before anything was driven, so that only what the lab knows is left to fill in.
-
-The order is the suite's, batch by batch; within a batch the trials among the same obstacles stand together, so that
-obstacles are carried as rarely as possible (in the hospital's SO 28 set-ups instead of 84).
-"""
+"""Writes the test plan of a whole suite before anything was driven, so that only what the lab knows is left to fill in."""
 
 from __future__ import annotations
 
@@ -10,186 +6,26 @@ import math
 import os
 import tomllib
 from collections import Counter
-from collections.abc import Hashable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from clearway.errors import ClearwayError
-from clearway.recordings.plan import Plan, TrialSpec, is_test_plan
+from clearway.recordings.lab_trials import bare, bodies_of, described, scenarios, setup, when
+from clearway.recordings.line import Line
+from clearway.recordings.plan import Plan, is_test_plan
 from clearway.recordings.toml_text import toml_value
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.files import read_toml
 from clearway.scenarios.scenario import (
-    DiscSpec,
-    LabelSpec,
     LegSpec,
     ObstacleSpec,
     PoseSpec,
-    RectangleSpec,
     RobotBodySpec,
-    RunSpec,
     Scenario,
     ShapeSpec,
-    SquareSpec,
 )
-from clearway.scenarios.suites import Selection, load_suite
-
-
-@dataclass(frozen=True, slots=True)
-class Line:
-    """A-B on the floor: how people with a tape measure see a pose of the map."""
-
-    a: PoseSpec
-    b: PoseSpec
-
-    @property
-    def length(self) -> float:
-        """m."""
-        return math.dist(self.a[:2], self.b[:2])
-
-    def seen(self, point: Sequence[float]) -> tuple[float, float]:
-        """Metres from A towards B, and to the left of that line (negative: to the right)."""
-        heading = self.heading
-        dx, dy = point[0] - self.a[0], point[1] - self.a[1]
-        c, s = math.cos(heading), math.sin(heading)
-        return round(c * dx + s * dy, 6) + 0.0, round(c * dy - s * dx, 6) + 0.0
-
-    def turned(self, theta: float) -> float:
-        """A heading of the map against the line, degrees in (-180, 180]."""
-        return round(math.degrees(math.remainder(theta - self.heading, math.tau)), 3) + 0.0
-
-    @property
-    def heading(self) -> float:
-        """Of the line in the map, rad; A's own where A and B are one place."""
-        if self.length < 1e-9:
-            return self.a[2]
-        return math.atan2(self.b[1] - self.a[1], self.b[0] - self.a[0])
-
-    def words(self, pose: Sequence[float]) -> str:
-        """Where a pose is, in words."""
-        for name, end in (("A", self.a), ("B", self.b)):
-            if math.dist(pose[:2], end[:2]) < 5e-4:
-                return f"on {name}"
-        along, across = self.seen(pose)
-        from_a = f"{metres(along)} m from A towards B" if along >= 0 else f"{metres(-along)} m behind A"
-        if abs(across) < 5e-4:
-            return f"{from_a}, on the line"
-        return f"{from_a}, {metres(abs(across))} m to the {'left' if across > 0 else 'right'}"
-
-
-def metres(value: float) -> str:
-    """A length to the millimetre, as short as possible."""
-    return f"{round(value, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
-
-
-def scenarios(suite: str, robot: str, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
-    """The selected scenarios of a suite in the order in which a lab should drive them.
-
-    Raises:
-        ClearwayError: an unknown suite or robot, or a selection that selects nothing.
-    """
-    made = load_suite(suite).build(load_robot(robot), selection, seed)
-    batches: dict[Hashable, int] = {}
-    setups: dict[Hashable, int] = {}
-    for s in made:
-        batches.setdefault(s.labels.batch, len(batches))
-        setups.setdefault(setup(s), len(setups))
-    return sorted(made, key=lambda s: (batches[s.labels.batch], setups[setup(s)]))
-
-
-def setup(scenario: Scenario) -> Hashable:
-    """What has to stay as it is from one trial to the next: the obstacles that stand, and the ways of those that move."""
-    placed = tuple((o.shape, o.pose) for o in scenario.obstacles if o.pose is not None)
-    ways = tuple((o.shape, tuple((r.leg, r.path) for r in o.runs)) for o in scenario.obstacles if o.pose is None)
-    return scenario.labels.batch, scenario.labels.configuration, placed, ways
-
-
-def behind(plan: Plan, folder: Path) -> list[Scenario]:
-    """The scenarios that a plan's trials were made from, as far as its suite is known; to be found by their labels."""
-    if plan.test.robot is None:
-        return []
-    robot, floor = (
-        None if name is None else str(folder / name) if (folder / name).is_file() else name
-        for name in (plan.test.robot, plan.test.plan)
-    )
-    selection = Selection(plan=floor, repetitions=max(t.repetition for t in plan.trials))
-    try:
-        return scenarios(plan.test.suite, str(robot), selection)
-    except ClearwayError:
-        return []
-
-
-def key(labels: LabelSpec | TrialSpec, speed: float | None) -> Hashable:
-    """What tells a trial within its suite; of a scenario or of a plan."""
-    names = ("batch", "configuration", "obstacle_speed", "size", "gap", "repetition")
-    return speed, *(getattr(labels, n) for n in names)
-
-
-def bodies_of(scenario: Scenario) -> list[tuple[str, ObstacleSpec]]:
-    """The obstacles of a scenario, each with the name of the thing in the lab that plays it.
-
-    Things of one shape are interchangeable: the first square of 0.3 m is the same in every trial.
-    """
-    count: Counter[str] = Counter()
-    found = []
-    for obstacle in scenario.obstacles:
-        kind = _kind(obstacle)
-        count[kind] += 1
-        found.append((kind if isinstance(obstacle.shape, RobotBodySpec) else f"{kind}-{count[kind]}", obstacle))
-    names = [name for name, _ in found]
-    return [(n if names.count(n) == 1 else f"{n}-{o.name}", o) for n, o in found]
-
-
-def _kind(obstacle: ObstacleSpec) -> str:
-    match obstacle.shape:
-        case SquareSpec(edge=edge):
-            return f"square-{_short(edge)}"
-        case RectangleSpec(length=length, width=width):
-            return f"rectangle-{_short(length)}-{_short(width)}"
-        case DiscSpec(radius=radius):
-            return f"disc-{_short(2 * radius)}"
-        case RobotBodySpec(robot=robot):
-            return _bare(Path(robot.removesuffix(".toml")).name)
-        case _:
-            return _bare(obstacle.name)
-
-
-def _short(length: float) -> str:
-    """Without a dot, so that it may stand in a bare key: 30cm, 125mm."""
-    cm = round(100 * length, 6)
-    return f"{cm:.0f}cm" if cm == round(cm) else f"{1000 * length:.0f}mm"
-
-
-def _bare(name: str) -> str:
-    return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in name) or "body"
-
-
-def setting(labels: LabelSpec | TrialSpec) -> str:
-    """What trials among the same obstacles share, in a few words: `SO single, edge 0.03 m`."""
-    words = [
-        labels.batch if labels.configuration in (labels.batch, "free") else f"{labels.batch} {labels.configuration}"
-    ]
-    if labels.size is not None:
-        words.append(f"edge {labels.size:g} m")
-    if labels.gap is not None:
-        words.append(f"gap {labels.gap:g} d_base")
-    return ", ".join(words)
-
-
-def described(scenario: Scenario) -> str:
-    """A trial in a few words: `SO single, edge 0.03 m, 0.2 m/s`."""
-    words = [setting(scenario.labels), f"{scenario.speed:g} m/s"]
-    if scenario.labels.obstacle_speed is not None:
-        words.append(f"obstacle {scenario.labels.obstacle_speed:g} m/s")
-    return ", ".join(words)
-
-
-def when(run: RunSpec) -> str:
-    """When a mover starts, against the robot's own start of that leg."""
-    if abs(run.delay) < 0.05:
-        return "together with the robot"
-    return f"{abs(run.delay):.1f} s {'before' if run.delay < 0 else 'after'} the robot"
+from clearway.scenarios.suites import Selection
 
 
 def skeleton(
@@ -424,7 +260,7 @@ class _Writer:
 
 
 def _kind_of_robot(robot: Robot) -> str:
-    return _bare(robot.name.partition(":")[0])
+    return bare(robot.name.partition(":")[0])
 
 
 def _named_poses(chosen: Sequence[Scenario]) -> dict[PoseSpec, str]:

@@ -10,8 +10,10 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from clearway.recordings.lab_trials import key, setting
+from clearway.recordings.line import Line, metres
 from clearway.recordings.plan import BodySpec, Plan, TrialSpec
-from clearway.recordings.protocol import Line, key, metres, setting, write_new
+from clearway.recordings.protocol import write_new
 from clearway.recordings.sketch import Sketch, place, sketch
 from clearway.scenarios.scenario import PoseSpec, RunSpec, Scenario
 
