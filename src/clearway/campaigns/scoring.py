@@ -47,7 +47,8 @@ def score_plan(
         raise ClearwayError(f"{workers} is wrong: at least 1", field="workers")
     if not resume:
         refuse_results(out)
-    lab = Lab(plan)
+    lab, tell = Lab(plan), progress or (lambda done, total, note="": None)
+    tell(0, len(lab.plan.trials), "looking into the files")
     if problems := problems_of(plan):
         more = f" (and {len(problems) - 1} more; `clearway check {plan}` lists them)" if len(problems) > 1 else ""
         first = problems[0]
@@ -63,7 +64,6 @@ def score_plan(
     ) as store:
         while missing := store.missing():
             jobs = _by_file(lab, [(i, attempted[i]) for i in missing])
-            tell = progress or (lambda done, total, note="": None)
             done = store.total - len(missing)
             tell(done, store.total, f"{left_out} not attempted yet" if left_out else "")
             with closing(_scored(plan, jobs, store, workers or os.cpu_count() or 1)) as results:

@@ -258,7 +258,8 @@ def _contents(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
 def _missing(plan: Plan, field: str, source: str, held: Contents) -> Iterator[tuple[str, ClearwayError]]:
     """Names that a file lacks: the field that has the name, and the problem."""
     markers = [e.name for e in held.entries if e.kind == "marker"]
-    others = [e.name for e in held.entries if e.kind != "marker"]
+    pairs = [pair for e in held.entries if e.kind == "tf" for pair in e.detail.split(", ") if "->" in pair]
+    others = [*(e.name for e in held.entries if e.kind != "marker"), *pairs]
     for where, body in _looked_for(plan, field, source):
         if body.markers is not None:
             try:
