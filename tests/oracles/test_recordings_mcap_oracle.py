@@ -15,7 +15,7 @@ from clearway.recordings.recording import Want
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "recordings"))
 from driven_trials import forth_and_back
-from test_bag import KINDS
+from made_bags import KINDS
 
 mcap_ros2 = pytest.importorskip("mcap_ros2.reader")
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from mcap.writer import CompressionType
+from mcap.writer import CompressionType, IndexType
 from mcap.writer import Writer as PlainMcap
 from rosbags import rosbag1, rosbag2
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
@@ -160,3 +161,30 @@ def write_mcap(path: Path, lines: list[tuple[str, str, int, Any]], **options: An
     writer.finish()
     path.write_bytes(buffer.getvalue())
     return path
+
+
+KINDS: dict[str, Callable[[Path], Path]] = {
+    "ros1": lambda p: write_ros1(p / "a.bag", messages(1)),
+    "ros1-bz2": lambda p: write_ros1(p / "a.bag", messages(1), "bz2"),
+    "ros1-lz4": lambda p: write_ros1(p / "a.bag", messages(1), "lz4"),
+    "ros2-mcap": lambda p: write_ros2(p / "a", messages(2)),
+    "ros2-mcap-zstd": lambda p: write_ros2(p / "a", messages(2), mode="storage"),
+    "ros2-mcap-file": lambda p: write_ros2(p / "a", messages(2), mode="file"),
+    "ros2-sqlite3": lambda p: write_ros2(p / "a", messages(2), "sqlite3"),
+    "ros2-sqlite3-message": lambda p: write_ros2(p / "a", messages(2), "sqlite3", "message"),
+    "ros2-sqlite3-file": lambda p: write_ros2(p / "a", messages(2), "sqlite3", "file"),
+    "db3": lambda p: write_ros2(p / "a", messages(2), "sqlite3") / "a.db3",
+    "mcap": lambda p: write_mcap(p / "a.mcap", messages(2)),
+    "mcap-lz4": lambda p: write_mcap(p / "a.mcap", messages(2), compression="lz4"),
+    "mcap-zstd": lambda p: write_mcap(p / "a.mcap", messages(2), compression="zstd"),
+    "mcap-bare": lambda p: write_mcap(p / "a.mcap", messages(2), use_chunking=False),
+    "mcap-no-index": lambda p: write_mcap(
+        p / "a.mcap",
+        messages(2),
+        index_types=IndexType.NONE,
+        repeat_channels=False,
+        repeat_schemas=False,
+        use_statistics=False,
+    ),
+}
+"""A bag of `messages` in each container and compression: a folder to the bag in it."""

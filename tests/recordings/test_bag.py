@@ -5,44 +5,17 @@ from __future__ import annotations
 import math
 import sqlite3
 import struct
-from collections.abc import Callable
 from pathlib import Path
 
 import made_bags
 import numpy as np
 import pytest
-from made_bags import SIGMA, SPEED, START, TURN, circle, messages, write_mcap, write_ros1, write_ros2
-from mcap.writer import IndexType
+from made_bags import KINDS, SIGMA, SPEED, START, TURN, circle, messages, write_mcap, write_ros1
 
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
 from clearway.recordings.formats import bag_limits, bag_messages
 from clearway.recordings.recording import Recording, Want
-
-KINDS: dict[str, Callable[[Path], Path]] = {
-    "ros1": lambda p: write_ros1(p / "a.bag", messages(1)),
-    "ros1-bz2": lambda p: write_ros1(p / "a.bag", messages(1), "bz2"),
-    "ros1-lz4": lambda p: write_ros1(p / "a.bag", messages(1), "lz4"),
-    "ros2-mcap": lambda p: write_ros2(p / "a", messages(2)),
-    "ros2-mcap-zstd": lambda p: write_ros2(p / "a", messages(2), mode="storage"),
-    "ros2-mcap-file": lambda p: write_ros2(p / "a", messages(2), mode="file"),
-    "ros2-sqlite3": lambda p: write_ros2(p / "a", messages(2), "sqlite3"),
-    "ros2-sqlite3-message": lambda p: write_ros2(p / "a", messages(2), "sqlite3", "message"),
-    "ros2-sqlite3-file": lambda p: write_ros2(p / "a", messages(2), "sqlite3", "file"),
-    "db3": lambda p: write_ros2(p / "a", messages(2), "sqlite3") / "a.db3",
-    "mcap": lambda p: write_mcap(p / "a.mcap", messages(2)),
-    "mcap-lz4": lambda p: write_mcap(p / "a.mcap", messages(2), compression="lz4"),
-    "mcap-zstd": lambda p: write_mcap(p / "a.mcap", messages(2), compression="zstd"),
-    "mcap-bare": lambda p: write_mcap(p / "a.mcap", messages(2), use_chunking=False),
-    "mcap-no-index": lambda p: write_mcap(
-        p / "a.mcap",
-        messages(2),
-        index_types=IndexType.NONE,
-        repeat_channels=False,
-        repeat_schemas=False,
-        use_statistics=False,
-    ),
-}
 
 
 def read(path: Path, *names: str, span: tuple[float, float] | None = None) -> Recording:

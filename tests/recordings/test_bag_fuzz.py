@@ -11,7 +11,7 @@ from tempfile import TemporaryDirectory
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from test_bag import KINDS
+from made_bags import KINDS
 
 from clearway.errors import ClearwayError
 from clearway.recordings.formats import bag

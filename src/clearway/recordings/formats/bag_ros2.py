@@ -23,6 +23,7 @@ MEND = "mend it with `sqlite3 FILE .recover`, or `ros2 bag reindex` the folder"
 ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _ZSTD = b"\x28\xb5\x2f\xfd"
 _METADATA = 16 << 20  # bytes
+_BROKEN = (sqlite3.Error, ValueError, OverflowError, MemoryError)  # even its messages need not be text
 
 
 class SqliteStore:
@@ -51,7 +52,7 @@ class SqliteStore:
             self._base.execute("PRAGMA trusted_schema = OFF")
             self.channels = self._channels()
             self.times = self._times()
-        except (sqlite3.Error, OverflowError, MemoryError) as error:
+        except _BROKEN as error:
             self.close()
             raise self._damaged(error) from error
         except BaseException:
@@ -72,7 +73,7 @@ class SqliteStore:
                     raise ClearwayError("is damaged: a message without bytes", file=self._path)
                 whole = decompress_message(data, file=self._path) if data.startswith(_ZSTD) else data
                 yield number, stamp, whole
-        except (sqlite3.Error, MemoryError) as error:
+        except _BROKEN as error:
             raise self._damaged(error) from error
 
     def _check_size(self) -> None:
