@@ -2,6 +2,7 @@
 
 Where goals are known they decide: a robot that waits for somebody on its way has not arrived. A leg begins when the
 robot moves off from its start, and ends with the first instant of its last rest at the goal, final rotation included.
+Where one leg runs into the next without a rest, it ends where the robot came nearest to its goal.
 When a goal was sent or when the robot called it reached can't be seen from outside: a simulated leg also holds the
 robot's first thinking, 0.1 s to 0.2 s, and lasts up to one control period beyond standstill.
 """
@@ -24,10 +25,14 @@ NEAR = 0.5
 """m; a rest so near to a goal, or within 2.5 of its tolerances, is an arrival there."""
 SLACK = 1.25
 """Rests within so many tolerances go before others near the goal."""
+ROUGH = 2.0
+"""Within so many, a short stop may be an arrival as well."""
 LEFT = 1.5
 """m; farther off than that and half the leg, the robot has left its goal for good."""
-SLOW = 0.1
-"""m/s; where one leg runs into the next, the slowest instant parts them if it is slower than this."""
+PAUSE = 0.5
+"""s; a shorter stop, such as between braking and turning, is none farther off."""
+AGAIN = 2.0
+"""s; after so long it comes back to a goal that it has passed, it is another visit."""
 MOVED = 0.1
 """m (or turning by a third of a radian): less is no leg."""
 
@@ -153,11 +158,17 @@ def _arrival(
             visit.append(r)
         elif following is not None and following.holds(r.pose) and _away(r.pose, goal.pose) <= goal.xy:
             break  # it ran through this goal's heading into the next leg
-    if not visit:
-        return _passed(seen, goal, following, earliest)
     xy = leg.xy_tolerance if math.isfinite(leg.xy_tolerance) else goal.xy
-    within = [r for r in visit if _Place(goal.pose, xy, leg.yaw_tolerance).holds(r.pose, SLACK)] or visit
-    return next((r for r in within if r.duration >= rest or r.closes), within[-1])
+    asked = _Place(goal.pose, xy, leg.yaw_tolerance)
+    within = [r for r in visit if asked.holds(r.pose, SLACK)] or [
+        r for r in visit if r.duration >= PAUSE or asked.holds(r.pose, ROUGH)
+    ]
+    if within:
+        return next((r for r in within if r.duration >= rest or r.closes), within[-1])
+    passed = _passed(seen, legs, i, goal, earliest)
+    if visit and (passed is None or not asked.holds(passed.pose)):
+        return visit[-1]  # it hardly stood there, but it came no nearer either
+    return passed
 
 
 def _gone(seen: Course, goal: _Place, leg: Leg, since: float, until: float) -> bool:
@@ -168,19 +179,35 @@ def _gone(seen: Course, goal: _Place, leg: Leg, since: float, until: float) -> b
     return bool(len(between)) and float(np.hypot(*(between[:, :2] - goal.pose[:2]).T).max()) > far
 
 
-def _passed(seen: Course, goal: _Place, following: _Place | None, after: float) -> Rest | None:
-    """Without a rest between two legs: the slowest instant at the goal, if the next leg begins on the spot."""
-    if following is None:
+def _passed(seen: Course, legs: Sequence[Leg], i: int, goal: _Place, after: float) -> Rest | None:
+    """How leg i ended, if no rest parts it from the next: where the robot came nearest to the goal's pose on its first
+    visit, in terms of the tolerances; outside them only if it stopped driving there. The last leg may end with the record.
+    """
+    leg, last = legs[i], len(seen.t) - 1
+    away = np.hypot(*(seen.pose[:, :2] - leg.goal[:2]).T)
+    turned = np.abs(np.nan_to_num(np.remainder(seen.pose[:, 2] - leg.goal[2] + np.pi, math.tau) - np.pi))
+    short = np.maximum(away / leg.xy_tolerance, turned / leg.yaw_tolerance)
+    there = (seen.t >= after) & (away <= goal.xy) & (turned <= goal.yaw)
+    if i + 1 == len(legs):
+        there &= (np.arange(last + 1) == last) & (short <= 1.0)
+    else:
+        stopped = np.zeros(last + 1, dtype=bool)
+        for stand in seen.stands:
+            stopped |= (seen.t >= stand.start) & (seen.t <= stand.end) & (not stand.closes)
+        there &= (short <= SLACK) | (stopped if _on_the_spot(legs, i) or _on_the_spot(legs, i + 1) else False)
+    visit = np.flatnonzero(there)
+    if not len(visit):
         return None
-    there = np.flatnonzero(seen.t >= after)
-    there = np.array([k for k in there if goal.holds(seen.pose[k])], dtype=np.int64)
-    if not len(there):
-        return None
-    k = int(there[np.argmin(seen.effort[there])])
-    if seen.effort[k] > SLOW:
-        return None
-    at = float(seen.t[k])
-    return Rest(at, at, seen.pose[k], False, False)
+    visit = visit[: np.flatnonzero(np.diff(seen.t[visit], append=math.inf) > AGAIN)[0] + 1]
+    k = int(visit[np.argmin(short[visit])])
+    return Rest(float(seen.t[k]), float(seen.t[k]), seen.pose[k], False, k == last)
+
+
+def _on_the_spot(legs: Sequence[Leg], i: int) -> bool:
+    """Whether leg i is a turn in place."""
+    leg = legs[i]
+    start = leg.start if np.isfinite(leg.start[:2]).all() or i == 0 else legs[i - 1].goal
+    return _away(start, leg.goal) < NEAR and _turned(start, leg.goal) > leg.yaw_tolerance
 
 
 def _departure(
@@ -196,7 +223,7 @@ def _departure(
         while last > 0 and standing[last].duration < rest:
             last -= 1
         chosen = standing[last]
-        pauses = [r for r in standing[last + 1 :] if r.duration >= 0.5]
+        pauses = [r for r in standing[last + 1 :] if r.duration >= PAUSE]
         how = f"moved off at {chosen.end:.2f} s after {chosen.duration:.1f} s of rest"
         if before is None and np.isfinite(start.pose[:2]).all():
             how += f", {_away(chosen.pose, start.pose):.2f} m from the start"
@@ -220,7 +247,8 @@ def _at_goal(arrival: Rest, leg: Leg) -> str:
     heading = f" and {turned:.2f} rad" if math.isfinite(arrival.pose[2] + leg.goal[2]) else ""
     how = f"came to rest at {arrival.start:.2f} s, {away:.2f} m{heading} from the goal"
     if arrival.duration == 0.0:
-        how = f"was slowest at {arrival.start:.2f} s, {away:.2f} m{heading} from the goal, and went on without a rest"
+        went_on = "the record ends there, without a rest" if arrival.closes else "it went on without a rest"
+        how = f"was {away:.2f} m{heading} from the goal at {arrival.start:.2f} s; {went_on}"
     if away > leg.xy_tolerance or (heading and turned > leg.yaw_tolerance):
         how += ", outside its tolerance"
     return how

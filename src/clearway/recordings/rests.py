@@ -43,12 +43,12 @@ class Rest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """The seen part of a motion: t (n,) s, pose (n, 3), how much it moved (n,) m/s, and the rests in it."""
+    """The seen part of a motion: t (n,) s, pose (n, 3), the rests in it, and the stretches in which it at most turned."""
 
     t: FloatArray
     pose: FloatArray
-    effort: FloatArray
     rests: tuple[Rest, ...]
+    stands: tuple[Rest, ...]
 
 
 def course(motion: Motion) -> Course:
@@ -63,7 +63,14 @@ def course(motion: Motion) -> Course:
     t, pose = motion.t[seen], motion.pose[seen]
     if len(t) < 3:
         raise ClearwayError(f"the robot is seen in {len(t)} samples; no leg can be found in so few")
-    effort = _effort(t, pose, motion.velocity[seen])
+    v = _speed(t, pose, motion.velocity[seen])
+    omega = motion.velocity[seen, 1]
+    return Course(
+        t, pose, _rests(t, pose, np.hypot(v, ARM * np.where(np.isfinite(omega), omega, 0.0))), _rests(t, pose, v)
+    )
+
+
+def _rests(t: FloatArray, pose: FloatArray, effort: FloatArray) -> tuple[Rest, ...]:
     low = _level(t, effort)
     n = len(t)
     rests = []
@@ -72,16 +79,14 @@ def course(motion: Motion) -> Course:
         end = _onset(t, effort, last, low) if last < n - 1 else float(t[-1])
         middle = np.median(pose[first : last + 1], axis=0)
         rests.append(Rest(min(start, end), end, middle, first == 0, last == n - 1))
-    return Course(t, pose, effort, tuple(rests))
+    return tuple(rests)
 
 
-def _effort(t: FloatArray, pose: FloatArray, velocity: FloatArray) -> Any:
-    """(n,) m/s: driving and turning together. Where the body slides or is carried sideways, its own v doesn't show it."""
+def _speed(t: FloatArray, pose: FloatArray, velocity: FloatArray) -> Any:
+    """(n,) m/s. Where the body slides or is carried sideways, its own v doesn't show it."""
     across = np.hypot(*np.gradient(pose[:, :2], t, axis=0).T)
     v = np.abs(velocity[:, 0])
-    v = np.where(np.isfinite(v) & (across < 2 * v + 2 * NOISY), v, across)
-    omega = velocity[:, 1]
-    return np.hypot(v, ARM * np.where(np.isfinite(omega), omega, 0.0))
+    return np.where(np.isfinite(v) & (across < 2 * v + 2 * NOISY), v, across)
 
 
 def _level(t: FloatArray, effort: FloatArray) -> float:
