@@ -17,9 +17,9 @@ from clearway.recordings.motion import Motion
 SHORTEST = 0.5
 """m; a shorter drive tells too little of the heading."""
 
-STRAIGHT = (0.02, 0.01, math.radians(3))
+STRAIGHT = (0.02, 0.01, math.radians(10))
 """m, share of the length, rad: a drive is straight if it leaves its line by less than the larger of the first two (rms)
-and the body doesn't turn by more than the last."""
+and the headings on it differ by less than the last: on an even arc the chord still is the mean heading."""
 
 TURN = math.radians(90)
 """rad; a turn in place that is smaller leaves the centre too unsure."""
@@ -119,31 +119,15 @@ def from_static_and_straight(
     Raises:
         ClearwayError: neither static pose nor turn, not at rest, too short, not straight, in reverse, no heading.
     """
-    direction, wobble, deviation, length = _direction(straight, file, field)
+    mean = None
     if static is not None and pose is not None:
         mean, scatter = _resting(static, file, field)
-        heading = wrap(float(pose[2]) - float(mean[2]))
-        differ = wrap(direction - heading)
-        if abs(differ) > math.pi / 2:
-            raise ClearwayError(
-                f"the straight drive leads {math.degrees(abs(differ)):.0f} degrees off where the robot looked on the static"
-                " pose: it was driven in reverse, or the static pose's heading is wrong; drive it forward",
-                file=file,
-                field=field,
-            )
     if turn is not None:
         point, residual, unsure = _centre(turn, file, field)
         how = f"the centre of a turn in place ({residual * 1e3:.1f} mm rms)"
-    elif static is not None and pose is not None:
-        arm = np.asarray(pose[:2]) - mean[:2]
-        c, s = math.cos(mean[2]), math.sin(mean[2])
-        point = np.array((c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]))
-        residual, unsure = deviation, math.hypot(scatter, placed[0])
+    elif mean is not None and pose is not None:
+        point, residual, unsure = _seen_from(mean, pose), 0.0, math.hypot(scatter, placed[0])
         how = "a static pose"
-        if abs(differ) > math.radians(1):
-            how += (
-                f" (whose heading differs from the drive's by {math.degrees(differ):.1f} degrees: the drive's counts)"
-            )
     else:
         raise ClearwayError(
             "a straight drive gives the heading alone; a static pose (with its known pose) or a turn in place is needed"
@@ -151,8 +135,22 @@ def from_static_and_straight(
             file=file,
             field=field,
         )
+    direction, slide, deviation, length = _direction(straight, point, file, field)
+    if mean is not None and pose is not None:
+        differ = wrap(direction - float(pose[2] - mean[2]))
+        if abs(differ) > math.pi / 2:
+            raise ClearwayError(
+                f"the straight drive leads {math.degrees(abs(differ)):.0f} degrees off where the robot looked on the static"
+                " pose: it was driven in reverse, or the static pose's heading is wrong; drive it forward",
+                file=file,
+                field=field,
+            )
+        if abs(differ) > math.radians(1):
+            how += (
+                f" (whose heading differs from the drive's by {math.degrees(differ):.1f} degrees: the drive's counts)"
+            )
     note = f"base_link by {how} and a straight drive of {length:.2f} m ({deviation * 1e3:.1f} mm rms off its line)"
-    return Base(_about_z(direction), np.array((*point, 0.0)), (unsure, wobble), max(residual, deviation), note)
+    return Base(_about_z(direction), np.array((*point, 0.0)), (unsure, slide), max(residual, deviation), note)
 
 
 def from_static(
@@ -165,9 +163,7 @@ def from_static(
 ) -> Base:
     """The base from a static pose alone: as good as the robot was placed, in heading too (obstacles, as a rule)."""
     mean, scatter = _resting(static, file, field)
-    c, s = math.cos(mean[2]), math.sin(mean[2])
-    arm = np.asarray(pose[:2]) - mean[:2]
-    point = np.array((c * arm[0] + s * arm[1], c * arm[1] - s * arm[0], 0.0))
+    point = np.array((*_seen_from(mean, pose), 0.0))
     sigma = (math.hypot(scatter, placed[0]), placed[1])
     return Base(_about_z(float(pose[2] - mean[2])), point, sigma, None, "base_link by a static pose alone")
 
@@ -175,6 +171,13 @@ def from_static(
 def _about_z(theta: float) -> FloatArray:
     c, s = math.cos(theta), math.sin(theta)
     return np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)))
+
+
+def _seen_from(body: FloatArray, pose: FloatArray) -> FloatArray:
+    """The origin of `pose` (3,) in the frame of the body's pose (3,): (2,)."""
+    c, s = math.cos(body[2]), math.sin(body[2])
+    arm = np.asarray(pose[:2]) - body[:2]
+    return np.array((c * arm[0] + s * arm[1], c * arm[1] - s * arm[0]))
 
 
 def _known(motion: Motion, what: str, file: object, field: str | None) -> FloatArray:
@@ -203,29 +206,35 @@ def _resting(static: Motion, file: object, field: str | None) -> tuple[FloatArra
     return mean, math.hypot(off[0] / math.sqrt(2), own)
 
 
-def _direction(straight: Motion, file: object, field: str | None) -> tuple[float, float, float, float]:
+def _direction(
+    straight: Motion, point: FloatArray, file: object, field: str | None
+) -> tuple[float, float, float, float]:
     """Direction of travel in the body's frame [rad], its standard uncertainty [rad], rms distance from the line [m],
-    length [m]."""
+    length [m]; `point` (2,): base_link's origin in the body's frame.
+
+    The displacement is the sum of the steps along theta + direction, whatever the robot does about its line.
+    """
     pose = _known(straight, "straight drive", file, field)
-    steps = np.hypot(*np.diff(pose[:, :2], axis=0).T)
-    length = float(math.hypot(*(pose[-1, :2] - pose[0, :2])))
+    away = np.hypot(*(pose[:, :2] - pose[0, :2]).T)
+    length = float(away.max())
     if length < SHORTEST:
         raise ClearwayError(
             f"the straight drive is {length:.2f} m long; at least {SHORTEST} m is needed", file=file, field=field
         )
-    moving = np.concatenate((steps, steps[-1:])) > 0.05 * np.quantile(steps, 0.9)
-    drive = pose[moving]
-    centred = drive[:, :2] - drive[:, :2].mean(axis=0)
-    line = np.linalg.svd(centred, full_matrices=False)[2][0]
-    line = line * np.sign(line @ (pose[-1, :2] - pose[0, :2]))
-    along, across = centred @ line, centred @ np.array((-line[1], line[0]))
-    deviation = float(np.sqrt((across**2).mean()))
-    turned = float(np.ptp(drive[:, 2]))
-    back = float(np.maximum(np.maximum.accumulate(along) - along, 0.0).max())
+    # base_link's origin, which moves where the robot looks however it wanders
+    c, s = np.cos(pose[:, 2]), np.sin(pose[:, 2])
+    path = pose[:, :2] + np.stack((c * point[0] - s * point[1], s * point[0] + c * point[1]), axis=1)
+    line = path[int(away.argmax())] - path[0]
+    course = math.atan2(line[1], line[0])
+    line = line / np.hypot(*line)
+    along, across = (path - path[0]) @ line, (path - path[0]) @ np.array((-line[1], line[0]))
+    deviation = float(np.std(across))
+    turned = float(np.ptp(pose[:, 2]))
+    back = float((np.maximum.accumulate(along) - along).max())
     problem = ""
     if deviation > max(STRAIGHT[0], STRAIGHT[1] * length):
         problem = f"it leaves its line by {deviation * 1e3:.0f} mm (rms)"
-    elif turned > 2 * STRAIGHT[2]:
+    elif turned > STRAIGHT[2]:
         problem = f"the body turns by {math.degrees(turned):.1f} degrees on it"
     elif back > 0.05:
         problem = f"it comes back by {back:.2f} m: forth and in reverse"
@@ -235,11 +244,12 @@ def _direction(straight: Motion, file: object, field: str | None) -> tuple[float
             file=file,
             field=field,
         )
-    direction = wrap(math.atan2(line[1], line[0]) - float(drive[:, 2].mean()))
-    # what makes a robot wander lasts for decimetres, not for samples: so many independent looks at the line there are
+    middle, step = (pose[1:, 2] + pose[:-1, 2]) / 2, np.diff(along)
+    direction = wrap(course - math.atan2(float(np.sin(middle) @ step), float(np.cos(middle) @ step)))
+    slid = across[1:] - np.cumsum(np.sin(middle + direction - course) * step)
+    # what makes a robot slide lasts for decimetres, not for samples: so many independent looks at the line there are
     looks = max(2.0, length / 0.25)
-    noise = math.hypot(deviation, float(np.std(drive[:, 2])) * 0.25)
-    return direction, noise * math.sqrt(12 / looks) / length, deviation, length
+    return direction, float(np.std(slid)) * math.sqrt(12 / looks) / length, deviation, length
 
 
 def _centre(turn: Motion, file: object, field: str | None) -> tuple[FloatArray, float, float]:

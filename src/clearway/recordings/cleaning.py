@@ -93,10 +93,11 @@ def _filter(
     correlation: float,
 ) -> tuple[float | None, tuple[str, ...]]:
     """Hold and low-pass `pose` in place, and let its `variance` follow; the cut-off, and notes."""
-    usual = np.nanmedian(variance[np.isfinite(variance[:, 0])], axis=0) if np.isfinite(variance[:, 0]).any() else None
-    noise = np.zeros(2) if usual is None else np.sqrt(np.nan_to_num(usual))
+    finite = [column[np.isfinite(column)] for column in variance.T]
+    noise = np.array([math.sqrt(np.median(column)) if len(column) else 0.0 for column in finite])
     rests = {part: filtering.at_rest(t[slice(*part)], pose[slice(*part)], noise, correlation) for part in parts}
-    rate = 1 / usual_step(t) if len(t) > 1 else 0.0
+    step = usual_step(t)
+    rate = 1 / step if step else 0.0
     position, heading = _signals(t, pose, parts, rests)
     if spec.cutoff == "residual":
         about = filtering.residual_analysis(position, rate)

@@ -241,7 +241,7 @@ def _scaled(distance: FloatArray) -> FloatArray:
     return np.asarray(vectors[:, -3:] * np.sqrt(np.maximum(values[-3:], 0.0)))
 
 
-def refine(xyz: FloatArray, model: FloatArray, rounds: int = 20) -> tuple[FloatArray, FloatArray]:
+def refine(xyz: FloatArray, model: FloatArray, rounds: int = 10) -> tuple[FloatArray, FloatArray]:
     """The Procrustes mean (m, 3) of the frames' markers, begun from `model`, and the rotations (k, 3, 3) of the good ones.
 
     Frames whose residual is more than three times the usual one (swapped, strayed) are left out. Where a marker is
@@ -261,7 +261,7 @@ def refine(xyz: FloatArray, model: FloatArray, rounds: int = 20) -> tuple[FloatA
         mean = np.where(count > 0, np.nansum(back, axis=0) / np.maximum(count, 1), model)
         change = float(np.abs(mean - model).max())
         model = mean
-        if change < 1e-8:
+        if change < 1e-6:
             break
     return model, rotation
 
