@@ -72,7 +72,8 @@ def own_view(
                     file=lab.path,
                     field=f"sources.{name}.frame",
                 )
-            own = clocks.resample(frames.apply(tie, _track(lab, recording, spec.estimate)), t - by)
+            own = frames.apply(tie, _track(lab, recording, spec.estimate))
+            own = clocks.resample(own, _within(t - by, own.t))
             estimate = own.wrapped
         if spec.plans is not None and tie is not None:
             if spec.plans not in recording.paths:
@@ -95,6 +96,14 @@ def goals_sent(lab: Lab, recordings: Recordings) -> Sequence[FloatArray]:
         tie = lab.tie(name, recording)
         return [] if tie is None else [compose(tie.pose, pose) for pose in recording.goals[topic].pose]
     return []
+
+
+def _within(t: FloatArray, of: FloatArray) -> FloatArray:
+    """The times `t`, those that lie outside `of` by less than one of its samples moved to its ends: a log that ends with
+    the leg must not lose the leg's end to the clocks' uncertainty."""
+    step = float(np.median(np.diff(of)))
+    near = (t > of[0] - step) & (t < of[-1] + step)
+    return np.where(near, np.clip(t, of[0], of[-1]), t)
 
 
 def _placed(tie: Tie, points: FloatArray) -> FloatArray:
