@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
+from clearway.errors import ClearwayError
 from clearway.recordings import checks, formats
 from clearway.recordings.checks import problems_of, summary
-from clearway.recordings.plan import is_test_plan
+from clearway.recordings.plan import is_test_plan, seen_from
 from clearway.recordings.protocol import skeleton
 from clearway.recordings.recording import Points, Recording
 from clearway.scenarios.suites import Selection
@@ -29,6 +33,11 @@ def capture(path: Path, names: tuple[str, ...], *, seconds: float = 10.0) -> Non
 
 
 Lab = Callable[..., Path]
+JUNK = (
+    "nan", "inf", "-1", "1e400", "0", '""', '"."', '".."', '"\\u0000"', f'"{"x" * 5000}"', '"a\\nb.toml"', "true", "[]", "{}",
+    "[[]]", "[0.0, inf]", "[1, 0]", '{ kind = "robot", robot = "x.toml" }', '"first.csv"', '"plan.toml"', '"A"', "1979-05-27",
+    '["a", "a", "a"]', '"hospital"', '"->"', '"a->b"', '"x:"', '":"',
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -192,3 +201,39 @@ def test_no_toml_and_no_file(tmp_path: Path):
 @pytest.mark.parametrize(("table", "is_one"), [({"trial": []}, True), ({"test": {}}, True), ({"legs": []}, False)])
 def test_a_plan_is_told_from_other_files(table: dict[str, object], is_one: bool):
     assert is_test_plan(table) is is_one
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_whatever_a_plan_says_is_answered_with_problems(lab: Lab, data: st.DataObject):
+    """Lines dropped, doubled and swapped, values replaced by junk: a list comes back, and nothing else out."""
+    lines = lab().read_text(encoding="utf-8").splitlines()
+    for _ in range(data.draw(st.integers(1, 4))):
+        i = data.draw(st.integers(0, len(lines) - 1))
+        match data.draw(st.sampled_from(["drop", "double", "swap", "value", "junk"])):
+            case "drop":
+                del lines[i]
+            case "double":
+                lines.insert(i, lines[i])
+            case "swap":
+                j = data.draw(st.integers(0, len(lines) - 1))
+                lines[i], lines[j] = lines[j], lines[i]
+            case "value":
+                lines[i] = f"{lines[i].partition('=')[0]}= {data.draw(st.sampled_from(JUNK))}"
+            case _:
+                lines[i] = data.draw(st.text(max_size=30))
+    path = lab(source="\n".join(lines))
+    for problem in problems_of(path):
+        assert isinstance(problem, ClearwayError)
+    assert isinstance(summary(path), list)
+
+
+def test_robots_and_floors_are_files_beside_the_plan(lab: Lab, tmp_path: Path):
+    (tmp_path / "mine.toml").write_bytes(resources.files("clearway.robots").joinpath("hosbot.toml").read_bytes())
+    body = '[bodies.cart]\nshape = { kind = "robot", robot = "mine.toml" }\n\n[[trial]]  # 1 of'
+    path = lab(('robot = "tiago"', 'robot = "mine.toml:vendor"'), ("[[trial]]  # 1 of", body))
+    assert problems_of(path) == []
+    assert seen_from(tmp_path, "mine.toml:vendor") == f"{tmp_path / 'mine.toml'}:vendor"
+    assert seen_from(tmp_path, "tiago") == "tiago"
+    said = only(lab(('robot = "tiago"', 'robot = "other.toml"')))
+    assert "other.toml" in said

@@ -84,6 +84,7 @@ class TestHospital:
         assert (plan.test.xy_tolerance, plan.test.yaw_tolerance) == (0.2, 0.2)
         assert plan.legs[0].start == "A"
         assert plan.test.robot == "tiago"
+        assert plan.test.plan is None  # a lab is not the hall of the simulation
 
     def test_obstacles_are_carried_as_rarely_as_the_order_of_batches_allows(self, plan: Plan):
         made = scenarios("hospital", "tiago")
@@ -154,6 +155,7 @@ class TestOwnSuites:
         assert {"rectangle-50cm-255mm-1", "rectangle-50cm-255mm-2", "odd-one-1"} == set(plan.bodies)
         assert plan.trials[0].obstacles[0].pose == (-1.0, 2.0, 0.5)
         assert plan.poses["B"] == (-2.0, 3.0, 0.0)
+        assert plan.test.plan == "hall"
 
     def test_files_are_named_as_seen_from_the_plan(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         monkeypatch.chdir(tmp_path)
@@ -166,6 +168,10 @@ class TestOwnSuites:
         plan = parsed(skeleton(robot="mine.toml", selection=Selection(batches=("NO",)), folder=folder))
         assert plan.test.robot is not None
         assert (folder / plan.test.robot).resolve() == (tmp_path / "mine.toml").resolve()
+
+    def test_a_suite_of_many_worlds_is_no_lab(self):
+        with pytest.raises(ClearwayError, match="floor plans"):
+            skeleton("barn", "jackal", Selection(worlds=(0, 6)))
 
     def test_what_is_unknown_is_said(self):
         with pytest.raises(ClearwayError, match="hospital"):

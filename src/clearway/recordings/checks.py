@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
@@ -14,7 +15,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.recordings import formats
 from clearway.recordings.formats import table
 from clearway.recordings.markers import resolve
-from clearway.recordings.plan import BodySpec, Plan, Span, TrialSpec
+from clearway.recordings.plan import BodySpec, Plan, Span, TrialSpec, seen_from, shape_of
 from clearway.recordings.recording import Contents, Want, contents_of
 from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml
@@ -75,13 +76,13 @@ def _names(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
     for field, name, load in (("robot", plan.test.robot, load_robot), ("plan", plan.test.plan, load_floor)):
         try:
             if name is not None:
-                load(str(folder / name) if (folder / name).is_file() else name)
+                load(seen_from(folder, name))
         except ClearwayError as error:
             yield ClearwayError(error.problem, file=error.file, field=f"test.{field}")
     for name, body in plan.bodies.items():
         try:
             if body.shape is not None:
-                body.shape.shape()
+                shape_of(body.shape, folder)
         except ClearwayError as error:
             yield ClearwayError(error.problem, file=error.file, field=f"bodies.{name}.shape")
     if plan.test.suite not in suite_names():
@@ -195,12 +196,12 @@ def _all_bodies(plan: Plan) -> list[tuple[str, BodySpec]]:
 def _files(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
     """Files that are not there. Those that tie frames are only needed once something was recorded."""
     for name, source in plan.sources.items():
-        if source.table is not None and not (folder / source.table).is_file():
+        if source.table is not None and not os.path.isfile(folder / source.table):
             yield ClearwayError(f"no such file: {source.table}", field=f"sources.{name}.table")
     if not any(_given(plan, t) for t in plan.trials):
         return
     for field, _, file, _ in _references(plan):
-        if not (folder / file).exists():
+        if not os.path.exists(folder / file):
             yield ClearwayError(f"no such file: {file!r}{_close(folder, file)}", field=field)
 
 
@@ -230,7 +231,10 @@ def _contents(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
 
     said: set[str] = set()
     for field, source, file, span in _references(plan):
-        if not (folder / file).exists() or (plan.sources[source].format or "table") not in formats.formats():
+        spec = plan.sources[source]
+        if not os.path.exists(folder / file) or (spec.format or "table") not in formats.formats():
+            continue
+        if spec.table is not None and not os.path.isfile(folder / spec.table):
             continue
         held = look(source, file)
         if isinstance(held, ClearwayError):

@@ -19,7 +19,7 @@ from clearway.recordings.formats import table
 from clearway.recordings.frames import Tie
 from clearway.recordings.markers import MarkerSet
 from clearway.recordings.motion import Motion
-from clearway.recordings.plan import BodySpec, Plan, StretchSpec, TrialSpec, load_plan
+from clearway.recordings.plan import BodySpec, Plan, StretchSpec, TrialSpec, load_plan, seen_from
 from clearway.recordings.recording import Points, Recording, Want
 from clearway.robots import Robot, load_robot
 
@@ -56,10 +56,7 @@ class Lab:
     def robot(self) -> Robot | None:
         """The robot that was tested, None if the plan doesn't say."""
         which = self.plan.test.robot
-        if which is None:
-            return None
-        own = self.folder / which
-        return load_robot(str(own) if which.endswith(".toml") and own.is_file() else which)
+        return None if which is None else load_robot(seen_from(self.folder, which))
 
     def files(self, trial: TrialSpec) -> dict[str, str]:
         """The trial's files by source; empty if it was not recorded."""

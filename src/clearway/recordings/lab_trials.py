@@ -11,7 +11,7 @@ from collections.abc import Hashable
 from pathlib import Path
 
 from clearway.errors import ClearwayError
-from clearway.recordings.plan import Plan, TrialSpec
+from clearway.recordings.plan import Plan, TrialSpec, seen_from
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import (
     DiscSpec,
@@ -52,10 +52,7 @@ def behind(plan: Plan, folder: Path) -> list[Scenario]:
     """The scenarios that a plan's trials were made from, as far as its suite is known; to be found by their labels."""
     if plan.test.robot is None:
         return []
-    robot, floor = (
-        None if name is None else str(folder / name) if (folder / name).is_file() else name
-        for name in (plan.test.robot, plan.test.plan)
-    )
+    robot, floor = (None if n is None else seen_from(folder, n) for n in (plan.test.robot, plan.test.plan))
     selection = Selection(plan=floor, repetitions=max(t.repetition for t in plan.trials))
     try:
         return scenarios(plan.test.suite, str(robot), selection)

@@ -6,14 +6,17 @@ are not computable. Paths are relative to the plan's own folder. docs/how-to/sco
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from clearway.geometry.shapes import Shape
+from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml
-from clearway.scenarios.scenario import Finite, NonNegative, PoseSpec, Positive, ShapeSpec
+from clearway.scenarios.scenario import Finite, NonNegative, PoseSpec, Positive, RobotBodySpec, ShapeSpec
 from clearway.validation import first_problem
 
 Point = tuple[Finite, Finite, Finite]
@@ -262,3 +265,23 @@ def load_plan(path: str | Path) -> Plan:
 def is_test_plan(contents: dict[str, Any]) -> bool:
     """Whether a TOML file's contents are a test plan's: no other file has these tables."""
     return bool({"trial", "sources", "test"} & set(contents))
+
+
+def seen_from(folder: Path, name: str) -> str:
+    """A robot (with its preset) or floor plan as a plan in `folder` names it: a file's path, if there is one, else the name."""
+    path, colon, preset = name.partition(".toml:")
+    file = folder / (path + ".toml" if colon else name)
+    if not os.path.isfile(file):
+        return name
+    return f"{file}:{preset}" if colon else str(file)
+
+
+def shape_of(spec: ShapeSpec, folder: Path) -> Shape:
+    """The shape that a plan in `folder` describes.
+
+    Raises:
+        ClearwayError: it is an unknown robot's.
+    """
+    if isinstance(spec, RobotBodySpec):
+        return load_robot(seen_from(folder, spec.robot)).shape
+    return spec.shape()

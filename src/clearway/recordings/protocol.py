@@ -44,10 +44,18 @@ def skeleton(
         it names are written as seen from there.
 
     Raises:
-        ClearwayError: an unknown suite, robot or selection, or a suite whose goals differ in their tolerances.
+        ClearwayError: an unknown suite, robot or selection, or a suite with several floor plans or tolerances.
     """
     chosen = scenarios(suite, robot, selection, seed)
-    return _Writer(load_robot(robot), robot, chosen, selection or Selection(), folder or Path()).text(suite)
+    floors = list(dict.fromkeys(s.plan for s in chosen))
+    if len(floors) > 1:
+        raise ClearwayError(
+            f"the suite {suite!r} takes place on {len(floors)} floor plans, such as {floors[0]!r} and {floors[1]!r}; "
+            "a test plan has one",
+            field="suite",
+        )
+    said = suite.endswith(".toml") or (selection is not None and selection.plan is not None)
+    return _Writer(load_robot(robot), robot, chosen, floors[0] if said else None, folder or Path()).text(suite)
 
 
 def parsed(text: str) -> Plan:
@@ -63,7 +71,7 @@ def is_plan_file(name: str) -> bool:
 def refuse_existing(*paths: Path | None) -> None:
     """Refuse to write where there is something: a plan or a sheet may have been filled in."""
     for path in paths:
-        if path is not None and path.exists():
+        if path is not None and os.path.exists(path):
             raise ClearwayError("is there already, and may have been filled in; name another file", file=path)
 
 
@@ -87,9 +95,9 @@ class _Writer:
     """Puts a list of scenarios into words and TOML."""
 
     def __init__(
-        self, robot: Robot, robot_name: str, chosen: Sequence[Scenario], selection: Selection, folder: Path
+        self, robot: Robot, robot_name: str, chosen: Sequence[Scenario], floor: str | None, folder: Path
     ) -> None:
-        self.robot, self.robot_name, self.scenarios, self.selection = robot, robot_name, chosen, selection
+        self.robot, self.robot_name, self.scenarios, self.floor = robot, robot_name, chosen, floor
         self.folder = folder
         first = chosen[0]
         self.line = Line(first.start, first.legs[0].goal)
@@ -135,10 +143,10 @@ class _Writer:
             'navigator = "recorded"  # what drove it, such as "move_base"',
             'localisation = "recorded"  # how it knew where it was, such as "amcl"',
         ]
-        if self.selection.plan is not None:
-            lines.append(
-                f"plan = {_toml(self.file(self.selection.plan))}  # floor plan: what stands in it counts as obstacles"
-            )
+        if self.floor is None:
+            lines.append('# plan = "lab.yaml"  # floor plan or ROS map: what stands in it counts as obstacles')
+        else:
+            lines.append(f"plan = {_toml(self.file(self.floor))}  # floor plan: what stands in it counts as obstacles")
         lines += [f"xy_tolerance = {_toml(xy)}  # at a goal, m", f"yaw_tolerance = {_toml(yaw)}  # rad"]
         if length is not None:
             lines.append(f"reference_length = {_toml(length)}  # of one leg, m")

@@ -14,7 +14,7 @@ from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.recordings import clocks
 from clearway.recordings.lab import Lab
 from clearway.recordings.motion import Motion
-from clearway.recordings.plan import PlacedSpec, TrialSpec
+from clearway.recordings.plan import PlacedSpec, TrialSpec, seen_from, shape_of
 from clearway.recordings.robot_log import Offsets, Recordings
 from clearway.scenarios.floorplan import load_plan as load_floor
 from clearway.trials import Body
@@ -38,8 +38,7 @@ def fixtures(lab: Lab, tied: bool) -> list[Body]:
     which = lab.plan.test.plan
     if which is None or not tied:
         return []
-    own = lab.folder / which
-    floor = load_floor(str(own) if own.is_file() else which)
+    floor = load_floor(seen_from(lab.folder, which))
     return [Body(f.name, f.kind, f.shape, np.array(f.pose, dtype=np.float64)) for f in floor.fixtures]
 
 
@@ -101,4 +100,4 @@ def _stood(motion: Motion) -> FloatArray | None:
 
 def _shape(lab: Lab, name: str) -> tuple[Shape, bool]:
     spec = lab.body(name).shape
-    return (Circle(0.0), False) if spec is None else (spec.shape(), True)
+    return (Circle(0.0), False) if spec is None else (shape_of(spec, lab.folder), True)
