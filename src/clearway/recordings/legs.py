@@ -23,6 +23,8 @@ from clearway.trials import Leg
 
 NEAR = 0.5
 """m; a rest so near to a goal, or within 2.5 of its tolerances, is an arrival there."""
+USUAL, LEAST = 0.2, 0.01
+"""m, and rad; tolerances that are looked by where they are unknown, and the smallest."""
 SLACK = 1.25
 """Rests within so many tolerances go before others near the goal."""
 ROUGH = 2.0
@@ -66,11 +68,18 @@ def find_legs(
     if not legs:
         raise ClearwayError("the trial has no legs to find")
     seen = course(motion)
+    legs = [_asked(leg) for leg in legs]
     if all(np.isfinite(leg.goal[:2]).all() for leg in legs):
         found = _by_goals(seen, legs, rest)
     else:
         found = _by_rests(seen, legs, rest)
     return found if sent is None else _sent(found, np.sort(np.asarray(sent, dtype=np.float64)))
+
+
+def _asked(leg: Leg) -> Leg:
+    """The leg with tolerances to look by, where its own are unknown or none."""
+    xy, yaw = (USUAL if math.isnan(v) else max(v, LEAST) for v in (leg.xy_tolerance, leg.yaw_tolerance))
+    return replace(leg, xy_tolerance=xy, yaw_tolerance=yaw)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
