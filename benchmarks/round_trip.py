@@ -6,7 +6,8 @@ for a while, 2 s before and after, a frame of the capture's own that only holds 
 (Motive: metres, y up). The other formats hold the trial as it is. Each is scored with the legs' spans given, and with the
 legs to be found. Found legs miss what can't be seen from outside: that the goal was sent a moment before the robot moved,
 that it was called reached a moment after the robot stood; so their CT is also held against that of an observer who sees
-the true motion without any error (`CT seen`). A trial that ended in a contact or was given up has no CT; whether it counts as a success has to agree.
+the true motion without any error (`CT seen`). A trial that ended in a contact or was given up has no CT; whether it counts
+as a success has to agree.
 
     python benchmarks/round_trip.py [--formats vicon,c3d] [--trials N] [--noise M] [--rate HZ] [--keep FOLDER]
                                     [--verbose] [--json] [--smoke]
@@ -53,6 +54,8 @@ class Tally:
     beyond: Counter[str] = field(default_factory=Counter)
     compared: Counter[str] = field(default_factory=Counter)
     reasons: Counter[str] = field(default_factory=Counter)
+    covered: Counter[str] = field(default_factory=Counter)
+    told: Counter[str] = field(default_factory=Counter)
     agree: int = 0
     trials: int = 0
     sample: float = 0.01
@@ -75,6 +78,9 @@ class Tally:
             if indicator == "PL":
                 off *= 100 / was[indicator]
             self.compared[indicator] += 1
+            if (u := now.get(f"{indicator}_U")) is not None:
+                self.told[indicator] += 1
+                self.covered[indicator] += abs(now[column] - was[indicator]) <= u + 1e-9
             self.sums[indicator].append(off)
             aim = self.sample + 1e-6 if column == "CT" else AIMS[indicator]
             self.beyond[indicator] += off > aim
@@ -205,18 +211,26 @@ def _line(to: str, legs: str, tally: Tally, took: float) -> None:
     if not _began:
         _began = True
         heads = "".join(f"{f'{i} [{UNITS[i]}]':>12}" for i in INDICATORS)
-        print(f"\n{'format':<12} {'legs':<6}{heads}{'success':>12}{'no value':>10}{'s/trial':>9}")
+        print(f"\n{'format':<12} {'legs':<6}{heads}{'success':>9}{'no value':>10}{'within U':>10}{'s/trial':>9}")
     cells = []
     for i in INDICATORS:
         off = tally.worst.get(i, (math.nan, ""))[0] * SCALE[i]
         cells.append(f"{off:>11.3f}{'*' if tally.beyond[i] else ' '}" if tally.compared[i] else f"{'-':>11} ")
     missing = sum(n for reason, n in tally.reasons.items() if not reason.startswith("success"))
     agree = f"{tally.agree}/{tally.trials}"
-    print(f"{to:<12} {legs:<6}{''.join(cells)}{agree:>12}{missing:>10}{took / max(1, tally.trials):>9.2f}", flush=True)
+    told = sum(tally.told.values())
+    within = f"{sum(tally.covered.values()) / told:.0%}" if told else "-"
+    print(
+        f"{to:<12} {legs:<6}{''.join(cells)}{agree:>9}{missing:>10}{within:>10}{took / max(1, tally.trials):>9.2f}",
+        flush=True,
+    )
 
 
 def _rest(tallies: dict[tuple[str, str], Tally], failed: dict[str, str], verbose: bool) -> None:
-    print("\nWorst error over the trials; *: beyond its aim in one trial or more. 'no value': lost, with a reason.")
+    print(
+        "\nWorst error over the trials; *: beyond its aim in one trial or more. 'no value': lost, with a reason. 'within U': "
+        "share of DE, MDO and OE that are off by no more than their stated uncertainty (k = 2, about 95 %)."
+    )
     for (to, legs), tally in tallies.items():
         for i in INDICATORS:
             if tally.beyond[i]:
@@ -236,6 +250,7 @@ def _plain(tally: Tally) -> dict[str, Any]:
         "worst": {i: {"value": v, "trial": name} for i, (v, name) in tally.worst.items()},
         "beyond": dict(tally.beyond),
         "compared": dict(tally.compared),
+        "within_uncertainty": {i: [tally.covered[i], n] for i, n in tally.told.items()},
         "success_agrees": tally.agree,
         "trials": tally.trials,
         "reasons": dict(tally.reasons),

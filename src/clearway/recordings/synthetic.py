@@ -28,6 +28,9 @@ Coordinates = Mapping[str, tuple[float, float, float]]
 
 BURST = 0.08
 """Mean length of a stretch in which a marker is unseen, s."""
+LOST = (0.04, 0.15)
+"""Mean and longest length of a stretch in which a system that solves rigid bodies itself loses one, s: it can do with some
+of the markers."""
 SWAP = (0.3, 0.8)
 """Shortest and longest stretch in which two markers have each other's names, s."""
 BRAKING = 1.0
@@ -296,7 +299,7 @@ def _track(
     if system.noise:
         out[:, :2] += rng.normal(0.0, system.noise / math.sqrt(len(arms)), (len(t), 2))
         out[:, 2] += rng.normal(0.0, system.noise / spread, len(t))
-    out[_unseen(t, system, rng)] = np.nan
+    out[_unseen(t, system, rng, *LOST)] = np.nan
     position = np.column_stack([out[:, :2], np.where(np.isfinite(out[:, 0]), 0.0, np.nan)])
     none = np.where(np.isfinite(out[:, 2]), 0.0, np.nan)
     return Track(
@@ -304,14 +307,16 @@ def _track(
     )
 
 
-def _unseen(t: FloatArray, system: System, rng: np.random.Generator) -> npt.NDArray[np.bool_]:
-    """(n,) in which samples a marker is unseen: bursts that together make the share `gaps`."""
+def _unseen(
+    t: FloatArray, system: System, rng: np.random.Generator, mean: float = BURST, longest: float = math.inf
+) -> npt.NDArray[np.bool_]:
+    """(n,) in which samples something is unseen: bursts of `mean` length [s] that together make the share `gaps`."""
     out = np.zeros(len(t), dtype=np.bool_)
     if system.gaps <= 0:
         return out
     left = round(system.gaps * len(t))
     while left > 0:
-        length = min(left, 1 + int(rng.exponential(BURST * system.rate)))
+        length = min(left, 1 + int(min(rng.exponential(mean), longest) * system.rate))
         begin = int(rng.integers(0, max(1, len(t) - length + 1)))
         out[begin : begin + length] = True
         left -= length

@@ -114,14 +114,16 @@ class _Sources:
         if not self.coordinates:
             _extra(self.folder, self.to, "hold_A", held(self.trial, leg.start, self.system, bodies=self._bodies))
             _extra(self.folder, self.to, "straight", straight(self.trial, leg.start, self.system, bodies=self._bodies))
-            return {"capture": {"format": self.to, "frame": {"transform": list(self.system.frame)}}}
+            return {
+                "capture": {"format": self.to, "frame": {"transform": list(self.system.frame), "uncertainty": KNOWN}}
+            }
         holds = []
         for name, pose in (("A", leg.start), ("B", leg.goal)):
             file = _extra(
                 self.folder, self.to, f"hold_{name}", held(self.trial, pose, self.system, bodies=self._bodies)
             )
             holds.append({"file": file, "pose": pose.tolist()})
-        return {"capture": {"format": self.to, "frame": {"holds": holds}}}
+        return {"capture": {"format": self.to, "frame": {"holds": holds, "uncertainty": KNOWN}}}
 
     @property
     def _bodies(self) -> bool:
@@ -130,6 +132,8 @@ class _Sources:
 
 READ_AS = {"mcap": "bag", "csv": "table"}
 """Formats that are read under another name than they are written."""
+KNOWN = [0.0001, 0.0001]
+"""m, rad: how exactly a pose is known that was never taped to a floor."""
 ESTIMATE = {"mcap": "/amcl_pose", "csv": "estimate"}
 """The robot's own estimate in those that hold it."""
 
