@@ -113,7 +113,7 @@ def read(path: Path, want: Want) -> Recording:
         for at, values, seen, empty in _chunks(source, layout, start, stop, path):
             zeros += int(empty.sum())
             values[~seen] = np.nan
-            xyz[at - start : at - start + len(values)] = values @ layout.turn.T
+            xyz[at - start : at - start + len(values)] = values
     notes = layout.notes
     if zeros:
         notes += (f"{zeros} samples at exactly 0, 0, 0 that no camera saw were taken as unseen",)
@@ -288,10 +288,13 @@ def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:
 def _chunks(
     source: BinaryIO, layout: _Layout, start: int, stop: int, path: Path
 ) -> Iterator[tuple[int, Any, Any, Any]]:
-    """Pieces of the data: the frame, positions (k, m, 3) m in the file's axes, seen (k, m), zero and without a camera (k, m)."""
+    """Pieces of the data: the frame, positions (k, m, 3) m, z up, seen (k, m), zero and without a camera (k, m)."""
     stride, points, width = layout.stride, layout.head.points, layout.width
     at_once = max(1, CHUNK // max(stride, 1))
     unpack = reals if width == 4 else words
+    chosen = slice(None) if len(layout.index) == points else layout.index
+    axes = np.abs(layout.turn).argmax(axis=1)  # a turn by right angles: which axis comes where, and its sign
+    factors = layout.turn.sum(axis=1) * layout.metres * (layout.scale if width == 2 else 1.0)
     for at in range(start, stop, at_once):
         count = min(at_once, stop - at)
         source.seek(layout.start + at * stride)
@@ -299,14 +302,14 @@ def _chunks(
         if len(data) < count * stride:
             raise ClearwayError(f"ends within frame {at + len(data) // stride}: it is truncated", file=path)
         body = np.frombuffer(data, np.uint8).reshape(count, stride)[:, : 4 * points * width]
-        values = unpack(body.tobytes(), layout.head.processor).reshape(count, points, 4)[:, layout.index]
-        residual = values[..., 3]
-        with np.errstate(invalid="ignore"):
-            xyz = values[..., :3].astype(np.float64)
-            finite = np.isfinite(xyz).all(axis=2) & np.isfinite(residual)
-            empty = (xyz == 0).all(axis=2) & (residual == 0)
+        values = unpack(body.tobytes(), layout.head.processor).reshape(count, points, 4)[:, chosen]
+        x, y, z, residual = (values[..., i] for i in range(4))
+        with np.errstate(invalid="ignore", over="ignore"):
+            finite = np.isfinite(x * 1.0 + y + z + residual)  # NaN and infinities stay such in a sum
+            empty = (x == 0) & (y == 0) & (z == 0) & (residual == 0)
             seen = finite & (residual >= 0) & ~empty
-            xyz *= layout.metres * (layout.scale if width == 2 else 1.0)
+            xyz = values[..., axes].astype(np.float64)
+            xyz *= factors
         yield at, xyz, seen, empty
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import codecs
 import io
-import itertools
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -32,7 +31,7 @@ MISSING = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", 
 
 Header: TypeAlias = Literal["line", "comment", "none"]
 
-_BLANKS = re.compile(r"[ \t]+")
+_EMPTY = re.compile(r"^[ \t]+\n", re.MULTILINE)
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
 
 
@@ -221,8 +220,8 @@ class _opened(io.RawIOBase):
         self.path, self.dialect = path, dialect
         self.problem: ClearwayError | None = None
         self.first: str | None = None
-        self._comment: str | None = None
-        self._ready = b""
+        self._ready, self._rest, self._ended = b"", "", False
+        self._remark = re.compile(rf"^[ \t]*{re.escape(dialect.comment)}(.*)\n", re.MULTILINE)
 
     def __enter__(self) -> _opened:
         try:
@@ -234,14 +233,18 @@ class _opened(io.RawIOBase):
             raise ClearwayError(
                 f"{self.dialect.encoding!r} is no encoding; utf-8, cp1252, utf-16 are", file=self.path
             ) from error
-        self._rest, self._skip, self._ended = "", self.dialect.skip, False
-        lines = self._lines()
-        while not lines and not self._ended:
-            lines = self._lines()
-        self.first = lines[0] if lines else None
-        if self.dialect.header == "comment":
-            self.first = self._comment
-        self._give(lines[1:] if self.dialect.header == "line" else lines)
+        skip, remark, text = self.dialect.skip, None, ""
+        while not text and not self._ended:
+            text = self._piece()
+            while skip and text:
+                skip, text = skip - 1, text[text.find("\n") + 1 :]
+            # The last comment of those that come first, which may name the columns.
+            while self.dialect.comment and (found := self._remark.match(text)):
+                remark, text = found[1].lstrip(self.dialect.comment), text[found.end() :].lstrip("\n")
+            text = self._tidied(text)
+        line, _, rest = text.partition("\n")
+        self.first = remark if self.dialect.header == "comment" else line or None
+        self._ready = (rest if self.dialect.header == "line" else text).encode("utf-8", errors="replace")
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -252,47 +255,46 @@ class _opened(io.RawIOBase):
 
     def read(self, size: int = -1) -> bytes:  # as pyarrow wants it: `size` is always given
         while not self._ready and not self._ended:
-            self._give(self._lines())
+            self._ready = self._tidied(self._piece()).encode("utf-8", errors="replace")
         out, self._ready = self._ready[:size], self._ready[size:]
         return out
 
-    def _give(self, lines: list[str]) -> None:
-        self._ready = "".join(line + "\n" for line in lines).encode("utf-8", errors="replace")
-
-    def _lines(self) -> list[str]:
-        """The data lines of the next piece."""
+    def _piece(self) -> str:
+        """The next whole lines, each with a line feed at its end."""
         try:
             data = self._file.read(PIECE)
             text = self._rest + self._decoder.decode(data, final=not data)
-            text = text.removeprefix("\ufeff")
         except (UnicodeError, OSError) as error:
             raise self._refuse(f"is not {self.dialect.encoding}: {error}") from error
+        text = text.removeprefix("\ufeff")
         self._ended = not data
+        if "\0" in text:
+            raise self._refuse("holds zero bytes: it is no text")
         if "\r" in text:
             # A carriage return at the end may be half of a line's end.
             held = "\r" if text.endswith("\r") and data else ""
             text = text[: len(text) - len(held)].replace("\r\n", "\n").replace("\r", "\n") + held
-        if "\0" in text:
-            raise self._refuse("holds zero bytes: it is no text")
-        end = len(text) if self._ended else text.rfind("\n") + 1
+        if self._ended:
+            self._rest = ""
+            return text if not text or text.endswith("\n") else text + "\n"
+        end = text.rfind("\n") + 1
         text, self._rest = text[:end], text[end:]
         if len(self._rest) > PIECE:
             raise self._refuse(f"has a line of more than {PIECE} characters: it is no table")
+        return text
+
+    def _tidied(self, text: str) -> str:
+        """Without comments and lines of blanks; blanks that separate are single ones."""
+        if self.dialect.comment and self.dialect.comment in text:
+            text = self._remark.sub("", text)
         if self.dialect.separator == " ":
-            text = _BLANKS.sub(" ", text)
-        lines = text.split("\n")
-        if self._skip:
-            lines, self._skip = lines[self._skip :], max(0, self._skip - (len(lines) - 1))
-        comment = self.dialect.comment
-        lines = [line for line in lines if line and not line.isspace()]
-        if self.dialect.separator == " ":
-            lines = [line.strip() for line in lines]
-        if not comment:
-            return lines
-        if self._comment is None:
-            before = list(itertools.takewhile(lambda line: line.lstrip().startswith(comment), lines))
-            self._comment = before[-1].lstrip()[len(comment) :].lstrip(comment) if before else None
-        return [line for line in lines if not line.lstrip().startswith(comment)]
+            text = text.replace("\t", " ")
+            while "  " in text:
+                text = text.replace("  ", " ")
+            text = text.replace(" \n", "\n").replace("\n ", "\n").removeprefix(" ")
+        elif _EMPTY.search(text):
+            text = _EMPTY.sub("", text)
+        return text.lstrip("\n")
 
     def _refuse(self, problem: str) -> ClearwayError:
         self.problem = ClearwayError(problem, file=self.path)
