@@ -1,0 +1,71 @@
+"""A skeleton needs nothing but files and names: filled in with what a lab records, it is scored as it stands."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from driven_trials import forth_and_back
+
+from clearway.indicators import score_row
+from clearway.recordings import formats, synthetic
+from clearway.recordings.assemble import assemble
+from clearway.recordings.checks import problems_of
+from clearway.recordings.lab import Lab
+from clearway.recordings.protocol import skeleton
+from clearway.recordings.recording import Points, Recording
+from clearway.scenarios.suites import Selection
+from clearway.trials import Outcome, Trial
+
+
+def written(path: Path, recording: Recording) -> None:
+    """As Nexus exports it, with the marker names that the skeleton proposes."""
+    points = recording.points
+    assert points is not None
+    names = tuple(n.replace("robot:", "tiago:") for n in points.names)
+    write = formats.formats()["vicon"].write
+    assert write is not None
+    write(path, replace(recording, points=replace(points, names=names)))
+
+
+def survey(trial: Trial) -> Recording:
+    """Markers on A, on B and 2 m to the left of the middle, in the capture's frame, half a millimetre of noise."""
+    x, y, theta = synthetic.LAB.frame
+    c, s = math.cos(theta), math.sin(theta)
+    (a, b) = (trial.attempt.legs[0].start[:2], trial.attempt.legs[0].goal[:2])
+    known = np.array([a, b, (a + b) / 2 + [0.0, 2.0]])
+    xyz = np.zeros((100, 3, 3))
+    xyz[:, :, :2] = (known - [x, y]) @ np.array([[c, -s], [s, c]])
+    xyz += np.random.default_rng(4).normal(0.0, 0.0005, xyz.shape)
+    return Recording(Path("survey"), "vicon", Points(("floor:A", "floor:B", "floor:C"), np.arange(100) / 100, xyz))
+
+
+def test_files_and_names_are_all_that_is_left_to_fill_in(tmp_path: Path):
+    trial = forth_and_back(mover=False, square=False, batch="NO")
+    a = trial.attempt.legs[0].start
+    written(tmp_path / "survey.csv", survey(trial))
+    written(tmp_path / "static_A.csv", synthetic.held(trial, a))
+    written(tmp_path / "straight.csv", synthetic.straight(trial, a))
+    written(tmp_path / "first.csv", synthetic.captured(trial))
+    text = skeleton(selection=Selection(batches=("NO",), speeds=(0.6,), repetitions=1))
+    text = text.replace('file = ""', 'file = "first.csv"').replace("# contact = false", "contact = false")
+    # the made-up robot drives 1 m beside the line of the hall: here A and B lie there
+    for old, new in (("[-2.5, 0.0", "[-2.5, 1.0"), ("[2.5, 0.0", "[2.5, 1.0"), ("[0.0, 2.0]", "[0.0, 3.0]")):
+        assert old in text
+        text = text.replace(old, new)
+    plan = tmp_path / "plan.toml"
+    plan.write_text(text, encoding="utf-8")
+    assert problems_of(plan) == []
+    found = assemble(Lab(plan), 0)
+    assert found.outcome is Outcome.REACHED
+    assert [s.leg for s in found.spans] == [0, 1, 2]
+    ours, truth = score_row(found), score_row(trial)
+    assert ours["success"]
+    assert truth["DE"] == pytest.approx(0.025)  # 30 mm at B, 20 mm at A
+    assert ours["DE"] == pytest.approx(truth["DE"], abs=0.005)
+    assert ours["OE"] == pytest.approx(truth["OE"], abs=0.01)
+    assert ours["PL"] == pytest.approx(truth["PL"], rel=0.01)
+    assert (ours["batch"], ours["configuration"], ours["speed"]) == ("NO", "free", 0.6)
