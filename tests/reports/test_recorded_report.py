@@ -16,7 +16,7 @@ from synthetic_results import glide
 from clearway.reports import conditions, figure, recordings, write_replay, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.packing import Packer, clearance_over_time
-from clearway.reports.selection import label, representative
+from clearway.reports.selection import label, representative, with_uncertainty
 from clearway.reports.text import headline, numbers
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
@@ -139,6 +139,15 @@ def test_uncertainty_stands_beside_values(recorded_page: Path) -> None:
     replayed = json.loads(re.search(r'id="trial-0">(.*?)</script>', page)[1])  # type: ignore[index]
     assert replayed["row"]["DE"].endswith(" ± 0.003 m")
     assert replayed["row"]["MDO"] == "not computable: the test has no obstacle"
+
+
+@pytest.mark.parametrize(
+    ("value", "u", "shown"),
+    [(0.0521, 0.0029, "0.052 ± 0.003"), (0.0521, 0.0004, "0.0521 ± 0.0004"), (0.0521, 0.0, "0.052"), (0.0521, None, "0.052"),
+     (0.0521, 1e-9, "0.052100 ± 0.000000")],
+)  # fmt: skip
+def test_an_uncertainty_is_never_rounded_away(value: float, u: float | None, shown: str) -> None:
+    assert with_uncertainty({"DE": value, "DE_U": u}, "DE", 3) == shown
 
 
 @pytest.mark.parametrize("lack", LACKS)

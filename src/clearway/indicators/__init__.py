@@ -23,6 +23,7 @@ from clearway.indicators import (
 from clearway.indicators.cause import cause
 from clearway.indicators.indicator import Indicator, NotComputable, Value
 from clearway.indicators.success import failure
+from clearway.indicators.uncertainty import shown_digits
 from clearway.trials import Trial
 
 INDICATORS: dict[str, Indicator] = {
@@ -68,4 +69,5 @@ __all__ = [
     "failure",
     "row_schema",
     "score_row",
+    "shown_digits",
 ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.legs import named
 from clearway.indicators.success import goals
-from clearway.indicators.uncertainty import end_uncertainty
+from clearway.indicators.uncertainty import end_uncertainty, shown_digits
 from clearway.trials import Trial
 
 _UNITS = {"DE": "m", "OE": "rad"}
@@ -29,6 +29,6 @@ def to_confirm(trial: Trial) -> str:
             except NotComputable:
                 continue
             if abs(value - allowed) < u:
-                unit = _UNITS[name]
-                said.append(f"{name} of leg {leg.name} is {value:.3f} ± {u:.3f} {unit}, {allowed:g} {unit} allowed")
+                unit, d = _UNITS[name], shown_digits(u, 3)
+                said.append(f"{name} of leg {leg.name} is {value:.{d}f} ± {u:.{d}f} {unit}, {allowed:g} {unit} allowed")
     return "; ".join(said)

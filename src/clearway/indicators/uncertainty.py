@@ -34,6 +34,11 @@ COVERAGE = 2.0
 """k of the expanded uncertainty."""
 
 
+def shown_digits(u: float, digits: int) -> int:
+    """How many decimals show an uncertainty `u` > 0: `digits`, and more (up to 6) where it would be shown as 0."""
+    return next((d for d in range(digits, 6) if round(u, d) > 0), 6)
+
+
 def end_uncertainty(trial: Trial, drive: Drive, what: str) -> float:
     """Expanded uncertainty of `DE` [m] or `OE` [rad] at the end of one leg.
 

@@ -46,10 +46,11 @@ def vehicle(f: Findings, name: str) -> Facts:
              f"{lidar.range_min:g} to {lidar.range_max:g} m, σ {100 * lidar.sigma:g} cm")
         )  # fmt: skip
     o = robot.odometry
-    facts.append(
-        ("wheel odometry", f"σ {100 * o.translation_per_metre:g} cm/√m, {o.rotation_per_radian:g} rad/√rad, "
-         f"scale {100 * o.scale:g} %")
-    )  # fmt: skip
+    if any(r["robot"] == name and not is_recorded(r) for r in f.rows):
+        noise = (
+            f"σ {100 * o.translation_per_metre:g} cm/√m, {o.rotation_per_radian:g} rad/√rad, scale {100 * o.scale:g} %"
+        )
+        facts.append(("wheel odometry", noise))
     t = robot.tolerances
     facts += [("control period", f"{robot.period:g} s"), ("tolerances at the goal", f"{t.xy:g} m, {t.yaw:g} rad")]
     return facts

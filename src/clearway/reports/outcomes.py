@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from clearway.indicators import HEADLINE, INDICATORS
+from clearway.indicators import HEADLINE, INDICATORS, shown_digits
 from clearway.reports import paper
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
@@ -111,7 +111,7 @@ def _mean(row: Row | None, digits: int, measured: Row | None = None) -> Cell:
     if row["missing"]:
         parts.append(f"n {row['n']}")
     if measured is not None and measured["mean"]:
-        parts.append(f"U {num(measured['mean'], digits)}")
+        parts.append(f"U {num(measured['mean'], shown_digits(measured['mean'], digits))}")
     return Cell(num(row["mean"], digits) + spread, " ".join(part for part in parts if part))
 
 

@@ -119,6 +119,7 @@ def build(results: Results, folder: Path) -> None:
     first = representative([r for r in last if r["success"]] or last)
     columns = outcomes.trial_columns(f)
     duels = contest.comparisons(f)
+    simulated = {r["robot"] for r in f.rows if not is_recorded(r)}
     page = _environment().get_template("page.html").render(
         f=f,
         title=_title(f),
@@ -140,7 +141,7 @@ def build(results: Results, folder: Path) -> None:
         imports=recordings.overview(f),
         histories=recordings.histories(f),
         unrecorded=recordings.unrecorded(f),
-        every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None],
+        every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None and n in simulated],
         rescues=rescue.tables(f),
         duels=[g for g in (contest.table(duels), contest.indicator_table(duels)) if g is not None],
         verdicts=contest.verdicts(duels),

@@ -8,6 +8,7 @@ from typing import Any
 from clearway.reports import paper
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, grid, text
+from clearway.reports.selection import is_recorded
 from clearway.robots import Robot
 
 NAVIGATOR = "move-base"
@@ -34,12 +35,12 @@ _WHERE = (
 
 
 def table_3(f: Findings, robot: str) -> Grid | None:
-    """Table 3 as printed and as used here, with the source of each value; None where move-base did not drive it."""
+    """Table 3 as printed and as used here, with the source of each value; None where our move-base did not drive it."""
     known = f.robots.get(robot)
     if (
         known is None
         or NAVIGATOR not in known.navigators
-        or all(s.navigator != NAVIGATOR for s in f.systems if s.robot == robot)
+        or all(r["navigator"] != NAVIGATOR for r in f.rows if r["robot"] == robot and not is_recorded(r))
     ):
         return None
     given = known.navigators[NAVIGATOR]

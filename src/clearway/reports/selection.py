@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from clearway.errors import ClearwayError, unknown
+from clearway.indicators import shown_digits
 from clearway.reports import paper
 from clearway.trials.store import Results
 
@@ -115,7 +116,10 @@ def at_speed(speed: float | None) -> str:
 def with_uncertainty(row: Row, name: str, digits: int) -> str:
     """A trial's value of an indicator with its expanded uncertainty where it has one, such as `0.052 ± 0.003`."""
     u = row.get(f"{name}_U")
-    return f"{row[name]:.{digits}f}" + (f" ± {u:.{digits}f}" if u else "")
+    if not u:
+        return f"{row[name]:.{digits}f}"
+    digits = shown_digits(u, digits)
+    return f"{row[name]:.{digits}f} ± {u:.{digits}f}"
 
 
 def label(row: Row) -> str:

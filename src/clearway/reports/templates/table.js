@@ -15,8 +15,11 @@ const Trials = (() => {
   const text = (row, c) => {
     const value = row[c], more = measured(row, c);
     if (value === null) return "–";
-    if (typeof value !== "number" || columns[c].digits === undefined) return String(value);
-    return value.toFixed(columns[c].digits) + (typeof more === "number" ? ` ± ${more.toFixed(columns[c].digits)}` : "");
+    let digits = columns[c].digits;
+    if (typeof value !== "number" || digits === undefined) return String(value);
+    if (typeof more !== "number") return value.toFixed(digits);
+    while (digits < 6 && Number(more.toFixed(digits)) === 0) digits++;
+    return `${value.toFixed(digits)} ± ${more.toFixed(digits)}`;
   };
   const haystacks = rows.map((row) => columns.map((_, c) => text(row, c)).join(" ").toLowerCase());
 
