@@ -79,15 +79,15 @@ def test_look_lists_every_topic_with_counts_and_rates(tmp_path: Path, kind: str)
 @pytest.mark.parametrize("kind", ["ros1", "mcap", "mcap-bare", "db3"])
 def test_names_and_span_say_what_is_read(tmp_path: Path, kind: str) -> None:
     path = KINDS[kind](tmp_path)
-    recording = read(path, "/scan", "/plan", "map->base_scan", span=(1.0, 2.0))
-    assert set(recording.tracks) == {"map->base_scan"}
+    recording = read(path, "/scan", "/plan", "/map -> base_scan", span=(1.0, 2.0))
+    assert set(recording.tracks) == {"/map -> base_scan"}  # as it was asked for
     assert not recording.goals
     scans = recording.scans["/scan"]
     np.testing.assert_allclose(scans.t, [1.0, 1.5, 2.0])
     np.testing.assert_allclose(scans.ranges[:, 1], [2.0, 2.5, 3.0])
     assert np.isinf(scans.ranges[:, 0]).all()  # 99 m is beyond range_max
     assert (scans.frame, scans.angle_min, scans.angle_increment, scans.range_max) == ("base_scan", -1.0, 0.25, 20.0)
-    track = recording.tracks["map->base_scan"]
+    track = recording.tracks["/map -> base_scan"]
     assert track.t[0] >= 1.0
     assert track.t[-1] <= 2.0
     x, y, yaw = circle(float(track.t[3]))
@@ -163,9 +163,13 @@ def test_goals_of_move_base_and_poses_of_captured_bodies(tmp_path: Path) -> None
     lines = [
         ("/move_base/goal", "move_base_msgs/msg/MoveBaseActionGoal", START, goal),
         ("/vicon/cart/cart", "geometry_msgs/msg/TransformStamped", START, body),
+        ("/vrpn/goalpost/pose", "geometry_msgs/msg/PoseStamped", START, target),
+        ("/move_base/current_goal", "geometry_msgs/msg/PoseStamped", START, target),
     ]
     recording = read(write_ros1(tmp_path / "a.bag", lines))
-    np.testing.assert_allclose(recording.goals["/move_base/goal"].pose, [[3, 4, 1]])
+    for topic in ("/move_base/goal", "/move_base/current_goal"):
+        np.testing.assert_allclose(recording.goals[topic].pose, [[3, 4, 1]])
+    assert set(recording.tracks) == {"/vicon/cart/cart", "/vrpn/goalpost/pose"}
     track = recording.tracks["/vicon/cart/cart"]
     assert (track.frame, track.child) == ("world", "vicon/cart/cart")
     np.testing.assert_allclose(track.position, [[1, 2, 0]])

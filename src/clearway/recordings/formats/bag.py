@@ -3,7 +3,7 @@
 A recording's names are topics, and `parent->child` for how one frame moves in another by /tf and /tf_static. Read
 without names, a bag gives poses, odometry, bodies, goals, and the pairs of frames that a robot's base is known by;
 scans and plans are only read by name, and so is anything else of /tf. t = 0 is when the first message was recorded;
-messages keep their own stamps. How each thing is read: docs/reference/recordings.md.
+messages keep their own stamps.
 """
 
 from __future__ import annotations
@@ -136,8 +136,10 @@ class _Bag:
     def __enter__(self) -> _Bag:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         self._stack.close()
+        if isinstance(error, OSError):  # a disk that fails, a share that goes away
+            raise ClearwayError(f"cannot be read: {error.strerror}", file=self.path) from error
 
     def _open(self) -> list[Store]:
         try:
@@ -171,14 +173,15 @@ class _Bag:
         kinds = {kind_of(p.channel).kind for p in self.topics[topic]}
         return kinds.pop() if len(kinds) == 1 else "other"
 
-    def wanted(self, want: Want) -> tuple[list[str], list[Edge]]:
-        """Topics and pairs of frames to read."""
+    def wanted(self, want: Want) -> tuple[list[str], dict[str, Edge]]:
+        """Topics to read, and pairs of frames by the names that they were asked for by."""
         if want.names is None:
-            return [t for t in sorted(self.topics) if self.kind(t) in _UNASKED], []
-        topics, pairs = [], []
+            return [t for t in sorted(self.topics) if self.kind(t) in _UNASKED], {}
+        topics: list[str] = []
+        pairs: dict[str, Edge] = {}
         for name in sorted(want.names):
             if pair := split(name) if name not in self.topics else None:
-                pairs.append(pair)
+                pairs[name] = pair
                 continue
             topic = name if name in self.topics else self._of_body(name)
             if topic is None:
@@ -232,16 +235,15 @@ class _Bag:
                     found += [s - recorded for s in stamps[:1] if abs(s - recorded) > LEAP]
         return max(found, default=0)
 
-    def transforms(self, pairs: list[Edge], want: Want, clock: Clock) -> tuple[dict[str, Track], list[str]]:
+    def transforms(self, pairs: dict[str, Edge], want: Want, clock: Clock) -> tuple[dict[str, Track], list[str]]:
         """The pairs of frames; all that one would ask for where none is, as far as they can be read."""
         named = want.names is not None
         notes: list[str] = []
         tree = self._tree(want.span, clock, None if named else notes)
-        if want.span is not None and not all(tree.connected(*p) for p in pairs):
+        if want.span is not None and not all(tree.connected(*p) for p in pairs.values()):
             tree = self._tree((-np.inf, want.span[1]), clock, None)  # one may have been sent once, long before
         tracks: dict[str, Track] = {}
-        for pair in pairs or tree.pairs():
-            name = ARROW.join(pair)
+        for name, pair in (pairs or {ARROW.join(p): p for p in tree.pairs()}).items():
             if not tree.edges:
                 raise ClearwayError("the bag has no transforms", file=self.path, field=name)
             try:

@@ -41,8 +41,8 @@ class McapStore:
         ClearwayError: it is no MCAP, is truncated or damaged, or promises too much.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, named: Path | None = None) -> None:
+        self._path = path if named is None else named  # for people; `path` may be a copy of it
         self.channels: dict[int, Channel] = {}
         self.times: dict[int, Times] = {}
         self._schemas: dict[int, tuple[str, str, str]] = {}

@@ -7,6 +7,8 @@ definitions are read as well; where a bag has them, they must say the same.
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
@@ -67,7 +69,7 @@ def kind_of(channel: Channel) -> Kind:
     found = KINDS.get(type_name(channel.type))
     if found is None or channel.encoding not in ("cdr", "ros1"):
         return Kind("other")
-    if found.kind == "pose" and "goal" in channel.topic.lower() and type_name(channel.type) in _GOALS:
+    if found.kind == "pose" and type_name(channel.type) in _GOALS and _GOAL.search(channel.topic.lower()):
         return Kind("goal", found.poses)
     return found
 
@@ -164,9 +166,8 @@ def _bare(m: Any) -> Iterator[Pose]:
 
 
 def _flat(m: Any) -> Iterator[Pose]:
-    from math import cos, sin
-
-    yield Pose("", 0, "", "", (m.x, m.y, 0.0, 0.0, 0.0, sin(m.theta / 2), cos(m.theta / 2)))
+    half = m.theta / 2 if math.isfinite(m.theta) else NAN
+    yield Pose("", 0, "", "", (m.x, m.y, 0.0, 0.0, 0.0, math.sin(half), math.cos(half)))
 
 
 def _point(m: Any) -> Iterator[Pose]:
@@ -214,6 +215,7 @@ def _root(variance: float) -> float:
 
 _UNKNOWN = 1e4  # m^2, rad^2: drivers write such numbers for what they don't measure
 
+_GOAL = re.compile(r"(^|[/_])goals?($|[/_])")
 _GOALS = {"geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/Pose", "geometry_msgs/msg/Pose2D"}
 
 KINDS = {

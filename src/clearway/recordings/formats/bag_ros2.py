@@ -33,8 +33,9 @@ class SqliteStore:
         ClearwayError: it is no rosbag2 file, was not closed, or is damaged.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, named: Path | None = None) -> None:
+        self._path = path if named is None else named  # for people; `path` may be a copy of it
+        self._check_size(path)
         wal = path.with_name(path.name + "-wal")
         if wal.is_file() and wal.stat().st_size:
             raise ClearwayError(
@@ -42,7 +43,6 @@ class SqliteStore:
                 f" `sqlite3 {path.name} 'PRAGMA wal_checkpoint(TRUNCATE)'`",
                 file=path,
             )
-        self._check_size()
         try:
             self._base = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         except sqlite3.Error as error:
@@ -76,15 +76,15 @@ class SqliteStore:
         except _BROKEN as error:
             raise self._damaged(error) from error
 
-    def _check_size(self) -> None:
+    def _check_size(self, path: Path) -> None:
         """Compare the file's size with the number of pages that its header says (sqlite.org/fileformat2.html, 1.3)."""
-        with open(self._path, "rb") as f:
+        with open(path, "rb") as f:
             head = f.read(100)
         if len(head) < 100:
             raise ClearwayError(f"is truncated; {MEND}", file=self._path)
         page = int.from_bytes(head[16:18], "big")
         whole = (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big")
-        size = self._path.stat().st_size
+        size = path.stat().st_size
         if head[24:28] == head[92:96] and size < whole:
             raise ClearwayError(f"is truncated: {size} of {whole} bytes are there; {MEND}", file=self._path)
 
@@ -159,6 +159,7 @@ def open_file(path: Path, stack: ExitStack) -> Store:
     Raises:
         ClearwayError: it can't be read.
     """
+    given = path
     try:
         if path.suffix == ".zstd":
             whole = Path(stack.enter_context(TemporaryDirectory())) / path.stem
@@ -166,9 +167,9 @@ def open_file(path: Path, stack: ExitStack) -> Store:
             path = whole
         with open(path, "rb") as f:
             sqlite = f.read(len(MAGIC)) == MAGIC
-        store: Store = SqliteStore(path) if sqlite else McapStore(path)
+        store: Store = SqliteStore(path, given) if sqlite else McapStore(path, given)
     except OSError as error:
-        raise ClearwayError(f"cannot be read: {error.strerror}", file=path) from error
+        raise ClearwayError(f"cannot be read: {error.strerror}", file=given) from error
     stack.callback(store.close)
     return store
 
