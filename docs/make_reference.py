@@ -14,7 +14,9 @@ from typing import Any
 import pyarrow as pa
 
 from clearway.indicators import row_schema
-from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema, suite_schema
+from clearway.recordings.formats.table_spec import TableSpec
+from clearway.recordings.plan import Plan
+from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema, schema_of, suite_schema
 
 LABELS = {
     "trial": "number, from 0; the key of every other file",
@@ -39,10 +41,15 @@ LABELS = {
     "setup": "how much thinking was allowed a decision; empty: no bound",
     "tracking": "how obstacles were followed; empty if the navigator asked for none",
     "not_computable": "JSON: indicator -> why its cell is empty",
-    "duration": "of the whole trial, simulated",
+    "source": "simulated or recorded",
+    "to_confirm": "what a measurement can't decide: possible contacts, DE or OE closer to its tolerance than its uncertainty",
+    "note": "the tester's, of a recorded trial",
+    "duration": "of the whole trial, simulated or recorded",
 }
 PAGE = Path(__file__).with_name("reference.md")
-VERBS = ("run", "map", "report", "replay", "compare", "list", "check", "schema", "samples")
+VERBS = (
+    "run", "protocol", "import", "score", "map", "report", "replay", "export", "compare", "list", "check", "schema", "samples",
+)  # fmt: skip
 
 
 def page() -> str:
@@ -53,8 +60,11 @@ def page() -> str:
     ]
     parts += [f"### `clearway {verb}`\n\n```text\n{_help(verb)}\n```" for verb in VERBS]
     parts += ["## Columns of trials.parquet and trials.csv", _columns()]
-    makers = {"scenario": scenario_schema, "suite": suite_schema, "robot": robot_schema, "plan": plan_schema}
-    for title, schema in ((title, maker()) for title, maker in makers.items()):
+    schemas = {
+        "scenario": scenario_schema(), "suite": suite_schema(), "robot": robot_schema(), "plan": plan_schema(),
+        "test-plan": schema_of(Plan), "table": schema_of(TableSpec),
+    }  # fmt: skip
+    for title, schema in schemas.items():
         parts += [f"## Fields of a {title} file", f"As JSON Schema: `clearway schema {title}`.", _fields(schema)]
     return "\n\n".join(parts) + "\n"
 
@@ -83,7 +93,14 @@ def _fields(schema: dict[str, Any]) -> str:
     rows = ["| table | field | type | default | what |", "|---|---|---|---|---|"]
     for name, table in [("(top)", schema), *schema.get("$defs", {}).items()]:
         for field, about in table.get("properties", {}).items():
-            need = "required" if field in table.get("required", ()) else f"`{about.get('default')}`"
+            default = about.get("default")
+            need = (
+                "required"
+                if field in table.get("required", ())
+                else "its own"
+                if isinstance(default, dict)
+                else f"`{default}`"
+            )
             what = about.get("description", "").replace("|", "\\|").replace("\n", " ")
             rows.append(f"| {name} | `{field}` | {_type(about)} | {need} | {what} |")
     return "\n".join(rows)
