@@ -30,6 +30,9 @@ for _store in STORES.values():
              "move_base_msgs/msg/MoveBaseActionGoal":
                  "std_msgs/Header header\nactionlib_msgs/GoalID goal_id\nMoveBaseGoal goal",
              "odd_msgs/msg/Odd": "float64 odd"}  # fmt: skip
+    _tracking = "motion_capture_tracking_interfaces/msg/"
+    _more[f"{_tracking}NamedPose"] = "string name\ngeometry_msgs/Pose pose"
+    _more[f"{_tracking}NamedPoseArray"] = "std_msgs/Header header\nNamedPose[] poses"
     if "tf2_msgs/msg/TFMessage" not in _store.fielddefs:
         _more["tf2_msgs/msg/TFMessage"] = "geometry_msgs/TransformStamped[] transforms"
     for _name, _text in _more.items():

@@ -175,6 +175,25 @@ def test_goals_of_move_base_and_poses_of_captured_bodies(tmp_path: Path) -> None
     np.testing.assert_allclose(track.position, [[1, 2, 0]])
 
 
+def test_one_topic_of_several_bodies_gives_one_track_each(tmp_path: Path) -> None:
+    robot, kind = made_bags.Robot(2), "motion_capture_tracking_interfaces/msg/NamedPose"
+    lines = []
+    for i in range(3):
+        seen = [("robot", float(i)), ("cart", -float(i))][: 1 + (i != 1)]  # the cart is out of sight once
+        poses = [robot.make(kind, name, robot.pose(x, 1.0, 0.2)) for name, x in seen]
+        at = START + i * 10_000_000
+        lines.append(("/poses", f"{kind}Array", at, robot.make(f"{kind}Array", robot.header(at, "world"), poses)))
+    path = write_mcap(tmp_path / "a.mcap", lines)
+    both = read(path).tracks
+    assert {name: (t.kind, t.frame, t.child, len(t.t)) for name, t in both.items()} == {
+        "/poses/robot": ("body", "world", "robot", 3),
+        "/poses/cart": ("body", "world", "cart", 2),
+    }
+    np.testing.assert_allclose(read(path, "/poses/cart").tracks["/poses/cart"].position[:, 0], [0, -2])
+    with pytest.raises(ClearwayError, match="unknown body '/poses/card'; did you mean '/poses/cart'"):
+        read(path, "/poses/robot", "/poses/card")
+
+
 def test_what_was_not_measured_is_unknown(tmp_path: Path) -> None:
     robot = made_bags.Robot(2)
     kind = "geometry_msgs/msg/PoseWithCovarianceStamped"

@@ -41,6 +41,7 @@ SAMPLE = 2000
 """Transforms that `look` decodes of a topic, to say which frames there are."""
 _SLACK = 10  # s by which a message may be recorded before or after its stamp, or a transform lie before the span
 _AGES = 1e10  # s, longer than anything
+_SHOWN = 12  # frames of a topic, for people
 _UNASKED = ("odometry", "pose", "body", "goal")
 
 
@@ -220,7 +221,9 @@ class _Bag:
                     found[frame_name(message.header.frame_id)] = None
                 else:
                     found |= {ARROW.join(frame_name(x) for x in (p.frame, p.child) if x): None for p in poses(message)}
-        return ", ".join(sorted(f for f in found if f))
+        names = sorted(f for f in found if f)
+        more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+        return ", ".join(names[:_SHOWN]) + more
 
     def ahead(self) -> int:
         """How far the stamps that were taken on another clock lie ahead of the bag's, ns: where it is the most of any
@@ -299,6 +302,7 @@ class _Reading:
     notes: list[str] = field(default_factory=list)
     _takers: dict[int, dict[int, Callable[[int, bytes], None]]] = field(default_factory=dict)
     _collected: dict[str, Any] = field(default_factory=dict)
+    _bodies: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.clock = Clock(self.bag.epoch, self.bag.ahead)
@@ -327,9 +331,8 @@ class _Reading:
         for name, what in self._collected.items():
             self._finish(name, what)
         for name in sorted(self.want.names or ()):
-            known = (*self.tracks, *self.goals, *self.scans, *self.paths)
-            if split(name) is None and name not in known and name not in self.bag.topics:
-                raise unknown("body", name, known, file=self.bag.path)
+            if split(name) is None and name not in self._bodies and name not in self.bag.topics:
+                raise unknown("body", name, self._bodies, file=self.bag.path)
 
     def _finish(self, name: str, what: Any) -> None:
         try:
@@ -352,7 +355,7 @@ class _Reading:
 
     def _taker(self, channel: Channel, decode: Callable[[bytes], Any]) -> Callable[[int, bytes], None]:
         topic, kind, clock = channel.topic, kind_of(channel), self.clock
-        collected = self._collected
+        collected, bodies = self._collected, self._bodies
         if (poses := kind.poses) is None:
             sink = collected.setdefault(topic, SweepsOf(topic) if kind.kind == "scan" else PathsOf(topic))
 
@@ -365,6 +368,7 @@ class _Reading:
         def take_poses(recorded: int, data: bytes) -> None:
             for pose in poses(decode(data)):
                 name = f"{topic}/{pose.name}" if pose.name else topic
+                bodies.add(name)
                 if name != topic and not (self.want.has(name) or self.want.has(topic)):
                     continue
                 into = collected.get(name)
