@@ -129,6 +129,20 @@ def test_points_of_one_name_get_different_ones(tmp_path: Path):
     assert [e.name for e in c3d.look(tmp_path / "a.c3d").entries] == ["a", "a (2)", "point 3"]
 
 
+def test_what_nobody_labelled_is_read_by_name_only(tmp_path: Path):
+    file = tmp_path / "a.c3d"
+    write(file, recording(np.ones((3, 3, 3)), ("a", "*7", "U_8")))
+    assert [(e.name, e.detail) for e in c3d.look(file).entries] == [
+        ("a", ""),
+        ("*7", "unlabelled"),
+        ("U_8", "unlabelled"),
+    ]
+    every, one = c3d.read(file, Want()).points, c3d.read(file, Want(frozenset({"*7"}))).points
+    assert every is not None
+    assert one is not None
+    assert (every.names, one.names) == (("a",), ("*7",))
+
+
 def patched(file: Path, name: bytes, new: bytes) -> None:
     """Overwrite a parameter's name."""
     data = file.read_bytes()
@@ -174,7 +188,7 @@ def test_an_unknown_unit_is_refused(tmp_path: Path):
     save(tmp_path / "a.c3d", recording(np.ones((3, 1, 3))), units="cm")
     assert c3d.look(tmp_path / "a.c3d").entries[0].count == 3
     patched(tmp_path / "a.c3d", b"cm", b"qm")
-    with pytest.raises(ClearwayError, match="'qm'; known: m, dm, cm, mm"):
+    with pytest.raises(ClearwayError, match="'qm' is no unit of length"):
         c3d.read(tmp_path / "a.c3d", Want())
 
 

@@ -23,7 +23,6 @@ from clearway.recordings.formats.c3d_parameters import (
     BLOCK,
     KEY,
     PROCESSORS,
-    UNITS,
     UP,
     Head,
     read_head,
@@ -31,6 +30,7 @@ from clearway.recordings.formats.c3d_parameters import (
     words,
 )
 from clearway.recordings.formats.c3d_writer import write
+from clearway.recordings.formats.capture_fields import is_unlabelled, unique, unit
 from clearway.recordings.formats.format import Format
 from clearway.recordings.recording import Contents, Points, Recording, Want, describe
 
@@ -91,7 +91,7 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def read(path: Path, want: Want) -> Recording:
-    """Every wanted point of a C3D file.
+    """Every wanted point of a C3D file; of those that nobody labelled only what is asked for by name.
 
     Raises:
         ClearwayError: it is damaged or truncated, names no unit, or lacks a wanted point.
@@ -101,7 +101,12 @@ def read(path: Path, want: Want) -> Recording:
         for name in sorted(want.names or ()):
             if name not in layout.names:
                 raise unknown("marker", name, layout.names, file=path)
-        chosen = [i for i, name in enumerate(layout.names) if want.has(name)]
+        labelled = any(not is_unlabelled(name) for name in layout.names)
+        chosen = [
+            i
+            for i, name in enumerate(layout.names)
+            if want.has(name) and (want.names is not None or not labelled or not is_unlabelled(name))
+        ]
         layout = replace(layout, names=tuple(layout.names[i] for i in chosen), index=layout.index[chosen])
         start, stop = 0, layout.frames
         if want.span is not None:
@@ -133,7 +138,8 @@ def look(path: Path) -> Contents:
         for at, _, seen, _ in _chunks(source, layout, 0, layout.frames, path):
             there[at : at + len(seen)] = seen
     t = layout.time(0, layout.frames)
-    entries = tuple(describe(name, "marker", t, there[:, i]) for i, name in enumerate(layout.names))
+    details = ["unlabelled" if is_unlabelled(name) else "" for name in layout.names]
+    entries = tuple(describe(n, "marker", t, there[:, i], details[i]) for i, n in enumerate(layout.names))
     start, end = (float(t[0]), float(t[-1])) if len(t) else (None, None)
     return Contents(path, "c3d", start, end, None, entries, layout.notes)
 
@@ -170,9 +176,8 @@ def _layout(source: BinaryIO, size: int, path: Path) -> _Layout:
     rate = head.rate if rate is None or rate == 0 else rate
     if not 1e-3 <= rate <= 1e6:
         raise ClearwayError(f"is {rate:g}; it has to be the frames a second", file=path, field="POINT:RATE")
-    names, index, left_out = _names(head)
-    if left_out:
-        notes.append(f"left out {left_out} points that are no positions (angles, forces and the like of a body model)")
+    names, index, said = _names(head)
+    notes += said
     metres = _metres(head, hints.units, path) if names else 1.0
     turn, note = _turn(head, hints.up)
     start = (head.data_block - 1) * BLOCK
@@ -224,43 +229,34 @@ def _frames(head: Head, stride: int, left: int, path: Path) -> tuple[int, int, s
     return first, frames, note
 
 
-def _names(head: Head) -> tuple[tuple[str, ...], Any, int]:
-    """Unique names of the points that are positions, which points they are, and how many are not."""
+def _names(head: Head) -> tuple[tuple[str, ...], Any, tuple[str, ...]]:
+    """Unique names of the points that are positions, which points they are, and what is to be said of that."""
     labels: list[str] = []
     number = 1
     while found := head.texts(f"POINT:LABELS{number if number > 1 else ''}"):
         labels += found
         number += 1
-    outputs = {text for kind in OUTPUTS for text in head.texts(f"POINT:{kind}")} - {""}
-    names: dict[str, int] = {}
-    left_out = 0
-    for i in range(head.points):
-        name = labels[i] if i < len(labels) else ""
-        if name in outputs:
-            left_out += 1
-            continue
-        name = name or f"point {i + 1}"
-        again = 2
-        unique = name
-        while unique in names:
-            unique, again = f"{name} ({again})", again + 1
-        names[unique] = i
-    return tuple(names), np.fromiter(names.values(), dtype=np.intp), left_out
+    labels = [name or f"point {i + 1}" for i, name in enumerate(labels[: head.points])]
+    labels += [f"point {i + 1}" for i in range(len(labels), head.points)]
+    outputs = {text for kind in OUTPUTS for text in head.texts(f"POINT:{kind}")}
+    index = [i for i, name in enumerate(labels) if name not in outputs]
+    names, notes = unique(labels[i] for i in index)
+    if left_out := head.points - len(index):
+        notes += (f"left out {left_out} points that are no positions (angles, forces and the like of a body model)",)
+    return names, np.array(index, dtype=np.intp), notes
 
 
 def _metres(head: Head, given: str | None, path: Path) -> float:
     texts = head.texts("POINT:UNITS")
-    unit = given or (texts[0] if texts else "")
-    if not unit:
+    text = given or (texts[0] if texts else "")
+    if not text:
         raise ClearwayError(
             f'is empty: the unit of its positions is not known and not guessed; write units = "mm" (or what is true) '
             f"into {beside.beside(path).name} beside it",
             file=path,
             field="POINT:UNITS",
         )
-    if (metres := UNITS.get(unit.lower())) is None:
-        raise ClearwayError(f"is {unit!r}; known: {', '.join(UNITS)}", file=path, field="POINT:UNITS")
-    return metres
+    return unit(text, file=path, field="POINT:UNITS")
 
 
 def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:

@@ -11,7 +11,6 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.recordings.formats.c3d_parameters import (
     BLOCK,
-    UNITS,
     UP,
     Head,
     Parameter,
@@ -24,6 +23,7 @@ from clearway.recordings.formats.c3d_parameters import (
     text_parameter,
     word_bytes,
 )
+from clearway.recordings.formats.capture_fields import UNITS
 from clearway.recordings.formats.text import writing
 from clearway.recordings.recording import Recording
 

@@ -170,7 +170,8 @@ def _leap(values: FloatArray, column: int) -> float:
     """By how much, on the median, one's next step differs from the last, were the ids in this column, m."""
     rows = values[np.lexsort((values[:, 1 - column], values[:, column]))]
     same = (np.diff(rows[:, column]) == 0)[1:] & (np.diff(rows[:, column]) == 0)[:-1]
-    turns = np.hypot(*np.diff(rows[:, 2:4], n=2, axis=0)[same].T)
+    with np.errstate(all="ignore"):
+        turns = np.hypot(*np.diff(rows[:, 2:4], n=2, axis=0)[same].T)
     return float(np.median(turns)) if len(turns) else float(np.hypot(*np.ptp(values[:, 2:4], axis=0)))
 
 
@@ -309,7 +310,7 @@ def _tracks(
 
 def _name(text: str) -> str:
     """An id as people write it: 7 for 7.0 and 7.0000000e+00."""
-    if is_number(text) and (value := float(text)) == round(value) and abs(value) < 1e15:
+    if is_number(text) and abs(value := float(text)) < 1e15 and value == round(value):
         return str(round(value))
     return text
 

@@ -312,15 +312,32 @@ def _suggestion(path: Path) -> tuple[tuple[str, ...], str]:
                     return c
         return None
 
-    lines = [f"separator = {_toml(dialect.separator)}", f"decimal = {_toml(dialect.decimal)}"]
-    lines += [f'header = "{dialect.header}"']
-    lines += ['units = "m"  # or mm, cm', 'up = "z"']
-    if who := like("id", "agent", "body", "name", "person"):
-        lines.append(f"id = {_toml(who)}")
-    lines += ["", "[time]", f"column = {_toml(like('time', 't', 'timestamp', 'stamp', 'date') or columns[0])}"]
-    lines += ['unit = "s"  # or ms, us, ns, date; frame with rate = 100', "", f"[bodies.{'each' if who else 'robot'}]"]
-    rest = [c for c in columns if c != who][1:] or list(columns)
-    lines += [f"x = {_toml(like('x', 'pos_x', 'px') or rest[0])}", f"y = {_toml(like('y', 'pos_y', 'py') or rest[-1])}"]
+    who = like("id", "agent", "body", "name", "person")
+    when = like("time", "t", "timestamp", "stamp", "date") or columns[0]
+    across = [
+        (c, other)
+        for c in columns
+        for k, letter in enumerate(c)
+        if letter in "xX" and (other := c[:k] + chr(ord(letter) + 1) + c[k + 1 :]) in columns
+    ]
+    rest = [c for c in columns if c not in (who, when)] or list(columns)
+    x, y = across[0] if across else (rest[0], rest[-1])
+    lines = [
+        f"separator = {_toml(dialect.separator)}",
+        f"decimal = {_toml(dialect.decimal)}",
+        f'header = "{dialect.header}"',
+        'units = "m"  # or mm, cm',
+        'up = "z"',
+        *([f"id = {_toml(who)}"] if who else []),
+        "",
+        "[time]",
+        f"column = {_toml(when)}",
+        'unit = "s"  # or ms, us, ns, date; frame with rate = 100',
+        "",
+        f"[bodies.{'each' if who else 'robot'}]",
+        f"x = {_toml(x)}",
+        f"y = {_toml(y)}",
+    ]
     if yaw := like("yaw", "theta", "heading", "psi"):
         lines += [f"yaw = {_toml(yaw)}", 'angle = "rad"  # or deg']
     return columns, "\n".join(lines) + "\n"
