@@ -92,6 +92,23 @@ def test_a_gap_inside_a_leg_leaves_what_hangs_on_its_ends():
     assert at_end["success"] is None
 
 
+def test_missing_samples_are_a_gap_in_a_recording():
+    whole = shuttle(bodies=[box(2.5, 1.0)])
+    keep = (whole.t < 3.0 - 1e-6) | (whole.t > 4.5 + 1e-6)
+    thinned = replace(
+        whole, t=whole.t[keep], pose=whole.pose[keep], velocity=whole.velocity[keep], estimate=whole.estimate[keep], leg=whole.leg[keep],
+        command=None, movers=whole.movers[keep],
+    )  # fmt: skip
+    row = score_row(recorded(thinned))
+    assert lost(row)["PL"] == "the pose has gaps (1.7 s)"
+    assert lost(row)["TCS"] == "the velocity has gaps (1.7 s)"
+    assert lost(row)["MDO"] == "the pose has gaps (1.7 s)"
+    assert row["DE"] == pytest.approx(0.1)
+    assert lost(score_row(thinned)) == {}, "a simulator may step as it likes"
+    slow = recorded(shuttle(dt=0.5), period=0.5)
+    assert "PL" not in lost(score_row(slow)), "2 Hz is its rate"
+
+
 def test_a_gap_in_the_speed():
     trial = recorded(shuttle())
     velocity = trial.velocity.copy()

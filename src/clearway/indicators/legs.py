@@ -14,6 +14,8 @@ from clearway.trials import Leg, Span, Trial
 
 _SAME_INSTANT = 1e-9
 """s; time stamps closer than this are one."""
+LONGEST_STEP = (0.2, 3.0)
+"""s, and in periods: a longer step than both between two samples of a recording is a gap, as if there were NaN between."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -22,7 +24,8 @@ class Drive:
 
     Attributes:
         t: (n,) s. pose: (n, 3) true pose. velocity: (n, 2) or None. estimate: (n, 3) or None. movers: (n, m, 3).
-        sigma: (n, 1 + m, 2) standard uncertainties, as a trial has them, or None.
+        sigma: (n, 1 + m, 2) standard uncertainties, as a trial has them, or None. missed: (n - 1,) after which
+        samples a recording has none for too long.
     """
 
     leg: Leg
@@ -33,6 +36,7 @@ class Drive:
     estimate: FloatArray | None
     movers: FloatArray
     sigma: FloatArray | None
+    missed: npt.NDArray[np.bool_]
 
 
 def begun(trial: Trial) -> tuple[Drive, ...]:
@@ -84,7 +88,7 @@ def speed(drive: Drive) -> FloatArray:
     if drive.velocity is None:
         raise NotComputable("the trial has no velocity")
     v = np.abs(drive.velocity[:, 0])
-    _whole("velocity", drive.t, np.isfinite(v))
+    _whole("velocity", drive, np.isfinite(v))
     return v
 
 
@@ -95,7 +99,7 @@ def positions(drive: Drive) -> FloatArray:
         NotComputable: there is a gap.
     """
     at = drive.pose[:, :2]
-    _whole("pose", drive.t, known_rows(at))
+    _whole("pose", drive, known_rows(at))
     return at
 
 
@@ -106,7 +110,7 @@ def track(drive: Drive) -> FloatArray:
         NotComputable: there is a gap, or no heading.
     """
     positions(drive)
-    _whole("heading", drive.t, np.isfinite(drive.pose[:, 2]))
+    _whole("heading", drive, np.isfinite(drive.pose[:, 2]))
     return drive.pose
 
 
@@ -122,11 +126,21 @@ def gap_time(t: FloatArray, known: npt.NDArray[np.bool_]) -> float:
     return float(np.diff(t)[~(known[:-1] & known[1:])].sum())
 
 
-def _whole(what: str, t: FloatArray, known: npt.NDArray[np.bool_]) -> None:
+def _whole(what: str, drive: Drive, known: npt.NDArray[np.bool_]) -> None:
     if not known.any():
         raise NotComputable(f"the {what} is unknown")
-    if not known.all():
-        raise NotComputable(f"the {what} has gaps ({gap_time(t, known):.1f} s)")
+    gaps = ~(known[:-1] & known[1:]) | drive.missed
+    if not known.all() or gaps.any():
+        raise NotComputable(f"the {what} has gaps ({float(np.diff(drive.t)[gaps].sum()):.1f} s)")
+
+
+def _missed(trial: Trial, t: FloatArray) -> npt.NDArray[np.bool_]:
+    """(n - 1,) after which of the samples at `t` (n,) [s] a recording has none for too long."""
+    least, periods = LONGEST_STEP
+    steps = np.diff(t)
+    return np.asarray(
+        (trial.attempt.source == "recorded") & (steps > max(least, periods * trial.attempt.period) + _SAME_INSTANT)
+    )
 
 
 def goal_of(drive: Drive) -> FloatArray:
@@ -182,4 +196,5 @@ def _cut(trial: Trial, span: Span) -> Drive:
         None if trial.estimate is None else cut(trial.estimate, angle=True),
         cut(trial.movers, angle=True),
         None if trial.sigma is None else cut(trial.sigma),
+        _missed(trial, at),
     )
