@@ -148,6 +148,7 @@ def test_a_file_that_was_cut_off_is_read_up_to_there(name: str, tmp_path: Path) 
     back = FORMATS[name].read(path, Want())
     t = back.points.t if back.points is not None else back.tracks["cart"].t
     assert len(t) == 39
+    assert any("taken as cut off" in note for note in back.notes)
     if name != "vicon":  # Nexus doesn't say how many frames there should be
         assert any("announces 40 frames, there are 39" in note for note in back.notes)
 
@@ -292,6 +293,15 @@ def test_a_large_file_is_read_within_what_is_wanted(tmp_path: Path) -> None:
     assert part.points is not None
     assert part.points.xyz.shape == (20_000, 1, 3)
     assert peak < 20e6
+
+
+def test_a_million_lines_that_promise_columns_are_not_made_into_them(tmp_path: Path) -> None:
+    path = tmp_path / "bomb.csv"
+    m = 5000
+    head = f"Trajectories\n100\n,,{',,'.join(f'm{i},' for i in range(m))}\nFrame,Sub Frame{',X,Y,Z' * m}\n,{',mm' * 3 * m}\n"
+    path.write_text(head + "1,0\n" * 100_000)
+    with pytest.raises(ClearwayError, match=r"most lines up to line \d+ lack columns; each needs 15002"):
+        FORMATS["vicon"].read(path, Want())
 
 
 @pytest.mark.parametrize("name", list(FORMATS))

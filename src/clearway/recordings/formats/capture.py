@@ -234,7 +234,7 @@ def _taken(
     order, notes = in_order(t, file=lines.file, field="frames")
     if len(order) < len(t):
         t, values = t[order], values[order]
-    return t, values, [*notes, *_short(layout, counted)]
+    return t, values, [*notes, *_short(lines, layout, counted)]
 
 
 def _seen(lines: Lines, layout: Layout, groups: Sequence[Sequence[int]]) -> tuple[FloatArray, Any, list[str]]:
@@ -253,7 +253,7 @@ def _seen(lines: Lines, layout: Layout, groups: Sequence[Sequence[int]]) -> tupl
         there.append(seen)
     t, seen = _exact(np.concatenate(times), np.concatenate(frames), layout), np.concatenate(there)
     order, notes = in_order(t, file=lines.file, field="frames")
-    return t[order], seen[order], [*notes, *_short(layout, len(t))]
+    return t[order], seen[order], [*notes, *_short(lines, layout, len(t))]
 
 
 def _exact(t: FloatArray, frames: FloatArray, layout: Layout) -> FloatArray:
@@ -266,16 +266,17 @@ def _exact(t: FloatArray, frames: FloatArray, layout: Layout) -> FloatArray:
     rate = layout.raster[1]
     exact = frames / rate
     shift = float(np.median(t - exact))
-    if abs(shift - round(shift * rate) / rate) < 1e-3:
+    if abs(shift - round(shift * rate) / rate) < 2e-4:
         shift = round(shift * rate) / rate
     exact = exact + shift
-    return exact if np.abs(exact - t).max() < min(1e-3, 0.2 / rate) else t
+    return exact if np.abs(exact - t).max() < min(6e-4, 0.2 / rate) else t
 
 
-def _short(layout: Layout, counted: int) -> tuple[str, ...]:
+def _short(lines: Lines, layout: Layout, counted: int) -> tuple[str, ...]:
+    cut_off = ("the last line has no end: taken as cut off and left out",) if lines.cut_off else ()
     if layout.promised is None or layout.promised == counted:
-        return ()
-    return (f"the header announces {layout.promised:.0f} frames, there are {counted}",)
+        return cut_off
+    return (f"the header announces {layout.promised:.0f} frames, there are {counted}", *cut_off)
 
 
 def _place(xyz: FloatArray, layout: Layout) -> None:

@@ -181,8 +181,8 @@ def _heads(lines: Lines, separator: str) -> tuple[dict[str, list[str]], list[str
             above.append(row)
     else:
         raise ClearwayError("the row of columns (Frame, Time (Seconds), X, Y, Z, ...) is missing", file=lines.file)
-    while row and not row[-1]:
-        row.pop()
+    width = max((i + 1 for r in (*above, row) for i, cell in enumerate(r) if cell), default=0)
+    row = [*row, *[""] * width][:width]  # the column of a mean error has no axis, and may be the last
     if len(above) < 2 or len(row) < 5:
         raise ClearwayError("the rows of types and names above the columns are missing", file=lines.file)
     named = {label.lower(): r for r in above for label in r[:2] if label.lower() in ("type", "name", "id", "parent")}
@@ -243,7 +243,7 @@ def _clock(said: dict[str, str], axes: list[str], file: Path) -> tuple[tuple[int
     """The lead columns, what makes time of them, and the frames' raster."""
     text = said.get("Export Frame Rate") or said.get("Capture Frame Rate", "")
     rate = number(text)
-    time = next((i for i, a in enumerate(axes[:4]) if a.lower().startswith("time (")), None)
+    time = next((i for i, a in enumerate(axes[:4]) if re.match(r"time( \(|$)", a.lower())), None)
     if time is not None:
         return (0, time), _second, (0, rate) if rate is not None and rate > 0 else None
     return (0,), partial(_counted, rate=rate_of(text, file=file, field="Export Frame Rate", value=rate)), None

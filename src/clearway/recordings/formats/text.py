@@ -39,8 +39,9 @@ NOTHING = ("", "nan", "-nan", "+nan", "null", "none", "na", "n/a", "-nan(ind)", 
 
 _NULLS = sorted({form for word in NOTHING for form in (word, word.upper(), word.title(), "NaN", "-NaN")})
 _EMPTY = re.compile(rb"[ \t,;]*\r?\n")
-_BLANK = np.isin(np.arange(256), list(b" \t,;\r\n"))
-_MOST_PADDED = 100_000
+_BLANKS = b" \t,;\r\n"
+_BLANK = np.isin(np.arange(256), list(_BLANKS))
+_MOST_LACKING = 1_000_000
 
 
 class Lines:
@@ -49,11 +50,13 @@ class Lines:
     Attributes:
         file: the file's path, for errors. binary: its bytes, in an encoding in which ASCII is ASCII.
         size: of all of it. at: byte offset of the next line. number: of the line that was read last, from 1.
+        cut_off: whether a block's last line was left out, as it has no end.
     """
 
     def __init__(self, file: Path, binary: IO[bytes], encoding: str) -> None:
         self.file, self.binary, self._encoding = file, binary, encoding
         self.number = 0
+        self.cut_off = False
         self.at = binary.tell()
         self.size = os.fstat(binary.fileno()).st_size
 
@@ -174,41 +177,31 @@ class Block:
 def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArray]:
     """The `wanted` columns of a block, some thousand rows at a time: (r, k), NaN where a cell is empty.
 
-    The block ends at the end of the file or at its first empty line, as it says. A last line without an end that lacks cells was cut off
-    and is left out. `lines` then stands behind the block.
+    The block ends at the end of the file or at its first empty line, as it says. A last line without an end may have
+    been cut off in the middle of a number: it is left out, and `lines.cut_off` says so.
 
     Raises:
         ClearwayError: a cell is no number, or a line has too many or too few; the message names the line.
     """
     lines.back_to(block.start, block.line - 1)
-    rest, done, padded, taken = b"", False, 0, 0
-    while not done:
-        piece = lines.binary.read(CHUNK)
+    rest = b""
+    extra: int | None = None
+    while piece := lines.binary.read(CHUNK):
         data = rest + piece
-        ended = not piece
-        if not ended:
-            cut = data.rfind(b"\n") + 1
-            if not cut:
-                if len(data) > LONGEST_LINE:
-                    raise ClearwayError(f"line {lines.number + 1} has no end; this is no table", file=lines.file)
-                rest = data
-                continue
-            data, rest = data[:cut], data[cut:]
+        cut = data.rfind(b"\n") + 1
+        if not cut and len(data) > LONGEST_LINE:
+            raise ClearwayError(f"line {lines.number + 1} has no end; this is no table", file=lines.file)
+        data, rest = data[:cut], data[cut:]
         stop = _first_empty(data) if block.ends else None
-        done = ended or stop is not None
-        data = _whole(data, block) if ended else data[:stop]
-        if not data:
-            continue
-        values, lacking = _numbers(data, block, wanted, lines)
-        padded, taken = padded + lacking, taken + len(values)
-        if padded > _MOST_PADDED and padded > taken:
-            raise ClearwayError(
-                f"most of the lines before line {lines.number} lack columns; each needs {block.columns}",
-                file=lines.file,
-            )
-        lines.at += len(data)
-        yield values
-    lines.back_to(lines.at, lines.number)
+        data = data[:stop]
+        if data:
+            extra = _extra(data, block) if extra is None else extra
+            values = _numbers(data, block, extra, wanted, lines)
+            lines.at += len(data)
+            yield values
+        if stop is not None:
+            return
+    lines.cut_off = bool(rest.strip(_BLANKS))
 
 
 def gather(chunks: Iterable[FloatArray], width: int, share: Callable[[], float]) -> FloatArray:
@@ -294,32 +287,29 @@ def _first_empty(data: bytes) -> int | None:
     return None
 
 
-def _whole(data: bytes, block: Block) -> bytes:
-    """The end of a file without a last line that is empty or was cut off."""
-    head, newline, last = data.rpartition(b"\n")
-    separator = block.separator.encode()
-    cut_off = last.count(separator) < block.columns - 1 or not last.strip(b" \t\r" + separator)
-    return head + newline if cut_off else data
+def _extra(data: bytes, block: Block) -> int:
+    """How many empty cells every line has behind the last column, judged by the first: a tab, or a sheet's full width."""
+    row = cells(data.split(b"\n", 1)[0].decode("latin-1").rstrip("\r"), block.separator)
+    return 0 if any(row[block.columns :]) else max(0, len(row) - block.columns)
 
 
-def _numbers(data: bytes, block: Block, wanted: Sequence[int], lines: Lines) -> tuple[FloatArray, int]:
-    """The wanted columns of whole lines, and how many lines had to be filled up."""
-    lacking = 0
-    values = _fast(data, block, wanted)
+def _numbers(data: bytes, block: Block, extra: int, wanted: Sequence[int], lines: Lines) -> FloatArray:
+    """The wanted columns of whole lines."""
+    values = _fast(data, block, block.columns + extra, wanted)
     if values is None:
-        evened, lacking = _evened(data, block, lines)
-        values = _fast(evened, block, wanted)
+        evened = _evened(data, block, extra, lines)
+        values = _fast(evened, block, block.columns, wanted)
         if values is None:
             values = _careful(evened, block, wanted, lines)
     lines.number += len(values)
     values[~np.isfinite(values)] = np.nan
-    return values, lacking
+    return values
 
 
-def _fast(data: bytes, block: Block, wanted: Sequence[int]) -> FloatArray | None:
+def _fast(data: bytes, block: Block, columns: int, wanted: Sequence[int]) -> FloatArray | None:
     """As pyarrow reads it; None if it doesn't."""
     comma = block.separator != "," and b"," in data
-    names = [str(i) for i in range(block.columns)]
+    names = [str(i) for i in range(columns)]
     try:
         table = pc.read_csv(
             pa.BufferReader(data),
@@ -341,8 +331,8 @@ def _fast(data: bytes, block: Block, wanted: Sequence[int]) -> FloatArray | None
     return values
 
 
-def _evened(data: bytes, block: Block, lines: Lines) -> tuple[bytes, int]:
-    """Every line brought to the block's number of columns, where that loses nothing and invents nothing."""
+def _evened(data: bytes, block: Block, extra: int, lines: Lines) -> bytes:
+    """Every line brought to the block's number of columns, where that loses nothing, invents nothing and shifts nothing."""
     separator = block.separator.encode()
     even = []
     lacking = 0
@@ -351,20 +341,23 @@ def _evened(data: bytes, block: Block, lines: Lines) -> tuple[bytes, int]:
         if not line.strip(b" "):
             continue
         quoted = b'"' in line
-        count = (
-            len(cells(line.decode("latin-1"), block.separator)) if quoted else line.count(separator) + 1
-        ) - block.columns
-        while count > 0 and line.endswith(separator):
-            line = line[: -len(separator)]
-            count -= 1
-        if count > 0 or (count < 0 and count % block.point):
+        count = len(cells(line.decode("latin-1"), block.separator)) if quoted else line.count(separator) + 1
+        if extra and count == block.columns + extra and line.endswith(separator * extra):
+            line = line[: -len(separator) * extra]
+            count = block.columns
+        missing = block.columns - count
+        if missing < 0 or missing % block.point:
             raise ClearwayError(
-                f"line {lines.number + 1 + i} has {block.columns + count} columns; the header has {block.columns}",
+                f"line {lines.number + 1 + i} has {count} columns; the header has {block.columns}", file=lines.file
+            )
+        lacking += missing
+        if lacking > _MOST_LACKING + 2 * len(data):  # before memory is filled with cells that the file doesn't have
+            raise ClearwayError(
+                f"most lines up to line {lines.number + 1 + i} lack columns; each needs {block.columns}",
                 file=lines.file,
             )
-        lacking += count < 0
-        even.append(line + separator * -count)
-    return b"\n".join(even) + b"\n", lacking
+        even.append(line + separator * missing)
+    return b"\n".join(even) + b"\n"
 
 
 def _careful(data: bytes, block: Block, wanted: Sequence[int], lines: Lines) -> FloatArray:

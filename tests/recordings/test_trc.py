@@ -1,0 +1,77 @@
+"""TRC by hand: counts in the header, rounded times, units, which axis is up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.recordings.formats import trc
+from clearway.recordings.recording import Recording, Want
+
+HEAD = """PathFileType\t4\t(X/Y/Z)\tC:\\lab\\walk.trc
+DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\tOrigNumFrames
+150.00\t150.00\t       4\t1\tmm\t150.00\t1\t       4
+Frame#\tTime\tR.Heel\t\t\tV_Mid\t\t\t
+\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t
+"""
+ROWS = "1\t0.000\t1\t20\t300\t\t\t\n2\t0.007\t1\t21\t300\t\t\t\n3\t0.013\t\t\t\t7\t8\t9\n4\t0.020\t1\t22\t300\n"
+
+
+def of(text: str, folder: Path, up: str = "z") -> Recording:
+    path = folder / "walk.trc"
+    path.write_text(text)
+    return (trc.read if up == "z" else trc.read_y_up)(path, Want())
+
+
+@pytest.mark.parametrize("empty", ["", "\n", "\t\t\t\n"])
+def test_markers_times_and_what_was_not_seen(empty: str, tmp_path: Path) -> None:
+    found = of(HEAD + empty + ROWS, tmp_path)
+    assert found.points is not None
+    assert found.points.names == ("R.Heel", "V_Mid")
+    assert found.points.t == pytest.approx(np.arange(4) / 150, abs=1e-12)  # 0.007 and 0.013 would be 8 % of speed
+    assert found.points.xyz[0, 0] == pytest.approx([0.001, 0.02, 0.3])
+    assert np.isnan(found.points.xyz[2, 0]).all()
+    assert np.isnan(found.points.xyz[[0, 1, 3], 1]).all()
+    assert found.points.xyz[2, 1] == pytest.approx([0.007, 0.008, 0.009])
+    assert any("announces 1 markers, there are columns of 2" in note for note in found.notes)
+    assert any("z taken as up" in note for note in found.notes)
+
+
+def test_times_that_are_no_raster_stay_as_they_are(tmp_path: Path) -> None:
+    points = of(HEAD + ROWS.replace("0.013", "0.0142"), tmp_path).points
+    assert points is not None
+    assert points.t == pytest.approx([0, 0.007, 0.0142, 0.02], abs=1e-12)
+
+
+def test_y_up_is_turned(tmp_path: Path) -> None:
+    points = of(HEAD + ROWS, tmp_path, up="y").points
+    assert points is not None
+    assert points.xyz[0, 0] == pytest.approx([0.001, -0.3, 0.02])
+
+
+def test_separated_by_commas(tmp_path: Path) -> None:
+    points = of((HEAD + "\n" + ROWS).replace("\t", ","), tmp_path).points
+    assert points is not None
+    assert points.xyz[0, 0] == pytest.approx([0.001, 0.02, 0.3])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "problem"),
+    [
+        ("\tmm\t", "\t\t", "Units: the unit of length is missing"),
+        ("\tmm\t", "\tpx\t", "Units: 'px' is no unit of length"),
+        ("150.00\t150.00\t", "none\t150.00\t", "DataRate: 'none' is no sampling rate"),
+        ("R.Heel\t\t\tV_Mid", "R.Heel", "there are 1 marker names, but X, Y and Z of 2"),
+        ("Frame#", "Bild", "the columns should be Frame#, Time and markers"),
+        ("PathFileType", "FileType", "doesn't begin with 'PathFileType'"),
+        ("       4\t1", "4000000000\t1", "announces 4000000000 frames, more than it can hold; it has 4"),
+        ("2\t0.007\t1\t21\t300", "2\t0.007\t1\t21\tx", "line 7, column 5: 'x' is no number"),
+    ],
+)
+def test_what_is_wrong_is_named(old: str, new: str, problem: str, tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError) as error:
+        of((HEAD + ROWS).replace(old, new), tmp_path)
+    assert problem in str(error.value)
