@@ -6,7 +6,8 @@ for a while, 2 s before and after, a frame of the capture's own that only holds 
 (Motive: metres, y up). The other formats hold the trial as it is. Each is scored with the legs' spans given, and with the
 legs to be found. Found legs miss what can't be seen from outside: that the goal was sent a moment before the robot moved,
 that it was called reached a moment after the robot stood; so their CT is also held against that of an observer who sees
-the true motion without any error (`CT seen`). A trial that ended in a contact or was given up has no CT; whether it counts
+the true motion without any error (`CT seen`). Where the robot went on to the next leg without a rest, nobody outside can tell
+when it called the goal reached; the trial says so, and stands in a line of its own (`no rest`). A trial that ended in a contact or was given up has no CT; whether it counts
 as a success has to agree.
 
     python benchmarks/round_trip.py [--formats vicon,c3d] [--trials N] [--noise M] [--rate HZ] [--keep FOLDER]
@@ -30,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 INDICATORS = ("CT", "CT seen", "PL", "DE", "MDO", "OE")
+NO_REST = "no rest"
 UNITS = {"CT": "s", "CT seen": "s", "PL": "%", "DE": "mm", "MDO": "mm", "OE": "mrad"}
 SCALE = {"CT": 1.0, "CT seen": 1.0, "PL": 1.0, "DE": 1e3, "MDO": 1e3, "OE": 1e3}
 AIMS = {"PL": 1.0, "DE": 0.005, "MDO": 0.005, "OE": 0.01}
@@ -94,10 +96,14 @@ def simulate(folder: Path, count: int | None) -> list[Any]:
 
     found = []
     for batch, (navigator, selection) in CHOSEN.items():
-        results = clearway.run(
-            "hospital", robots=ROBOTS, navigators=[navigator], batches=[batch], repetitions=1,
-            localisation="truth", out=folder / f"simulated-{batch}", **selection,
-        )  # fmt: skip
+        place = folder / f"simulated-{batch}"
+        if place.exists():
+            results = clearway.open_results(place)
+        else:
+            results = clearway.run(
+                "hospital", robots=ROBOTS, navigators=[navigator], batches=[batch], repetitions=1,
+                localisation="truth", out=place, **selection,
+            )  # fmt: skip
         found += list(zip(results, results.trials.to_pylist(), strict=True))
     if count is None:
         return found
@@ -125,7 +131,7 @@ def seen_time(trial: Any) -> float | None:
 
 
 def score(folder: Path, trials: list[Any], to: str, system: Any, spans: bool) -> tuple[list[dict[str, Any]], float]:
-    """The rows of the trials after the way through `to`, in their order, and how long scoring took, s."""
+    """The rows of the trials after the way through `to`, in their order, with what was told of the legs; s of scoring."""
     import clearway
     from clearway.recordings.synthetic_session import record
 
@@ -140,8 +146,8 @@ def score(folder: Path, trials: list[Any], to: str, system: Any, spans: bool) ->
         began = time.perf_counter()
         results = clearway.score(plan, out=place / plan.stem)
         took += time.perf_counter() - began
-        for i, row in zip(own, results.trials.to_pylist(), strict=True):
-            rows[i] = row
+        for i, row, scored in zip(own, results.trials.to_pylist(), results, strict=True):
+            rows[i] = row | {"legs": "; ".join(scored.provenance.get("legs", ()))}
     return rows, took
 
 
@@ -155,7 +161,9 @@ def main() -> int:
     parser.add_argument("--trials", type=int, help="only so many of the 60")
     parser.add_argument("--noise", type=float, default=LAB.noise, help="m")
     parser.add_argument("--rate", type=float, default=LAB.rate, help="Hz")
-    parser.add_argument("--keep", type=Path, help="a folder for everything that is written")
+    parser.add_argument(
+        "--keep", type=Path, help="a folder for everything that is written; trials in it are used again"
+    )
     parser.add_argument("--verbose", action="store_true", help="every trial of which something is beyond its aim")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--smoke", action="store_true", help="two trials, two formats: only to see that it runs")
@@ -178,20 +186,24 @@ def main() -> int:
         for to in wanted:
             for legs in ("given", "found"):
                 sample = 1 / system.rate if to in CAPTURES else trials[0][0].attempt.period
-                tally = tallies[to, legs] = Tally(sample=sample)
+                both = {legs: Tally(sample=sample), NO_REST: Tally(sample=sample)}
                 try:
                     rows, took = score(folder, trials, to, system, legs == "given")
                 except ClearwayError as error:
                     failed[f"{to}, legs {legs}"] = str(error)
-                    del tallies[to, legs]
                     continue
                 for i, ((_, was), now) in enumerate(zip(trials, rows, strict=True)):
                     was["CT seen"] = None if legs == "given" else seen[i]
-                    tally.add(was, now, f"{i} {was['robot']} {was['scenario']}")
-                if not options.json:
-                    _line(to, legs, tally, took)
+                    which = NO_REST if legs == "found" and "without a rest" in now["legs"] else legs
+                    both[which].add(was, now, f"{i} {was['robot']} {was['scenario']}")
+                for which, tally in both.items():
+                    if tally.trials:
+                        tallies[to, which] = tally
+                        if not options.json:
+                            _line(to, which, tally, took / len(trials))
             if not options.keep:
                 shutil.rmtree(folder / to, ignore_errors=True)
+                SESSIONS.clear()
     finally:
         if not options.keep:
             shutil.rmtree(folder, ignore_errors=True)
@@ -211,7 +223,7 @@ def _line(to: str, legs: str, tally: Tally, took: float) -> None:
     if not _began:
         _began = True
         heads = "".join(f"{f'{i} [{UNITS[i]}]':>12}" for i in INDICATORS)
-        print(f"\n{'format':<12} {'legs':<6}{heads}{'success':>9}{'no value':>10}{'within U':>10}{'s/trial':>9}")
+        print(f"\n{'format':<12} {'legs':<8}{heads}{'success':>9}{'no value':>10}{'within U':>10}{'s/trial':>9}")
     cells = []
     for i in INDICATORS:
         off = tally.worst.get(i, (math.nan, ""))[0] * SCALE[i]
@@ -221,7 +233,7 @@ def _line(to: str, legs: str, tally: Tally, took: float) -> None:
     told = sum(tally.told.values())
     within = f"{sum(tally.covered.values()) / told:.0%}" if told else "-"
     print(
-        f"{to:<12} {legs:<6}{''.join(cells)}{agree:>9}{missing:>10}{within:>10}{took / max(1, tally.trials):>9.2f}",
+        f"{to:<12} {legs:<8}{''.join(cells)}{agree:>9}{missing:>10}{within:>10}{took:>9.2f}",
         flush=True,
     )
 
