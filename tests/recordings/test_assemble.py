@@ -1,0 +1,249 @@
+"""A trial of a test plan, from small files whose motion is known by hand: out and back over 2 m, with a turn between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.indicators import score_row
+from clearway.recordings.assemble import assemble
+from clearway.recordings.lab import Lab
+from clearway.recordings.toml_text import toml
+from clearway.trials import Outcome, Trial
+
+RATE = 20.0
+TABLE = """
+time = { column = "t" }
+[bodies.robot]
+x = "x"
+y = "y"
+yaw = "th"
+[bodies.cart]
+x = "cx"
+y = "cy"
+yaw = "cth"
+"""
+
+
+def ramp(length: float, speed: float) -> np.ndarray:
+    """Distance covered, sample by sample: accelerate at 1, cruise, brake at 1."""
+    up = speed / 1.0
+    whole = length / speed + up
+    t = np.arange(0.0, whole + 1e-9, 1 / RATE)
+    v = np.minimum(np.minimum(t, speed), np.maximum(whole - t, 0.0))
+    s = np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2 / RATE)])
+    return s * length / s[-1]
+
+
+def drive(
+    *, speed: float = 0.5, cart: tuple[float, float] = (1.0, 1.0), cart_drives: bool = False, rest: float = 1.0
+) -> np.ndarray:
+    """(n, 7) t, robot, cart: 2 s rest, forth, rest, turn, rest, back, 2 s rest."""
+    s = ramp(2.0, speed)
+    turn = ramp(math.pi, 1.0)
+    parts = [
+        np.tile([0.0, 0.0, 0.0], (int(2 * RATE), 1)),
+        np.column_stack([s, np.zeros_like(s), np.zeros_like(s)]),
+        np.tile([2.0, 0.0, 0.0], (int(rest * RATE), 1)),
+        np.column_stack([np.full_like(turn, 2.0), np.zeros_like(turn), turn]),
+        np.tile([2.0, 0.0, math.pi], (int(rest * RATE), 1)),
+        np.column_stack([2.0 - s, np.zeros_like(s), np.full_like(s, math.pi)]),
+        np.tile([0.0, 0.0, math.pi], (int(2 * RATE), 1)),
+    ]
+    robot = np.concatenate(parts)
+    t = np.arange(len(robot)) / RATE
+    beside = np.tile([*cart, 0.0], (len(t), 1))
+    if cart_drives:
+        beside[:, 1] += 0.3 * t / t[-1]
+    return np.column_stack([t, robot, beside])
+
+
+def write(folder: Path, name: str, rows: np.ndarray) -> None:
+    np.savetxt(folder / name, rows, delimiter=",", header="t,x,y,th,cx,cy,cth", comments="", fmt="%.9f")
+    (folder / name).with_suffix(".toml").write_text(TABLE, encoding="utf-8")
+
+
+PLAN: dict[str, Any] = {
+    "test": {"suite": "own", "robot": "tiago", "reference_length": 2.0},
+    "poses": {"A": [0.0, 0.0, 0.0], "B": [2.0, 0.0, 0.0]},
+    "sources": {"capture": {"format": "table", "frame": {"same": True}}},
+    "robot": {"track": "robot"},
+    "bodies": {"cart": {"track": "cart", "shape": {"kind": "square", "edge": 0.2}}},
+    "motion": {"cutoff": "none"},
+    "legs": [
+        {"name": "forth", "start": "A", "goal": "B"},
+        {"name": "turn", "goal": [2.0, 0.0, math.pi], "scored": False},
+        {"name": "back", "goal": [0.0, 0.0, math.pi]},
+    ],
+}
+Score = Callable[..., Trial]
+
+
+@pytest.fixture
+def score(tmp_path: Path) -> Score:
+    def scored(trial: dict[str, Any], rows: np.ndarray | None = None, **changed: Any) -> Trial:
+        write(tmp_path, "one.csv", drive() if rows is None else rows)
+        content = PLAN | changed | {"trial": [{"file": "one.csv", "speed": 0.5} | trial]}
+        (tmp_path / "plan.toml").write_text(toml(content), encoding="utf-8")
+        return assemble(Lab(tmp_path / "plan.toml"), 0)
+
+    return scored
+
+
+def test_legs_goals_and_indicators_of_a_drive_known_by_hand(score: Score) -> None:
+    trial = score({})
+    row = score_row(trial)
+    assert trial.outcome is Outcome.REACHED
+    assert trial.attempt.source == "recorded"
+    assert [s.leg for s in trial.spans] == [0, 1, 2]
+    assert row["CT"] == pytest.approx(2 * (2.0 / 0.5 + 0.5), abs=0.15)
+    assert row["PL"] == pytest.approx(4.0, abs=1e-6)
+    assert (row["DE"], row["OE"]) == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert row["success"] is True
+    assert "forth:" in trial.provenance["legs"][0]
+
+
+def test_a_span_corrects_one_leg_and_leaves_the_others(score: Score) -> None:
+    found = score({})
+    told = score({"legs": [{"name": "back", "span": [12.5, 17.0]}]})
+    assert told.spans[0] == found.spans[0]
+    assert (told.spans[2].start, told.spans[2].end) == (12.5, 17.0)
+    assert told.attempt.legs[2].goal == pytest.approx([0.0, 0.0, math.pi])
+
+
+def test_legs_that_overlap_are_refused(score: Score) -> None:
+    with pytest.raises(ClearwayError, match="before leg turn ends"):
+        score({"legs": [{"name": "back", "span": [3.0, 17.0]}]})
+
+
+def test_an_attempt_without_a_recording_counts_and_knows_nothing(score: Score) -> None:
+    trial = score({"file": "", "note": "battery died"})
+    row = score_row(trial)
+    assert (trial.outcome, trial.reason) == (Outcome.ABORTED, "attempted, not recorded")
+    assert row["success"] is False
+    assert row["CT"] is None
+    assert row["note"] == "battery died"
+
+
+@pytest.mark.parametrize(
+    ("field", "words"),
+    [("intervention", "help"), ("stopped", "emergency stop"), ("aborted", "aborted by the operator")],
+)
+def test_what_the_operator_did_ends_the_attempt(score: Score, field: str, words: str) -> None:
+    trial = score({field: True})
+    assert trial.outcome is Outcome.ABORTED
+    assert words in trial.reason
+    assert score_row(trial)["success"] is False
+
+
+def test_a_contact_that_was_seen_is_a_collision(score: Score) -> None:
+    assert score({"contact": True}).outcome is Outcome.COLLISION
+
+
+def test_an_overlap_that_nobody_can_be_sure_of_is_to_be_confirmed(score: Score) -> None:
+    near = {"obstacles": [{"body": "cart"}]}
+    trial = score(near, drive(cart=(1.0, 0.2)))  # a table says nothing of its uncertainty
+    row = score_row(trial)
+    assert trial.outcome is Outcome.REACHED
+    assert [e.kind for e in trial.events] == ["possible contact"] * 2  # going and coming
+    assert row["MDO"] == 0.0
+    assert "cart" in str(row["to_confirm"])
+    seen = score(near | {"contact": True}, drive(cart=(1.0, 0.2)))
+    assert seen.outcome is Outcome.COLLISION
+    assert seen.events[-1].t == trial.events[0].t
+
+
+def test_a_measured_obstacle_that_stands_is_placed_and_one_that_drives_moves(score: Score) -> None:
+    near = {"obstacles": [{"body": "cart"}]}
+    still = score(near)
+    assert [(b.name, b.kind) for b in still.attempt.bodies] == [("cart", "obstacle")]
+    assert still.attempt.bodies[0].pose == pytest.approx([1.0, 1.0, 0.0])
+    assert score_row(still)["MDO"] == pytest.approx(1.0 - 0.1 - 0.27, abs=1e-6)
+    moving = score(near, drive(cart_drives=True))
+    assert moving.attempt.bodies[0].pose is None
+    assert moving.movers[-1, 0] == pytest.approx([1.0, 1.3, 0.0], abs=1e-6)
+
+
+def test_without_a_tie_only_what_needs_the_map_is_lost(score: Score) -> None:
+    capture = {"capture": {"format": "table"}}
+    rows = drive(rest=3.0)  # without goals only long rests part the legs
+    row = score_row(score({"obstacles": [{"body": "cart"}]}, rows, sources=capture))
+    assert row["CT"] is not None
+    assert row["PL"] == pytest.approx(4.0, abs=1e-6)
+    assert row["MDO"] == pytest.approx(0.63, abs=1e-6)  # both were measured, in one frame
+    assert row["DE"] is None
+    assert "goal" in str(row["not_computable"])
+    placed = score_row(score({"obstacles": [{"body": "cart", "pose": [1.0, 1.0, 0.0]}]}, rows, sources=capture))
+    assert placed["MDO"] is None
+
+
+def test_without_a_robot_the_rest_stands(score: Score) -> None:
+    row = score_row(score({}, test={"suite": "own"}))
+    assert row["PL"] == pytest.approx(4.0, abs=1e-6)
+    assert row["DE"] == pytest.approx(0.0, abs=1e-6)
+    assert row["success"] is None  # nobody knows the tolerance
+    assert row["PL_norm"] is None
+
+
+def test_a_turned_and_shifted_frame_comes_back(score: Score) -> None:
+    rows = drive()
+    a, shift = 0.7, np.array([3.0, -1.0])
+    turn = np.array([[math.cos(a), math.sin(a)], [-math.sin(a), math.cos(a)]])  # row vectors: R^T
+    for x in (1, 4):
+        rows[:, x : x + 2] = rows[:, x : x + 2] @ turn + shift
+        rows[:, x + 2] += a
+    back = [*(-shift @ turn.T).tolist(), -a]
+    trial = score({}, rows, sources={"capture": {"format": "table", "frame": {"transform": back}}})
+    assert trial.pose[-1] == pytest.approx([0.0, 0.0, -math.pi], abs=1e-6)
+    assert score_row(trial)["DE"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_second_file_is_tied_by_speed_and_tells_what_the_robot_believed(score: Score, tmp_path: Path) -> None:
+    rows = drive()
+    log = rows[20:].copy()  # begins 1 s later, on a clock of its own
+    log[:, 0] += 500.0 - log[0, 0]
+    log[:, 2] += 0.05
+    write(tmp_path, "log.csv", log)
+    trial = score(
+        {"files": {"log": "log.csv"}}, rows,
+        sources=PLAN["sources"] | {"log": {"format": "table", "frame": {"same": True}, "estimate": "robot"}},
+    )  # fmt: skip
+    assert trial.provenance["clock"]["log"]["seconds"] == pytest.approx(1.0 - 500.0, abs=0.01)
+    assert trial.estimate is not None
+    assert np.isnan(trial.estimate[:15]).all()
+    assert trial.estimate[-1, 1] == pytest.approx(0.05, abs=1e-3)
+    row = score_row(trial)
+    assert row["DE_self"] == pytest.approx(0.05, abs=1e-3)
+
+
+def test_a_span_outside_the_file_names_the_file(score: Score, tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match=r"one\.csv: span: \(50, 60\) s is not in the recording; it has 0\.000 to"):
+        score({"span": [50.0, 60.0]})
+
+
+def test_a_gap_stays_open_and_costs_only_what_crosses_it(score: Score) -> None:
+    rows = drive()
+    rows[60:80, 1:4] = np.nan  # 1 s, while it drives
+    row = score_row(score({}, rows))
+    assert row["CT"] is not None
+    assert row["PL"] is None
+    assert "gap" in str(row["not_computable"])
+    assert row["DE"] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_leg_that_takes_too_long_is_a_timeout(score: Score) -> None:
+    legs = [{**leg, **({"time_limit": 3.0} if leg["name"] == "forth" else {})} for leg in PLAN["legs"]]
+    trial = score({}, legs=legs)
+    assert trial.outcome is Outcome.TIMEOUT
+    assert "forth" in trial.reason
+
+
+def test_a_faster_capture_is_thinned(score: Score) -> None:
+    trial = score({}, test=PLAN["test"] | {"rate": 6.0})
+    assert np.diff(trial.t) == pytest.approx(0.2)
