@@ -8,11 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from driven_trials import forth_and_back
 
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
+from clearway.recordings.mcap import write_trial
 from clearway.recordings.motion import Gap, Motion, Quality
-from clearway.recordings.recording import Contents, Entry, Points, Recording, Track
+from clearway.recordings.recording import Points, Recording, Track
 from clearway.recordings.unplanned import (
     bodies_of,
     cleaning_at,
@@ -54,13 +56,28 @@ def poses(tmp_path: Path) -> Path:
 
 
 def test_everything_that_moves_is_found(tmp_path: Path):
-    entries = [Entry(f"a:b:{i}", "marker", 9) for i in range(3)] + [
-        Entry("pair:1", "marker", 9), Entry("pair:2", "marker", 9), Entry("lone", "marker", 9),
-        Entry("never:1", "marker", 0), Entry("never:2", "marker", 0), Entry("never:3", "marker", 0),
-        Entry("cart", "body", 9), Entry("/odom", "odometry", 9), Entry("map->odom", "tf", 1), Entry("/scan", "scan", 9),
-    ]  # fmt: skip
-    held = Contents(tmp_path, "c3d", 0.0, 1.0, None, tuple(entries))
-    assert bodies_of(held) == ["a:b:", "cart", "/odom"]
+    t = np.arange(3) / 10
+    names = ("a:b:1", "a:b:2", "a:b:3", "pair:1", "pair:2", "lone", "never:1", "never:2", "never:3")
+    xyz = np.zeros((3, len(names), 3))
+    xyz[:, 6:] = np.nan
+    tracks = {"cart": Track("body", "", "", t, np.zeros((3, 3))), "/tf": Track("tf", "", "", t[:1], np.zeros((1, 3)))}
+    assert bodies_of(Recording(tmp_path, "c3d", Points(names, t, xyz), tracks)) == ["a:b:", "cart"]
+
+
+def test_a_bag_gives_its_robots_base_and_any_pair_of_frames(tmp_path: Path):
+    path = tmp_path / "drive.mcap"
+    write_trial(path, forth_and_back(square=False), scans=False)
+    found = {f.name: f for f in motions(path)}
+    assert {"/odom", "/ground_truth/pose", "/amcl_pose", "map->base_link"} <= set(found)
+    assert not any(f.problem for f in found.values())
+    (truth,) = motions(path, ["/ground_truth/pose"])
+    assert truth.motion is not None
+    assert truth.motion.pose[0, :2] == pytest.approx([-2.5, 1.0], abs=1e-6)
+    assert [f.name for f in motions(path, ["map->odom"])] == ["map->odom"]
+    with pytest.raises(ClearwayError, match="base_link"):
+        list(motions(path, ["map->base_lonk"]))
+    with pytest.raises(ClearwayError, match="pair"):
+        list(motions(path, ["/tf"]))
 
 
 def test_markers_by_prefix_without_a_plan(capture: Path):

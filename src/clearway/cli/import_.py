@@ -106,9 +106,12 @@ def _tell(found: list[dict[str, Any]], out: Path) -> None:
         ))  # fmt: skip
     if rows:
         typer.echo(columns(heads, rows))
+    said: dict[str, list[str]] = {}
     for r in found:
         for note in r.get("notes", ()):
-            typer.echo(f"{Path(r['file']).name + ' ' if several else ''}{r['body']}  {note}")
+            said.setdefault(note, []).append(f"{Path(r['file']).name} {r['body']}" if several else r["body"])
+    for note, who in said.items():
+        typer.echo(f"{', '.join(who)}  {note}")
     for r in found:
         if "problem" in r:
             typer.echo(f"{r['file']}: {r['body']}: {r['problem']}", err=True)

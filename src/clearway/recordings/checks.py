@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -262,15 +262,13 @@ def _contents(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
 def _missing(plan: Plan, field: str, source: str, held: Contents) -> Iterator[tuple[str, ClearwayError]]:
     """Names that a file lacks: the field that has the name, and the problem."""
     markers = [e.name for e in held.entries if e.kind == "marker"]
-    pairs = [pair for e in held.entries if e.kind == "tf" for pair in e.detail.split(", ") if "->" in pair]
-    others = [*(e.name for e in held.entries if e.kind != "marker"), *pairs]
     for where, body in _looked_for(plan, field, source):
         if body.markers is not None:
             try:
                 resolve(markers, body.markers)
             except ClearwayError as error:
                 yield f"{where}.markers", error
-        if body.track is not None and (wrong := _no_track(body.track, others, "track")):
+        if body.track is not None and (wrong := _no_track(body.track, held, "track")):
             yield f"{where}.track", wrong
     frame = plan.sources[source].frame
     if field == f"sources.{source}.frame.file" or (field.startswith("trial.") and frame.file is None):
@@ -281,7 +279,7 @@ def _missing(plan: Plan, field: str, source: str, held: Contents) -> Iterator[tu
         spec = plan.sources[source]
         for name in ("estimate", "odometry", "goals", "plans"):
             wanted = getattr(spec, name)
-            if wanted is not None and (wrong := _no_track(wanted, others, "topic or track")):
+            if wanted is not None and (wrong := _no_track(wanted, held, "topic or track")):
                 yield f"sources.{source}.{name}", wrong
 
 
@@ -299,12 +297,9 @@ def _looked_for(plan: Plan, field: str, source: str) -> list[tuple[str, BodySpec
     return [(w, b) for w, b in _all_bodies(plan) if w in there and _source(plan, b) == source]
 
 
-def _no_track(name: str, known: Sequence[str], kind: str) -> ClearwayError | None:
-    """A pair of frames may be any two of one tree."""
-    if name in known:
-        return None
-    if "->" in name:
-        frames = {f for n in known if "->" in n for f in n.split("->")}
-        lacking = [f for f in name.split("->") if f not in frames]
-        return unknown("frame", lacking[0], frames) if lacking else None
-    return unknown(kind, name, known)
+def _no_track(name: str, held: Contents, kind: str) -> ClearwayError | None:
+    """What a file holds need not be all: of a bag's /tf it is topics, and a pair of frames is told when it is read."""
+    known = [e.name for e in held.entries if e.kind != "marker"]
+    parts_of_topics = any(name.startswith(f"{e.name}/") for e in held.entries if e.kind == "body")
+    pair = "->" in name and any(e.kind == "tf" for e in held.entries)
+    return None if name in known or parts_of_topics or pair else unknown(kind, name, known)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,8 +20,6 @@ from clearway.recordings.motion import Motion
 from clearway.recordings.plan import MotionSpec
 from clearway.recordings.recording import Contents, Recording, Want
 
-MOVING = ("body", "odometry", "pose", "tf", "person", "table")
-"""Kinds of entries that have poses."""
 LEAST = 3
 """Markers that make a body."""
 COLUMNS = ("t", "x", "y", "theta", "v", "omega")
@@ -51,16 +50,13 @@ def cleaning_at(cutoff: str) -> MotionSpec:
         raise ClearwayError(f"{cutoff!r} is none of residual, none, or Hz above 0", field="cutoff") from error
 
 
-def bodies_of(contents: Contents) -> list[str]:
+def bodies_of(recording: Recording) -> list[str]:
     """The names of everything that can be seen to move: marker prefixes (`tiago:`), bodies, topics, pairs of frames."""
-    count: dict[str, int] = {}
-    for e in contents.entries:
-        if e.kind == "marker" and ":" in e.name and e.count:
-            prefix = e.name[: e.name.rindex(":") + 1]
-            count[prefix] = count.get(prefix, 0) + 1
-    return [p for p, n in count.items() if n >= LEAST] + [
-        e.name for e in contents.entries if e.kind in MOVING and e.count > 1
-    ]
+    points, count = recording.points, Counter[str]()
+    if points is not None:
+        seen: Any = np.isfinite(points.xyz).any(axis=(0, 2))
+        count.update(n[: n.rindex(":") + 1] for n, there in zip(points.names, seen, strict=True) if there and ":" in n)
+    return [p for p, n in count.items() if n >= LEAST] + [n for n, t in recording.tracks.items() if len(t.t) > 1]
 
 
 def motions(
@@ -79,18 +75,20 @@ def motions(
     Raises:
         ClearwayError: the file can't be read, nothing in it moves, or a named body is not there or can't be cleaned.
     """
-    held = formats.look(path, format=format)
-    chosen = list(names) or bodies_of(held)
-    if not chosen:
+    if names:
+        held = formats.look(path, format=format)
+        sets = {name: _markers(name, held) for name in names}
+        wanted = frozenset(n for name, members in sets.items() for n in (members or (name,)))
+        recording = formats.read(path, Want(names=wanted), format=format)
+    else:
+        recording = formats.read(path, format=format)
+        listed = () if recording.points is None else recording.points.names
+        sets = {n: resolve(listed, n, file=path) if n.endswith(":") else () for n in bodies_of(recording)}
+    if not sets:
         raise ClearwayError(
             "shows nothing that moves by itself; name markers with --body 'M1,M2,M3', or see what it holds with --list",
             file=path,
         )
-    markers = [e.name for e in held.entries if e.kind == "marker"]
-    tracks = [e.name for e in held.entries if e.kind in MOVING]
-    sets = {name: _markers(name, markers, tracks, path) for name in chosen}
-    wanted = frozenset(n for name, members in sets.items() for n in (members or (name,)))
-    recording = formats.read(path, Want(names=wanted), format=format)
     for name, members in sets.items():
         try:
             yield Found(name, _motion(recording, name, members, cleaning or MotionSpec(), path))
@@ -100,18 +98,17 @@ def motions(
             yield Found(name, None, error.problem)
 
 
-def _markers(name: str, markers: Sequence[str], tracks: Sequence[str], path: object) -> tuple[str, ...]:
+def _markers(name: str, held: Contents) -> tuple[str, ...]:
     """The markers that `name` stands for; none, if it is a track."""
-    if name in tracks:
-        return ()
+    markers = [e.name for e in held.entries if e.kind == "marker"]
+    tracks = [e.name for e in held.entries if e.kind != "marker"]
+    if name in tracks or not markers:
+        return ()  # whether it is there, and whether it moves, its reader says
     if name.endswith(":"):
-        return resolve(markers, name, file=path)
+        return resolve(markers, name, file=held.file)
     if "," in name:
-        return resolve(markers, [n.strip() for n in name.split(",")], file=path)
-    if "->" in name and any("->" in t for t in tracks):
-        return ()  # any two frames of a tree; its reader says what is wrong with them
-    prefixes = {n[: n.rindex(":") + 1] for n in markers if ":" in n}
-    raise unknown("body", name, {*tracks, *prefixes}, file=path)
+        return resolve(markers, [n.strip() for n in name.split(",")], file=held.file)
+    raise unknown("body", name, {*tracks, *(n[: n.rindex(":") + 1] for n in markers if ":" in n)}, file=held.file)
 
 
 def _motion(recording: Recording, name: str, members: tuple[str, ...], cleaning: MotionSpec, path: object) -> Motion:
