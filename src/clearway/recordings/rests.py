@@ -71,12 +71,12 @@ def course(motion: Motion) -> Course:
 
 
 def _rests(t: FloatArray, pose: FloatArray, effort: FloatArray) -> tuple[Rest, ...]:
-    low = _level(t, effort)
+    low, still = _levels(t, effort)
     n = len(t)
     rests = []
     for first, last in _stretches(t, pose, effort < low):
-        start = -_onset(-t[::-1], effort[::-1], n - 1 - first, low) if first else float(t[0])
-        end = _onset(t, effort, last, low) if last < n - 1 else float(t[-1])
+        start = -_onset(-t[::-1], effort[::-1], n - 1 - first, low, still) if first else float(t[0])
+        end = _onset(t, effort, last, low, still) if last < n - 1 else float(t[-1])
         middle = np.median(pose[first : last + 1], axis=0)
         rests.append(Rest(min(start, end), end, middle, first == 0, last == n - 1))
     return tuple(rests)
@@ -89,12 +89,13 @@ def _speed(t: FloatArray, pose: FloatArray, velocity: FloatArray) -> Any:
     return np.where(np.isfinite(v) & (across < 2 * v + 2 * NOISY), v, across)
 
 
-def _level(t: FloatArray, effort: FloatArray) -> float:
-    """m/s below which the body rests, by what it shows in its quietest tenth."""
+def _levels(t: FloatArray, effort: FloatArray) -> tuple[float, float]:
+    """m/s below which the body rests, by what it shows in its quietest tenth, and at which it doesn't move at all."""
     block = np.floor((t - t[0]) / _BLOCK).astype(np.int64)
     first = np.flatnonzero(np.diff(block, prepend=-1))
     quiet = float(np.percentile(np.maximum.reduceat(effort, first), 10))
-    return float(np.clip(1.5 * quiet, STILL, NOISY))
+    low = float(np.clip(1.5 * quiet, STILL, NOISY))
+    return low, float(np.clip(0.5 * quiet, 0.1 * low, 0.3 * low))
 
 
 def _stretches(t: FloatArray, pose: FloatArray, resting: Any) -> list[tuple[int, int]]:
@@ -123,8 +124,9 @@ def _apart(a: Any, b: Any) -> Any:
     return np.hypot(a[..., 0] - b[..., 0], a[..., 1] - b[..., 1]) + ARM * turn
 
 
-def _onset(t: FloatArray, effort: FloatArray, last: int, low: float) -> float:
-    """When motion began after the resting sample `last`: the speed's rise through `low` and beyond, drawn back to zero."""
+def _onset(t: FloatArray, effort: FloatArray, last: int, low: float, still: float) -> float:
+    """When motion began after the resting sample `last`: the speed's rise through `low` and beyond, drawn back to zero,
+    but not to before the last sample that stood `still`, as a robot may creep."""
     ahead = slice(last, int(np.searchsorted(t, t[last + 1] + 0.5, side="right")))
     at, e = t[ahead], effort[ahead]
     high = min(4 * low, 0.7 * float(e.max()))
@@ -133,7 +135,9 @@ def _onset(t: FloatArray, effort: FloatArray, last: int, low: float) -> float:
         return first
     second = _crossing(at, e, high)
     drawn = first - low * (second - first) / (high - low)
-    return max(drawn, first - _RAMP)
+    before = effort[int(np.searchsorted(t, first - _RAMP)) : last + 1]
+    stood = np.flatnonzero(before <= still)
+    return max(drawn, first - _RAMP, float(t[last + 1 - len(before) + stood[-1]]) if len(stood) else -np.inf)
 
 
 def _crossing(t: FloatArray, effort: FloatArray, level: float) -> float:
