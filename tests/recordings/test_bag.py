@@ -129,6 +129,34 @@ def test_without_a_stamp_the_time_of_recording_stands_for_it(tmp_path: Path) -> 
     assert "40 messages have no stamp" in " ".join(recording.notes)
 
 
+def test_stamps_backwards_twice_and_leaping(tmp_path: Path) -> None:
+    robot, kind = made_bags.Robot(2), "geometry_msgs/msg/PoseStamped"
+
+    def bag_of(name: str, *stamps: float) -> Path:
+        lines = []
+        for i, t in enumerate(stamps):
+            at = START + int(t * 1e9)
+            lines.append(("/p", kind, START + i, robot.stamped(at, "map", float(i), 0.0, 0.0)))
+        return write_mcap(tmp_path / name, lines)
+
+    recording = read(bag_of("a.mcap", 0.0, 2.0, 1.0, 2.0))
+    np.testing.assert_array_equal(recording.tracks["/p"].position[:, 0], [0, 2, 1])
+    assert "1 samples were out of order" in recording.notes[0]
+    assert "1 samples had the stamp of the one before" in recording.notes[1]
+    leap = bag_of("b.mcap", -3000.0, 0.0, 3500.0, 3600.0)
+    assert len(read(leap).tracks["/p"].t) == 4
+    far = write_mcap(
+        tmp_path / "c.mcap",
+        [("/p", kind, START + s * 10**9, robot.stamped(START + s * 10**9, "map", 0.0, 0.0, 0.0)) for s in (0, 1, 9000)],
+    )
+    with pytest.raises(ClearwayError, match="/p: time leaps by 8999 s"):
+        read(far, "/p")
+    left = read(far)
+    assert not left.tracks
+    assert "/p: left out, as time leaps" in left.notes[0]
+    assert len(read(far, "/p", span=(0.0, 5.0)).tracks["/p"].t) == 2
+
+
 def test_stamps_of_a_simulation_keep_their_distances(tmp_path: Path) -> None:
     path = write_mcap(tmp_path / "a.mcap", messages(2, late=START - 5_000_000_000))  # simulated time from 5 s on
     recording = read(path, "/odom", "odom->base_link")

@@ -76,6 +76,21 @@ def test_pairs_are_what_a_base_is_known_by_and_what_moves_in_a_root() -> None:
     assert tree.pairs() == (("map", "base_link"), ("odom", "base_link"), ("map", "odom"), ("world", "cart"))
 
 
+def test_once_settled_only_what_lies_between_the_wanted_frames_is_kept() -> None:
+    unit = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
+    tree = TransformTree()
+    for t in (0.0, 1.0, 2.0):
+        tree.add("odom", "base_link", t, unit)
+        tree.add("base_link", "wheel", t, unit)
+        if t == 0.0:
+            assert not tree.settle([("map", "base_link")])
+        tree.add("map", "odom", t, unit)
+        if t == 1.0:
+            assert tree.settle([("map", "base_link")])
+    assert tree.moving == (("map", "odom"), ("odom", "base_link"))
+    np.testing.assert_array_equal(tree.track("map", "base_link")[0].t, [0, 1, 2])
+
+
 def test_what_is_no_transform_is_left_out_and_told() -> None:
     tree = TransformTree()
     tree.add("a", "b", 0.0, [0, 0, 0, 0, 0, 0, 0])

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from array import array
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -46,6 +46,7 @@ class TransformTree:
         self._parents: dict[str, str] = {}
         self._several: set[str] = set()
         self._refused = 0
+        self._only: frozenset[Edge] | None = None
 
     def add(self, parent: str, child: str, t: float, values: Sequence[float], *, static: bool = False) -> None:
         """A transform at `t` [s]: x, y, z [m], qx, qy, qz, qw. One without a rotation (a quaternion of zeros) is left out."""
@@ -54,6 +55,8 @@ class TransformTree:
         norm = sum(x * x for x in q)
         if not (1e-6 < norm < 1e6 and all(map(_finite, values))) or not all(edge) or edge[0] == edge[1]:
             self._refused += 1
+            return
+        if self._only is not None and edge not in self._only:
             return
         if self._parents.setdefault(edge[1], edge[0]) != edge[0]:
             self._several.add(edge[1])
@@ -65,6 +68,17 @@ class TransformTree:
             rows = self._moving[edge] = array("d")
         rows.append(t)
         rows.extend(values)
+
+    def settle(self, pairs: Iterable[Edge]) -> bool:
+        """Whether all `pairs` are connected by now. If so, only the transforms between them are kept from here on: an arm's
+        fifty joints would fill the memory for nothing."""
+        ways = [self._way(*pair) for pair in pairs]
+        if any(way is None for way in ways):
+            return False
+        self._only = frozenset(edge for way in ways for edge, _ in way or ())
+        for edge in self._moving.keys() - self._only:
+            del self._moving[edge]
+        return True
 
     @property
     def frames(self) -> tuple[str, ...]:

@@ -242,9 +242,9 @@ class _Bag:
         """The pairs of frames; all that one would ask for where none is, as far as they can be read."""
         named = want.names is not None
         notes: list[str] = []
-        tree = self._tree(want.span, clock, None if named else notes)
+        tree = self._tree(want.span, pairs, clock, None if named else notes)
         if want.span is not None and not all(tree.connected(*p) for p in pairs.values()):
-            tree = self._tree((-np.inf, want.span[1]), clock, None)  # one may have been sent once, long before
+            tree = self._tree((-np.inf, want.span[1]), pairs, clock, None)  # one may have been sent once, long before
         tracks: dict[str, Track] = {}
         for name, pair in (pairs or {ARROW.join(p): p for p in tree.pairs()}).items():
             if not tree.edges:
@@ -260,12 +260,13 @@ class _Bag:
             notes += said
         return tracks, [*tree.notes, *notes]
 
-    def _tree(self, span: tuple[float, float] | None, clock: Clock, left_out: list[str] | None) -> TransformTree:
-        """All transforms; a topic of them that can't be read is an error, or is told in `left_out`."""
-        tree = TransformTree()
-        for topic in sorted(t for t in self.topics if self.kind(t) == "tf"):
-            static = topic.rstrip("/").endswith("tf_static")
-            start, end = (NEVER, EVER) if static else self.window(span)
+    def _tree(
+        self, span: tuple[float, float] | None, pairs: dict[str, Edge], clock: Clock, left_out: list[str] | None
+    ) -> TransformTree:
+        """All transforms, or those between `pairs`; a topic of them that can't be read is an error, or told in `left_out`."""
+        tree, settled = TransformTree(), not pairs
+        for topic in sorted((t for t in self.topics if self.kind(t) == "tf"), key=lambda t: (not _static(t), t)):
+            start, end = (NEVER, EVER) if _static(topic) else self.window(span)
             for part in self.topics[topic]:
                 try:
                     decode, poses = decoder(part.channel, file=self.path), kind_of(part.channel).poses
@@ -274,10 +275,13 @@ class _Bag:
                         raise
                     left_out.append(f"{topic}: left out, as {error.problem}")
                     continue
-                for _, recorded, data in part.store.messages(frozenset({part.channel.number}), start, end):
+                number = frozenset({part.channel.number})
+                for i, (_, recorded, data) in enumerate(part.store.messages(number, start, end)):
                     for pose in poses(decode(data)) if poses else ():
-                        t = 0.0 if static else clock.seconds(topic, pose.stamp, recorded)
-                        tree.add(pose.frame, pose.child, t, pose.values, static=static)
+                        t = 0.0 if _static(topic) else clock.seconds(topic, pose.stamp, recorded)
+                        tree.add(pose.frame, pose.child, t, pose.values, static=_static(topic))
+                    if not settled and i % SAMPLE == SAMPLE - 1:
+                        settled = tree.settle(pairs.values())
         return tree
 
     def window(self, span: tuple[float, float] | None) -> tuple[int, int]:
@@ -377,6 +381,10 @@ class _Reading:
                 into.add(clock.seconds(topic, pose.stamp, recorded), pose)
 
         return take_poses
+
+
+def _static(topic: str) -> bool:
+    return topic.rstrip("/").endswith("tf_static")
 
 
 def _cut(track: Track, span: tuple[float, float]) -> Track:
