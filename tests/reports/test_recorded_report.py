@@ -15,7 +15,7 @@ from synthetic_results import glide
 
 from clearway.reports import conditions, figure, recordings, write_replay, write_report
 from clearway.reports.findings import Findings
-from clearway.reports.packing import Packer, clearance_over_time
+from clearway.reports.packing import Packer, broken, clearance_over_time
 from clearway.reports.selection import label, representative, with_uncertainty
 from clearway.reports.text import headline, numbers
 from clearway.robots import load_robot
@@ -210,6 +210,21 @@ def test_what_the_replay_is_given_of_a_recording(crossing: Trial) -> None:
     assert [b["name"] for b in packer.scenes.things[packed["scenes"][1]]] == [
         b.name for b in crossing.attempt.bodies if b.kind == "obstacle"
     ], "a body that lies nobody knows where is left out"
+
+
+def test_lines_break_where_samples_are_missing(crossing: Trial) -> None:
+    keep = (crossing.t < 3.0) | (crossing.t > 4.0)
+    thinned = replace(
+        crossing, t=crossing.t[keep], pose=crossing.pose[keep], velocity=crossing.velocity[keep], estimate=crossing.estimate[keep],
+        command=None, leg=crossing.leg[keep], movers=crossing.movers[keep],
+    )  # fmt: skip
+    assert broken(thinned) is thinned, "a simulation"
+    torn = broken(measured(thinned))
+    [hole] = np.flatnonzero(np.isnan(torn.pose[:, 0]))
+    assert 3.0 < torn.t[hole] < 4.0
+    assert len(torn.t) == len(torn.leg) == len(torn.movers) == keep.sum() + 1
+    assert broken(measured(crossing)).t is crossing.t
+    assert Packer().pack(measured(thinned), 0, {})["samples"]["n"] == keep.sum() + 1
 
 
 def test_a_simulation_and_its_recording_side_by_side(recorded: Results, results: Results) -> None:

@@ -134,7 +134,7 @@ def _whole(what: str, drive: Drive, known: npt.NDArray[np.bool_]) -> None:
         raise NotComputable(f"the {what} has gaps ({float(np.diff(drive.t)[gaps].sum()):.1f} s)")
 
 
-def _missed(trial: Trial, t: FloatArray) -> npt.NDArray[np.bool_]:
+def missed(trial: Trial, t: FloatArray) -> npt.NDArray[np.bool_]:
     """(n - 1,) after which of the samples at `t` (n,) [s] a recording has none for too long."""
     least, periods = LONGEST_STEP
     steps = np.diff(t)
@@ -196,5 +196,5 @@ def _cut(trial: Trial, span: Span) -> Drive:
         None if trial.estimate is None else cut(trial.estimate, angle=True),
         cut(trial.movers, angle=True),
         None if trial.sigma is None else cut(trial.sigma),
-        _missed(trial, at),
+        missed(trial, at),
     )

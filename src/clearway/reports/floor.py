@@ -101,8 +101,9 @@ def one_trial(trial: Trial, title: str) -> Figure:
 
 def clearance(trial: Trial, title: str) -> Figure:
     """Edge-to-edge clearance over time of one trial."""
-    from clearway.reports.packing import clearance_over_time
+    from clearway.reports.packing import broken, clearance_over_time
 
+    trial = broken(trial)
     figure = theme.new_figure(8.0, 2.6)
     ax = figure.add_subplot()
     theme.panel_grid(ax)
@@ -318,6 +319,9 @@ def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
 
 
 def _tracks(ax: Axes, trial: Trial) -> None:
+    from clearway.reports.packing import broken
+
+    trial = broken(trial)
     for m, body in enumerate(b for b in trial.attempt.bodies if b.pose is None):
         for leg in range(len(trial.attempt.legs)):
             track = trial.movers[(np.asarray(trial.leg) == leg), m]

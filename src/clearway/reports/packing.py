@@ -21,6 +21,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Shape
+from clearway.indicators.legs import missed
 from clearway.robots import Robot, load_robot
 from clearway.trials import Body, Snapshot, Trial
 
@@ -66,7 +67,7 @@ class Packer:
         Args:
             index: its number in the table. row: what else the page says of it (indicators by name).
         """
-        a = trial.attempt
+        a, trial = trial.attempt, broken(trial)
         keep = _thin(len(trial.t))
         fixed = [b for b in a.bodies if b.pose is not None and np.isfinite(b.pose[:2]).all()]
         moving = [b for b in a.bodies if b.pose is None]
@@ -98,6 +99,25 @@ class Packer:
             "samples": pack_columns(_columns(trial, keep)),
             "thoughts": _deflate(json.dumps(_thoughts(trial.snapshots), separators=(",", ":")).encode()),
         }
+
+
+def broken(trial: Trial) -> Trial:
+    """The trial with a sample of which nothing is known wherever a recording has none for too long, so that lines break."""
+    after = np.flatnonzero(missed(trial, trial.t)) + 1
+    if not len(after):
+        return trial
+
+    def torn(values: FloatArray | None) -> FloatArray | None:
+        return None if values is None else np.insert(np.asarray(values, dtype=np.float64), after, np.nan, axis=0)
+
+    t = np.insert(trial.t, after, (trial.t[after] + trial.t[after - 1]) / 2)
+    pose, movers = torn(trial.pose), torn(trial.movers)
+    assert pose is not None
+    assert movers is not None
+    return replace(
+        trial, t=t, pose=pose, movers=movers, velocity=torn(trial.velocity), estimate=torn(trial.estimate), command=None,
+        leg=np.insert(trial.leg, after, trial.leg[after - 1]), cut=None, sigma=None,
+    )  # fmt: skip
 
 
 def clearance_over_time(trial: Trial) -> FloatArray | None:
