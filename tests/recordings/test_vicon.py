@@ -69,6 +69,13 @@ def test_other_blocks_are_passed_over(blank: str, order: str, tmp_path: Path) ->
     assert any("passed over: Devices" in note for note in found.notes)
 
 
+def test_a_block_that_nobody_knows_is_passed_over_but_numbers_behind_an_empty_line_are_not(tmp_path: Path) -> None:
+    found = of(TRAJECTORIES + "\nGaze (left)\n100\n,,a\nFrame,Sub Frame,X\n,,mm\n1,0,5\n", tmp_path)
+    assert any("passed over: Gaze (left)" in note for note in found.notes)
+    with pytest.raises(ClearwayError, match=r"line 8: '102,0,1001,-2000\.5,300' is no block's title"):
+        of(TRAJECTORIES.replace("102,0", "\n102,0"), tmp_path)
+
+
 def test_a_heading_is_given_only_where_every_reading_of_the_angles_agrees(tmp_path: Path) -> None:
     found = of(TRAJECTORIES + "\n" + SEGMENTS, tmp_path)
     assert found.points is not None

@@ -135,7 +135,7 @@ def _layouts(lines: Lines) -> list[Layout]:
 
 def _blocks(lines: Lines) -> Iterator[tuple[str, Layout | None]]:
     """The blocks' titles, each with its layout if it holds markers or bodies."""
-    empty = 0
+    empty, found = 0, False
     while (line := lines.next()) is not None:
         title = line.strip(' \t,;"')
         if not title:
@@ -144,9 +144,9 @@ def _blocks(lines: Lines) -> Iterator[tuple[str, Layout | None]]:
                 return
             continue
         empty = 0
-        if title.lower() not in _TITLES:
+        if title.lower() not in _TITLES and not (found and re.fullmatch(r"[A-Za-z][A-Za-z _()/-]*", title)):
             raise ClearwayError(f"line {lines.number}: {title[:40]!r} is no block's title", file=lines.file)
-        layout = _layout(lines, title)
+        layout, found = _layout(lines, title), True
         yield title, layout
         pass_over(lines)
 
