@@ -21,7 +21,7 @@ from clearway.errors import ClearwayError
 from clearway.recordings.formats.bag_store import Channel
 
 NAN = float("nan")
-_LONGEST = 256 << 10  # characters of a definition that is compared
+_LONGEST = 64 << 10  # characters of a definition that is compared
 
 _OWN = {
     "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",

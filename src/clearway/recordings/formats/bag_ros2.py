@@ -22,7 +22,7 @@ MAGIC = b"SQLite format 3\0"
 MEND = "mend it with `sqlite3 FILE .recover`, or `ros2 bag reindex` the folder"
 ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _ZSTD = b"\x28\xb5\x2f\xfd"
-_METADATA = 16 << 20  # bytes
+_METADATA = 1 << 20  # bytes
 _BROKEN = (sqlite3.Error, ValueError, OverflowError, MemoryError)  # even its messages need not be text
 
 
@@ -178,7 +178,8 @@ def _listed(metadata: Path, folder: Path) -> list[Path]:
     try:
         if metadata.stat().st_size > _METADATA:
             raise ClearwayError(f"is larger than {_METADATA} bytes; `ros2 bag reindex` writes a new one", file=metadata)
-        table: Any = yaml.load(metadata.read_text(encoding="utf-8"), Loader=_Loader)
+        text = metadata.read_text(encoding="utf-8")
+        table: Any = yaml.load(text, Loader=yaml.SafeLoader)  # libyaml's crashes the process on a deep one
         names = table["rosbag2_bagfile_information"]["relative_file_paths"]
         files = [folder / PurePosixPath(name).name for name in names]
     except (OSError, yaml.YAMLError, ValueError, KeyError, TypeError, RecursionError) as error:
@@ -189,9 +190,6 @@ def _listed(metadata: Path, folder: Path) -> list[Path]:
         if not file.is_file():
             raise ClearwayError(f"names the file {file.name}, which is missing", file=metadata)
     return files
-
-
-_Loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def _whole(number: object, path: Path) -> int:
