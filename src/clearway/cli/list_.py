@@ -33,7 +33,9 @@ def list_(
         "plans": lambda: {n: load_plan(n).title for n in plan_names()},
         "navigators": lambda: {n: (navigator_class(n).__doc__ or "").partition("\n")[0] for n in navigator_names()},
         "indicators": lambda: {n: f"{i.title} [{i.unit}]" if i.unit else i.title for n, i in INDICATORS.items()},
-        "formats": lambda: {n: f.title + (f" ({', '.join(f.suffixes)})" if f.suffixes else "") for n, f in formats().items()},
+        "formats": lambda: {
+            n: f.title + (f" ({', '.join(f.suffixes)})" if f.suffixes else "") for n, f in formats().items()
+        },
     }
     if what != "all" and what not in tables:
         raise unknown("list", what, tables)
