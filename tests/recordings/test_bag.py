@@ -305,7 +305,7 @@ def test_a_folder_tells_what_it_lacks(tmp_path: Path) -> None:
     (folder / "metadata.yaml").write_text((tmp_path / "metadata.yaml").read_text().replace("- a.mcap", "- b.mcap"))
     with pytest.raises(ClearwayError, match=r"names the file b.mcap, which is missing"):
         read(folder)
-    for text in ("nonsense", "[" * 50_000, "- " * 50_000, "rosbag2_bagfile_information: 1"):
+    for text in ("nonsense", "[" * 5_000, "- " * 5_000, "rosbag2_bagfile_information: 1"):
         (folder / "metadata.yaml").write_text(text)
         with pytest.raises(ClearwayError, match=r"is no metadata of a ROS 2 bag.*ros2 bag reindex"):
             read(folder)
