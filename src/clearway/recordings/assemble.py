@@ -19,7 +19,8 @@ from clearway.recordings.lab import ROBOT, Lab, cut, digest
 from clearway.recordings.legs import FoundLeg, find_legs
 from clearway.recordings.motion import Motion
 from clearway.recordings.plan import LegPlanSpec, TrialSpec
-from clearway.recordings.robot_log import Recordings, goals_sent, offset_of, own_view
+from clearway.recordings.recording import Goals
+from clearway.recordings.robot_log import goals_sent, offset_of, own_view
 from clearway.recordings.surroundings import fixtures, obstacles
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
@@ -57,9 +58,10 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     t = motion.t[keep]
     zero = float(t[0])
     known = tie is not None
-    legs = _legs(lab, spec, recordings, tied=known)
+    sent = goals_sent(lab, recordings, offsets, (float(motion.t[0]), float(motion.t[-1])))
+    legs = _legs(lab, spec, sent, tied=known)
     around = obstacles(lab, spec, recordings, offsets, t, tied=known)
-    found = _found(lab, spec, legs, motion)
+    found = _found(lab, spec, legs, motion, sent)
     spans = tuple(
         Span(f.leg, min(max(f.start - zero, 0.0), t[-1] - zero), min(max(f.end - zero, 0.0), t[-1] - zero), f.reached)
         for f in found
@@ -112,7 +114,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
 
 def _unrecorded(lab: Lab, spec: TrialSpec) -> Trial:
     """Attempted, but nothing was recorded: it counts, and says only that it happened."""
-    legs = _legs(lab, spec, {}, tied=True)
+    legs = _legs(lab, spec, None, tied=True)
     outcome, reason, events = _outcome(spec, legs, (), (), 0.0)
     return Trial(
         attempt=_attempt(lab, spec, legs, (), 1 / lab.plan.test.rate),
@@ -146,17 +148,17 @@ def _thin(t: FloatArray, rate: float) -> Any:
 # --- legs ------------------------------------------------------------------------------------------------------------
 
 
-def _legs(lab: Lab, spec: TrialSpec, recordings: Recordings, *, tied: bool) -> tuple[Leg, ...]:
+def _legs(lab: Lab, spec: TrialSpec, sent: Goals | None, *, tied: bool) -> tuple[Leg, ...]:
     test, robot = lab.plan.test, lab.robot
     xy = test.xy_tolerance or (robot.tolerances.xy if robot else math.nan)
     yaw = test.yaw_tolerance or (robot.tolerances.yaw if robot else math.nan)
-    sent = iter(goals_sent(lab, recordings))
+    goals = iter([] if sent is None else sent.pose)
     legs: list[Leg] = []
     before = np.full(3, np.nan)
     for leg in _leg_specs(lab, spec):
         goal = lab.pose(leg.goal) if tied else np.full(3, np.nan)
         if leg.goal is None and tied:
-            goal = next(sent, goal)
+            goal = next(goals, goal)
         start = lab.pose(leg.start) if leg.start is not None and tied else before
         limit = leg.time_limit or math.inf
         legs.append(Leg(leg.name, start, goal, xy, yaw, leg.scored, limit))
@@ -175,11 +177,13 @@ def _leg_specs(lab: Lab, spec: TrialSpec) -> tuple[LegPlanSpec, ...]:
     return legs or (LegPlanSpec(name="drive"),)
 
 
-def _found(lab: Lab, spec: TrialSpec, legs: Sequence[Leg], motion: Motion) -> list[FoundLeg]:
+def _found(lab: Lab, spec: TrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None) -> list[FoundLeg]:
     """When each leg was driven: as the plan says, else as the motion shows."""
     specs = _leg_specs(lab, spec)
     given = {i: _given(i, leg, motion) for i, leg in enumerate(specs) if leg.span is not None}
-    found = given if len(given) == len(specs) else {f.leg: f for f in find_legs(motion, legs)} | given
+    found = given
+    if len(given) < len(specs):
+        found = {f.leg: f for f in find_legs(motion, legs, sent=None if sent is None else sent.t)} | given
     ordered = [found[i] for i in sorted(found)]
     for a, b in pairwise(ordered):
         if b.start < a.end - 1e-9:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from clearway.recordings.clocks import Offset
 from clearway.recordings.frames import Tie
 from clearway.recordings.lab import Lab
 from clearway.recordings.motion import Motion
-from clearway.recordings.recording import Recording
+from clearway.recordings.recording import Goals, Recording
 from clearway.trials import Snapshot
 
 Recordings = Mapping[str, Recording]
@@ -85,17 +85,21 @@ def own_view(
     return estimate, tuple(sorted(shown, key=lambda s: s.t))
 
 
-def goals_sent(lab: Lab, recordings: Recordings) -> Sequence[FloatArray]:
-    """The goals that were sent to the robot by its own log, in order, in the map."""
+def goals_sent(lab: Lab, recordings: Recordings, offsets: Offsets, span: tuple[float, float]) -> Goals | None:
+    """The goals that the robot was sent within `span` by its own log, in the map (NaN where that isn't tied) and on the
+    first source's clock; None where no log says."""
     for name, recording in recordings.items():
         topic = lab.plan.sources[name].goals
         if topic is None:
             continue
         if topic not in recording.goals:
             raise unknown("topic of goals", topic, recording.goals, file=recording.file)
-        tie = lab.tie(name, recording)
-        return [] if tie is None else [compose(tie.pose, pose) for pose in recording.goals[topic].pose]
-    return []
+        tie, goals = lab.tie(name, recording), recording.goals[topic]
+        t = goals.t + (offsets[name].seconds if name in offsets else 0.0)
+        within = (t >= span[0]) & (t <= span[1])
+        poses = [np.full(3, np.nan) if tie is None else compose(tie.pose, p) for p in goals.pose[within]]
+        return Goals("map", t[within], np.array(poses).reshape(-1, 3))
+    return None
 
 
 def _within(t: FloatArray, of: FloatArray) -> FloatArray:
