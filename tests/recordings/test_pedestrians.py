@@ -77,6 +77,14 @@ def test_what_nobody_walks_like_is_refused(tmp_path: Path, speed: float, told: s
     assert read(tmp_path, lines(walkers(speed=speed)), toml='rate = 25\nunits = "m"').tracks
 
 
+def test_people_are_listed_before_the_rate_is_known(tmp_path: Path):
+    (tmp_path / "people.txt").write_text(lines(walkers(step=1, speed=0.05)))
+    contents = pedestrians.look(tmp_path / "people.txt")
+    assert [(e.name, e.count, e.detail) for e in contents.entries] == [(n, 20, "frames 0 to 19") for n in "123"]
+    assert contents.start is None
+    assert "rate = 25" in contents.notes[0]
+
+
 def test_a_run_is_remarked_on(tmp_path: Path):
     assert any("check the rate" in n for n in read(tmp_path, lines(walkers(speed=2.8))).notes)
 
@@ -179,7 +187,6 @@ def test_a_gap_is_nan_and_listed(tmp_path: Path):
     [
         ("hello\nworld\n", "none of the known pedestrian texts"),
         ("1 2\n3 4\n", "none of the known pedestrian texts"),
-        ("frame,id,x,y\n0,1,0.5,0.5\n", "nobody is in two frames"),
         ("frame,id,x,y\n0,1,0.5,0.5\n,1,0.9,0.5\n", "line 2 of its data has no frame"),
         ("frame,id,x,y\n0,1,0.5,0.5\n10,,0.9,0.5\n", "line 2 of its data has no id"),
         ("frame,id,x,y\n" + "0,1,0.5,0.5\n" * 500 + "10,1,0.9\n", "4 columns"),
@@ -193,6 +200,11 @@ def test_what_is_wrong_is_said(tmp_path: Path, text: str, message: str):
     for act in (lambda: READ(file, Want()), lambda: pedestrians.look(file)):
         with pytest.raises(ClearwayError, match=message):
             act()
+
+
+def test_one_line_gives_no_time(tmp_path: Path):
+    with pytest.raises(ClearwayError, match="nobody is in two frames"):
+        read(tmp_path, "frame,id,x,y\n0,1,0.5,0.5\n")
 
 
 def test_a_wrong_hint_is_said(tmp_path: Path):

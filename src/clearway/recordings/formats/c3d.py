@@ -46,7 +46,7 @@ class Hints(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    units: Literal["m", "dm", "cm", "mm", "um", "in", "inch", "ft"] | None = None
+    units: Literal["m", "dm", "cm", "mm", "in", "ft"] | None = None
     up: Literal["+X", "-X", "+Y", "-Y", "+Z", "-Z", "x", "y", "z"] | None = None
 
 
@@ -130,10 +130,10 @@ def look(path: Path) -> Contents:
     """The points of a C3D file, their rate and gaps.
 
     Raises:
-        ClearwayError: as for `read`.
+        ClearwayError: as for `read`; only the unit may be missing.
     """
     with _opened(path) as (source, size):
-        layout = _layout(source, size, path)
+        layout = _layout(source, size, path, units=False)
         there = np.zeros((layout.frames, len(layout.names)), dtype=bool)
         for at, _, seen, _ in _chunks(source, layout, 0, layout.frames, path):
             there[at : at + len(seen)] = seen
@@ -154,7 +154,8 @@ def _opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
         raise ClearwayError(f"cannot be read: {error.strerror}", file=path) from error
 
 
-def _layout(source: BinaryIO, size: int, path: Path) -> _Layout:
+def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True) -> _Layout:
+    """What the file says of itself; `units`: it has to say those too, else a note is made of it."""
     head = read_head(source, size, path)
     hints = beside.hints(path, Hints)
     notes: list[str] = []
@@ -178,7 +179,13 @@ def _layout(source: BinaryIO, size: int, path: Path) -> _Layout:
         raise ClearwayError(f"is {rate:g}; it has to be the frames a second", file=path, field="POINT:RATE")
     names, index, said = _names(head)
     notes += said
-    metres = _metres(head, hints.units, path) if names else 1.0
+    metres = 1.0
+    try:
+        metres = _metres(head, hints.units, path) if names else 1.0
+    except ClearwayError as error:
+        if units:
+            raise
+        notes.append(f"not to be read yet: {error.field} {error.problem}")
     turn, note = _turn(head, hints.up)
     start = (head.data_block - 1) * BLOCK
     layout = _Layout(head, names, index, 1, 0, rate, metres, scale, turn, start, ())

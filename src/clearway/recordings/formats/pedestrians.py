@@ -38,7 +38,7 @@ from clearway.recordings.formats.delimited import (
 )
 from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import encoding_of
-from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
+from clearway.recordings.recording import Contents, Entry, Recording, Track, Want, contents_of
 from clearway.recordings.times import in_order
 
 STEP = 0.4
@@ -181,6 +181,10 @@ def read(path: Path, want: Want) -> Recording:
     Raises:
         ClearwayError: it is no such file, a value is missing, or its frame numbers can't be turned into seconds.
     """
+    return _read(path, want, _known_layout(path), beside.hints(path, Hints))
+
+
+def _known_layout(path: Path) -> _Layout:
     layout = _layout(head_of(path))
     if layout is None:
         raise ClearwayError(
@@ -188,7 +192,10 @@ def read(path: Path, want: Want) -> Recording:
             "line of names such as frame, id, x, y; describe it as a table instead",
             file=path,
         )
-    hints = beside.hints(path, Hints)
+    return layout
+
+
+def _read(path: Path, want: Want, layout: _Layout, hints: Hints) -> Recording:
     header = header_of(path, layout.dialect)
     if missing := [c for c in layout.columns if c not in header]:
         raise ClearwayError(
@@ -236,7 +243,9 @@ def _interval(rows: FloatArray, number: Any, rate: float | None, path: Path) -> 
     steps = np.diff(rows[:, 0])[np.diff(number) == 0]
     steps = steps[steps > 0]
     if not len(steps):
-        raise ClearwayError(f"nobody is in two frames: how long one takes can't be told; {_ask(path)}", file=path)
+        raise ClearwayError(
+            f"nobody is in two frames: how long one takes can't be told; {_ask(path)}", file=path, field="rate"
+        )
     step = float(np.median(steps))
     return STEP / step, (
         f"no frame rate is stated: took the ETH/UCY convention of {STEP} s from one annotation to the next, which are "
@@ -316,12 +325,28 @@ def _name(text: str) -> str:
 
 
 def look(path: Path) -> Contents:
-    """Who is in the set, when, at what rate.
+    """Who is in the set, when, at what rate; without times where the frames' rate is not known yet.
 
     Raises:
-        ClearwayError: as for `read`.
+        ClearwayError: as for `read`; only the rate and the units may be missing.
     """
-    return contents_of(read(path, Want()))
+    layout, hints = _known_layout(path), beside.hints(path, Hints)
+    try:
+        return contents_of(_read(path, Want(), layout, hints))
+    except ClearwayError as error:
+        if error.field != "rate":
+            raise
+        frames = contents_of(_read(path, Want(), layout, Hints(rate=1000, units="m")))
+        entries = tuple(
+            Entry(
+                e.name,
+                e.kind,
+                e.count,
+                detail="" if e.start is None or e.end is None else f"frames {1000 * e.start:.0f} to {1000 * e.end:.0f}",
+            )
+            for e in frames.entries
+        )
+        return Contents(path, "pedestrians", None, None, None, entries, (f"not to be read yet: it {error.problem}",))
 
 
 FORMATS = (Format("pedestrians", "Pedestrian text", (".txt",), sniff, read, look),)
