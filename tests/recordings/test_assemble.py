@@ -222,6 +222,18 @@ def test_a_second_file_is_tied_by_speed_and_tells_what_the_robot_believed(score:
     assert row["DE_self"] == pytest.approx(0.05, abs=1e-3)
 
 
+def test_goals_of_the_log_begin_the_legs_and_say_where_to(score: Score, tmp_path: Path) -> None:
+    rows = drive()
+    sent = np.array([[1.5, 2.0, 0.0, 0.0], [7.3, 2.0, 0.0, math.pi], [12.4, 0.0, 0.0, math.pi]])
+    write(tmp_path, "goals.csv", np.column_stack([sent, np.zeros((3, 3))]))
+    log = {"format": "table", "frame": {"same": True}, "clock": "same", "goals": "robot"}
+    legs = [{k: v for k, v in leg.items() if k not in ("start", "goal")} for leg in PLAN["legs"]]
+    trial = score({"files": {"log": "goals.csv"}}, rows, sources=PLAN["sources"] | {"log": log}, legs=legs)
+    assert [leg.goal[0] for leg in trial.attempt.legs] == [2.0, 2.0, 0.0]
+    assert [s.start for s in trial.spans] == pytest.approx([1.5, 7.3, 12.4])
+    assert score_row(trial)["DE"] == pytest.approx(0.0, abs=1e-6)
+
+
 def test_a_span_outside_the_file_names_the_file(score: Score, tmp_path: Path) -> None:
     with pytest.raises(ClearwayError, match=r"one\.csv: span: \(50, 60\) s is not in the recording; it has 0\.000 to"):
         score({"span": [50.0, 60.0]})

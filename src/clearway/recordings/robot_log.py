@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from clearway.contract import Diagnostics
 from clearway.errors import ClearwayError, unknown
@@ -92,14 +93,26 @@ def goals_sent(lab: Lab, recordings: Recordings, offsets: Offsets, span: tuple[f
         topic = lab.plan.sources[name].goals
         if topic is None:
             continue
-        if topic not in recording.goals:
-            raise unknown("topic of goals", topic, recording.goals, file=recording.file)
-        tie, goals = lab.tie(name, recording), recording.goals[topic]
+        tie, goals = lab.tie(name, recording), _goals(recording, topic)
         t = goals.t + (offsets[name].seconds if name in offsets else 0.0)
         within = (t >= span[0]) & (t <= span[1])
         poses = [np.full(3, np.nan) if tie is None else compose(tie.pose, p) for p in goals.pose[within]]
         return Goals("map", t[within], np.array(poses).reshape(-1, 3))
     return None
+
+
+def _goals(recording: Recording, topic: str) -> Goals:
+    """The goals on a topic; poses on a topic that isn't called so are goals if the plan says it."""
+    if topic in recording.goals:
+        return recording.goals[topic]
+    if topic not in recording.tracks:
+        raise unknown("topic of goals", topic, (*recording.goals, *recording.tracks), file=recording.file)
+    track = recording.tracks[topic]
+    heading = np.full(len(track.t), np.nan)
+    if track.orientation is not None:
+        ahead = Rotation.from_quat(track.orientation).apply([1.0, 0.0, 0.0])
+        heading = np.arctan2(ahead[:, 1], ahead[:, 0])
+    return Goals(track.frame, track.t, np.column_stack([track.position[:, :2], heading]))
 
 
 def _within(t: FloatArray, of: FloatArray) -> FloatArray:
