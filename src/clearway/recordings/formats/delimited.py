@@ -7,7 +7,6 @@ file of any length takes the memory of the columns that are wanted of it.
 from __future__ import annotations
 
 import codecs
-import io
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -32,7 +31,7 @@ MISSING = ("", "nan", "NaN", "NAN", "-nan", "NA", "N/A", "n/a", "null", "NULL", 
 Header: TypeAlias = Literal["line", "comment", "none"]
 
 _EMPTY = re.compile(r"^[ \t]+\n", re.MULTILINE)
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE | re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +81,7 @@ def written(path: Path) -> Iterator[TextIO]:
 
 def is_number(word: str, decimal: str = ".") -> bool:
     """Whether a word is a number as people write it."""
-    return bool(_NUMBER.fullmatch(word.strip().replace(decimal, ".", 1) if decimal != "." else word.strip()))
+    return bool(_NUMBER.fullmatch(word.replace(decimal, ".", 1)))
 
 
 def first_lines(head: bytes, many: int = 50) -> list[str]:
@@ -153,34 +152,30 @@ def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence
     if twice:
         raise ClearwayError(f"has several columns of the name {twice[0]!r}", file=path)
     unique = [n if names.index(n) == i else f"\0{i}" for i, n in enumerate(names)]
-    wanted = [*numbers, *texts]
+    convert = pyarrow.csv.ConvertOptions(
+        check_utf8=False,
+        include_columns=[*numbers, *texts],
+        column_types={n: pa.float64() for n in numbers} | {n: pa.string() for n in texts},
+        null_values=list(dialect.missing),
+        strings_can_be_null=True,
+        decimal_point=dialect.decimal,
+    )
+    parse = pyarrow.csv.ParseOptions(delimiter=dialect.separator, newlines_in_values=False)
+    done = 0
     with _opened(path, dialect) as tidy:
-        try:
-            reader = pyarrow.csv.open_csv(
-                pa.PythonFile(tidy, mode="r"),
-                read_options=pyarrow.csv.ReadOptions(use_threads=False, block_size=PIECE, column_names=unique),
-                parse_options=pyarrow.csv.ParseOptions(delimiter=dialect.separator, newlines_in_values=False),
-                convert_options=pyarrow.csv.ConvertOptions(
-                    check_utf8=False,
-                    include_columns=wanted,
-                    column_types={n: pa.float64() for n in numbers} | {n: pa.string() for n in texts},
-                    null_values=list(dialect.missing),
-                    strings_can_be_null=True,
-                    decimal_point=dialect.decimal,
-                ),
-            )
-            for batch in reader:
-                values = {n: batch.column(n).to_numpy(zero_copy_only=False).astype(np.float64) for n in numbers}
-                yield {**values, **{n: batch.column(n) for n in texts}}
-        except (pa.ArrowInvalid, pa.ArrowKeyError, pa.ArrowNotImplementedError, UnicodeError) as error:
-            if tidy.problem is not None:
-                raise tidy.problem from error
-            problem = re.sub(r"\s+", " ", str(error))
-            if problem == "Empty CSV file":
-                return
-            raise ClearwayError(
-                f"is no table of {len(names)} columns all through: {_named(problem, names)}", file=path
-            ) from error
+        for data in tidy.pieces():
+            # One piece after another and not pyarrow's own stream: that reads ahead in a thread, which outlives an error.
+            block = pyarrow.csv.ReadOptions(use_threads=False, block_size=len(data) + 1, column_names=unique)
+            try:
+                found = pyarrow.csv.read_csv(pa.BufferReader(data), block, parse, convert).combine_chunks()
+            except (pa.ArrowInvalid, pa.ArrowKeyError, pa.ArrowNotImplementedError, UnicodeError) as error:
+                raise ClearwayError(
+                    f"is no table of {len(names)} columns all through: {_named(str(error), names, done)}", file=path
+                ) from error
+            done += found.num_rows
+            if found.num_rows:
+                values = {n: found.column(n).to_numpy().astype(np.float64) for n in numbers}
+                yield {**values, **{n: found.column(n).combine_chunks() for n in texts}}
 
 
 def stacked(chunks: Iterable[FloatArray], width: int) -> FloatArray:
@@ -202,25 +197,23 @@ class Codes:
         return np.asarray(np.array([*code, np.nan])[index])
 
 
-def _named(problem: str, names: Sequence[str]) -> str:
-    """pyarrow's sentence, with the name of the column that it numbers."""
+def _named(problem: str, names: Sequence[str], before: int) -> str:
+    """pyarrow's sentence, with the name of the column that it numbers, and lines counted from the file's first."""
+    problem = re.sub(r"\s+", " ", problem)
+    problem = re.sub(r"Row #(\d+)", lambda m: f"data line {before + int(m[1])}", problem)
     found = re.search(r"In CSV column #(\d+): ", problem)
     if found is None or int(found[1]) >= len(names):
         return problem
     return problem.replace(found[0], f"column {names[int(found[1])]!r}: ")
 
 
-class _opened(io.RawIOBase):
-    """A file's data lines, tidied, as bytes of UTF-8 for the parser. `first`: the header, or the first line.
-
-    An error of our own is kept in `problem` too, as the parser may wrap it.
-    """
+class _opened:
+    """A file's data lines, tidied, as bytes of UTF-8 for the parser. `first`: the header, or the first line."""
 
     def __init__(self, path: Path, dialect: Dialect) -> None:
         self.path, self.dialect = path, dialect
-        self.problem: ClearwayError | None = None
         self.first: str | None = None
-        self._ready, self._rest, self._ended = b"", "", False
+        self._ready, self._rest, self._ended = "", "", False
         self._remark = re.compile(rf"^[ \t]*{re.escape(dialect.comment)}(.*)\n", re.MULTILINE)
 
     def __enter__(self) -> _opened:
@@ -244,20 +237,19 @@ class _opened(io.RawIOBase):
             text = self._tidied(text)
         line, _, rest = text.partition("\n")
         self.first = remark if self.dialect.header == "comment" else line or None
-        self._ready = (rest if self.dialect.header == "line" else text).encode("utf-8", errors="replace")
+        self._ready = rest if self.dialect.header == "line" else text
         return self
 
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def readable(self) -> bool:
-        return True
-
-    def read(self, size: int = -1) -> bytes:  # as pyarrow wants it: `size` is always given
-        while not self._ready and not self._ended:
-            self._ready = self._tidied(self._piece()).encode("utf-8", errors="replace")
-        out, self._ready = self._ready[:size], self._ready[size:]
-        return out
+    def pieces(self) -> Iterator[bytes]:
+        """The lines below the header, a piece of the file at a time."""
+        text = self._ready
+        while text or not self._ended:
+            if text:
+                yield text.encode("utf-8", errors="replace")
+            text = "" if self._ended else self._tidied(self._piece())
 
     def _piece(self) -> str:
         """The next whole lines, each with a line feed at its end."""
@@ -265,11 +257,11 @@ class _opened(io.RawIOBase):
             data = self._file.read(PIECE)
             text = self._rest + self._decoder.decode(data, final=not data)
         except (UnicodeError, OSError) as error:
-            raise self._refuse(f"is not {self.dialect.encoding}: {error}") from error
+            raise ClearwayError(f"is not {self.dialect.encoding}: {error}", file=self.path) from error
         text = text.removeprefix("\ufeff")
         self._ended = not data
         if "\0" in text:
-            raise self._refuse("holds zero bytes: it is no text")
+            raise ClearwayError("holds zero bytes: it is no text", file=self.path)
         if "\r" in text:
             # A carriage return at the end may be half of a line's end.
             held = "\r" if text.endswith("\r") and data else ""
@@ -280,7 +272,7 @@ class _opened(io.RawIOBase):
         end = text.rfind("\n") + 1
         text, self._rest = text[:end], text[end:]
         if len(self._rest) > PIECE:
-            raise self._refuse(f"has a line of more than {PIECE} characters: it is no table")
+            raise ClearwayError(f"has a line of more than {PIECE} characters: it is no table", file=self.path)
         return text
 
     def _tidied(self, text: str) -> str:
@@ -295,7 +287,3 @@ class _opened(io.RawIOBase):
         elif _EMPTY.search(text):
             text = _EMPTY.sub("", text)
         return text.lstrip("\n")
-
-    def _refuse(self, problem: str) -> ClearwayError:
-        self.problem = ClearwayError(problem, file=self.path)
-        return self.problem
