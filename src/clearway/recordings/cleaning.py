@@ -100,8 +100,8 @@ def _filter(
     rate = 1 / step if step else 0.0
     position, heading = _signals(t, pose, parts, rests)
     if spec.cutoff == "residual":
-        about = filtering.residual_analysis(position, rate)
-        turn = filtering.residual_analysis(heading, rate) if heading else None
+        about = filtering.residual_analysis(position, rate, correlation)
+        turn = filtering.residual_analysis(heading, rate, correlation) if heading else None
         cutoff = max(about.cutoff, turn.cutoff) if turn is not None else about.cutoff
     else:
         assert not isinstance(spec.cutoff, str)
@@ -113,7 +113,8 @@ def _filter(
             f" {rate:.3g}",
         )
     lost = [
-        filtering.distortion(signal, cutoff, rate, filtering.tail_noise(signal, rate)) for signal in (position, heading)
+        filtering.distortion(signal, cutoff, rate, filtering.tail_noise(signal, rate, correlation), correlation)
+        for signal in (position, heading)
     ]
     still = 0.0
     for (a, b), rest in rests.items():

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import sosfilt
+from scipy.signal import fftconvolve, sosfilt
 
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.gaps import runs, usual_step
@@ -29,8 +29,9 @@ DEFAULT = 6.0
 ANALYSED = 200_000
 """Samples that residual analysis looks at, at most."""
 
-REST = 0.5
-"""s; window that a slope is taken over to see whether a body rests, and the shortest rest."""
+REST = (0.5, 1.0, 2.0)
+"""s; window that a slope is taken over to see whether a body rests, and the shortest rest: the shortest that noise lets
+tell."""
 
 CERTAIN = 4.5
 """Standard deviations of the slope beyond which it is motion."""
@@ -136,12 +137,12 @@ class Analysis:
     noise: float | None
 
 
-def residual_analysis(parts: Sequence[tuple[FloatArray, Any]], rate: float) -> Analysis:
+def residual_analysis(parts: Sequence[tuple[FloatArray, Any]], rate: float, correlation: float = 0.0) -> Analysis:
     """The cut-off that leaves the least error, by what the filter takes away at different ones.
 
     Winter reads the noise off the straight part of the residual over cut-off, by eye, and takes the cut-off at which
-    as much signal is lost as noise is left. Here the residual of white noise is known exactly (it is the filter's) and
-    is scaled to the residuals in the upper half of the band, where there is nothing but noise; what the residual has
+    as much signal is lost as noise is left. Here the residual of the noise is known exactly (from the filter and the
+    noise's `correlation`: taken for white, noise that lasts would pass for motion) and is scaled to the residuals in the upper half of the band, where there is nothing but noise; what the residual has
     beyond it is lost signal; and the cut-off is chosen at which lost signal and noise left are least together (Stein
     1981, Ann. Statist. 9(6): the estimate of that sum is unbiased), within 2 to 20 Hz.
 
@@ -149,13 +150,13 @@ def residual_analysis(parts: Sequence[tuple[FloatArray, Any]], rate: float) -> A
         parts: stretches without a break, each a signal (n, d) and a mask (n,) of the samples that count (that move).
     """
     top = min(highest(rate), HIGHEST)
-    level = tail_noise(parts, rate)
+    level = tail_noise(parts, rate, correlation)
     if level is None or top <= LOWEST:
         return Analysis(DEFAULT, level)
     long = _long(parts, rate)
 
     def risk(cutoff: float) -> float:
-        taken, kept = _shares(cutoff, rate)
+        taken, kept = _shares(cutoff, rate, correlation)
         return _left(long, cutoff, rate) ** 2 + level**2 * (kept - taken)
 
     tried = np.geomspace(LOWEST, top, 11)
@@ -169,12 +170,14 @@ def _long(parts: Sequence[tuple[FloatArray, Any]], rate: float) -> list[tuple[Fl
     return [(x, m) for x, m in parts if len(x) > 3 * rate / LOWEST and m.any()]
 
 
-def tail_noise(parts: Sequence[tuple[FloatArray, Any]], rate: float) -> float | None:
-    """Standard deviation of white noise that explains the upper half of the band, None where nothing moves for long."""
+def tail_noise(parts: Sequence[tuple[FloatArray, Any]], rate: float, correlation: float = 0.0) -> float | None:
+    """Standard deviation of noise of that correlation that explains the upper half of the band, None where nothing moves for long."""
     if rate <= 0 or not (long := _long(parts, rate)):
         return None
     tail = np.linspace(0.25, 0.39, 5) * rate
-    return float(np.median([_left(long, float(f), rate) / math.sqrt(_shares(float(f), rate)[0]) for f in tail]))
+    return float(
+        np.median([_left(long, float(f), rate) / math.sqrt(_shares(float(f), rate, correlation)[0]) for f in tail])
+    )
 
 
 def _left(parts: Sequence[tuple[FloatArray, Any]], cutoff: float, rate: float) -> float:
@@ -189,21 +192,34 @@ def _left(parts: Sequence[tuple[FloatArray, Any]], cutoff: float, rate: float) -
 
 
 @lru_cache(maxsize=256)
-def _shares(cutoff: float, rate: float) -> tuple[float, float]:
-    """Share of the variance of white noise that the filter takes away, and that it keeps, far from the ends."""
+def _shares(cutoff: float, rate: float, correlation: float) -> tuple[float, float]:
+    """Share of the variance of noise that the filter takes away, and that it keeps, far from the ends."""
     length = 2 * math.ceil(3 * rate / cutoff) + 1
     impulse = np.zeros((length, 1))
     impulse[length // 2] = 1.0
     answer = lowpass(impulse, cutoff, rate)
-    return float(((impulse - answer) ** 2).sum()), float((answer**2).sum())
+    like = correlation ** np.abs(np.arange(1 - length, length)) if correlation > 0 else None
+
+    def power(response: FloatArray) -> float:
+        if like is None:
+            return float(response @ response)
+        return float(fftconvolve(response, response[::-1]) @ like)
+
+    return power((impulse - answer)[:, 0]), power(answer[:, 0])
 
 
-def distortion(parts: Sequence[tuple[FloatArray, Any]], cutoff: float, rate: float, noise: float | None) -> float:
+def distortion(
+    parts: Sequence[tuple[FloatArray, Any]],
+    cutoff: float,
+    rate: float,
+    noise: float | None,
+    correlation: float = 0.0,
+) -> float:
     """Variance of the motion itself that the filter takes away: what is left over of the residual beyond the noise's."""
     long = _long(parts, rate)
     if noise is None or not long or cutoff >= highest(rate):
         return 0.0
-    return max(0.0, _left(long, cutoff, rate) ** 2 - noise**2 * _shares(cutoff, rate)[0])
+    return max(0.0, _left(long, cutoff, rate) ** 2 - noise**2 * _shares(cutoff, rate, correlation)[0])
 
 
 def jitter(x: FloatArray) -> float:
@@ -215,19 +231,25 @@ def jitter(x: FloatArray) -> float:
 
 
 def at_rest(t: FloatArray, pose: FloatArray, noise: FloatArray, correlation: float = 0.0) -> Any:
-    """Where a body rests, for half a second at least: (k, 2) int, first and one past the last sample.
+    """Where a body rests, for half a second at least (longer if noise is large): (k, 2) int, first and one past the last.
 
-    A regression line over half a second around each sample is level but for noise, in x, y and heading, and over the
+    A regression line over that time around each sample is level but for noise, in x, y and heading, and over the
     whole rest the body doesn't creep by more than 1 mm and noise explains.
 
     Args:
         t: (n,) s, a stretch without a break. pose: (n, 2 or 3). noise: (2,) of position [m] and heading [rad].
     """
     n = len(t)
-    if n < 8 or t[-1] - t[0] < REST:
+    if n < 8:
         return np.empty((0, 2), dtype=int)
-    first, last = np.searchsorted(t, t - REST / 2 - 1e-9), np.searchsorted(t, t + REST / 2 + 1e-9)
-    whole = (t - REST / 2 >= t[0] - 1e-9) & (t + REST / 2 <= t[-1] + 1e-9) & (last - first >= 4)
+    grown = math.sqrt((1 + correlation) / (1 - correlation))
+    rate = (n - 1) / (t[-1] - t[0])
+    blur = [CERTAIN * grown * sigma / most for sigma, most in zip(noise, BLUR, strict=True)]
+    rest = next((w for w in REST if max(blur) <= math.sqrt(rate * w**3 / 12)), REST[-1])
+    if t[-1] - t[0] < rest:
+        return np.empty((0, 2), dtype=int)
+    first, last = np.searchsorted(t, t - rest / 2 - 1e-9), np.searchsorted(t, t + rest / 2 + 1e-9)
+    whole = (t - rest / 2 >= t[0] - 1e-9) & (t + rest / 2 <= t[-1] + 1e-9) & (last - first >= 4)
     s = t - t[n // 2]
     count = np.maximum(last - first, 1)
     st, stt = _windowed(s, first, last), _windowed(s * s, first, last)
@@ -235,13 +257,12 @@ def at_rest(t: FloatArray, pose: FloatArray, noise: FloatArray, correlation: flo
     slope = np.empty_like(pose)
     for i, column in enumerate((pose - pose[n // 2]).T):
         slope[:, i] = (_windowed(column * s, first, last) - st * _windowed(column, first, last) / count) / sxx
-    grown = math.sqrt((1 + correlation) / (1 - correlation))
     still = whole.copy()
     speed = (np.hypot(slope[:, 0], slope[:, 1]), *(np.abs(c) for c in slope[:, 2:].T))
     for value, sigma, least, most in zip(speed, noise, SLOWEST, BLUR, strict=False):
         limit = np.maximum(CERTAIN * grown * sigma / np.sqrt(sxx), least)
         still &= (value <= limit) & (limit <= most)
-    found = [(a, b) for a, b in runs(still) if t[b - 1] - t[a] >= REST and _stays(t[a:b], pose[a:b], noise * grown)]
+    found = [(a, b) for a, b in runs(still) if t[b - 1] - t[a] >= rest and _stays(t[a:b], pose[a:b], noise * grown)]
     if still.any():  # the half windows at the ends of the stretch rest as their neighbours do
         found = [(0 if whole[:a].sum() == 0 else a, n if whole[b:].sum() == 0 else b) for a, b in found]
         found = [(a, b) for a, b in found if _stays(t[a:b], pose[a:b], noise * grown)]

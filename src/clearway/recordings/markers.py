@@ -189,8 +189,10 @@ def motion_of_markers(
     noise = rigid.noise_of(first)
     if noise is None:
         raise ClearwayError("the markers that are seen together lie on a line in every frame", file=file, field=field)
-    mended = repair(points.t, xyz, own, first, noise, cleaning.residual)
+    # where most frames are bad, the noise that they show would excuse them
+    mended = repair(points.t, xyz, own, first, min(noise, cleaning.residual / 3), cleaning.residual)
     done = mended.fit
+    noise = rigid.noise_of(done) or noise
     fitted = np.isfinite(done.residual)
     if not fitted.any():
         raise ClearwayError(
@@ -203,7 +205,7 @@ def motion_of_markers(
     point = np.zeros(3) if base is None else base.point
     pose, leaning = _planar(done, turn, point)
     variance, fixed = _variances(done, own, point, noise, error)
-    correlation = _correlation(xyz, own, first, noise)
+    correlation = _correlation(xyz, own, done, noise)
     cleaned = clean(points.t, pose, variance, cleaning, correlation=correlation)
     own_sigma = (0.0, 0.0) if base is None else base.sigma
     sigma = np.sqrt(cleaned.variance + fixed + np.square(own_sigma))

@@ -26,8 +26,9 @@ TURN, TURNS, FARTHEST_TURN = 0.5, 3.0, 1.0
 first and the second times the time between, or than the third, is none: markers in a regular figure fit after a quarter
 turn as well."""
 
-TRIED = 20_000
-"""Frames on which every repair is tried; of more, only those that worked on a tenth of this, evenly over the capture."""
+TRIED = 1_000_000
+"""Fits that may be tried; where every repair of every doubtful frame would be more, a third of it goes to frames evenly over
+the capture, and of all frames only what worked on these is tried."""
 
 ROWS = 65_536
 """Fits at once."""
@@ -75,8 +76,9 @@ def repair(t: FloatArray, xyz: FloatArray, model: FloatArray, done: Fit, noise: 
     strange = _strange(done, noise, DOUBT)
     doubtful = np.flatnonzero(strange)
     fixes = _fixes(xyz.shape[1])
-    if len(doubtful) > TRIED:
-        sample = doubtful[np.linspace(0, len(doubtful) - 1, TRIED // 10).round().astype(int)]
+    if len(doubtful) * len(fixes) > TRIED:
+        count = max(50, TRIED // 3 // len(fixes))
+        sample = doubtful[np.linspace(0, len(doubtful) - 1, count).round().astype(int)]
         worked = np.unique(_options(xyz, model, used, sample, fixes, noise).fix)
         fixes = [fixes[i] for i in worked]
     if len(doubtful) and fixes:
