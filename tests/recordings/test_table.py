@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from text_captures import capture, damaged, nothing_but_clearway_errors
 
 from clearway.errors import ClearwayError
+from clearway.recordings import formats
 from clearway.recordings.formats import table
 from clearway.recordings.formats.table_spec import TableSpec
 from clearway.recordings.recording import Recording, Want
@@ -179,6 +180,19 @@ def test_a_description_by_another_name(tmp_path: Path):
     assert "robot" in READ(tmp_path / "a.csv", Want()).tracks
     with pytest.raises(ClearwayError, match="no such file"):
         table.read_with(tmp_path / "a.csv", tmp_path / "none.toml", Want())
+
+
+def test_a_toml_beside_it_may_be_about_something_else(tmp_path: Path):
+    people = tmp_path / "people.txt"
+    people.write_text("frame,id,x,y\n" + "".join(f"{k},1,{k / 20},0\n" for k in range(20)))
+    (tmp_path / "people.txt.toml").write_text('rate = 20\nunits = "m"')
+    assert formats.identify(people).name == "pedestrians"
+    (tmp_path / "people.txt.toml").write_text(ROBOT.replace('"t"', '"frame"\nunit = "frame"\nrate = 20'))
+    assert formats.identify(people).name == "table"
+    (tmp_path / "log.csv").write_text("t,x,y\n0,1,2\n1,1,2\n")
+    (tmp_path / "log.toml").write_text('title = "a plan"')
+    with pytest.raises(ClearwayError, match="say what its columns are"):
+        formats.read(tmp_path / "log.csv")
 
 
 def test_without_a_description_the_columns_and_a_suggestion_are_shown(tmp_path: Path):

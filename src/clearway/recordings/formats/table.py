@@ -5,6 +5,7 @@ Without a description nothing is guessed: the error lists the columns and sugges
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -53,7 +54,7 @@ def sniff(path: Path, head: bytes) -> bool:
     lines = first_lines(head)
     if not lines:
         return False
-    if _description(path) is not None:
+    if (description := _description(path)) is not None and _describes_a_table(description):
         return True
     dialect = dialect_of(lines, encoding_of(head))
     if dialect is None or pedestrians.sniff(path, head):
@@ -62,10 +63,20 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def _description(path: Path) -> Path | None:
-    for candidate in (beside.beside(path), path.with_suffix(".toml")):
-        if candidate != path and candidate.is_file():
-            return candidate
-    return None
+    own, other = beside.beside(path), path.with_suffix(".toml")
+    if own.is_file():
+        return own
+    return other if other != path and other.is_file() and _describes_a_table(other) else None
+
+
+def _describes_a_table(description: Path) -> bool:
+    """Whether a TOML has what every description of a table must have; others may stand beside a file too."""
+    try:
+        return description.stat().st_size < beside.LARGEST and "time" in tomllib.loads(
+            description.read_text("utf-8-sig")
+        )
+    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError):
+        return False
 
 
 def read(path: Path, want: Want) -> Recording:
