@@ -154,6 +154,9 @@ def test_an_overlap_that_nobody_can_be_sure_of_is_to_be_confirmed(score: Score) 
     assert [e.kind for e in trial.events] == ["possible contact"] * 2  # going and coming
     assert row["MDO"] == 0.0
     assert "cart" in str(row["to_confirm"])
+    denied = score(near | {"contact": False}, drive(cart=(1.0, 0.2)))
+    assert [e.kind for e in denied.events] == ["near miss"] * 2
+    assert not score_row(denied)["to_confirm"]
     seen = score(near | {"contact": True}, drive(cart=(1.0, 0.2)))
     assert seen.outcome is Outcome.COLLISION
     assert seen.events[-1].t == trial.events[0].t

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from importlib.metadata import PackageNotFoundError, version
 from itertools import pairwise
 from typing import Any
@@ -23,6 +23,8 @@ from clearway.recordings.recording import Goals
 from clearway.recordings.robot_log import goals_sent, offset_of, own_view
 from clearway.recordings.surroundings import fixtures, obstacles
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+
+UNLINKED = "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known"
 
 
 def assemble(lab: Lab, index: int) -> Trial:
@@ -68,6 +70,9 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     )
     attempt = _attempt(lab, spec, legs, (*fixtures(lab, known), *around.bodies), float(np.median(np.diff(t))))
     pose = motion.wrapped[keep]
+    if not (linked := lab.linked(ROBOT)):
+        pose[:, 2] = np.nan
+        attempt = replace(attempt, footprint=None, legs=tuple(replace(leg, goal=np.full(3, np.nan)) for leg in legs))
     sigma = None
     if motion.sigma is not None:
         sigma = np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
@@ -88,6 +93,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
         },
         "frame": None if tie is None else tie.note,
         "clock": {name: asdict(o) for name, o in offsets.items()},
+        "base_link": "" if linked else UNLINKED,
         "motion": {ROBOT: motion.told} | dict(around.told),
         "legs": [f"{legs[f.leg].name}: {f.why}" for f in found],
         "conditions": _conditions(lab, spec),
@@ -254,12 +260,9 @@ def _outcome(
     spec: TrialSpec, legs: Sequence[Leg], spans: Sequence[Span], events: tuple[Event, ...], end: float
 ) -> tuple[Outcome, str, tuple[Event, ...]]:
     """How the attempt ended, why, and its events with what the operator saw."""
+    if spec.contact is False:  # somebody stood beside it and saw none; overlap that was measured has to be explained
+        events = tuple(_denied(e) for e in events)
     touched = [e for e in events if e.kind == "contact"]
-    if spec.contact is False:  # somebody stood beside it and saw none: measured overlap has to be explained
-        events = tuple(
-            Event(e.t, "possible contact", f"{e.detail}; the operator saw none") if e in touched else e for e in events
-        )
-        touched = []
     if spec.contact and not touched:
         possible = [e.t for e in events if e.kind == "possible contact"]
         touched = [Event(possible[0] if possible else end, "contact", "observed by the operator")]
@@ -282,6 +285,12 @@ def _outcome(
         if i not in reached:
             return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
     return Outcome.REACHED, "", events
+
+
+def _denied(event: Event) -> Event:
+    """What becomes of a measured contact of which the operator saw nothing."""
+    kind = {"contact": "possible contact", "possible contact": "near miss"}.get(event.kind, event.kind)
+    return event if kind == event.kind else Event(event.t, kind, f"{event.detail}; the operator saw none")
 
 
 def _conditions(lab: Lab, spec: TrialSpec) -> dict[str, str]:

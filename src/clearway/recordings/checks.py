@@ -180,7 +180,7 @@ def _references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
         for j, hold in enumerate(source.frame.holds):
             yield f"sources.{name}.frame.holds.{j}", name, hold.file, hold.span
     for where, body in _all_bodies(plan):
-        for kind, stretch in (("static", body.static), ("straight", body.straight)):
+        for kind, stretch in (("static", body.static), ("straight", body.straight), ("turn", body.turn)):
             if stretch is not None:
                 yield f"{where}.{kind}", _source(plan, body), stretch.file, stretch.span
     for i, trial in enumerate(plan.trials):
@@ -250,7 +250,7 @@ def _contents(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
         ):
             yield ClearwayError(
                 f"{span[0]:g} to {span[1]:g} s is not within {file!r}, which has {held.start:g} to {held.end:g} s",
-                field=field if field.endswith(("static", "straight")) else f"{field.rpartition('.')[0]}.span",
+                field=field if field.endswith(("static", "straight", "turn")) else f"{field.rpartition('.')[0]}.span",
             )
         for where, wrong in _missing(plan, field, source, held):
             text = f"{wrong.problem} (in {file!r})"
@@ -288,7 +288,7 @@ def _looked_for(plan: Plan, field: str, source: str) -> list[tuple[str, BodySpec
     if field.startswith("trial."):
         trial = plan.trials[int(field.split(".")[1])]
         there = {f"bodies.{o.body}" for o in trial.obstacles if o.pose is None} | {"robot"}
-    elif field.endswith((".static", ".straight")):
+    elif field.endswith((".static", ".straight", ".turn")):
         there = {field.rpartition(".")[0]}
     elif ".frame.holds." in field:
         there = {"robot"}

@@ -25,6 +25,8 @@ from clearway.robots import Robot, load_robot
 
 ROBOT = "robot"
 """The name under which the plan's [robot] goes among the bodies."""
+PLACED_HEADING = 0.01
+"""rad; standard uncertainty of the heading in which a body was put on a known pose by hand."""
 KEPT = 2
 """Recordings kept in memory: neighbouring trials often lie in one file."""
 
@@ -92,7 +94,8 @@ class Lab:
         spec, frame = self.plan.sources[source], self.plan.sources[source].frame
         bodies: set[str] = {ROBOT} if file in {hold.file for hold in frame.holds} else set()
         for name in (ROBOT, *self.plan.bodies):
-            if file in {stretch.file for stretch in (self.body(name).static, self.body(name).straight) if stretch}:
+            b = self.body(name)
+            if file in {stretch.file for stretch in (b.static, b.straight, b.turn) if stretch}:
                 bodies.add(name)
         names = {s.marker for s in frame.surveyed} if frame.file in (None, file) else set()
         for trial in self.plan.trials:
@@ -151,7 +154,7 @@ class Lab:
     def _model(self, name: str) -> FloatArray | None:
         """Where the markers sit on a body whose base_link was tied by a recording of its own: learnt there, used everywhere."""
         body = self.body(name)
-        stretch = body.static or body.straight
+        stretch = body.static or body.straight or body.turn
         if stretch is None or body.markers is None:
             return None
         if name not in self._models:
@@ -208,9 +211,9 @@ class Lab:
         """By the robot at rest on known poses."""
         spec = self.plan.sources[source].frame
         body = self.plan.robot
-        if body.straight is not None:
+        if body.offset is None and (body.static is not None or body.straight is not None):
             raise ClearwayError(
-                "holds tie the frame by where base_link is, and robot.straight ties base_link by the frame: give the "
+                "holds tie the frame by where base_link is, and robot.static ties base_link by the frame: give the "
                 "markers' coordinates, or tie the frame by surveyed points",
                 file=self.path,
                 field=f"sources.{source}.frame.holds",
@@ -234,16 +237,28 @@ class Lab:
         body, source = self.body(name), self.source_of(name)
         if body.offset is not None:
             return base.from_offset(body.offset)
-        if body.straight is None:
-            return None  # the markers' coordinates are base_link's, or the track is base_link's own
-        straight = self.stretch(name, body.straight, source, tied=False)
-        if body.static is None:
-            return base.from_static_and_straight(None, None, straight, field=name)
-        still, known = self.stretch(name, body.static, source, tied=False), None
-        tie = self.tie(source, self.recording(source, body.static.file))
-        if tie is not None and body.static.pose is not None:
-            still, known = frames.apply(tie, still), self.pose(body.static.pose)
-        return base.from_static_and_straight(still, known, straight, field=name)
+        if body.static is None and body.straight is None:
+            return None
+        where: dict[str, Any] = {"file": self.path, "field": ROBOT if name == ROBOT else f"bodies.{name}"}
+        placed = (body.uncertainty, PLACED_HEADING)
+        straight, turn = (
+            None if stretch is None else self.stretch(name, stretch, source, tied=False)
+            for stretch in (body.straight, body.turn)
+        )
+        still = known = None
+        if body.static is not None and body.static.pose is not None:
+            tie = self.tie(source, self.recording(source, body.static.file))
+            if tie is not None:
+                still = frames.apply(tie, self.stretch(name, body.static, source, tied=False))
+                known = self.pose(body.static.pose)
+        if straight is not None:
+            return base.from_static_and_straight(still, known, straight, turn=turn, placed=placed, **where)
+        return None if still is None or known is None else base.from_static(still, known, placed=placed, **where)
+
+    def linked(self, name: str) -> bool:
+        """Whether it is known where base_link is on the body; a track is taken to be base_link's own."""
+        body = self.body(name)
+        return body.track is not None or body.coordinates is not None or self._base(name) is not None
 
     def pose(self, which: str | tuple[float, float, float] | None) -> FloatArray:
         """A pose of the plan: named, given, or unknown (NaN); (3,)."""

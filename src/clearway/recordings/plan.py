@@ -137,8 +137,13 @@ class BodySpec(_Part):
         default=None, description="the body at rest on a known pose: ties markers to base_link"
     )
     straight: StretchSpec | None = Field(default=None, description="a straight drive forward: gives the heading")
+    turn: StretchSpec | None = Field(
+        default=None, description="a turn in place: base_link is its centre, instead of where `static` says"
+    )
     heading: Literal["measured", "travel"] = Field(default="measured", description="travel: it looks where it goes")
-    uncertainty: NonNegative = Field(default=0.005, description="standard uncertainty of a placed one's position, m")
+    uncertainty: NonNegative = Field(
+        default=0.005, description="standard uncertainty of the position on which it was placed, m"
+    )
 
     @model_validator(mode="after")
     def _one_way(self) -> BodySpec:

@@ -58,6 +58,7 @@ def obstacles(
             standing.append(Body(placed.body, "obstacle", shape, pose, sigma, outlined))
             continue
         motion = _measured(lab, placed, recordings, offsets, t)
+        outlined &= lab.linked(placed.body)  # else nobody knows where on the markers the shape is
         told[placed.body] = motion.told
         if (still := _stood(motion)) is not None:
             sigma = (
@@ -95,7 +96,7 @@ def _stood(motion: Motion) -> FloatArray | None:
     turned = float(np.ptp(heading)) if len(heading) else 0.0
     if float(np.hypot(*(p[:, :2] - middle).T).max()) > STOOD[0] or turned > STOOD[1]:
         return None
-    return np.array([*middle, math.remainder(float(np.median(heading)), math.tau) if len(heading) else 0.0])
+    return np.array([*middle, math.remainder(float(np.median(heading)), math.tau) if len(heading) else math.nan])
 
 
 def _shape(lab: Lab, name: str) -> tuple[Shape, bool]:

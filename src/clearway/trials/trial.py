@@ -127,7 +127,7 @@ class Attempt:
 class Event:
     """Something that happened at time `t` [s]: kind `contact`, `status`, `timeout`, `error`, ...; detail for people
     (of `status`: the navigator's word, whenever it changes). `possible contact`: a clearance was measured that is zero
-    or less within its uncertainty; a person has to confirm it."""
+    or less within its uncertainty; a person has to confirm it. `near miss`: one that a person has denied."""
 
     t: float
     kind: str
