@@ -115,9 +115,9 @@ def seen_time(trial: Any) -> float | None:
     """CT [s] by an observer of the true motion, who doesn't hear when goals are sent and called reached."""
     import numpy as np
 
-    from clearway.recordings.legs import find_legs
-    from clearway.recordings.motion import Motion, Quality
-    from clearway.recordings.synthetic import robot_at
+    from clearway.recordings.exports.synthetic import robot_at
+    from clearway.recordings.lab.legs import find_legs
+    from clearway.recordings.motion.motion import Motion, Quality
 
     t = np.arange(0.0, float(trial.t[-1]) + 4.0, 0.01) - 2.0
     pose = robot_at(trial, t)
@@ -133,7 +133,7 @@ def seen_time(trial: Any) -> float | None:
 def score(folder: Path, trials: list[Any], to: str, system: Any, spans: bool) -> tuple[list[dict[str, Any]], float]:
     """The rows of the trials after the way through `to`, in their order, with what was told of the legs; s of scoring."""
     import clearway
-    from clearway.recordings.synthetic_session import record
+    from clearway.recordings.exports.synthetic_session import record
 
     rows: list[dict[str, Any]] = [{} for _ in trials]
     took = 0.0
@@ -153,8 +153,8 @@ def score(folder: Path, trials: list[Any], to: str, system: Any, spans: bool) ->
 
 def main() -> int:
     from clearway.errors import ClearwayError
-    from clearway.recordings.export import CAPTURES, TARGETS
-    from clearway.recordings.synthetic import LAB
+    from clearway.recordings.exports.export import CAPTURES, TARGETS
+    from clearway.recordings.exports.synthetic import LAB
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--formats", help="some of: " + ", ".join(TARGETS))

@@ -19,9 +19,10 @@ from rosbags.typesys import Stores, get_typestore
 
 import clearway
 from clearway.geometry.distance import path_clearance
-from clearway.recordings import formats, mcap
+from clearway.recordings import formats
+from clearway.recordings.exports import mcap
+from clearway.recordings.exports.synthetic import System, captured, held
 from clearway.recordings.recording import Points, Recording
-from clearway.recordings.synthetic import System, captured, held
 from clearway.trials import Body, Trial
 
 CAPTURE = System(rate=50.0, noise=0.0005, gaps=0.02, swaps=1, lead=1.5, tail=1.0, frame=(1.35, -0.8, 0.6))

@@ -10,7 +10,7 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from clearway.recordings import formats
-from clearway.recordings.mcap import EPOCH, write_trial
+from clearway.recordings.exports.mcap import EPOCH, write_trial
 from clearway.recordings.recording import Want
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "recordings"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from clearway.recordings.rigid import fit
+from clearway.recordings.motion.rigid import fit
 
 
 def test_the_fit_is_scipys() -> None:

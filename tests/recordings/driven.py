@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.motion import Motion, Quality
+from clearway.recordings.motion.motion import Motion, Quality
 
 Knots = list[tuple[float, float, float]]
 """t [s], v [m/s], omega [rad/s]; linear between."""

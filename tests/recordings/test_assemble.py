@@ -12,9 +12,9 @@ import pytest
 
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
-from clearway.recordings.assemble import assemble
-from clearway.recordings.lab import Lab
-from clearway.recordings.toml_text import toml
+from clearway.recordings.lab.assemble import assemble
+from clearway.recordings.lab.lab import Lab
+from clearway.recordings.protocol.toml_text import toml
 from clearway.trials import Outcome, Trial
 
 RATE = 20.0

@@ -11,7 +11,7 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
-from clearway.recordings.contacts import _moved_in, assess
+from clearway.recordings.lab.contacts import _moved_in, assess
 from clearway.trials import Attempt, Body, Event, Labels
 
 DISC = Circle(0.3)

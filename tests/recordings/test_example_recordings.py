@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from clearway.indicators import score_row
-from clearway.recordings.assemble import assemble
-from clearway.recordings.lab import Lab
+from clearway.recordings.lab.assemble import assemble
+from clearway.recordings.lab.lab import Lab
 from clearway.trials import Outcome
 
 PLAN = Path(__file__).parents[2] / "examples" / "06_score_recordings" / "plan.toml"

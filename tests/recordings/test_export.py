@@ -14,8 +14,8 @@ from driven_trials import forth_and_back
 
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
-from clearway.recordings.export import CAPTURES, TARGETS, columns, export, export_trials, telling_name
-from clearway.recordings.synthetic import System
+from clearway.recordings.exports.export import CAPTURES, TARGETS, columns, export, export_trials, telling_name
+from clearway.recordings.exports.synthetic import System
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def test_capture_layouts_come_back_as_they_went(trial, tmp_path, to):
 
 
 def _robot(trial):
-    from clearway.recordings.synthetic import marker_sets
+    from clearway.recordings.exports.synthetic import marker_sets
 
     return marker_sets(trial)["robot"]
 

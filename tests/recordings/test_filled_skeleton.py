@@ -11,11 +11,12 @@ import pytest
 from driven_trials import forth_and_back
 
 from clearway.indicators import score_row
-from clearway.recordings import formats, synthetic
-from clearway.recordings.assemble import assemble
-from clearway.recordings.checks import problems_of
-from clearway.recordings.lab import Lab
-from clearway.recordings.protocol import skeleton
+from clearway.recordings import formats
+from clearway.recordings.exports import synthetic
+from clearway.recordings.lab.assemble import assemble
+from clearway.recordings.lab.checks import problems_of
+from clearway.recordings.lab.lab import Lab
+from clearway.recordings.protocol.protocol import skeleton
 from clearway.recordings.recording import Points, Recording
 from clearway.scenarios.suites import Selection
 from clearway.trials import Outcome, Trial

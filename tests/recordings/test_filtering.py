@@ -5,7 +5,7 @@ import pytest
 from marker_scenes import eight, straight
 from scipy.signal import butter, sosfreqz
 
-from clearway.recordings import filtering
+from clearway.recordings.motion import filtering
 
 
 @pytest.mark.parametrize(("cutoff", "rate"), [(6, 100), (2, 200), (6, 30), (10, 30)])

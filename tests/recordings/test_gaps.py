@@ -3,8 +3,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.recordings.gaps import fill, runs, seen_in_part, stretches
-from clearway.recordings.motion import Gap
+from clearway.recordings.motion.gaps import fill, runs, seen_in_part, stretches
+from clearway.recordings.motion.motion import Gap
 
 
 def test_runs() -> None:

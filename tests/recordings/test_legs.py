@@ -10,8 +10,8 @@ import pytest
 from driven import Knots, driven
 
 from clearway.errors import ClearwayError
-from clearway.recordings.legs import find_legs
-from clearway.recordings.motion import Motion, Quality
+from clearway.recordings.lab.legs import find_legs
+from clearway.recordings.motion.motion import Motion, Quality
 from clearway.trials import Leg
 
 A, B, TURNED, BACK = (np.array(p) for p in ([0.0, 0, 0], [5.0, 0, 0], [5.0, 0, math.pi], [0.0, 0, math.pi]))

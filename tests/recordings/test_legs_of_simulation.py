@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from clearway.contract import Command, Decision
-from clearway.recordings.legs import find_legs
-from clearway.recordings.motion import Motion, Quality
+from clearway.recordings.lab.legs import find_legs
+from clearway.recordings.motion.motion import Motion, Quality
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Outcome, Trial

@@ -12,7 +12,7 @@ from driven_trials import forth_and_back
 from clearway.contract import Diagnostics
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
-from clearway.recordings.mcap import EPOCH, write_trial
+from clearway.recordings.exports.mcap import EPOCH, write_trial
 from clearway.recordings.recording import Recording, Want
 from clearway.trials import Body, Event, Snapshot, Trial
 

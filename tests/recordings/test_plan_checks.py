@@ -12,10 +12,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
-from clearway.recordings import checks, formats
-from clearway.recordings.checks import problems_of, summary
-from clearway.recordings.plan import is_test_plan, seen_from
-from clearway.recordings.protocol import skeleton
+from clearway.recordings import formats
+from clearway.recordings.lab import checks
+from clearway.recordings.lab.checks import problems_of, summary
+from clearway.recordings.lab.plan import is_test_plan, seen_from
+from clearway.recordings.protocol.protocol import skeleton
 from clearway.recordings.recording import Points, Recording
 from clearway.scenarios.suites import Selection
 

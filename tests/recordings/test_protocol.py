@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab_trials import behind, key, scenarios, setup
-from clearway.recordings.line import Line
-from clearway.recordings.plan import Plan, load_plan
-from clearway.recordings.protocol import parsed, skeleton, write_new
+from clearway.recordings.lab.plan import Plan, load_plan
+from clearway.recordings.protocol.lab_trials import behind, key, scenarios, setup
+from clearway.recordings.protocol.line import Line
+from clearway.recordings.protocol.protocol import parsed, skeleton, write_new
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from marker_scenes import EIGHT, FOUR, capture, circle, swap
 
-from clearway.recordings.repair import Repaired, repair
-from clearway.recordings.rigid import fit
+from clearway.recordings.motion.repair import Repaired, repair
+from clearway.recordings.motion.rigid import fit
 
 SQUARE = np.array([(0.2, 0.2, 0.5), (-0.2, 0.2, 0.5), (-0.2, -0.2, 0.5), (0.2, -0.2, 0.5)])
 

@@ -5,7 +5,7 @@ import pytest
 from marker_scenes import EIGHT, FOUR, capture, circle, swap
 from scipy.spatial.transform import Rotation
 
-from clearway.recordings.rigid import fit, learn, noise_of, spread, variance_at
+from clearway.recordings.motion.rigid import fit, learn, noise_of, spread, variance_at
 
 
 def turned(points: np.ndarray, degrees: float, shift: tuple[float, float, float]) -> np.ndarray:

@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab_trials import scenarios
-from clearway.recordings.plan import Plan
-from clearway.recordings.protocol import parsed, skeleton
-from clearway.recordings.run_sheet import sheet_of, write_sheet
+from clearway.recordings.lab.plan import Plan
+from clearway.recordings.protocol.lab_trials import scenarios
+from clearway.recordings.protocol.protocol import parsed, skeleton
+from clearway.recordings.protocol.run_sheet import sheet_of, write_sheet
 from clearway.scenarios.suites import Selection
 
 VOID = {"meta", "br", "hr", "img", "link", "input"}

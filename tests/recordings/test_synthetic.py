@@ -10,7 +10,7 @@ import pytest
 from driven_trials import forth_and_back
 
 from clearway.errors import ClearwayError
-from clearway.recordings.synthetic import (
+from clearway.recordings.exports.synthetic import (
     LAB,
     ROBOT,
     System,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
 from clearway.errors import ClearwayError
-from clearway.recordings.tf import TransformTree, multiply, rotate, split
+from clearway.recordings.formats.tf import TransformTree, multiply, rotate, split
 
 
 def matrix(values: np.ndarray) -> np.ndarray:

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, rectangle
-from clearway.recordings import clocks, contacts, frames
-from clearway.recordings.legs import find_legs
-from clearway.recordings.motion import Motion, Quality
+from clearway.recordings.lab import contacts
+from clearway.recordings.lab.legs import find_legs
+from clearway.recordings.motion.motion import Motion, Quality
+from clearway.recordings.ties import clocks, frames
 from clearway.trials import Attempt, Body, Labels, Leg
 
 NUMBER = st.one_of(st.floats(-10, 10), st.sampled_from([np.nan, 0.0, 1e6, 1e-9]))

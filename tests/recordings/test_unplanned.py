@@ -12,10 +12,8 @@ from driven_trials import forth_and_back
 
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
-from clearway.recordings.mcap import write_trial
-from clearway.recordings.motion import Gap, Motion, Quality
-from clearway.recordings.recording import Points, Recording, Track
-from clearway.recordings.unplanned import (
+from clearway.recordings.exports.mcap import write_trial
+from clearway.recordings.lab.unplanned import (
     bodies_of,
     cleaning_at,
     file_of,
@@ -23,6 +21,8 @@ from clearway.recordings.unplanned import (
     summary,
     write_motion,
 )
+from clearway.recordings.motion.motion import Gap, Motion, Quality
+from clearway.recordings.recording import Points, Recording, Track
 
 BODY = np.array([[0.2, 0.1, 0.3], [-0.2, 0.15, 0.4], [0.1, -0.25, 0.5], [-0.1, -0.1, 0.9]])
 

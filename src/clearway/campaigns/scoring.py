@@ -15,10 +15,10 @@ from clearway.campaigns.campaign import ProgressCallback, asked_of, finished_in_
 from clearway.campaigns.worker import Done, settle
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
-from clearway.recordings.assemble import assemble
-from clearway.recordings.checks import problems_of
-from clearway.recordings.lab import Lab
-from clearway.recordings.plan import TrialSpec
+from clearway.recordings.lab.assemble import assemble
+from clearway.recordings.lab.checks import problems_of
+from clearway.recordings.lab.lab import Lab
+from clearway.recordings.lab.plan import TrialSpec
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
 
 

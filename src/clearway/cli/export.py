@@ -39,8 +39,8 @@ def export(
     import json
 
     from clearway.cli._progress import Progress
-    from clearway.recordings.export import export_trials
-    from clearway.recordings.synthetic import System
+    from clearway.recordings.exports.export import export_trials
+    from clearway.recordings.exports.synthetic import System
     from clearway.trials.store import open_results
 
     system = System(rate=rate, noise=noise, gaps=gaps, swaps=swaps, seed=seed)

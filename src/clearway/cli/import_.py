@@ -57,7 +57,7 @@ def import_(
 
 def _take(file: Path, format: str | None, bodies: list[str], cutoff: str, out: Path) -> list[dict[str, Any]]:
     from clearway.errors import ClearwayError
-    from clearway.recordings.unplanned import cleaning_at, file_of, motions, summary, write_motion
+    from clearway.recordings.lab.unplanned import cleaning_at, file_of, motions, summary, write_motion
 
     rows: list[dict[str, Any]] = []
     for found in motions(file, bodies, cleaning_at(cutoff), format=format):

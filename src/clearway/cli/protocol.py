@@ -29,10 +29,10 @@ def protocol(
 ) -> None:
     """Write the test plan of a suite for real robots (TOML, to fill in), and its run sheet. Overwrites nothing."""
     from clearway.errors import ClearwayError
-    from clearway.recordings.lab_trials import behind, scenarios
-    from clearway.recordings.plan import load_plan
-    from clearway.recordings.protocol import is_plan_file, parsed, refuse_existing, skeleton, write_new
-    from clearway.recordings.run_sheet import sheet_of
+    from clearway.recordings.lab.plan import load_plan
+    from clearway.recordings.protocol.lab_trials import behind, scenarios
+    from clearway.recordings.protocol.protocol import is_plan_file, parsed, refuse_existing, skeleton, write_new
+    from clearway.recordings.protocol.run_sheet import sheet_of
     from clearway.scenarios.suites import Selection
 
     refuse_existing(out, sheet)

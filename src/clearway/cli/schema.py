@@ -25,7 +25,7 @@ def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show
     import json
 
     from clearway.recordings.formats.table_spec import TableSpec
-    from clearway.recordings.plan import Plan
+    from clearway.recordings.lab.plan import Plan
     from clearway.scenarios import files
 
     made: dict[Kind, Callable[[], dict[str, Any]]] = {

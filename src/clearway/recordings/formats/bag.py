@@ -34,8 +34,8 @@ from clearway.recordings.formats.bag_ros1 import Ros1Store
 from clearway.recordings.formats.bag_ros2 import open_file, open_folder, storage_files
 from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Store, Times
 from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.tf import ARROW, Edge, TransformTree, frame_name, split
 from clearway.recordings.recording import Contents, Entry, Goals, Paths, Recording, Sweeps, Track, Want, describe
-from clearway.recordings.tf import ARROW, Edge, TransformTree, frame_name, split
 
 SAMPLE = 2000
 """Transforms that `look` decodes of a topic, to say which frames there are."""

@@ -14,8 +14,8 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.bag_messages import Pose, stamp_of
+from clearway.recordings.formats.tf import frame_name
 from clearway.recordings.recording import Goals, Paths, Sweeps, Track
-from clearway.recordings.tf import frame_name
 from clearway.recordings.times import in_order
 
 SECOND = 1_000_000_000

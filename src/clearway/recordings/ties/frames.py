@@ -15,7 +15,7 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.motion import Motion
+from clearway.recordings.motion.motion import Motion
 
 REFUSED = 10.0
 """A residual above so many standard uncertainties is no scatter but a mistake."""

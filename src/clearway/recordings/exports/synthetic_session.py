@@ -17,9 +17,8 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, Shape
 from clearway.recordings import formats
-from clearway.recordings.export import CAPTURES, TARGETS, export, track_of
-from clearway.recordings.recording import Recording
-from clearway.recordings.synthetic import (
+from clearway.recordings.exports.export import CAPTURES, TARGETS, export, track_of
+from clearway.recordings.exports.synthetic import (
     LAB,
     ROBOT,
     System,
@@ -28,7 +27,8 @@ from clearway.recordings.synthetic import (
     marker_sets,
     straight,
 )
-from clearway.recordings.toml_text import toml
+from clearway.recordings.protocol.toml_text import toml
+from clearway.recordings.recording import Recording
 from clearway.trials import Body, Outcome, Trial
 
 Table = dict[str, Any]
@@ -57,7 +57,7 @@ def record(
     """Export trials of one robot to files in `folder`, with what ties them to the map.
 
     Args:
-        to: one of `clearway.recordings.export.TARGETS`. Capture layouts are recorded by `system`, with the robot held on
+        to: one of `clearway.recordings.exports.export.TARGETS`. Capture layouts are recorded by `system`, with the robot held on
             A and on B; the others hold the trial as it is, in the map; TUM has a file for every mover too.
         coordinates: whether the lab knows where the robot's markers sit in base_link; otherwise the frame's place is
             given and a hold and a straight drive tell.

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
-from clearway.recordings.line import Line, metres
-from clearway.recordings.plan import PlacedSpec, Plan
+from clearway.recordings.lab.plan import PlacedSpec, Plan
+from clearway.recordings.protocol.line import Line, metres
 from clearway.scenarios.scenario import RunSpec
 
 WIDTH, HEIGHT = 118.0, 52.0

@@ -11,7 +11,7 @@ from collections.abc import Hashable
 from pathlib import Path
 
 from clearway.errors import ClearwayError
-from clearway.recordings.plan import Plan, TrialSpec, seen_from
+from clearway.recordings.lab.plan import Plan, TrialSpec, seen_from
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import (
     DiscSpec,

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab_trials import bare, bodies_of, described, scenarios, setup, when
-from clearway.recordings.line import Line
-from clearway.recordings.plan import Plan, is_test_plan
-from clearway.recordings.toml_text import toml_value
+from clearway.recordings.lab.plan import Plan, is_test_plan
+from clearway.recordings.protocol.lab_trials import bare, bodies_of, described, scenarios, setup, when
+from clearway.recordings.protocol.line import Line
+from clearway.recordings.protocol.toml_text import toml_value
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.files import read_toml
 from clearway.scenarios.scenario import (

@@ -20,7 +20,7 @@ from scipy.stats import t as student
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.motion import Motion
+from clearway.recordings.motion.motion import Motion
 
 GRID = 0.05
 """s; of the first search."""

@@ -13,14 +13,16 @@ import numpy as np
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings import base, formats, frames, markers
-from clearway.recordings.base import Base
+from clearway.recordings import formats
 from clearway.recordings.formats import table
-from clearway.recordings.frames import Tie
-from clearway.recordings.markers import MarkerSet
-from clearway.recordings.motion import Motion
-from clearway.recordings.plan import BodySpec, Plan, StretchSpec, TrialSpec, load_plan, seen_from
+from clearway.recordings.lab.plan import BodySpec, Plan, StretchSpec, TrialSpec, load_plan, seen_from
+from clearway.recordings.motion import base, markers
+from clearway.recordings.motion.base import Base
+from clearway.recordings.motion.markers import MarkerSet
+from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Points, Recording, Want
+from clearway.recordings.ties import frames
+from clearway.recordings.ties.frames import Tie
 from clearway.robots import Robot, load_robot
 
 ROBOT = "robot"

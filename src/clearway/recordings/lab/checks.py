@@ -14,8 +14,8 @@ from pydantic import ValidationError
 from clearway.errors import ClearwayError, unknown
 from clearway.recordings import formats
 from clearway.recordings.formats import table
-from clearway.recordings.markers import resolve
-from clearway.recordings.plan import BodySpec, Plan, Span, TrialSpec, seen_from, shape_of
+from clearway.recordings.lab.plan import BodySpec, Plan, Span, TrialSpec, seen_from, shape_of
+from clearway.recordings.motion.markers import resolve
 from clearway.recordings.recording import Contents, Want, contents_of
 from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml

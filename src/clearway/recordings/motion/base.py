@@ -11,8 +11,8 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings import rigid
-from clearway.recordings.motion import Motion
+from clearway.recordings.motion import rigid
+from clearway.recordings.motion.motion import Motion
 
 SHORTEST = 0.5
 """m; a shorter drive tells too little of the heading."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.motion import Motion
+from clearway.recordings.motion.motion import Motion
 
 ARM = 0.3
 """m; turning at omega counts as driving at ARM * omega, about the speed of a robot's rim."""

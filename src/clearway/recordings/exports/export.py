@@ -13,11 +13,12 @@ import numpy as np
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings import formats, mcap
+from clearway.recordings import formats
+from clearway.recordings.exports import mcap
+from clearway.recordings.exports.synthetic import System, body_name, captured
 from clearway.recordings.formats.beside import beside
+from clearway.recordings.protocol.toml_text import toml
 from clearway.recordings.recording import Recording, Track
-from clearway.recordings.synthetic import System, body_name, captured
-from clearway.recordings.toml_text import toml
 from clearway.trials import Trial
 
 TARGETS = {

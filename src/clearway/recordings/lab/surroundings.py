@@ -11,11 +11,11 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, Shape
-from clearway.recordings import clocks
-from clearway.recordings.lab import Lab
-from clearway.recordings.motion import Motion
-from clearway.recordings.plan import PlacedSpec, TrialSpec, seen_from, shape_of
-from clearway.recordings.robot_log import Offsets, Recordings
+from clearway.recordings.lab.lab import Lab
+from clearway.recordings.lab.plan import PlacedSpec, TrialSpec, seen_from, shape_of
+from clearway.recordings.lab.robot_log import Offsets, Recordings
+from clearway.recordings.motion.motion import Motion
+from clearway.recordings.ties import clocks
 from clearway.scenarios.floorplan import load_plan as load_floor
 from clearway.trials import Body
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.motion import Motion
-from clearway.recordings.rests import ARM, Course, Rest, course
+from clearway.recordings.motion.motion import Motion
+from clearway.recordings.motion.rests import ARM, Course, Rest, course
 from clearway.trials import Leg
 
 NEAR = 0.5

@@ -13,15 +13,15 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings import contacts
-from clearway.recordings.clocks import Offset
-from clearway.recordings.lab import ROBOT, Lab, cut, digest
-from clearway.recordings.legs import FoundLeg, find_legs
-from clearway.recordings.motion import Motion
-from clearway.recordings.plan import LegPlanSpec, TrialSpec
+from clearway.recordings.lab import contacts
+from clearway.recordings.lab.lab import ROBOT, Lab, cut, digest
+from clearway.recordings.lab.legs import FoundLeg, find_legs
+from clearway.recordings.lab.plan import LegPlanSpec, TrialSpec
+from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
+from clearway.recordings.lab.surroundings import fixtures, obstacles
+from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
-from clearway.recordings.robot_log import goals_sent, offset_of, own_view
-from clearway.recordings.surroundings import fixtures, obstacles
+from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
 UNLINKED = "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.motion import Gap
+from clearway.recordings.motion.motion import Gap
 
 SIDE = 0.1
 """s; so much is looked at on either side of a gap at least, so that noise of a single sample doesn't set the slope."""

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from clearway.recordings.lab_trials import key, setting
-from clearway.recordings.line import Line, metres
-from clearway.recordings.plan import BodySpec, Plan, TrialSpec
-from clearway.recordings.protocol import write_new
-from clearway.recordings.sketch import Sketch, place, sketch
+from clearway.recordings.lab.plan import BodySpec, Plan, TrialSpec
+from clearway.recordings.protocol.lab_trials import key, setting
+from clearway.recordings.protocol.line import Line, metres
+from clearway.recordings.protocol.protocol import write_new
+from clearway.recordings.protocol.sketch import Sketch, place, sketch
 from clearway.scenarios.scenario import PoseSpec, RunSpec, Scenario
 
 TICKS = ("driven", "contact", "help", "stop", "abort")
@@ -75,7 +75,7 @@ def sheet_of(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
     line = _line(plan)
     groups = list(_groups(plan, known, line))
     environment = Environment(
-        loader=PackageLoader("clearway.recordings"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        loader=PackageLoader("clearway.recordings.protocol"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
         lstrip_blocks=True,
     )  # fmt: skip
     return environment.get_template("run_sheet.html").render(

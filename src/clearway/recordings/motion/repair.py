@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.rigid import Fit, Seen, fit
+from clearway.recordings.motion.rigid import Fit, Seen, fit
 
 DOUBT, BELIEF = 1e-6, 1e-4
 """Share of sound frames whose residual is larger: beyond the first a frame is looked at, within the second a repair is

@@ -1,0 +1,1 @@
+"""Before the lab: the skeleton of a test plan, and the run sheet to print."""

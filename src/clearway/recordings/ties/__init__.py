@@ -1,0 +1,1 @@
+"""Ties between sources: their frames to the map, their clocks to each other."""
