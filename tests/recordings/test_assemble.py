@@ -225,6 +225,19 @@ def test_a_second_file_is_tied_by_speed_and_tells_what_the_robot_believed(score:
     assert row["DE_self"] == pytest.approx(0.05, abs=1e-3)
 
 
+def test_a_second_file_that_is_an_hour_off_is_refused(score: Score, tmp_path: Path) -> None:
+    rows = drive()
+    log = rows.copy()
+    log[:, 0] += 3600.0
+    write(tmp_path, "log.csv", log)
+    own = {"format": "table", "frame": {"same": True}, "estimate": "robot"}
+    for clock in ("same", 1.0):
+        with pytest.raises(ClearwayError, match="no time in common"):
+            score({"files": {"log": "log.csv"}}, rows, sources=PLAN["sources"] | {"log": own | {"clock": clock}})
+    trial = score({"files": {"log": "log.csv"}}, rows, sources=PLAN["sources"] | {"log": own | {"clock": -3600.0}})
+    assert trial.estimate is not None
+
+
 def test_goals_of_the_log_begin_the_legs_and_say_where_to(score: Score, tmp_path: Path) -> None:
     rows = drive()
     sent = np.array([[1.5, 2.0, 0.0, 0.0], [7.3, 2.0, 0.0, math.pi], [12.4, 0.0, 0.0, math.pi]])

@@ -67,12 +67,13 @@ def test_units_angles_and_speeds(tmp_path: Path):
     assert np.isnan(track.twist[1, 1])
 
 
-@pytest.mark.parametrize("up", ["x", "y", "z"])
+@pytest.mark.parametrize("up", ["x", "y", "z", "-y", "-z"])
 def test_the_axis_that_is_up(tmp_path: Path, up: str):
     # A point one metre along the axis that is up and a body turned by 90 degrees about it.
-    point = {"x": "1,0,0", "y": "0,1,0", "z": "0,0,1"}[up]
+    point = {"x": "1,0,0", "y": "0,1,0", "z": "0,0,1", "-y": "0,-1,0", "-z": "0,0,-1"}[up]
     half = math.sqrt(0.5)
-    q = ",".join(str(half) if axis == up else "0" for axis in "xyz") + f",{half}"
+    sign = "-" if up[0] == "-" else ""
+    q = ",".join(f"{sign}{half}" if axis == up[-1] else "0" for axis in "xyz") + f",{half}"
     toml = f'up = "{up}"\n[time]\ncolumn = "t"\n' + (
         '[bodies.robot]\nx = "x"\ny = "y"\nz = "z"\nquaternion = ["a", "b", "c", "d"]\norder = "xyzw"\n'
     )
@@ -83,6 +84,17 @@ def test_the_axis_that_is_up(tmp_path: Path, up: str):
     np.testing.assert_allclose(
         np.array(table.TURNS[up]), Rotation.from_quat(table.TURN_QUATERNIONS[up]).as_matrix(), atol=1e-12
     )
+
+
+def test_z_down(tmp_path: Path):
+    # North, east, down: a robot that is 1 m north and 2 m east of the origin, looks east and turns on to the south.
+    toml = 'up = "-z"\n' + ROBOT + 'yaw = "yaw"\nangle = "deg"\nomega = "w"\n'
+    track = read(tmp_path, "t,x,y,yaw,w\n0,1,2,90,10\n1,1,2,100,10\n", toml).tracks["robot"]
+    np.testing.assert_allclose(track.position[0], [1, -2, 0])
+    assert track.orientation is not None
+    assert track.twist is not None
+    np.testing.assert_allclose(Rotation.from_quat(track.orientation).apply([1, 0, 0])[0], [0, -1, 0], atol=1e-12)
+    assert track.twist[0, 1] == pytest.approx(math.radians(-10))
 
 
 def test_quaternions_with_w_first(tmp_path: Path):

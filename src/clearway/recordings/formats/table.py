@@ -29,7 +29,15 @@ from clearway.recordings.formats.delimited import (
     written,
 )
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.table_spec import METRES, SECONDS, BodySpec, TableSpec, TimeSpec
+from clearway.recordings.formats.table_spec import (
+    METRES,
+    SECONDS,
+    TURN_QUATERNIONS,
+    TURNS,
+    BodySpec,
+    TableSpec,
+    TimeSpec,
+)
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, contents_of
 
@@ -37,16 +45,6 @@ SUFFIXES = (".csv", ".tsv", ".dat")
 
 EPOCH = 1e8
 """s; a stamp beyond it (1973) is taken for UNIX time."""
-
-TURNS = {
-    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
-    "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
-    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-}
-"""Proper rotations that take the axis that is up to z."""
-
-TURN_QUATERNIONS = {"x": (-0.5, -0.5, -0.5, 0.5), "y": (0.5**0.5, 0.0, 0.0, 0.5**0.5), "z": (0.0, 0.0, 0.0, 1.0)}
-"""The same, xyzw."""
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -246,7 +244,7 @@ def _track(
     at = [data[c][keep] if c else np.zeros(len(keep)) for c in (body.x, body.y, body.z)]
     position = np.stack(at, axis=1) * scale @ np.array(TURNS[spec.up], dtype=np.float64).T
     position[~np.isfinite(position).all(axis=1)] = np.nan
-    turn = np.pi / 180 if body.angle == "deg" else 1.0
+    turn = (np.pi / 180 if body.angle == "deg" else 1.0) * (-1 if spec.up.startswith("-") else 1)
     orientation: FloatArray | None = None
     if body.yaw is not None:
         half = data[body.yaw][keep] * turn / 2

@@ -11,6 +11,24 @@ from clearway.recordings.formats.delimited import MISSING, Header
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
+TURNS = {
+    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
+    "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
+    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
+    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
+}
+"""Proper rotations that take the axis that is up to z."""
+
+TURN_QUATERNIONS = {
+    "x": (-0.5, -0.5, -0.5, 0.5),
+    "y": (0.5**0.5, 0.0, 0.0, 0.5**0.5),
+    "z": (0.0, 0.0, 0.0, 1.0),
+    "-y": (-(0.5**0.5), 0.0, 0.0, 0.5**0.5),
+    "-z": (1.0, 0.0, 0.0, 0.0),
+}
+"""The same, xyzw."""
+
 Column = str
 """A column's name in the header; "1", "2", ... where there is none."""
 
@@ -42,7 +60,9 @@ class BodySpec(_Part):
     x: Column
     y: Column
     z: Column | None = None
-    yaw: Column | None = Field(default=None, description="heading about the axis that is up, from x to the left")
+    yaw: Column | None = Field(
+        default=None, description="heading about the axis that is up, or down, as the file has it"
+    )
     angle: Literal["rad", "deg"] = Field(default="rad", description="unit of yaw and omega")
     quaternion: tuple[Column, Column, Column, Column] | None = None
     order: Literal["xyzw", "wxyz"] = Field(default="xyzw", description="of the quaternion's columns as named here")
@@ -87,7 +107,11 @@ class TableSpec(_Part):
     comment: str = Field(default="#", description="lines that begin so are left out; empty: none")
     missing: tuple[str, ...] = Field(default=MISSING, description="words for no value")
     units: Literal["m", "dm", "cm", "mm", "in", "ft"] = "m"
-    up: Literal["x", "y", "z"] = Field(default="z", description="axis that points up")
+    up: Literal["x", "y", "z", "-y", "-z"] = Field(
+        default="z",
+        description="axis that points up; -z: z points down, as in PX4's logs, or y runs down the picture that x and y "
+        "were taken from; -y: a camera's axes",
+    )
     frame: str = Field(default="", description="name of the frame that poses are in")
     time: TimeSpec
     bodies: dict[str, BodySpec] = {}

@@ -25,10 +25,30 @@ Recordings = Mapping[str, Recording]
 """The files of one trial, read, by source."""
 Offsets = Mapping[str, Offset]
 """What to add to the clock of a source that is not the first, by source."""
+BY_DATES = "by the dates in both files"
 
 
 def offset_of(lab: Lab, name: str, recording: Recording, first: Recording, motion: Motion) -> Offset:
-    """What to add to the clock of source `name` to have the first one's, by which the robot moved as `motion` says."""
+    """What to add to the clock of source `name` to have the first one's, by which the robot moved as `motion` says.
+
+    Raises:
+        ClearwayError: the clocks can't be tied as the plan says, or then have no time in common.
+    """
+    offset = _tied(lab, name, recording, first, motion)
+    ends = [end for track in recording.tracks.values() if len(track.t) for end in (track.t[0], track.t[-1])]
+    begin, end = (min(ends) + offset.seconds, max(ends) + offset.seconds) if ends else (motion.t[0], motion.t[-1])
+    if begin > motion.t[-1] or end < motion.t[0]:
+        zones = "; does one of them take another time zone's time for UTC?" if offset.note == BY_DATES else ""
+        raise ClearwayError(
+            f"the robot was measured from {motion.t[0]:.1f} to {motion.t[-1]:.1f} s, and this file, by its clock as tied "
+            f"({offset.note}), runs from {begin:.1f} to {end:.1f} s: they have no time in common{zones}",
+            file=recording.file,
+            field="clock",
+        )
+    return offset
+
+
+def _tied(lab: Lab, name: str, recording: Recording, first: Recording, motion: Motion) -> Offset:
     spec = lab.plan.sources[name]
     if isinstance(spec.clock, float | int):
         return Offset(float(spec.clock), 0.0, 1.0, "given in the plan")
@@ -40,7 +60,7 @@ def offset_of(lab: Lab, name: str, recording: Recording, first: Recording, motio
             raise ClearwayError(
                 "doesn't say when it was recorded; tie the clocks by speed", file=lacking.file, field="clock"
             )
-        return Offset(recording.epoch - first.epoch, 0.0, 1.0, "by the dates in both files")
+        return Offset(recording.epoch - first.epoch, 0.0, 1.0, BY_DATES)
     track = spec.odometry or spec.estimate
     if track is None:
         raise ClearwayError(
