@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -253,6 +254,28 @@ def test_goals_of_the_log_begin_the_legs_and_say_where_to(score: Score, tmp_path
 def test_a_span_outside_the_file_names_the_file(score: Score, tmp_path: Path) -> None:
     with pytest.raises(ClearwayError, match=r"one\.csv: span: \(50, 60\) s is not in the recording; it has 0\.000 to"):
         score({"span": [50.0, 60.0]})
+
+
+def test_an_end_that_did_not_show_is_to_be_confirmed(score: Score) -> None:
+    rows = drive()
+    row = score_row(score({}, rows[: len(rows) - int(2.3 * RATE)]))  # the record ends before the robot has stopped
+    assert "leg back ended without a rest" in str(row["to_confirm"])
+    assert not score_row(score({}, rows))["to_confirm"]
+
+
+def test_what_ties_the_frame_cancels_between_bodies_of_one_capture(score: Score) -> None:
+    frame = {"transform": [0.0, 0.0, 0.0], "uncertainty": [0.01, 0.0]}
+    sources = {"capture": {"format": "table", "frame": frame}}
+    cart = {"obstacles": [{"body": "cart"}]}
+    trial = score(cart, sources=sources)
+    assert trial.attempt.bodies[0].measured
+    own = np.full((len(trial.t), 1, 2), 0.001)
+    known = replace(trial, sigma=np.hypot(own, [0.01, 0.0]), tie=np.tile([0.01, 0.0], (len(trial.t), 1)))
+    body = replace(trial.attempt.bodies[0], sigma=float(np.hypot(0.01, 0.001)))
+    known = replace(known, attempt=replace(known.attempt, bodies=(body,)))
+    row = score_row(known)
+    assert row["MDO_U"] == pytest.approx(2 * math.hypot(0.001, 0.001), rel=1e-6)
+    assert row["DE_U"] == pytest.approx(2 * np.hypot(0.01, 0.001), rel=1e-6)
 
 
 def test_a_gap_stays_open_and_costs_only_what_crosses_it(score: Score) -> None:

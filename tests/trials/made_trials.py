@@ -63,14 +63,16 @@ def make_trial(i: int, n: int = 40) -> Trial:
 def make_recorded(i: int, n: int = 40) -> Trial:
     """Trial number i as if it had been measured: uncertainties, an obstacle without an outline, no set speed."""
     trial = make_trial(i, n)
-    bed = Body("bed", "obstacle", Circle(0.0), np.array([1.0, 1.0, np.nan]), sigma=0.005, outlined=False)
+    bed = Body("bed", "obstacle", Circle(0.0), np.array([1.0, 1.0, np.nan]), sigma=0.005, outlined=False, measured=True)
     a = trial.attempt
     attempt = replace(
         a, labels=replace(a.labels, speed=None), bodies=(*a.bodies, bed), speed_limit=None, scenario=None, seed=None, source="recorded"
     )  # fmt: skip
     sigma = np.random.default_rng(i).uniform(0.001, 0.01, (n, 1 + trial.movers.shape[1], 2))
     sigma[3] = np.nan
-    return replace(trial, attempt=attempt, sigma=sigma, events=(Event(1.0, "possible contact", "bed"),))
+    return replace(
+        trial, attempt=attempt, sigma=sigma, tie=sigma[:, 0] / 2, events=(Event(1.0, "possible contact", "bed"),)
+    )
 
 
 def make_row(i: int) -> dict[str, object]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pyarrow as pa
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
@@ -165,6 +166,8 @@ def test_a_recorded_trial_comes_back(tmp_path: Path) -> None:
     assert again.sigma is not None
     assert again.sigma.shape == (40, 2, 2)
     assert (again.attempt.source, again.attempt.labels.speed) == ("recorded", None)
-    assert [(b.name, b.sigma, b.outlined) for b in again.attempt.bodies][-1] == ("bed", 0.005, False)
+    assert again.tie == pytest.approx(again.sigma[:, 0] / 2, nan_ok=True)
+    bed = again.attempt.bodies[-1]
+    assert (bed.name, bed.sigma, bed.outlined, bed.measured) == ("bed", 0.005, False, True)
     assert results.trial(0).sigma is None
     assert results.trials["speed"].to_pylist() == [0.6, None, 0.6, None]

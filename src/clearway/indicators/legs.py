@@ -24,7 +24,7 @@ class Drive:
 
     Attributes:
         t: (n,) s. pose: (n, 3) true pose. velocity: (n, 2) or None. estimate: (n, 3) or None. movers: (n, m, 3).
-        sigma: (n, 1 + m, 2) standard uncertainties, as a trial has them, or None. missed: (n - 1,) after which
+        sigma: (n, 1 + m, 2) standard uncertainties, tie: (n, 2) of them what the frame's tie makes, as a trial has them, or None. missed: (n - 1,) after which
         samples a recording has none for too long.
     """
 
@@ -36,6 +36,7 @@ class Drive:
     estimate: FloatArray | None
     movers: FloatArray
     sigma: FloatArray | None
+    tie: FloatArray | None
     missed: npt.NDArray[np.bool_]
 
 
@@ -196,5 +197,6 @@ def _cut(trial: Trial, span: Span) -> Drive:
         None if trial.estimate is None else cut(trial.estimate, angle=True),
         cut(trial.movers, angle=True),
         None if trial.sigma is None else cut(trial.sigma),
+        None if trial.tie is None else cut(trial.tie),
         missed(trial, at),
     )

@@ -7,7 +7,8 @@ value hangs on, to first order:
 - DE: of the position at the leg's end; OE: of the heading there. The goal is where the test put it, without error: what
   is uncertain about the map itself has its place in the pose's own uncertainty.
 - MDO: of robot and obstacle where they were closest, in quadrature; the heading of a polygon moves its outline by up to
-  its circumscribed radius, which is taken as its lever arm; a disc's does not matter.
+  its circumscribed radius, which is taken as its lever arm; a disc's does not matter. Where one capture saw both, the
+  tie of its frame to the map cancels between them.
 - The mean over the legs of a trial: their errors are taken as common to both (the same capture, frame and markers), so
   they do not average out; the uncertainty of the mean is the mean of the uncertainties.
 
@@ -39,6 +40,11 @@ def shown_digits(u: float, digits: int) -> int:
     return next((d for d in range(digits, 6) if round(u, d) > 0), 6)
 
 
+def without(whole: float, part: float) -> float:
+    """The standard uncertainty that is left of `whole` once its independent `part` is taken out."""
+    return math.sqrt(max(whole * whole - part * part, 0.0))
+
+
 def end_uncertainty(trial: Trial, drive: Drive, what: str) -> float:
     """Expanded uncertainty of `DE` [m] or `OE` [rad] at the end of one leg.
 
@@ -50,13 +56,18 @@ def end_uncertainty(trial: Trial, drive: Drive, what: str) -> float:
     return COVERAGE * _sigma(drive, len(drive.t) - 1, 0, 0 if what == "DE" else 1)
 
 
-def _sigma(drive: Drive, sample: int, column: int, which: int, whose: str = "") -> float:
-    """Standard uncertainty of position (`which` 0, m) or heading (1, rad); column 0 is the robot, 1 the first mover."""
+def _sigma(drive: Drive, sample: int, column: int, which: int, whose: str = "", *, among: bool = False) -> float:
+    """Standard uncertainty of position (`which` 0, m) or heading (1, rad); column 0 is the robot, 1 the first mover.
+    `among`: of what was measured in one frame, without the tie of that frame to the map, in which all are off alike."""
     of = ("pose", "heading")[which] + (f" of {whose}" if whose else "")
     value = math.nan if drive.sigma is None else float(drive.sigma[sample, column, which])
     if not math.isfinite(value):
         raise NotComputable(f"the uncertainty of the {of} is unknown")
-    return value
+    return without(value, _tie(drive, sample, which)) if among else value
+
+
+def _tie(drive: Drive, sample: int, which: int) -> float:
+    return 0.0 if drive.tie is None else float(drive.tie[sample, which])
 
 
 def _of_ends(what: str, error: Callable[[Drive], float]) -> Measure:
@@ -101,15 +112,15 @@ def _of_gap(scene: Scene, sample: int) -> float:
         lever = 0.0 if isinstance(shape, Circle) else circumscribed_radius(shape)
         return max(
             math.hypot(
-                _sigma(scene.drive, at, column, 0, whose),
-                lever * _sigma(scene.drive, at, column, 1, whose) if lever else 0.0,
+                _sigma(scene.drive, at, column, 0, whose, among=body.measured),
+                lever * _sigma(scene.drive, at, column, 1, whose, among=body.measured) if lever else 0.0,
             )
             for at in there
         )
 
     own = worse(0, scene.footprint, "", [sample, last])
     if body.pose is not None:
-        return math.hypot(own, body.sigma)
+        return math.hypot(own, without(body.sigma, _tie(scene.drive, last, 0)) if body.measured else body.sigma)
     k = moving.index(body)
     there = [at for at in (sample, last) if np.isfinite(scene.movers[at, k, :2]).all()]
     return math.hypot(own, worse(1 + scene.columns[k], body.shape, body.name, there))

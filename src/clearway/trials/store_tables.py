@@ -32,6 +32,7 @@ def _schema(**columns: tuple[Any, str]) -> pa.Schema:
 
 _F, _I, _S = pa.float64(), pa.int32(), pa.string()
 _POSE = {"x": (_F, "m"), "y": (_F, "m"), "theta": (_F, "rad")}
+_TIE = ("tie_xy", "tie_theta")
 _SIGMA = {"sigma_xy": (_F, "m"), "sigma_theta": (_F, "rad")}
 _OPTIONAL = {"velocity": ("v", "omega"), "estimate": ("est_x", "est_y", "est_theta"), "command": ("cmd_v", "cmd_omega")}
 _UNITS = {"v": "m/s", "omega": "rad/s", "x": "m", "y": "m", "theta": "rad"}
@@ -56,6 +57,8 @@ FILES: dict[str, TableFile] = {
             leg=(_I, ""),
             cut=(pa.bool_(), ""),
             **_SIGMA,
+            tie_xy=(_F, "m"),
+            tie_theta=(_F, "rad"),
         ),
     ),
     "obstacles": TableFile(
@@ -114,7 +117,7 @@ _WIDTH = {"polyline": 2, "circles": 3, "tube": 3, "tree": 4}
 def to_tables(index: int, trial: Trial) -> Tables:
     """The trial as tables; `index` goes into their column `trial`."""
     n, m = len(trial.t), trial.movers.shape[1]
-    known = [name for name in (*_OPTIONAL, "cut", "sigma") if getattr(trial, name) is not None]
+    known = [name for name in (*_OPTIONAL, "cut", "sigma", "tie") if getattr(trial, name) is not None]
     robot: dict[str, Any] = {"trial": np.full(n, index, np.int32), "t": trial.t}
     robot |= dict(zip(("x", "y", "theta"), _columns(trial.pose, 3), strict=True))
     for name, columns in _OPTIONAL.items():
@@ -134,6 +137,7 @@ def to_tables(index: int, trial: Trial) -> Tables:
     key = hashlib.sha256(bodies.encode()).hexdigest()[:16]
     sigma = np.zeros((n, 1 + m, 2)) if trial.sigma is None else np.asarray(trial.sigma, dtype=np.float64)
     robot |= _named(tuple(_SIGMA), sigma[:, 0]) if trial.sigma is not None else dict.fromkeys(_SIGMA, pa.nulls(n, _F))
+    robot |= dict.fromkeys(_TIE, pa.nulls(n, _F)) if trial.tie is None else _named(_TIE, trial.tie)
     obstacles |= (
         _named(tuple(_SIGMA), sigma[:, 1:].reshape(n * m, 2))
         if trial.sigma is not None
@@ -186,6 +190,7 @@ def from_tables(tables: Tables) -> Trial:
         events=tuple(Event(float(t), kind, detail) for t, kind, detail in json.loads(row["events"])),
         outcome=Outcome(row["outcome"]),
         reason=attempt["reason"],
+        tie=_matrix(robot, _TIE) if "tie" in attempt["known"] else None,
         sigma=_read_sigma(tables, n, m) if "sigma" in attempt["known"] else None,
         cut=robot["cut"].to_numpy().astype(np.bool_) if "cut" in attempt["known"] else None,
         snapshots=_read_snapshots(tables["snapshots"], tables["drawings"]),
@@ -264,13 +269,14 @@ def _body(b: Body) -> dict[str, Any]:
         "shape": _shape(b.shape),
         "pose": pose,
         "sigma": _number(b.sigma),
+        "measured": b.measured,
         "outlined": b.outlined,
     }
 
 
 def _read_body(d: Mapping[str, Any]) -> Body:
     pose = None if d["pose"] is None else np.array([float(v) for v in d["pose"]])
-    return Body(d["name"], d["kind"], _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"])
+    return Body(d["name"], d["kind"], _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"], d["measured"])
 
 
 def _leg(leg: Leg) -> dict[str, Any]:

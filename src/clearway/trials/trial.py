@@ -75,7 +75,8 @@ class Body:
         kind: `wall`, `furniture`, `obstacle` (placed by the test) or `mover`. shape: in the body's frame.
         pose: (3,) map frame; None for a mover, whose poses are a column of `Trial.movers`.
         sigma: standard uncertainty of a static one's position, m. outlined: False where nobody knows its shape, for
-        which a point stands.
+        which a point stands. measured: whether the capture that saw the robot saw it too, so that an error of the
+        frame's tie to the map is the same for both.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Body:
     pose: FloatArray | None
     sigma: float = 0.0
     outlined: bool = True
+    measured: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -127,7 +129,8 @@ class Attempt:
 class Event:
     """Something that happened at time `t` [s]: kind `contact`, `status`, `timeout`, `error`, ...; detail for people
     (of `status`: the navigator's word, whenever it changes). `possible contact`: a clearance was measured that is zero
-    or less within its uncertainty; a person has to confirm it. `near miss`: one that a person has denied."""
+    or less within its uncertainty; a person has to confirm it. `near miss`: one that a person has denied.
+    `unseen arrival`: the end of a leg that had to be found and did not show."""
 
     t: float
     kind: str
@@ -166,6 +169,8 @@ class Trial:
         cut: (n,) bool, whether the budget cut the decision at t short, or None.
         sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the movers, NaN
         where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
+        tie: (n, 2) the part of the robot's sigma that the frame's tie to the map makes, None for no tie. The sigma of a
+        `measured` body has the same part, and between it and the robot it cancels.
     """
 
     attempt: Attempt
@@ -185,3 +190,4 @@ class Trial:
     timing: Mapping[str, float] = field(default_factory=dict)
     cut: npt.NDArray[np.bool_] | None = None
     sigma: FloatArray | None = None
+    tie: FloatArray | None = None

@@ -21,6 +21,7 @@ from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
 from clearway.recordings.lab.surroundings import fixtures, obstacles
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
+from clearway.recordings.ties import frames
 from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
@@ -76,7 +77,9 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     sigma = None
     if motion.sigma is not None:
         sigma = np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
-    events = contacts.assess(attempt, t - zero, pose, around.movers, sigma)
+    common = None if tie is None or sigma is None else frames.uncertainty(tie, motion.pose[keep])
+    events = contacts.assess(attempt, t - zero, pose, around.movers, sigma, common)
+    events = (*events, *(_unseen(legs[f.leg], f.end - zero) for f in found if not f.rested))
     outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero))
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
@@ -115,6 +118,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
         snapshots=tuple(Snapshot(s.t - zero, s.diagnostics) for s in shown if zero <= s.t <= t[-1]),
         provenance=told,
         sigma=sigma,
+        tie=common,
     )
 
 
@@ -285,6 +289,12 @@ def _outcome(
         if i not in reached:
             return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
     return Outcome.REACHED, "", events
+
+
+def _unseen(leg: Leg, t: float) -> Event:
+    return Event(
+        t, "unseen arrival", f"leg {leg.name} ended without a rest; give its span, or the goals that were sent"
+    )
 
 
 def _denied(event: Event) -> Event:

@@ -8,7 +8,7 @@ deeper than U is contact. What shapes themselves are worth, and how far a soft o
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,12 @@ _ROOM = ("wall", "furniture")
 
 
 def assess(
-    attempt: Attempt, t: FloatArray, pose: FloatArray, movers: FloatArray, sigma: FloatArray | None
+    attempt: Attempt,
+    t: FloatArray,
+    pose: FloatArray,
+    movers: FloatArray,
+    sigma: FloatArray | None,
+    tie: FloatArray | None = None,
 ) -> tuple[Event, ...]:
     """Events `contact` (at its first certain instant) and `possible contact` (at the smallest clearance), in order of
     time: at most one per body and episode.
@@ -39,7 +44,8 @@ def assess(
 
     Args:
         t: (n,) s. pose: (n, 3) of the robot, map frame. movers: (n, m, 3) of the bodies without a pose, in their order,
-            NaN where absent. sigma: (n, 1 + m, 2) as `Trial.sigma`, NaN or None where unknown.
+            NaN where absent. sigma: (n, 1 + m, 2) as `Trial.sigma`, NaN or None where unknown. tie: (n, 2) as
+            `Trial.tie`: what of it cancels between the robot and a body that the same capture saw.
 
     Raises:
         ClearwayError: shapes of the arrays that don't go together.
@@ -56,7 +62,9 @@ def assess(
         raise ClearwayError(f"uncertainties {known.shape}; {(n, 1 + len(moving), 2)} go with poses and movers")
     if attempt.footprint is None or n == 0:
         return ()
+    common = np.zeros((n, 2)) if tie is None else tie
     robot = _Placed(attempt.footprint, pose, known[:, 0])
+    among = _Placed(attempt.footprint, pose, _without(known[:, 0], common))
     events: list[Event] = []
     column = 0
     for body in attempt.bodies:
@@ -70,8 +78,17 @@ def assess(
             still = np.zeros((n, 2))
             still[:, 0] = at
             other = _Placed(body.shape, np.broadcast_to(body.pose, (n, 3)), still)
-        events += _with(robot, body, other, t)
+        if body.measured:
+            events += _with(among, body, replace(other, sigma=_without(other.sigma, common)), t)
+        else:
+            events += _with(robot, body, other, t)
     return tuple(sorted(events, key=lambda e: e.t))
+
+
+def _without(whole: FloatArray, part: FloatArray) -> FloatArray:
+    """(n, 2) standard uncertainties that are left of `whole` once their independent `part` is taken out."""
+    left: FloatArray = np.sqrt(np.maximum(whole**2 - part**2, 0.0))
+    return left
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -42,13 +42,15 @@ MOVED = 0.1
 @dataclass(frozen=True, slots=True)
 class FoundLeg:
     """When leg `leg` (index) was driven, from `start` to `end` [s on the motion's clock]; `reached`: whether it came to
-    rest at the goal; `why`: a sentence for people, who may correct it in the plan."""
+    rest at the goal; `why`: a sentence for people, who may correct it in the plan; `rested`: whether its end was seen by a
+    rest, else it is where the robot came nearest to the goal."""
 
     leg: int
     start: float
     end: float
     reached: bool
     why: str
+    rested: bool = True
 
 
 def find_legs(
@@ -142,7 +144,7 @@ def _by_goals(seen: Course, legs: Sequence[Leg], rest: float) -> list[FoundLeg]:
                 found.append(FoundLeg(i, off, float(seen.t[-1]), False, f"{why_off}; {_never(seen, leg, off)}"))
             break
         end, why_end = arrival.start, _at_goal(arrival, leg)
-        found.append(FoundLeg(i, min(off, end), end, True, f"{why_off}; {why_end}"))
+        found.append(FoundLeg(i, min(off, end), end, True, f"{why_off}; {why_end}", arrival.duration > 0.0))
         before = arrival
     return found
 

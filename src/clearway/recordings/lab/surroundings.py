@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, Shape
-from clearway.recordings.lab.lab import Lab
+from clearway.recordings.lab.lab import ROBOT, Lab
 from clearway.recordings.lab.plan import PlacedSpec, TrialSpec, seen_from, shape_of
 from clearway.recordings.lab.robot_log import Offsets, Recordings
 from clearway.recordings.motion.motion import Motion
@@ -58,15 +58,16 @@ def obstacles(
             standing.append(Body(placed.body, "obstacle", shape, pose, sigma, outlined))
             continue
         motion = _measured(lab, placed, recordings, offsets, t)
+        together = lab.source_of(placed.body) == lab.source_of(ROBOT)
         outlined &= lab.linked(placed.body)  # else nobody knows where on the markers the shape is
         told[placed.body] = motion.told
         if (still := _stood(motion)) is not None:
             sigma = (
                 lab.body(placed.body).uncertainty if motion.sigma is None else float(np.nanmedian(motion.sigma[:, 0]))
             )
-            standing.append(Body(placed.body, "obstacle", shape, still, sigma, outlined))
+            standing.append(Body(placed.body, "obstacle", shape, still, sigma, outlined, together))
         else:
-            moving.append(Body(placed.body, "mover", shape, None, 0.0, outlined))
+            moving.append(Body(placed.body, "mover", shape, None, 0.0, outlined, together))
             poses.append(motion.wrapped)
             sigmas.append(np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma)
     movers = np.stack(poses, axis=1) if poses else np.empty((len(t), 0, 3))

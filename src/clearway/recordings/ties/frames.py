@@ -156,6 +156,15 @@ SAME = Tie(np.zeros(3), np.zeros(2), np.zeros(0), "the source's frame is the map
 """For a source whose frame is the map's."""
 
 
+def uncertainty(tie: Tie, pose: FloatArray) -> FloatArray:
+    """(n, 2) standard uncertainty [m, rad] that the tie alone makes at poses (n, 3) in the map; NaN if it is unknown."""
+    c, s = math.cos(tie.pose[2]), math.sin(tie.pose[2])
+    x, y = tie.pivot
+    pivot = tie.pose[:2] + np.array([c * x - s * y, s * x + c * y])
+    arm = np.hypot(*(pose[:, :2] - pivot).T)
+    return np.stack([np.hypot(tie.sigma[0], tie.sigma[1] * arm), np.full(len(pose), tie.sigma[1])], axis=1)
+
+
 def apply(tie: Tie, motion: Motion) -> Motion:
     """`motion` in the map. Its uncertainty grows by the tie's, in quadrature, that of the position by the lever arm as
     well; it is unknown where either is."""
@@ -164,10 +173,7 @@ def apply(tie: Tie, motion: Motion) -> Motion:
     pose = np.stack([tie.pose[0] + c * x - s * y, tie.pose[1] + s * x + c * y, theta + tie.pose[2]], axis=1)
     sigma = None
     if motion.sigma is not None and np.isfinite(tie.sigma).all():
-        arm = np.hypot(x - tie.pivot[0], y - tie.pivot[1])
-        sigma = np.sqrt(
-            motion.sigma**2 + np.stack([tie.sigma[0] ** 2 + (tie.sigma[1] * arm) ** 2, 0 * arm + tie.sigma[1] ** 2], 1)
-        )
+        sigma = np.hypot(motion.sigma, uncertainty(tie, pose))
     return replace(motion, pose=pose, sigma=sigma, notes=(*motion.notes, f"frame: {tie.note}"))
 
 
