@@ -71,7 +71,7 @@ class TestHospital:
         # three times the nominal 5 m and 20 s; the turn three times pi at 2.094 rad/s and 20 s
         for speed, limit in ((0.2, 95.0), (0.6, 45.0), (1.0, 35.0)):
             for t in [t for t in plan.trials if t.speed == speed]:
-                legs = t.legs or plan.legs
+                legs = plan.legs_of(t)
                 assert [leg.name for leg in legs] == ["forth", "turn", "back"]
                 assert [leg.time_limit for leg in legs] == pytest.approx([limit, 24.5, limit])
                 assert [leg.scored for leg in legs] == [True, False, True]

@@ -165,7 +165,7 @@ def _legs(lab: Lab, spec: TrialSpec, sent: Goals | None, *, tied: bool) -> tuple
     goals = iter([] if sent is None else sent.pose)
     legs: list[Leg] = []
     before = np.full(3, np.nan)
-    for leg in _leg_specs(lab, spec):
+    for leg in lab.plan.legs_of(spec):
         goal = lab.pose(leg.goal) if tied else np.full(3, np.nan)
         if leg.goal is None and tied:
             goal = next(goals, goal)
@@ -176,20 +176,9 @@ def _legs(lab: Lab, spec: TrialSpec, sent: Goals | None, *, tied: bool) -> tuple
     return tuple(legs)
 
 
-def _leg_specs(lab: Lab, spec: TrialSpec) -> tuple[LegPlanSpec, ...]:
-    """The trial's legs: the plan's, with what the trial says of those that it names; or legs of its own."""
-    known = {leg.name: leg for leg in lab.plan.legs}
-    own = {leg.name: leg for leg in spec.legs}
-    if spec.legs and not set(own) <= set(known):
-        return spec.legs
-    changed = {name: leg.model_dump(exclude_unset=True) for name, leg in own.items()}
-    legs = tuple(leg.model_copy(update=changed.get(leg.name, {})) for leg in lab.plan.legs)
-    return legs or (LegPlanSpec(name="drive"),)
-
-
 def _found(lab: Lab, spec: TrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None) -> list[FoundLeg]:
     """When each leg was driven: as the plan says, else as the motion shows."""
-    specs = _leg_specs(lab, spec)
+    specs = lab.plan.legs_of(spec)
     given = {i: _given(i, leg, motion) for i, leg in enumerate(specs) if leg.span is not None}
     found = given
     if len(given) < len(specs):

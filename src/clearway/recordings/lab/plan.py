@@ -228,6 +228,15 @@ class Plan(_Part):
     legs: tuple[LegPlanSpec, ...] = Field(default=(), description="of every trial that names none of its own")
     trials: tuple[TrialSpec, ...] = Field(min_length=1, alias="trial", description="one [[trial]] an attempt")
 
+    def legs_of(self, trial: TrialSpec) -> tuple[LegPlanSpec, ...]:
+        """A trial's legs: the plan's, with what the trial says of those that it names; or legs of its own."""
+        own = {leg.name: leg for leg in trial.legs}
+        if trial.legs and not set(own) <= {leg.name for leg in self.legs}:
+            return trial.legs
+        changed = {name: {f: getattr(leg, f) for f in leg.model_fields_set} for name, leg in own.items()}
+        legs = tuple(leg.model_copy(update=changed.get(leg.name, {})) for leg in self.legs)
+        return legs or (LegPlanSpec(name="drive"),)
+
     @model_validator(mode="after")
     def _names(self) -> Plan:
         known: dict[str, Mapping[str, object]] = {"sources": self.sources, "bodies": self.bodies, "poses": self.poses}

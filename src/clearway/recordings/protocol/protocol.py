@@ -235,9 +235,19 @@ class _Writer:
             items = [{"body": name} | ({} if o.pose is None else {"pose": o.pose}) for name, o in placed]
             lines.append(f"obstacles = {_toml(items)}")
         if (legs := self.leg_lines(scenario)) != self.legs:
-            items_of_legs = ", ".join("{ " + ", ".join(f"{k} = {v}" for k, v in leg) + " }" for leg in legs)
-            lines.append(f"legs = [{items_of_legs}]")
+            lines.append(f"legs = [{', '.join(self.other_legs(legs))}]")
         return [*lines, ""]
+
+    def other_legs(self, legs: tuple[tuple[tuple[str, str], ...], ...]) -> list[str]:
+        """A trial's legs as inline tables: of a leg that the plan has too, what differs."""
+        usual = {leg[0]: dict(leg) for leg in self.legs}
+        changed = []
+        for leg in legs:
+            known = usual.get(leg[0], {})
+            fields = [(k, v) for k, v in leg if k == "name" or known.get(k) != v]
+            if len(fields) > 1 or not known:
+                changed.append("{ " + ", ".join(f"{k} = {v}" for k, v in fields) + " }")
+        return changed
 
     def leg_lines(self, scenario: Scenario) -> tuple[tuple[tuple[str, str], ...], ...]:
         """Key and TOML value of each leg's fields."""

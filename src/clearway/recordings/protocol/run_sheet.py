@@ -176,7 +176,7 @@ def _driving(plan: Plan) -> str | None:
     seconds = 0.0
     for trial in plan.trials:
         here: PoseSpec | None = None
-        for leg in trial.legs or plan.legs:
+        for leg in plan.legs_of(trial):
             start, goal = (plan.poses.get(p) if isinstance(p, str) else p for p in (leg.start, leg.goal))
             here = start or here
             if here is None or goal is None or trial.speed is None:
