@@ -80,7 +80,7 @@ def record(
             "reference_length": first.reference_length,
         },
         "sources": _Sources(folder, trials, to, system, coordinates).table(),
-        ROBOT: _robot(trials[0], to, coordinates),
+        ROBOT: _robot(trials[0], to, coordinates) | {"outline": 0.0},  # outlines are exact: nobody built the robot
         "bodies": {},
         "legs": [
             {"name": leg.name, "start": leg.start.tolist(), "goal": leg.goal.tolist(), "scored": leg.scored}
@@ -173,7 +173,7 @@ def _bodies(trial: Trial, to: str) -> Table:
         if body.kind in ("wall", "furniture"):
             continue
         name = body_name(body)
-        entry: Table = {"shape": _shape(body.shape)}
+        entry: Table = {"shape": _shape(body.shape), "outline": 0.0}
         if to in CAPTURES and to != "qualisys-6d":
             entry |= {"markers": f"{name}:", "coordinates": _listed(marker_sets(trial)[name])}
         elif to in ("qualisys-6d", "csv"):

@@ -145,6 +145,11 @@ class BodySpec(_Part):
         default=0.005, description="standard uncertainty of the position on which it was placed, m"
     )
 
+    outline: NonNegative = Field(
+        default=0.002,
+        description="standard uncertainty of its outline and of the outline's place on it, m; counts for clearances",
+    )
+
     @model_validator(mode="after")
     def _one_way(self) -> BodySpec:
         if self.markers is not None and self.track is not None:

@@ -25,7 +25,9 @@ STOOD = (0.02, 0.05)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacles:
-    """The bodies around the robot, what the moving ones did (poses (n, m, 3), sigma (n, m, 2)), and how well each was seen."""
+    """The bodies around the robot, what the moving ones did (poses (n, m, 3), sigma (n, m, 2)), and how well each was seen.
+
+    Their uncertainty holds that of both outlines, the robot's too: only a clearance hangs on it."""
 
     bodies: tuple[Body, ...]
     movers: FloatArray
@@ -52,9 +54,10 @@ def obstacles(
     told: dict[str, Any] = {}
     for placed in spec.obstacles:
         shape, outlined = _shape(lab, placed.body)
+        outlines = math.hypot(lab.body(placed.body).outline, lab.plan.robot.outline)
         if placed.pose is not None or not lab.measured(placed.body):
             pose = lab.pose(placed.pose) if tied else np.full(3, np.nan)
-            sigma = lab.body(placed.body).uncertainty
+            sigma = math.hypot(lab.body(placed.body).uncertainty, outlines)
             standing.append(Body(placed.body, "obstacle", shape, pose, sigma, outlined))
             continue
         motion = _measured(lab, placed, recordings, offsets, t)
@@ -62,14 +65,14 @@ def obstacles(
         outlined &= lab.linked(placed.body)  # else nobody knows where on the markers the shape is
         told[placed.body] = motion.told
         if (still := _stood(motion)) is not None:
-            sigma = (
-                lab.body(placed.body).uncertainty if motion.sigma is None else float(np.nanmedian(motion.sigma[:, 0]))
-            )
+            known = lab.body(placed.body).uncertainty if motion.sigma is None else np.nanmedian(motion.sigma[:, 0])
+            sigma = math.hypot(float(known), outlines)
             standing.append(Body(placed.body, "obstacle", shape, still, sigma, outlined, together))
         else:
             moving.append(Body(placed.body, "mover", shape, None, 0.0, outlined, together))
             poses.append(motion.wrapped)
-            sigmas.append(np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma)
+            own = np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma
+            sigmas.append(np.hypot(own, [outlines, 0.0]))
     movers = np.stack(poses, axis=1) if poses else np.empty((len(t), 0, 3))
     sigma_of = np.stack(sigmas, axis=1) if sigmas else np.empty((len(t), 0, 2))
     return Obstacles((*standing, *moving), movers, sigma_of, told)
