@@ -1,0 +1,46 @@
+"""The plans by which `benchmarks/public_recordings.py` scores other people's recordings; the recordings aren't here."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from clearway.recordings.formats.beside import load
+from clearway.recordings.formats.table_spec import TableSpec
+from clearway.recordings.lab.plan import load_plan
+
+FILE = Path(__file__).parents[2] / "benchmarks" / "public_recordings.py"
+
+
+@pytest.fixture(scope="module")
+def benchmark() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("public_recordings", FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_plan_is_one_and_names_every_file(benchmark: ModuleType, tmp_path: Path) -> None:
+    for source in benchmark.SOURCES:
+        plan = load_plan(benchmark.write_plan(source, tmp_path, tmp_path / source.name))
+        named = {f for trial in plan.trials for f in (trial.file, *trial.files.values())}
+        there = {str(f) for f in source.files(tmp_path)}
+        folders = {str(Path(f).parent) for f in there}
+        assert named <= there | folders
+        assert len(named) == len(there) or named <= folders  # a bag is named by its folder
+        for name in source.tables:
+            load(tmp_path / source.name / name, TableSpec)
+
+
+def test_where_they_are_is_exact(benchmark: ModuleType) -> None:
+    for source in benchmark.SOURCES:
+        assert re.fullmatch(r"[0-9a-f]{40}", source.commit)
+        assert f"checkout {source.commit} -- '{source.paths[0]}'" in benchmark.fetched(source)
