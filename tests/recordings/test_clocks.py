@@ -95,6 +95,14 @@ def test_drift_is_noticed_and_only_if_it_is_there() -> None:
     assert all(clocks.offset(m, logged(m, 50.0, 0.0, seed=s)).drift == 0.0 for s in range(8))
 
 
+def test_two_that_differ_much_are_doubted() -> None:
+    m = driven(TRIAL)
+    wild = replace(m, velocity=1.8 * m.velocity)
+    assert clocks.offset(m, wild).correlation == pytest.approx(2 * 1.8 / (1 + 1.8**2), abs=0.01)
+    assert "differ much" in clocks.offset(m, wild).note
+    assert "differ much" not in clocks.offset(m, replace(m, velocity=1.4 * m.velocity)).note  # agree by 0.946
+
+
 def test_what_cannot_be_told_is_refused() -> None:
     m = driven(TRIAL)
     with pytest.raises(ClearwayError, match="second source shows the robot at rest"):

@@ -34,6 +34,9 @@ OVERLAP = 3.0
 """s of common time that it takes at least."""
 AGREEMENT = 0.7
 """Below, the two sources don't show the same drive."""
+DOUBTFUL = 0.9
+"""Below, the uncertainty of the offset isn't the whole of it: of a drone whose own estimate overshot and lagged the
+speeds agreed by 0.81, and the offset was off by 0.4 s (docs/recordings-tried.md)."""
 MARGIN = 0.07
 """By so much the best shift has to agree better than any other, farther off than its own peak."""
 RIPPLE = 0.01
@@ -91,6 +94,8 @@ def offset(a: Motion, b: Motion, *, within: tuple[float, float] | None = None) -
             f"offset would be uncertain{how}; give the source's `clock` as a number or as `epoch`"
         )
     note = f"clock: {seconds:+.4f} s +- {sigma:.4f} s by its motion (agreement {agreement:.3f})"
+    if agreement < DOUBTFUL:
+        note += "; the two differ much: if what the robot believes lags behind, the lag is taken for its clock's"
     if drift:
         note += f"; the clocks drift apart by {abs(drift) * span * 1000:.0f} ms over {span:.0f} s"
     return Offset(seconds, sigma, agreement, note, drift)
