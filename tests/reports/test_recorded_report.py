@@ -13,6 +13,7 @@ import pytest
 from recorded_results import CONDITIONS, LACKS, aimless, blind, gapped, measured, shapeless, unrecorded, write_recorded
 from synthetic_results import glide
 
+from clearway.geometry.shapes import Circle
 from clearway.reports import conditions, figure, recordings, write_replay, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.packing import Packer, broken, clearance_over_time
@@ -195,6 +196,16 @@ def test_clearance_over_time_of_what_is_known(crossing: Trial) -> None:
     turned = replace(flat, attempt=replace(flat.attempt, bodies=tuple(b for b in flat.attempt.bodies if b.pose is not None)),
                      movers=np.empty((len(flat.t), 0, 3)), sigma=flat.sigma[:, :1])  # fmt: skip
     np.testing.assert_allclose(clearance_over_time(blind(turned)), clearance_over_time(turned), atol=1e-9)  # type: ignore[arg-type]
+
+
+def test_clearance_over_time_from_people_who_look_nowhere(crossing: Trial) -> None:
+    seen = measured(crossing)
+    discs = tuple(replace(b, shape=Circle(0.2)) for b in seen.attempt.bodies)
+    looking = replace(seen, attempt=replace(seen.attempt, bodies=discs))
+    placed = tuple(b if b.pose is None else replace(b, pose=np.array([*b.pose[:2], np.nan])) for b in discs)
+    nowhere = replace(seen, attempt=replace(seen.attempt, bodies=placed), movers=seen.movers * [1.0, 1.0, np.nan])
+    assert clearance_over_time(looking).mean() > 0.5  # type: ignore[union-attr]
+    np.testing.assert_allclose(clearance_over_time(nowhere), clearance_over_time(looking), atol=1e-9)  # type: ignore[arg-type]
 
 
 def test_what_the_replay_is_given_of_a_recording(crossing: Trial) -> None:

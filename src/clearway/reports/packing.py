@@ -127,7 +127,11 @@ def clearance_over_time(trial: Trial) -> FloatArray | None:
     a = trial.attempt
     if a.footprint is None or not a.bodies:
         return None
-    if np.isfinite(trial.pose).all() and all(b.outlined for b in a.bodies):
+    placed = np.isfinite(trial.movers[..., :2]).all(axis=-1)
+    headed = np.isfinite(trial.movers[placed]).all() and all(
+        b.pose is None or np.isfinite(b.pose).all() for b in a.bodies
+    )
+    if np.isfinite(trial.pose).all() and headed and all(b.outlined for b in a.bodies):
         out = min_clearance(a.footprint, trial.pose, a.bodies, trial.movers)
     else:
         out = _clearance_of_what_is_known(trial, a.footprint)
