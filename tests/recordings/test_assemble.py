@@ -298,3 +298,51 @@ def test_a_leg_that_takes_too_long_is_a_timeout(score: Score) -> None:
 def test_a_faster_capture_is_thinned(score: Score) -> None:
     trial = score({}, test=PLAN["test"] | {"rate": 6.0})
     assert np.diff(trial.t) == pytest.approx(0.2)
+
+
+def test_a_log_of_the_whole_day_is_tied_by_the_whole_file(score: Score, tmp_path: Path) -> None:
+    one = drive()
+    two = one[1:].copy()
+    two[:, 0] += one[-1, 0]
+    two[:, 3] *= -1  # it turns the other way on its way back to the start, which nobody recorded
+    day = np.concatenate([one, two])
+    log = day.copy()
+    log[:, 0] += 500.0
+    log[:, 2] += 0.05
+    write(tmp_path, "log.csv", log)
+    sources = PLAN["sources"] | {"log": {"format": "table", "frame": {"same": True}, "estimate": "robot"}}
+    half = float(one[-1, 0])
+    for span in ([0.0, half], [half, 2 * half]):
+        trial = score({"span": span, "files": {"log": "log.csv"}}, day, sources=sources)
+        assert trial.provenance["clock"]["log"]["seconds"] == pytest.approx(-500.0, abs=0.01)
+        assert trial.estimate is not None
+        assert np.isfinite(trial.estimate).all()
+
+
+def test_goals_of_the_log_are_for_the_legs_that_have_none(score: Score, tmp_path: Path) -> None:
+    """The plan has the first one; it was sent twice."""
+    sent = np.array([[1.3, 2.0, 0.0, 0.0], [1.5, 2.0, 0.0, 0.0], [7.3, 2.0, 0.0, math.pi], [12.4, 0.0, 0.0, math.pi]])
+    write(tmp_path, "goals.csv", np.column_stack([sent, np.zeros((4, 3))]))
+    log = {"format": "table", "frame": {"same": True}, "clock": "same", "goals": "robot"}
+    legs = [PLAN["legs"][0], {"name": "turn", "scored": False}, {"name": "back"}]
+    trial = score({"files": {"log": "goals.csv"}}, drive(), sources=PLAN["sources"] | {"log": log}, legs=legs)
+    assert [tuple(leg.goal[:2]) for leg in trial.attempt.legs] == [(2.0, 0.0), (2.0, 0.0), (0.0, 0.0)]
+    assert trial.outcome is Outcome.REACHED
+
+
+def test_a_leg_that_ends_unseen_is_to_be_confirmed(score: Score) -> None:
+    rows = drive()
+    end = int((2 + 2.0 / 0.5 + 0.5) * RATE)
+    rows[end - 12 : end + 8, 1:4] = np.nan
+    row = score_row(score({}, rows))
+    assert "leg forth: the robot was not seen for 1.1 s about its end; give its span" in str(row["to_confirm"])
+    given = score_row(score({"legs": [{"name": "forth", "span": [2.0, 6.5]}]}, rows))
+    assert "not seen" not in str(given["to_confirm"])
+
+
+def test_a_record_that_ends_unseen_is_to_be_confirmed(score: Score) -> None:
+    rows = drive()
+    rows[-60:, 1:4] = np.nan
+    row = score_row(score({}, rows))
+    assert row["success"] is False
+    assert "leg back: the robot was not seen for 3.0 s about its end" in str(row["to_confirm"])

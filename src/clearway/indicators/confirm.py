@@ -12,11 +12,12 @@ _UNITS = {"DE": "m", "OE": "rad"}
 
 
 def to_confirm(trial: Trial) -> str:
-    """Possible contacts, leg ends that did not show, and leg ends whose DE or OE is closer to its tolerance than its expanded uncertainty, in
-    phrases joined by `; `; empty where there is nothing to confirm. Success keeps to the values."""
+    """Possible contacts, starts and ends of legs that did not show, and ends whose DE or OE is closer to its tolerance than
+    its expanded uncertainty, in phrases joined by `; `; empty where there is nothing to confirm. Success keeps to the values.
+    """
     said = [f"possible contact at {e.t:.1f} s" + (f" ({e.detail})" if e.detail else "")
             for e in trial.events if e.kind == "possible contact"]  # fmt: skip
-    said += [e.detail for e in trial.events if e.kind == "unseen arrival"]
+    said += [e.detail for e in trial.events if e.kind in ("unseen departure", "unseen arrival")]
     for leg in trial.attempt.legs:
         if trial.attempt.source == "simulated" or not leg.scored:
             continue

@@ -130,7 +130,7 @@ class Event:
     """Something that happened at time `t` [s]: kind `contact`, `status`, `timeout`, `error`, ...; detail for people
     (of `status`: the navigator's word, whenever it changes). `possible contact`: a clearance was measured that is zero
     or less within its uncertainty; a person has to confirm it. `near miss`: one that a person has denied.
-    `unseen arrival`: the end of a leg that had to be found and did not show."""
+    `unseen departure`, `unseen arrival`: the start or end of a leg that had to be found and did not show."""
 
     t: float
     kind: str

@@ -26,6 +26,8 @@ from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
 UNLINKED = "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known"
+SAME = (0.1, 0.2)
+"""m, rad: a goal that was sent and one of the plan, or the one sent before, that differ by less are one."""
 
 
 def assemble(lab: Lab, index: int) -> Trial:
@@ -56,13 +58,14 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     motion = cut(whole, spec.span, file=recordings[source].file)
     for name, recording in recordings.items():
         if name != source:
-            offsets[name] = offset_of(lab, name, recording, recordings[source], motion)
+            offsets[name] = offset_of(lab, name, recording, recordings[source], motion, whole)
     keep = _thin(motion.t, lab.plan.test.rate)
     t = motion.t[keep]
     zero = float(t[0])
     known = tie is not None
     sent = goals_sent(lab, recordings, offsets, (float(motion.t[0]), float(motion.t[-1])))
-    legs = _legs(lab, spec, sent, tied=known)
+    linked = lab.linked(ROBOT)
+    legs = _legs(lab, spec, sent, tied=known and linked)
     around = obstacles(lab, spec, recordings, offsets, t, tied=known)
     found = _found(lab, spec, legs, motion, sent)
     spans = tuple(
@@ -71,15 +74,15 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     )
     attempt = _attempt(lab, spec, legs, (*fixtures(lab, known), *around.bodies), float(np.median(np.diff(t))))
     pose = motion.wrapped[keep]
-    if not (linked := lab.linked(ROBOT)):
+    if not linked:
         pose[:, 2] = np.nan
-        attempt = replace(attempt, footprint=None, legs=tuple(replace(leg, goal=np.full(3, np.nan)) for leg in legs))
+        attempt = replace(attempt, footprint=None)
     sigma = None
     if motion.sigma is not None:
         sigma = np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
     common = None if tie is None or sigma is None else frames.uncertainty(tie, motion.pose[keep])
     events = contacts.assess(attempt, t - zero, pose, around.movers, sigma, common)
-    events = (*events, *(_unseen(legs[f.leg], f.end - zero) for f in found if not f.rested))
+    events = (*events, *(e for f in found for e in _unseen(legs[f.leg], f, zero)))
     outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero))
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
@@ -162,18 +165,29 @@ def _legs(lab: Lab, spec: TrialSpec, sent: Goals | None, *, tied: bool) -> tuple
     test, robot = lab.plan.test, lab.robot
     xy = test.xy_tolerance or (robot.tolerances.xy if robot else math.nan)
     yaw = test.yaw_tolerance or (robot.tolerances.yaw if robot else math.nan)
-    goals = iter([] if sent is None else sent.pose)
+    goals = [] if sent is None or not tied else _new_goals(sent)
     legs: list[Leg] = []
     before = np.full(3, np.nan)
     for leg in lab.plan.legs_of(spec):
         goal = lab.pose(leg.goal) if tied else np.full(3, np.nan)
-        if leg.goal is None and tied:
-            goal = next(goals, goal)
+        if goals and (leg.goal is None or _same(goals[0], goal)):
+            known = goals.pop(0)
+            goal = known if leg.goal is None else goal
         start = lab.pose(leg.start) if leg.start is not None and tied else before
         limit = leg.time_limit or math.inf
         legs.append(Leg(leg.name, start, goal, xy, yaw, leg.scored, limit))
         before = goal
     return tuple(legs)
+
+
+def _new_goals(sent: Goals) -> list[FloatArray]:
+    """The goals in the order in which they were sent; one that was sent again and again is one."""
+    return [goal for i, goal in enumerate(sent.pose) if i == 0 or not _same(goal, sent.pose[i - 1])]
+
+
+def _same(a: FloatArray, b: FloatArray) -> bool:
+    turned = math.remainder(float(a[2] - b[2]), math.tau) if math.isfinite(a[2] - b[2]) else 0.0
+    return math.hypot(a[0] - b[0], a[1] - b[1]) <= SAME[0] and abs(turned) <= SAME[1]
 
 
 def _found(lab: Lab, spec: TrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None) -> list[FoundLeg]:
@@ -280,10 +294,20 @@ def _outcome(
     return Outcome.REACHED, "", events
 
 
-def _unseen(leg: Leg, t: float) -> Event:
-    return Event(
-        t, "unseen arrival", f"leg {leg.name} ended without a rest; give its span, or the goals that were sent"
-    )
+def _unseen(leg: Leg, found: FoundLeg, zero: float) -> list[Event]:
+    """What did not show of when a leg began and ended."""
+    events = []
+    for at, gap, kind, what in (
+        (found.start, found.unseen[0], "unseen departure", "start"),
+        (found.end, found.unseen[1], "unseen arrival", "end"),
+    ):
+        if gap:
+            said = f"leg {leg.name}: the robot was not seen for {gap:.1f} s about its {what}; give its span"
+            events.append(Event(at - zero, kind, said))
+    if not found.rested and not found.unseen[1]:
+        said = f"leg {leg.name} ended without a rest; give its span, or the goals that were sent"
+        events.append(Event(found.end - zero, "unseen arrival", said))
+    return events
 
 
 def _denied(event: Event) -> Event:

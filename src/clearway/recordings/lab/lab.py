@@ -49,7 +49,7 @@ class Lab:
         self._kept: OrderedDict[tuple[str, Path], Recording] = OrderedDict()
         self._bases: dict[str, Base | None] = {}
         self._ties: dict[str, Tie] = {}
-        self._models: dict[str, FloatArray] = {}
+        self._models: dict[str, dict[str, FloatArray]] = {}
 
     @property
     def first(self) -> str:
@@ -151,9 +151,12 @@ class Lab:
                 if marker not in body.coordinates:
                     raise unknown("marker", marker, body.coordinates, file=self.path, field=f"{field}.coordinates")
             return MarkerSet(names, np.array([body.coordinates[marker] for marker in names]))
-        return MarkerSet(names, self._model(name))
+        if (known := self._model(name)) is None:
+            return MarkerSet(names)
+        # another file may have other columns: a marker that wasn't there when the layout was learnt is not used
+        return MarkerSet(names, np.array([known.get(marker, np.full(3, np.nan)) for marker in names]))
 
-    def _model(self, name: str) -> FloatArray | None:
+    def _model(self, name: str) -> dict[str, FloatArray] | None:
         """Where the markers sit on a body whose base_link was tied by a recording of its own: learnt there, used everywhere."""
         body = self.body(name)
         stretch = body.static or body.straight or body.turn
@@ -165,7 +168,7 @@ class Lab:
             names = markers.resolve(points.names, body.markers, file=recording.file)
             model = markers.learnt(points, MarkerSet(names), self.plan.motion).model
             assert model is not None
-            self._models[name] = model
+            self._models[name] = dict(zip(names, model, strict=True))
         return self._models[name]
 
     def motion(self, name: str, recording: Recording) -> tuple[Motion, Tie | None]:
@@ -213,10 +216,16 @@ class Lab:
         """By the robot at rest on known poses."""
         spec = self.plan.sources[source].frame
         body = self.plan.robot
-        if body.offset is None and (body.static is not None or body.straight is not None):
+        itself = body.coordinates is not None or body.track is not None
+        if body.offset is None and (body.static is not None or body.straight is not None or not itself):
+            how = (
+                "robot.static ties base_link by the frame"
+                if itself or body.static or body.straight
+                else "nothing ties it"
+            )
             raise ClearwayError(
-                "holds tie the frame by where base_link is, and robot.static ties base_link by the frame: give the "
-                "markers' coordinates, or tie the frame by surveyed points",
+                f"holds tie the frame by where base_link is, and {how}: give the markers' coordinates alone, or tie the frame "
+                "by surveyed points",
                 file=self.path,
                 field=f"sources.{source}.frame.holds",
             )
@@ -239,7 +248,7 @@ class Lab:
         body, source = self.body(name), self.source_of(name)
         if body.offset is not None:
             return base.from_offset(body.offset)
-        if body.static is None and body.straight is None:
+        if body.static is None and body.straight is None and body.turn is None:
             return None
         where: dict[str, Any] = {"file": self.path, "field": ROBOT if name == ROBOT else f"bodies.{name}"}
         placed = (body.uncertainty, PLACED_HEADING)
@@ -253,9 +262,23 @@ class Lab:
             if tie is not None:
                 still = frames.apply(tie, self.stretch(name, body.static, source, tied=False))
                 known = self.pose(body.static.pose)
+            elif turn is None and straight is not None:
+                raise ClearwayError(
+                    f"is tied by a pose in the map (static), and the frame of {source!r} is not tied to the map: say "
+                    f"sources.{source}.frame, or give a turn in place instead",
+                    **where,
+                )
         if straight is not None:
             return base.from_static_and_straight(still, known, straight, turn=turn, placed=placed, **where)
-        return None if still is None or known is None else base.from_static(still, known, placed=placed, **where)
+        if still is not None and known is not None:
+            return base.from_static(still, known, turn=turn, placed=placed, **where)
+        if turn is not None:
+            raise ClearwayError(
+                "a turn in place gives base_link's position alone; its heading needs a straight drive, or a static pose in the "
+                "map",
+                **where,
+            )
+        return None
 
     def linked(self, name: str) -> bool:
         """Whether it is known where base_link is on the body; a track is taken to be base_link's own."""

@@ -37,13 +37,16 @@ AGAIN = 2.0
 """s; after so long it comes back to a goal that it has passed, it is another visit."""
 MOVED = 0.1
 """m (or turning by a third of a radian): less is no leg."""
+UNSEEN = 0.2
+"""s; a leg whose start or end lies at a longer gap may have begun or ended anywhere in it."""
 
 
 @dataclass(frozen=True, slots=True)
 class FoundLeg:
     """When leg `leg` (index) was driven, from `start` to `end` [s on the motion's clock]; `reached`: whether it came to
     rest at the goal; `why`: a sentence for people, who may correct it in the plan; `rested`: whether its end was seen by a
-    rest, else it is where the robot came nearest to the goal."""
+    rest, else it is where the robot came nearest to the goal; `unseen`: for how long the robot was not seen about its start
+    and about its end, s, 0 where it was."""
 
     leg: int
     start: float
@@ -51,6 +54,7 @@ class FoundLeg:
     reached: bool
     why: str
     rested: bool = True
+    unseen: tuple[float, float] = (0.0, 0.0)
 
 
 def find_legs(
@@ -75,7 +79,17 @@ def find_legs(
         found = _by_goals(seen, legs, rest)
     else:
         found = _by_rests(seen, legs, rest)
+    found = [replace(f, unseen=(_unseen(motion, seen, f.start), _unseen(motion, seen, f.end))) for f in found]
     return found if sent is None else _sent(found, np.sort(np.asarray(sent, dtype=np.float64)))
+
+
+def _unseen(motion: Motion, seen: Course, at: float) -> float:
+    """How long the gap is that `at` [s] lies in or beside, or the stretch without the robot that ends the record; s."""
+    bounds = np.concatenate((motion.t[:1], seen.t, motion.t[-1:]))
+    usual = float(np.median(np.diff(seen.t)))
+    steps = np.diff(bounds)
+    beside = (bounds[:-1] <= at + usual) & (at - usual <= bounds[1:]) & (steps > max(UNSEEN, 3 * usual) + 1e-9)
+    return float(steps[beside].max(initial=0.0))
 
 
 def _asked(leg: Leg) -> Leg:
@@ -324,7 +338,7 @@ def _sent(found: list[FoundLeg], sent: FloatArray) -> list[FoundLeg]:
         fits = sent[(sent > since) & (sent <= leg.start + 0.1)]
         if len(fits):
             why = f"goal sent at {fits[-1]:.2f} s, {leg.why}"
-            told.append(replace(leg, start=float(fits[-1]), why=why))
+            told.append(replace(leg, start=float(fits[-1]), why=why, unseen=(0.0, leg.unseen[1])))
         else:
             told.append(leg)
         since = leg.end - 0.5

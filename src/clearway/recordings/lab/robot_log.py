@@ -28,13 +28,14 @@ Offsets = Mapping[str, Offset]
 BY_DATES = "by the dates in both files"
 
 
-def offset_of(lab: Lab, name: str, recording: Recording, first: Recording, motion: Motion) -> Offset:
-    """What to add to the clock of source `name` to have the first one's, by which the robot moved as `motion` says.
+def offset_of(lab: Lab, name: str, recording: Recording, first: Recording, motion: Motion, whole: Motion) -> Offset:
+    """What to add to the clock of source `name` to have the first one's, by which the robot moved as `motion` says in this
+    trial, and as `whole` says in all of the first one's file.
 
     Raises:
         ClearwayError: the clocks can't be tied as the plan says, or then have no time in common.
     """
-    offset = _tied(lab, name, recording, first, motion)
+    offset = _tied(lab, name, recording, first, (motion, whole))
     ends = [end for track in recording.tracks.values() if len(track.t) for end in (track.t[0], track.t[-1])]
     begin, end = (min(ends) + offset.seconds, max(ends) + offset.seconds) if ends else (motion.t[0], motion.t[-1])
     if begin > motion.t[-1] or end < motion.t[0]:
@@ -48,7 +49,7 @@ def offset_of(lab: Lab, name: str, recording: Recording, first: Recording, motio
     return offset
 
 
-def _tied(lab: Lab, name: str, recording: Recording, first: Recording, motion: Motion) -> Offset:
+def _tied(lab: Lab, name: str, recording: Recording, first: Recording, motions: tuple[Motion, ...]) -> Offset:
     spec = lab.plan.sources[name]
     if isinstance(spec.clock, float | int):
         return Offset(float(spec.clock), 0.0, 1.0, "given in the plan")
@@ -68,7 +69,13 @@ def _tied(lab: Lab, name: str, recording: Recording, first: Recording, motion: M
             file=lab.path,
             field=f"sources.{name}",
         )
-    return clocks.offset(motion, _track(lab, recording, track))
+    own = _track(lab, recording, track)
+    # one trial alone would fit all its repetitions in a log of the whole day, and the other way round
+    return clocks.offset(min(motions, key=lambda m: abs(_lasts(m) - _lasts(own))), own)
+
+
+def _lasts(motion: Motion) -> float:
+    return float(motion.t[-1] - motion.t[0]) if len(motion.t) else 0.0
 
 
 def _track(lab: Lab, recording: Recording, track: str) -> Motion:

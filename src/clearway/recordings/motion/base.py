@@ -157,15 +157,24 @@ def from_static(
     static: Motion,
     pose: FloatArray,
     *,
+    turn: Motion | None = None,
     placed: tuple[float, float] = (0.0, 0.0),
     file: object = None,
     field: str | None = None,
 ) -> Base:
-    """The base from a static pose alone: as good as the robot was placed, in heading too (obstacles, as a rule)."""
+    """The base from a static pose alone: as good as the robot was placed, in heading too (obstacles, as a rule).
+
+    With a `turn` in place its centre is base_link's origin, and the static pose counts for the heading.
+    """
     mean, scatter = _resting(static, file, field)
-    point = np.array((*_seen_from(mean, pose), 0.0))
+    rotation = _about_z(float(pose[2] - mean[2]))
+    if turn is not None:
+        point, residual, unsure = _centre(turn, file, field)
+        how = f"the centre of a turn in place ({residual * 1e3:.1f} mm rms) and a static pose"
+        return Base(rotation, np.array((*point, 0.0)), (unsure, placed[1]), residual, f"base_link by {how}")
     sigma = (math.hypot(scatter, placed[0]), placed[1])
-    return Base(_about_z(float(pose[2] - mean[2])), point, sigma, None, "base_link by a static pose alone")
+    note = "base_link by a static pose alone"
+    return Base(rotation, np.array((*_seen_from(mean, pose), 0.0)), sigma, None, note)
 
 
 def _about_z(theta: float) -> FloatArray:
