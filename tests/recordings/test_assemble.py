@@ -263,6 +263,20 @@ def test_an_end_that_did_not_show_is_to_be_confirmed(score: Score) -> None:
     assert not score_row(score({}, rows))["to_confirm"]
 
 
+def test_a_record_that_ends_under_way_is_told_apart_from_a_robot_that_stopped(score: Score) -> None:
+    rows = drive()
+    under_way = score({}, rows[: int(4.5 * RATE)])
+    row = score_row(under_way)
+    assert under_way.outcome is Outcome.ABORTED
+    assert "leg forth: the recording ends at 4.5 s, while the robot moves" in under_way.reason
+    assert "give all of it" in str(row["to_confirm"])
+    rows[int(4.5 * RATE) :, 1:4] = rows[int(4.5 * RATE), 1:4]  # stuck there
+    stuck = score({}, rows)
+    assert stuck.reason == "leg forth was not finished"
+    assert not score_row(stuck)["to_confirm"]
+    assert under_way.provenance["number"] == 1
+
+
 def test_without_goals_a_cut_record_is_no_failure(score: Score) -> None:
     """Nobody can tell whether it would have arrived."""
     rows = drive(rest=3.0)

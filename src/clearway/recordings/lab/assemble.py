@@ -26,6 +26,8 @@ from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
 UNLINKED = "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known"
+UNDER_WAY = 0.05
+"""m/s; a robot that is faster has not stopped."""
 SAME = (0.1, 0.2)
 """m, rad: a goal that was sent and one of the plan, or the one sent before, that differ by less are one."""
 
@@ -38,7 +40,8 @@ def assemble(lab: Lab, index: int) -> Trial:
     """
     spec = lab.plan.trials[index]
     try:
-        return _recorded(lab, spec) if lab.files(spec) else _unrecorded(lab, spec)
+        made = _recorded(lab, spec) if lab.files(spec) else _unrecorded(lab, spec)
+        return replace(made, provenance={"number": index + 1, **made.provenance})
     except ClearwayError as error:
         if error.file is not None:
             raise
@@ -83,7 +86,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     common = None if tie is None or sigma is None else frames.uncertainty(tie, motion.pose[keep])
     events = contacts.assess(attempt, t - zero, pose, around.movers, sigma, common)
     events = (*events, *(e for f in found for e in _unseen(legs[f.leg], f, zero)))
-    outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero))
+    outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero), going=_going(motion))
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
         "clearway": _version(),
@@ -264,9 +267,15 @@ def _attempt(lab: Lab, spec: TrialSpec, legs: tuple[Leg, ...], bodies: tuple[Bod
 
 
 def _outcome(
-    spec: TrialSpec, legs: Sequence[Leg], spans: Sequence[Span], events: tuple[Event, ...], end: float
+    spec: TrialSpec,
+    legs: Sequence[Leg],
+    spans: Sequence[Span],
+    events: tuple[Event, ...],
+    end: float,
+    *,
+    going: bool = False,
 ) -> tuple[Outcome, str, tuple[Event, ...]]:
-    """How the attempt ended, why, and its events with what the operator saw."""
+    """How the attempt ended, why, and its events with what the operator saw; `going`: the robot was when the record ended."""
     if spec.contact is False:  # somebody stood beside it and saw none; overlap that was measured has to be explained
         events = tuple(_denied(e) for e in events)
     touched = [e for e in events if e.kind == "contact"]
@@ -290,8 +299,19 @@ def _outcome(
     reached = {span.leg for span in spans if span.reached}
     for i, leg in enumerate(legs):
         if i not in reached:
-            return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
+            if not (spans and going):
+                return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
+            reason = f"leg {leg.name}: the recording ends at {end:.1f} s, while the robot moves"
+            said = f"{reason}; give all of it, or say what happened (aborted, stopped, intervention)"
+            return Outcome.ABORTED, reason, (*events, Event(end, "unseen arrival", said))
     return Outcome.REACHED, "", events
+
+
+def _going(motion: Motion) -> bool:
+    """Whether the robot moves when the record ends: over its last half second."""
+    last = motion.t >= motion.t[-1] - 0.5
+    seen = motion.pose[last][np.isfinite(motion.pose[last, :2]).all(axis=1), :2]
+    return len(seen) > 1 and float(np.hypot(*(seen[-1] - seen[0]))) > UNDER_WAY * 0.5
 
 
 def _unseen(leg: Leg, found: FoundLeg, zero: float) -> list[Event]:
