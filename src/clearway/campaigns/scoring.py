@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Generator, Sequence
@@ -16,7 +15,7 @@ from clearway.campaigns.worker import Done, settle
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
 from clearway.recordings.lab.assemble import assemble
-from clearway.recordings.lab.checks import problems_of
+from clearway.recordings.lab.checks import problems_of, references
 from clearway.recordings.lab.lab import Lab
 from clearway.recordings.lab.plan import TrialSpec
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
@@ -117,13 +116,9 @@ def _id(spec: TrialSpec) -> str:
 
 
 def _asked(lab: Lab, attempted: Sequence[int]) -> dict[str, Any]:
-    """What campaign.json holds and resuming compares: the plan as it was, and its files' sizes."""
+    """What campaign.json holds and resuming compares: the plan as it was, and what its files held."""
     robots = {} if lab.robot is None else {str(lab.plan.test.robot): json.loads(lab.robot.model_dump_json())}
-    seen = hashlib.sha256()
-    for number in attempted:
-        for file in lab.files(lab.plan.trials[number]).values():
-            path = lab.folder / file
-            seen.update(f"{file} {path.stat().st_size if path.is_file() else 0}\n".encode())
+    read = {file for _, _, file, _ in references(lab.plan)} | {s.table for s in lab.plan.sources.values() if s.table}
     whole = json.loads(lab.plan.model_dump_json(by_alias=True))
     trials = whole.pop("trial")
     return asked_of(robots) | {
@@ -131,5 +126,5 @@ def _asked(lab: Lab, attempted: Sequence[int]) -> dict[str, Any]:
         "test_plan": whole,
         "attempted": [trials[i] for i in attempted],
         "not_attempted": len(trials) - len(attempted),
-        "files": seen.hexdigest(),
+        "files": {file: lab.digest(file) for file in sorted(read) if (lab.folder / file).exists()},
     }

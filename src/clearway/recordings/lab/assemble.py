@@ -14,7 +14,7 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.lab import contacts
-from clearway.recordings.lab.lab import ROBOT, Lab, cut, digest
+from clearway.recordings.lab.lab import ROBOT, Lab, cut
 from clearway.recordings.lab.legs import FoundLeg, find_legs
 from clearway.recordings.lab.plan import LegPlanSpec, TrialSpec
 from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
@@ -94,7 +94,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
         "sources": {
             name: {
                 "file": files[name],
-                "sha256": digest(lab.folder / files[name]),
+                "sha256": lab.digest(files[name]),
                 "format": r.format,
                 "notes": list(r.notes),
             }

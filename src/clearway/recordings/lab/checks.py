@@ -172,7 +172,7 @@ def _said(span: Span | None) -> str:
     return "all" if span is None else f"{span[0]:g} to {span[1]:g} s"
 
 
-def _references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
+def references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
     """Every recording that the plan names: field, source, file, span."""
     for name, source in plan.sources.items():
         if source.frame.file is not None:
@@ -200,7 +200,7 @@ def _files(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
             yield ClearwayError(f"no such file: {source.table}", field=f"sources.{name}.table")
     if not any(_given(plan, t) for t in plan.trials):
         return
-    for field, _, file, _ in _references(plan):
+    for field, _, file, _ in references(plan):
         if not os.path.exists(folder / file):
             yield ClearwayError(f"no such file: {file!r}{_close(folder, file)}", field=field)
 
@@ -230,7 +230,7 @@ def _contents(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
             return error
 
     said: set[str] = set()
-    for field, source, file, span in _references(plan):
+    for field, source, file, span in references(plan):
         spec = plan.sources[source]
         if not os.path.exists(folder / file) or (spec.format or "table") not in formats.formats():
             continue

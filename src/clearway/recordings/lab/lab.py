@@ -50,6 +50,7 @@ class Lab:
         self._bases: dict[str, Base | None] = {}
         self._ties: dict[str, Tie] = {}
         self._models: dict[str, dict[str, FloatArray]] = {}
+        self._digests: dict[str, str] = {}
 
     @property
     def first(self) -> str:
@@ -90,6 +91,12 @@ class Lab:
             self._kept[key] = found
         self._kept.move_to_end(key)
         return self._kept[key]
+
+    def digest(self, file: str) -> str:
+        """SHA-256 of a file of the plan."""
+        if file not in self._digests:
+            self._digests[file] = digest(self.folder / file)
+        return self._digests[file]
 
     def _want(self, source: str, file: str) -> Want:
         """What the plan needs of a file, so that no more of it is kept; all of it where a marker set is named by its prefix."""
