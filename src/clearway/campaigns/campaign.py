@@ -11,8 +11,8 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -27,7 +27,7 @@ from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.trials import Outcome
 from clearway.trials.store import Results, TrialStore, refuse_results
-from clearway.trials.store_results import read_campaign
+from clearway.trials.store_results import how_to_go_on, read_campaign
 
 Finished = TypeVar("Finished")
 
@@ -43,7 +43,7 @@ class CampaignInterrupted(KeyboardInterrupt):
 
     def __init__(self, path: Path, done: int, total: int) -> None:
         self.path, self.done, self.total = path, done, total
-        super().__init__(f"stopped after {done} of {total} trials; go on with `clearway run --resume {path}`")
+        super().__init__(f"stopped after {done} of {total} trials; go on with `{how_to_go_on(path)}`")
 
 
 def run_campaign(
@@ -75,19 +75,24 @@ def run_campaign(
     check_plan(plan, specs)
     asked = _asked(plan, specs)
     run = machine() | {"started": now()}
-    with (
-        TrialStore(Path(out), asked, len(specs), row_schema(), run=run, resume=resume) as store,
-        _CtrlC() as ctrl_c,
-    ):
+    with TrialStore(Path(out), asked, len(specs), row_schema(), run=run, resume=resume) as store, stoppable(store):
+        while missing := store.missing():
+            _run_all(plan, [specs[i] for i in missing], store, workers or os.cpu_count() or 1, tell)
+        return store.finish({"finished": now()})
+
+
+@contextmanager
+def stoppable(store: TrialStore) -> Iterator[None]:
+    """Ends the workers when something goes wrong in it, and makes a `CampaignInterrupted` of Ctrl-C."""
+    with _CtrlC() as ctrl_c:
         try:
-            while missing := store.missing():
-                _run_all(plan, [specs[i] for i in missing], store, workers or os.cpu_count() or 1, tell)
-            return store.finish({"finished": now()})
+            yield
         except BaseException as error:
             _stop_workers()
             if not (ctrl_c.came or isinstance(error, KeyboardInterrupt)):
                 raise
-        raise CampaignInterrupted(store.path, store.total - len(store.missing()), store.total)
+            done = store.total - len(store.missing())
+            raise CampaignInterrupted(store.path, done, store.total) from None
 
 
 class _CtrlC:

@@ -10,7 +10,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from clearway.campaigns.campaign import ProgressCallback, asked_of, finished_in_turn, machine, now
+from clearway.campaigns.campaign import ProgressCallback, asked_of, finished_in_turn, machine, now, stoppable
 from clearway.campaigns.worker import Done, settle
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
@@ -19,6 +19,10 @@ from clearway.recordings.lab.checks import problems_of, references
 from clearway.recordings.lab.lab import Lab
 from clearway.recordings.lab.plan import TrialSpec
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
+
+
+class Unusable(ClearwayError):
+    """A trial's recording, or what the plan says of it, is wrong."""
 
 
 def score_plan(
@@ -58,18 +62,24 @@ def score_plan(
             "no trial has a file, and none is marked as attempted; there is nothing to score", file=plan
         )
     left_out = len(lab.plan.trials) - len(attempted)
-    with TrialStore(
-        out, _asked(lab, attempted), len(attempted), row_schema(), run=machine() | {"started": now()}, resume=resume
-    ) as store:
-        while missing := store.missing():
-            jobs = _by_file(lab, [(i, attempted[i]) for i in missing])
-            done = store.total - len(missing)
-            tell(done, store.total, f"{left_out} not attempted yet" if left_out else "")
-            with closing(_scored(plan, jobs, store, workers or os.cpu_count() or 1)) as results:
-                for several in results:
-                    done += len(several)
-                    tell(done, store.total)
-        return store.finish({"finished": now()})
+    run = machine() | {"started": now(), "test_plan": str(plan)}
+    with (
+        TrialStore(out, _asked(lab, attempted), len(attempted), row_schema(), run=run, resume=resume) as store,
+        stoppable(store),
+    ):
+        try:
+            while missing := store.missing():
+                jobs = _by_file(lab, [(i, attempted[i]) for i in missing])
+                done = store.total - len(missing)
+                tell(done, store.total, f"{left_out} not attempted yet" if left_out else "")
+                with closing(_scored(plan, jobs, store, workers or os.cpu_count() or 1)) as results:
+                    for several in results:
+                        done += len(several)
+                        tell(done, store.total)
+            return store.finish({"finished": now()})
+        except Unusable:
+            store.withdraw()  # the plan has to be mended, and a mended plan is another campaign
+            raise
 
 
 def _scored(
@@ -88,7 +98,10 @@ def _score_and_keep(
     lab = _lab(plan, plan.stat().st_mtime_ns)
     done = []
     for index, number in job:
-        trial = assemble(lab, number)
+        try:
+            trial = assemble(lab, number)
+        except ClearwayError as error:
+            raise Unusable(error.problem, file=error.file, field=error.field) from error
         row = {"id": _id(lab.plan.trials[number])} | score_row(trial)
         write_partial(folder, key, index, trial, row)
         done.append(Done(index, trial.outcome, trial.reason))

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
+
+import typer
 
 
 class Progress:
@@ -45,6 +49,16 @@ class Progress:
             self.width = len(text)
         else:
             print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def stoppable() -> Iterator[None]:
+    """On Ctrl-C, say where the work stands and how to go on."""
+    try:
+        yield
+    except KeyboardInterrupt as stopped:
+        typer.echo(f"clearway: {stopped}" if str(stopped) else "clearway: stopped", err=True)
+        raise typer.Exit(130) from None
 
 
 def _duration(seconds: float) -> str:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -70,7 +68,7 @@ def run(
     import json
 
     from clearway import api
-    from clearway.cli._progress import Progress
+    from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
     from clearway.reports.text import beside_published, headline
 
@@ -78,7 +76,7 @@ def run(
         if not suites or not set(suites) <= {"barn", "barn-2022"}:
             raise ClearwayError("--official belongs to the suites barn and barn-2022", field="--official")
         batches = ["official"]
-    with _stoppable(), Progress("trials") as progress:
+    with stoppable(), Progress("trials") as progress:
         if resume and not suites:
             results = api.resume(resume, workers=workers, progress=progress)
         else:
@@ -122,13 +120,3 @@ def run(
     if failed:
         typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)
         raise typer.Exit(1)
-
-
-@contextmanager
-def _stoppable() -> Iterator[None]:
-    """On Ctrl-C, say where the campaign stands and how to go on."""
-    try:
-        yield
-    except KeyboardInterrupt as stopped:
-        typer.echo(f"clearway: {stopped}" if str(stopped) else "clearway: stopped", err=True)
-        raise typer.Exit(130) from None

@@ -24,13 +24,13 @@ def score(
     import json
 
     from clearway import api
-    from clearway.cli._progress import Progress
+    from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
     from clearway.reports.text import headline
 
     if resume and out is None:
         raise ClearwayError("say with --out which results to complete", field="--resume")
-    with Progress("trials") as progress:
+    with stoppable(), Progress("trials") as progress:
         results = api.score(plan, out=out, workers=workers, resume=resume, progress=progress)
     page = None if no_report else results.report()
     confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]

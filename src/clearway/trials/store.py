@@ -121,6 +121,12 @@ class TrialStore:
         shutil.rmtree(self.path / _DONE, ignore_errors=True)
         return open_results(self.path)
 
+    def withdraw(self) -> None:
+        """Take away what was begun, finished trials too: for a campaign that can't be completed as it was asked."""
+        if not self.finished:
+            shutil.rmtree(self.partial, ignore_errors=True)
+            (self.path / CAMPAIGN).unlink(missing_ok=True)
+
     def close(self) -> None:
         """Let go of the directory."""
         if self._lock >= 0:
@@ -152,7 +158,8 @@ class TrialStore:
         for name, value in (json.loads(json.dumps(asked)) | {"trials": self.total}).items():
             if old.get(name) != value:
                 raise ClearwayError(
-                    f"cannot resume: its campaign differs in {_difference(name, old.get(name), value)}",
+                    f"cannot resume: its campaign differs in {_difference(name, old.get(name), value)}; put back what it "
+                    "was, or choose another directory",
                     file=self.path / CAMPAIGN,
                 )
         return old
@@ -327,4 +334,8 @@ def _difference(name: str, old: Any, new: Any) -> str:
         for key in [*new, *old]:
             if old.get(key) != new.get(key):
                 return _difference(f"{name}.{key}", old.get(key), new.get(key))
+    if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
+        for i, (a, b) in enumerate(zip(old, new, strict=True)):
+            if a != b:
+                return _difference(f"{name}.{i}", a, b)
     return f"{name}: it has {json.dumps(old)}, now {json.dumps(new)} is asked"

@@ -135,8 +135,8 @@ def read_campaign(folder: Path) -> dict[str, Any]:
 
 def how_to_go_on(folder: Path) -> str:
     """The command that completes the unfinished results in `folder`."""
-    scored = read_campaign(folder).get("scored")
-    return f"clearway run --resume {folder}" if scored is None else f"clearway score {scored} --out {folder} --resume"
+    plan = read_campaign(folder).get("run", {}).get("test_plan")
+    return f"clearway run --resume {folder}" if plan is None else f"clearway score {plan} --out {folder} --resume"
 
 
 class _File:
