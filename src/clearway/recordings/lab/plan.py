@@ -7,17 +7,19 @@ are not computable. Paths are relative to the plan's own folder. docs/how-to/sco
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
+from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
 from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml
 from clearway.scenarios.scenario import Finite, NonNegative, PoseSpec, Positive, RobotBodySpec, ShapeSpec
-from clearway.validation import first_problem
+from clearway.validation import problems
 
 Point = tuple[Finite, Finite, Finite]
 Span = tuple[Finite, Finite]
@@ -245,26 +247,43 @@ class Plan(_Part):
     @model_validator(mode="after")
     def _names(self) -> Plan:
         known: dict[str, Mapping[str, object]] = {"sources": self.sources, "bodies": self.bodies, "poses": self.poses}
-        for where, name in self._references():
-            choices = known[where]
-            if name not in choices:
-                raise ValueError(f"{name!r} is none of [{where}]: {', '.join(choices) or 'there are none'}")
+        wrong = tuple(
+            unknown(f"name in [{where}]", name, known[where], field=field)
+            for field, where, name in self._references()
+            if isinstance(name, str) and name not in known[where]
+        )
+        if wrong:
+            raise _Unknown(wrong)
         return self
 
-    def _references(self) -> list[tuple[str, str]]:
-        bodies = [self.robot, *self.bodies.values()]
-        found = [("sources", b.source) for b in bodies if b.source is not None]
-        found += [("sources", name) for t in self.trials for name in t.files]
-        found += [("bodies", o.body) for t in self.trials for o in t.obstacles]
-        poses = [
-            leg_pose
-            for legs in (self.legs, *(t.legs for t in self.trials))
-            for leg in legs
-            for leg_pose in (leg.start, leg.goal)
-        ]
-        poses += [hold.pose for s in self.sources.values() for hold in s.frame.holds]
-        poses += [b.static.pose for b in bodies if b.static is not None]
-        return found + [("poses", p) for p in poses if isinstance(p, str)]
+    def _references(self) -> list[tuple[str, str, object]]:
+        """Every name that stands for something elsewhere in the plan: its field, where that has to be, the name."""
+        bodies = {"robot": self.robot, **{f"bodies.{name}": body for name, body in self.bodies.items()}}
+        found: list[tuple[str, str, object]] = []
+        for name, source in self.sources.items():
+            found += [
+                (f"sources.{name}.frame.holds.{i}.pose", "poses", h.pose) for i, h in enumerate(source.frame.holds)
+            ]
+        for name, body in bodies.items():
+            found.append((f"{name}.source", "sources", body.source))
+            if body.static is not None:
+                found.append((f"{name}.static.pose", "poses", body.static.pose))
+        for i, trial in enumerate(self.trials):
+            found += [(f"trial.{i}.files", "sources", name) for name in trial.files]
+            found += [(f"trial.{i}.obstacles.{j}.body", "bodies", o.body) for j, o in enumerate(trial.obstacles)]
+        several = [("legs", self.legs), *((f"trial.{i}.legs", t.legs) for i, t in enumerate(self.trials))]
+        for field, legs in several:
+            for i, leg in enumerate(legs):
+                found += [(f"{field}.{i}.start", "poses", leg.start), (f"{field}.{i}.goal", "poses", leg.goal)]
+        return found
+
+
+class _Unknown(ValueError):
+    """Names of a plan that stand for nothing in it."""
+
+    def __init__(self, found: tuple[ClearwayError, ...]) -> None:
+        super().__init__(str(found[0]))
+        self.found = found
 
 
 def load_plan(path: str | Path) -> Plan:
@@ -278,12 +297,44 @@ def load_plan(path: str | Path) -> Plan:
     try:
         return Plan.model_validate(table)
     except ValidationError as error:
-        raise first_problem(error, Plan, file=file) from error
+        raise problems_in(error, file)[0] from error
+
+
+def problems_in(error: ValidationError, file: Path) -> list[ClearwayError]:
+    """Everything that pydantic finds wrong with a plan, each trial by its number."""
+    wrong = [e.get("ctx", {}).get("error") for e in error.errors(include_url=False)]
+    found = [e for w in wrong if isinstance(w, _Unknown) for e in w.found] or problems(error, Plan)
+    return [by_number(e, file) for e in found]
+
+
+def by_number(error: ClearwayError, file: object = None) -> ClearwayError:
+    """The error with its trial named by the number that plan and run sheet print, from 1; and its file, if it has none.
+
+    `trial.1.span` becomes `trial no. 2: span`.
+    """
+    field = error.field and re.sub(
+        r"^trial\.(\d+)(\.|$)", lambda m: f"trial no. {int(m[1]) + 1}" + (": " if m[2] else ""), error.field
+    )
+    return ClearwayError(error.problem, file=error.file if error.file is not None else file, field=field)
+
+
+def without_coordinates(names: Sequence[str], body: BodySpec) -> str | None:
+    """What is wrong with a body's coordinates, if its marker set in a file, `names`, has more markers than those."""
+    known = body.coordinates or {}
+    lacking = [name for name in names if name not in known]
+    if body.coordinates is None or not lacking:
+        return None
+    listed = ", ".join(lacking[:8]) + (f" and {len(lacking) - 8} more" if len(lacking) > 8 else "")
+    if len(lacking) == len(names):
+        return f"none of these is a marker of the file, which has {listed}; write the names as they stand there"
+    return f"the file also has {listed}, without coordinates; list the markers that have some (markers = [...]), or add these"
 
 
 def is_test_plan(contents: dict[str, Any]) -> bool:
-    """Whether a TOML file's contents are a test plan's: no other file has these tables."""
-    return bool({"trial", "sources", "test"} & set(contents))
+    """Whether a TOML file's contents are a test plan's: no other file has such tables (a robot's [sources] are texts)."""
+    sources = contents.get("sources")
+    tables = isinstance(sources, dict) and any(isinstance(v, dict) for v in sources.values())
+    return tables or bool({"trial", "test"} & set(contents))
 
 
 def seen_from(folder: Path, name: str) -> str:
