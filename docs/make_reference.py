@@ -42,7 +42,8 @@ LABELS = {
     "tracking": "how obstacles were followed; empty if the navigator asked for none",
     "not_computable": "JSON: indicator -> why its cell is empty",
     "source": "simulated or recorded",
-    "to_confirm": "what a measurement can't decide: possible contacts, DE or OE closer to its tolerance than its uncertainty",
+    "to_confirm": "what a person has to look at: possible contacts, starts and ends of legs that did not show",
+    "near_tolerance": "DE or OE closer to its tolerance than its uncertainty; success keeps to the values",
     "note": "the tester's, of a recorded trial",
     "duration": "of the whole trial, simulated or recorded",
 }

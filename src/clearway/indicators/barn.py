@@ -7,12 +7,13 @@ from clearway.indicators.legs import finished
 from clearway.indicators.success import failure
 from clearway.trials import Trial
 
+SUITES = ("barn", "barn-2022")
 TOP_SPEED = 2.0
 """m/s; the reference path's length over it is the optimal time T."""
 
 
 def _reference(trial: Trial) -> float:
-    if trial.attempt.labels.suite not in ("barn", "barn-2022"):
+    if trial.attempt.labels.suite not in SUITES:
         raise NotComputable("only for the suites barn and barn-2022")
     if trial.attempt.reference_length is None:
         raise NotComputable("the test has no reference length")

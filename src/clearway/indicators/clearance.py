@@ -3,7 +3,8 @@
 Paper A's eq. 6 says "any obstacle in its surroundings": the headline takes the obstacles that the test placed (static
 and moving), so that the room does not decide it; `MDO_walls` takes everything that can be hit, `MDO_centre` is the
 distance between centres. The turn at B does not count. A robot that gives up far from any obstacle is not a safe one:
-an unfinished trial has an MDO only if it is 0. A test without obstacles (batch NO) has none. Between two samples the
+an unfinished trial has an MDO only if it is 0 (which it also is where a person
+confirmed a contact that was measured as possible). A test without obstacles (batch NO) has none. Between two samples the
 robot is taken to drive the arc that joins them: what is missed is below 1 mm.
 
 A disc needs no heading; it is then taken to drive straight from sample to sample. An obstacle of which a recording
@@ -22,7 +23,7 @@ import numpy as np
 from clearway.geometry.distance import path_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, begun, finished, gap_time, known_rows, positions, track
+from clearway.indicators.legs import Drive, begun, contact_time, finished, gap_time, known_rows, positions, track
 from clearway.trials import Body, Trial
 
 PLACED = frozenset({"obstacle", "mover"})
@@ -144,10 +145,19 @@ def clearances(scene: Scene) -> FloatArray:
 
 def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
     nearest = min(float(clearances(scene).min()) for scene in scenes(trial, kinds))
-    nearest = 0.0 if nearest < TOUCH else nearest
+    nearest = 0.0 if nearest < TOUCH or _confirmed(trial, kinds) else nearest
     if nearest > 0:
         finished(trial)  # else it would be an upper bound only
     return nearest
+
+
+def _confirmed(trial: Trial, kinds: Iterable[str] | None) -> bool:
+    """Whether a person saw the contact that the measurement called possible, with such a body and no other."""
+    possible = [event.detail for event in trial.events if event.kind == "possible contact"]
+    if contact_time(trial) is None or not possible:
+        return False
+    names = [repr(body.name) for body in trial.attempt.bodies if kinds is None or body.kind in kinds]
+    return all(any(name in detail for name in names) for detail in possible)
 
 
 @lru_cache(maxsize=8)

@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, goal_of, named, positions, speed, speed_limit
+from clearway.indicators.legs import Drive, ended, finished, goal_of, legs_reached, named, positions, speed, speed_limit
 from clearway.trials import Trial
 
 AT_SPEED = 0.9
@@ -46,9 +46,10 @@ def turning_time(trial: Trial) -> float:
     unscored = [i for i, leg in enumerate(trial.attempt.legs) if not leg.scored]
     if not unscored:
         raise NotComputable("the test has no turn")
-    spans = {span.leg: span for span in trial.spans if span.reached}
+    reached = legs_reached(trial)
+    spans = {span.leg: span for span in trial.spans if span.leg in reached}
     if any(i not in spans for i in unscored):
-        raise NotComputable(f"the turn was not finished ({trial.outcome.value})")
+        raise NotComputable(f"the turn was not finished ({ended(trial)})")
     return sum(spans[i].end - spans[i].start for i in unscored)
 
 

@@ -1,9 +1,9 @@
-"""What a measurement cannot decide by itself: a person has to look at the replay, or at the video."""
+"""What a measurement cannot decide by itself: a person has to look at the replay, or at the video; or nobody can tell."""
 
 from __future__ import annotations
 
 from clearway.indicators.indicator import NotComputable
-from clearway.indicators.legs import named
+from clearway.indicators.legs import contact_time, named
 from clearway.indicators.success import goals
 from clearway.indicators.uncertainty import end_uncertainty, shown_digits
 from clearway.trials import Trial
@@ -12,12 +12,18 @@ _UNITS = {"DE": "m", "OE": "rad"}
 
 
 def to_confirm(trial: Trial) -> str:
-    """Possible contacts, starts and ends of legs that did not show, and ends whose DE or OE is closer to its tolerance than
-    its expanded uncertainty, in phrases joined by `; `; empty where there is nothing to confirm. Success keeps to the values.
-    """
-    said = [f"possible contact at {e.t:.1f} s" + (f" ({e.detail})" if e.detail else "")
-            for e in trial.events if e.kind == "possible contact"]  # fmt: skip
+    """Possible contacts, unless a contact was confirmed, and starts and ends of legs that did not show, in phrases joined
+    by `; `; empty where there is nothing to confirm."""
+    possible = [] if contact_time(trial) is not None else [e for e in trial.events if e.kind == "possible contact"]
+    said = [f"possible contact at {e.t:.1f} s" + (f" ({e.detail})" if e.detail else "") for e in possible]
     said += [e.detail for e in trial.events if e.kind in ("unseen departure", "unseen arrival")]
+    return "; ".join(said).replace("+-", "±")
+
+
+def near_tolerance(trial: Trial) -> str:
+    """Ends whose DE or OE is closer to its tolerance than its expanded uncertainty, in phrases joined by `; `. Nobody can
+    confirm these: success keeps to the values."""
+    said = []
     for leg in trial.attempt.legs:
         if trial.attempt.source == "simulated" or not leg.scored:
             continue

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import NotComputable
-from clearway.trials import Leg, Span, Trial
+from clearway.trials import Leg, Outcome, Span, Trial
 
 _SAME_INSTANT = 1e-9
 """s; time stamps closer than this are one."""
@@ -56,13 +56,36 @@ def finished(trial: Trial) -> tuple[Drive, ...]:
     """All scored legs, every one driven to its end.
 
     Raises:
-        NotComputable: one was not begun or not reached.
+        NotComputable: one was not begun or not reached, or not before a contact.
     """
-    reached = {span.leg for span in trial.spans if span.reached}
+    reached = legs_reached(trial)
     for index, leg in enumerate(trial.attempt.legs):
         if leg.scored and index not in reached:
-            raise NotComputable(f"leg {leg.name} was not finished ({trial.outcome.value})")
+            raise NotComputable(f"leg {leg.name} was not finished ({ended(trial)})")
     return begun(trial)
+
+
+def contact_time(trial: Trial) -> float | None:
+    """When the trial ended with a contact, s; None without one."""
+    touched = [event.t for event in trial.events if event.kind == "contact"]
+    if touched or trial.outcome is Outcome.COLLISION:
+        return min(touched, default=float(trial.t[-1]) if len(trial.t) else 0.0)
+    return None
+
+
+def ended(trial: Trial) -> str:
+    """How the trial ended, in a word; a contact ends it."""
+    return (trial.outcome if contact_time(trial) is None else Outcome.COLLISION).value
+
+
+def legs_reached(trial: Trial) -> frozenset[int]:
+    """The legs that were driven to their end. A contact ends a trial, in a recording too, although the real robot may
+    drive on: only what was reached before counts. Where it belongs to no leg, because nobody knows when it was, none does."""
+    touched = contact_time(trial)
+    if touched is None:
+        return frozenset(span.leg for span in trial.spans if span.reached)
+    before = [span for span in trial.spans if span.end < touched - _SAME_INSTANT]
+    return frozenset(span.leg for span in before if span.reached and len(before) < len(trial.spans))
 
 
 def named(trial: Trial, name: str) -> Drive:
@@ -74,9 +97,9 @@ def named(trial: Trial, name: str) -> Drive:
     for index, leg in enumerate(trial.attempt.legs):
         if leg.scored and leg.name == name:
             for span in trial.spans:
-                if span.leg == index and span.reached:
+                if span.leg == index and index in legs_reached(trial):
                     return _cut(trial, span)
-            raise NotComputable(f"leg {name} was not finished ({trial.outcome.value})")
+            raise NotComputable(f"leg {name} was not finished ({ended(trial)})")
     raise NotComputable(f"the test has no scored leg {name}")
 
 

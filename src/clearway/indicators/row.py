@@ -6,8 +6,11 @@ import json
 from collections.abc import Mapping
 from typing import Any, TypeAlias
 
+import numpy as np
+
+from clearway.indicators import barn, limit
 from clearway.indicators.cause import cause, who_moved
-from clearway.indicators.confirm import to_confirm
+from clearway.indicators.confirm import near_tolerance, to_confirm
 from clearway.indicators.indicator import Indicator, NotComputable
 from clearway.indicators.success import failure
 from clearway.trials import Trial
@@ -39,6 +42,7 @@ LABELS: dict[str, tuple[str, str]] = {
     "moved_at_contact": ("string", ""),
     "source": ("string", ""),
     "to_confirm": ("string", ""),
+    "near_tolerance": ("string", ""),
     "note": ("string", ""),
 }
 """Columns that are not indicators: name -> (Arrow type, unit)."""
@@ -49,7 +53,9 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
 
     What does not apply or cannot be computed is None. `success` and `success_self` are True or False. `failure` is
     empty for a success and None where nobody can tell; `cause` and `moved_at_contact` are empty then. `to_confirm`
-    says what was too close to call by the measurement alone.
+    says what a person has to look at, `near_tolerance` which ends lie within their uncertainty of a tolerance. Of a
+    recording, `not_computable` leaves out what is no question there: the scores of other suites, and what only a simulator
+    knows.
     """
     attempt, labels = trial.attempt, trial.attempt.labels
     try:
@@ -81,13 +87,16 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
         "moved_at_contact": who_moved(trial),
         "source": attempt.source,
         "to_confirm": to_confirm(trial),
+        "near_tolerance": near_tolerance(trial),
         "note": str(trial.provenance.get("note", "")),
     }
     why: dict[str, str] = {}
+    beside_the_point = _beside_the_point(trial)
+    recorded = attempt.source == "simulated" or bool(np.isfinite(trial.pose).any())
     for name, indicator in indicators.items():
         answer = indicator.function(trial)
-        if answer.value is None:
-            why[name] = answer.why
+        if answer.value is None and name not in beside_the_point:
+            why[name] = answer.why if recorded else "not recorded"
         row[name] = bool(answer.value) if _is_bool(name) and answer.value is not None else answer.value
     row["not_computable"] = json.dumps(why)
     return row
@@ -114,6 +123,14 @@ def schema(indicators: Mapping[str, Indicator]) -> Any:
         }
         fields.append(pa.field(name, kinds["bool" if _is_bool(name) else "double"], metadata=about))
     return pa.schema([*fields, pa.field("not_computable", pa.string())])
+
+
+def _beside_the_point(trial: Trial) -> frozenset[str]:
+    """Indicators that no recording of this suite can ever have."""
+    if trial.attempt.source == "simulated":
+        return frozenset()
+    other = () if trial.attempt.labels.suite in barn.SUITES else barn.ALL
+    return frozenset(indicator.name for indicator in (*other, *limit.ALL))
 
 
 def _is_bool(name: str) -> bool:

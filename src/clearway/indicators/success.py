@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.indicators.goal_error import Whose, distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, begun
+from clearway.indicators.legs import Drive, begun, contact_time
 from clearway.trials import Outcome, Trial
 
 AT_REST = 0.01
@@ -30,7 +30,7 @@ def failure(trial: Trial, whose: Whose = "true") -> str:
     Raises:
         NotComputable: it ended well as far as is known, but the pose, the goal or a tolerance is unknown.
     """
-    if trial.outcome is Outcome.COLLISION or any(event.kind == "contact" for event in trial.events):
+    if contact_time(trial) is not None:
         return f"{Outcome.COLLISION.value} at rest" if _stood(trial) else Outcome.COLLISION.value
     if trial.outcome is not Outcome.REACHED:
         return trial.outcome.value
