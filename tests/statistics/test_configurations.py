@@ -176,3 +176,12 @@ def test_a_set_speed_that_nobody_knows_matches_only_itself():
         compare_all({"a": a, "b": side("recorded", REAL)})
     near = side("recorded", REAL, speed=0.6 + 1e-12)
     assert compare_all({"a": near, "b": side("recorded", REAL)})[0].configurations == 3
+
+
+def test_the_rounding_of_means_is_no_difference():
+    [found] = compare_all({
+        "sim": side("simulated", {"single": [0.1, 0.2, 0.3], "parallel": [0.3, 0.3, 0.3]}),
+        "real": side("recorded", {"single": [0.3, 0.2, 0.1], "parallel": [0.3, 0.3, 0.3 + 1e-15]}),
+    })  # fmt: skip
+    row = differences(found)
+    assert (row["mean_difference"], row["effect"]) == (0.0, 0.0)

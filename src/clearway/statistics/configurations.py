@@ -202,7 +202,8 @@ def _difference(
 ) -> dict[str, Any]:
     """The row of one indicator from the values of each configuration on both sides."""
     both = [(x, y) for x, y in zip(one, two, strict=True) if len(x) and len(y)]
-    means = np.array([(x.mean(), y.mean()) for x, y in both]).reshape(-1, 2)
+    # equal values must not differ by the rounding of their means
+    means = np.round(np.array([(x.mean(), y.mean()) for x, y in both]).reshape(-1, 2), 8)
     row: dict[str, Any] = {"indicator": indicator.name, "unit": indicator.unit, "better": indicator.better}
     row |= paired_row(means[:, 0], means[:, 1], len(one) - len(both), confidence, seed)
     row |= {"trials_a": sum(len(x) for x, _ in both), "trials_b": sum(len(y) for _, y in both)}
