@@ -42,6 +42,7 @@ LABELS = {
     "tracking": "how obstacles were followed; empty if the navigator asked for none",
     "not_computable": "JSON: indicator -> why its cell is empty",
     "source": "simulated or recorded",
+    "legs_by_motion": "whether a recording's legs were found by the robot's motion, not by goals or given spans; see CT",
     "to_confirm": "what a person has to look at: possible contacts, starts and ends of legs that did not show",
     "near_tolerance": "DE or OE closer to its tolerance than its uncertainty; success keeps to the values",
     "note": "the tester's, of a recorded trial",

@@ -60,12 +60,13 @@ def test_sim_to_real(clearway: Shell, sim: Path, real: Path) -> None:
     assert f"{sim}: 6 trials, 3 of each configuration" in said.out
     assert f"{real}: 4 trials, 2 of each configuration" in said.out
     assert "success NO: 0 of 4 against 6 of 6, difference -100.0 points" in said.out
-    ct = next(line for line in said.out.splitlines() if line.startswith("all") and "CT [s]" in line)
+    ct = next(line for line in said.out.splitlines() if line.startswith("NO") and "CT [s]" in line)
     assert "+2.5" in ct
 
     [found] = json.loads(clearway("compare", sim, real, "--json").out)
     assert (found["kind"], found["source_a"], found["source_b"]) == ("sim-to-real difference", "simulated", "recorded")
     assert found["repetitions_b"] == {"trials": 4, "fewest": 2, "most": 2}
+    assert (found["legs_by_motion_a"], found["legs_by_motion_b"]) == (0, 0)
     assert (found["configurations"], found["only_a"], found["only_b"]) == (2, 0, 1)
     rows = {r["indicator"]: r for r in found["differences"] if r["batch"] is None}
     assert rows["CT"]["mean_difference"] == pytest.approx(2.5)

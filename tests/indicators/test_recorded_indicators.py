@@ -298,6 +298,17 @@ def test_an_attempt_without_a_recording_counts(outcome):
     assert set(json.loads(row["not_computable"]).values()) == {"not recorded"}
 
 
+@pytest.mark.parametrize(
+    ("legs", "by_motion"),
+    [(["forth: goal sent at 1.0 s, moved off at 1.4 s", "back: span given in the plan"], False),
+     (["forth: goal sent at 1.0 s", "back: moved off at 20.1 s after 0.4 s of rest"], True), (None, False), ([{"a": 1}], False)],
+)  # fmt: skip
+def test_whether_a_leg_was_found_by_motion(legs, by_motion):
+    told = {} if legs is None else {"legs": legs}
+    assert score_row(replace(recorded(shuttle()), provenance=told))["legs_by_motion"] is by_motion
+    assert score_row(replace(shuttle(), provenance=told))["legs_by_motion"] is False
+
+
 def test_what_no_recording_can_have_is_no_reason():
     assert not NEVER & set(json.loads(score_row(recorded(shuttle()))["not_computable"]))
     labels = replace(shuttle().attempt.labels, suite="barn")

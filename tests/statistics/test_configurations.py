@@ -155,10 +155,33 @@ def test_uncertainty_of_what_was_measured_stands_beside():
     assert mdo["u_b"] is None
     said = printed(found)
     assert "sim-to-real difference" in said
-    assert "0.004" in next(line for line in said.splitlines() if "DE [m]" in line and line.startswith("all"))
+    assert "0.004" in next(line for line in said.splitlines() if "DE [m]" in line and line.startswith("SO"))
+    assert "all" not in {line.split(" ")[0] for line in said.splitlines()}, "there is one batch only"
+    assert "effect: matched-pairs rank-biserial" in said
     assert "matched by suite, batch, configuration" in said
     assert "sim: 2 trials, 2 of each configuration" in said
     json.dumps(found.differences.to_pylist())
+
+
+def test_legs_found_by_motion_are_footnoted_where_one_side_only_has_them():
+    sim, real = side("simulated", SIM, legs_by_motion=False), side("recorded", REAL, legs_by_motion=True)
+    found = compare_configurations(sim, real, names=("sim", "real"), indicators=["CT", "DE"])
+    assert (found.by_motion_a, found.by_motion_b) == (0, found.repetitions_b.trials)
+    said = printed(found)
+    assert "CT [s]*" in said
+    assert "* real: the legs of" in said
+    assert "DE [m]*" not in said
+    assert "*" not in printed(compare_configurations(real, real, names=("before", "after"))), "both are off alike"
+    assert "*" not in printed(compare_configurations(sim, side("recorded", REAL), names=("sim", "real")))
+
+
+def test_a_difference_below_what_people_measure_is_nil():
+    sim, real = (
+        side("simulated", {"single": [20.0] * 2}, DE=0.05),
+        side("recorded", {"single": [20.0] * 2}, DE=0.05 - 9e-7),
+    )
+    de = next(line for line in printed(compare_configurations(sim, real)).splitlines() if "DE [m]" in line)
+    assert "e-07" not in de
 
 
 def test_what_cannot_be_matched_says_what_there_is():

@@ -278,7 +278,8 @@ def test_pearson_by_hand():
     # deviations (-2, -1, 0, 1, 2) and (-1, 0, -2, 2, 1): 2 + 0 + 0 + 2 + 2 = 6 over sqrt(10 * 10)
     found = pearson(np.array([1.0, 2, 3, 4, 5]), np.array([2.0, 3, 1, 5, 4]))
     assert found.r == pytest.approx(0.6)
-    assert (found.n, found.strength) == (5, "strong")
+    assert (found.n, found.strength) == (5, "too few trials")
+    assert pearson(np.arange(10.0), np.arange(10.0)).strength == "very strong"
     assert found.low == pytest.approx(math.tanh(math.atanh(0.6) - 1.959964 / math.sqrt(2)), abs=1e-6)
     missing = pearson(np.array([1.0, 2, 3, 4, 5, 9]), np.array([2.0, 3, 1, 5, 4, math.nan]))
     assert missing == found
@@ -324,6 +325,8 @@ def test_reduced_set_keeps_the_less_entangled_one():
     kept = correlations(table(rows), list(found.kept))
     off = kept.r[~np.eye(len(found.kept), dtype=bool)]
     assert np.nanmax(np.abs(off)) < 0.4
+    assert reduced_set(correlations(table(rows[:9]))).dropped == (), "too few trials to call one redundant"
+    assert reduced_set(correlations(table(rows[:10]))).dropped != ()
 
 
 # ---- comparing results ---------------------------------------------------------------------------------------------

@@ -49,6 +49,7 @@ def compare(
             how: dict[str, Any] = {"kind": c.kind, "source_a": c.source_a, "source_b": c.source_b}
             how |= {"matched_by": c.matched_by, "configurations": c.configurations}
             how |= {"repetitions_a": asdict(c.repetitions_a), "repetitions_b": asdict(c.repetitions_b)}
+            how |= {"legs_by_motion_a": c.by_motion_a, "legs_by_motion_b": c.by_motion_b}
         else:
             how = {"pairs": c.pairs}
         whole.append({"a": c.a, "b": c.b} | how | without | rows)

@@ -21,6 +21,7 @@ from clearway.indicators import (
     uncertainty,
 )
 from clearway.indicators.cause import cause
+from clearway.indicators.completion_time import TIMED
 from clearway.indicators.indicator import Indicator, NotComputable, Value
 from clearway.indicators.success import failure
 from clearway.indicators.uncertainty import shown_digits
@@ -62,6 +63,7 @@ def row_schema() -> Any:
 __all__ = [
     "HEADLINE",
     "INDICATORS",
+    "TIMED",
     "Indicator",
     "NotComputable",
     "Value",

@@ -115,6 +115,9 @@ def part(index: int) -> Measure:
     return of_part
 
 
+TIMED = frozenset({"CT", "CT_forth", "CT_back", "T_turn", "T_acceleration", "T_cruise", "T_approach", "T_rotation", "TCS",
+                   "TCS_5", "TCS_20", "CT_limit"})  # fmt: skip
+"""Indicators that hang on when a leg began and ended."""
 _OURS = "Clearway: CT split at 90 % of the set speed and at the last standstill within tolerance"
 
 ALL = (

@@ -41,6 +41,7 @@ LABELS: dict[str, tuple[str, str]] = {
     "cause": ("string", ""),
     "moved_at_contact": ("string", ""),
     "source": ("string", ""),
+    "legs_by_motion": ("bool", ""),
     "to_confirm": ("string", ""),
     "near_tolerance": ("string", ""),
     "note": ("string", ""),
@@ -86,6 +87,7 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
         "cause": cause(trial),
         "moved_at_contact": who_moved(trial),
         "source": attempt.source,
+        "legs_by_motion": _by_motion(trial),
         "to_confirm": to_confirm(trial),
         "near_tolerance": near_tolerance(trial),
         "note": str(trial.provenance.get("note", "")),
@@ -123,6 +125,14 @@ def schema(indicators: Mapping[str, Indicator]) -> Any:
         }
         fields.append(pa.field(name, kinds["bool" if _is_bool(name) else "double"], metadata=about))
     return pa.schema([*fields, pa.field("not_computable", pa.string())])
+
+
+def _by_motion(trial: Trial) -> bool:
+    """Whether a leg of a recording begins where the robot moved off: neither a goal nor the test plan says when."""
+    told = trial.provenance.get("legs")
+    legs = [leg for leg in told if isinstance(leg, str)] if isinstance(told, list | tuple) else []
+    given = ("goal sent", "span given")
+    return trial.attempt.source == "recorded" and any(not any(how in leg for how in given) for leg in legs)
 
 
 def _beside_the_point(trial: Trial) -> frozenset[str]:

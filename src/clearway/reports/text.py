@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import pyarrow as pa
 
-from clearway.indicators import HEADLINE, INDICATORS
+from clearway.indicators import HEADLINE, INDICATORS, TIMED
 from clearway.reports import contest, outcomes, rescue
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
@@ -77,63 +77,93 @@ def _matched(found: ConfigurationComparison) -> str:
         f"configurations in common, {found.only_a} + {found.only_b} without a partner",
         f"  matched by {by}; the repetitions of a configuration are averaged first",
     ]
-    for name, r in ((found.a, found.repetitions_a), (found.b, found.repetitions_b)):
-        each = f"{r.fewest}" if r.fewest == r.most else f"{r.fewest} to {r.most}"
-        lines.append(f"  {name}: {r.trials} trials, {each} of each configuration")
-    for batch, s in found.success.items():
+    for name, times in ((found.a, found.repetitions_a), (found.b, found.repetitions_b)):
+        each = f"{times.fewest}" if times.fewest == times.most else f"{times.fewest} to {times.most}"
+        lines.append(f"  {name}: {times.trials} trials, {each} of each configuration")
+    for batch, s in _shown(found.success):
         d = s.difference
         lines.append(
             f"  success {batch or 'in all'}: {s.successes_b} of {s.trials_b} against {s.successes_a} of {s.trials_a}, "
             f"difference {100 * d.estimate:+.1f} points ({100 * d.low:+.1f} to {100 * d.high:+.1f}; independent trials)"
         )
-    rows, measured = [], False
-    for r in found.differences.to_pylist():
-        if r["n"] == 0:
-            continue
+    rows, measured, timed, repeated = [], False, False, True
+    apart = bool(found.by_motion_a) != bool(found.by_motion_b)
+    for r in _lines(found):
         u = None if r["u_a"] is None or r["u_b"] is None else math.hypot(r["u_a"], r["u_b"])
-        measured |= bool(u)
+        measured, timed = measured or bool(u), timed or (apart and r["indicator"] in TIMED)
+        repeated &= r["rep_low"] is not None
         cells = [
             r["batch"] or "all",
-            f"{r['indicator']} [{r['unit']}]",
+            f"{r['indicator']} [{r['unit']}]{'*' if apart and r['indicator'] in TIMED else ''}",
             str(r["n"]),
             f"{r['trials_a']}/{r['trials_b']}",
         ]
-        cells += [_number(r["mean_a"]), _number(r["mean_b"]), f"{r['mean_difference']:+.3g}"]
+        cells += [_number(r["mean_a"]), _number(r["mean_b"]), _delta(r["mean_difference"])]
         cells += [_to(r["boot_low"], r["boot_high"]), _to(r["rep_low"], r["rep_high"]), "-" if not u else f"{u:.2g}"]
         rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), f"{r['effect']:+.2f}"])
     heads = ["batch", "indicator", "n", "trials", found.a, found.b, "difference", "over configurations"]
     heads += ["over repetitions", "U", "p", "p Holm", "effect"]
-    notes = ["n: configurations; intervals of the mean difference, 95 % unless asked otherwise"]
+    notes = [
+        "n: configurations; intervals of the mean difference, 95 % unless asked otherwise",
+        _EFFECT.format(found.b),
+    ]
+    if not repeated:
+        notes.append("over repetitions -: no configuration was repeated on one of the sides")
     if measured:
         notes.append("U: how far off the measured means may be together (k = 2); it comes on top of the intervals")
+    if timed:
+        who, count = (found.a, found.by_motion_a) if found.by_motion_a else (found.b, found.by_motion_b)
+        notes.append(
+            f"* {who}: the legs of {count} trials were found by the robot's motion. The thinking before it moves off and the "
+            "wait before a goal is called reached are not seen there, a few tenths of a second a leg: part of this difference "
+            "is how the time was taken. Record the goals, or give the legs' spans in the test plan."
+        )
     return "\n".join([*lines, columns(heads, rows), *notes])
 
 
+_EFFECT = "effect: matched-pairs rank-biserial correlation, -1 ({} is always lower) to +1 (always higher)"
+
+
+def _shown(by_batch: Mapping[str | None, Any]) -> list[tuple[str | None, Any]]:
+    """All batches together and each of them; where there is one only, it says it all."""
+    return [(k, v) for k, v in by_batch.items() if k is not None or len(by_batch) != 2]
+
+
+def _lines(found: Comparison | ConfigurationComparison) -> list[dict[str, Any]]:
+    """The rows of differences that are shown."""
+    rows: list[dict[str, Any]] = found.differences.to_pylist()
+    batches = {r["batch"] for r in rows}
+    return [r for r in rows if r["n"] and (r["batch"] is not None or len(batches) != 2)]
+
+
+def _delta(value: float) -> str:
+    """A difference with three digits, but no more than people measure: 10 µm, 10 µs."""
+    return f"{value:+.3g}" if abs(value) >= 5e-6 else "0"
+
+
 def _to(low: float | None, high: float | None) -> str:
-    return "-" if low is None or high is None else f"{low:+.3g} to {high:+.3g}"
+    return "-" if low is None or high is None else f"{_delta(low)} to {_delta(high)}"
 
 
 def _paired(found: Comparison) -> str:
     heads = ["batch", "indicator", "n", found.a, found.b, "difference (95 %)", "p", "p Holm", "effect", "favours"]
     rows = []
-    for r in found.differences.to_pylist():
-        if r["n"] == 0:
-            continue
-        spread = "" if r["boot_low"] is None else f" ({r['boot_low']:+.3g} to {r['boot_high']:+.3g})"
+    for r in _lines(found):
+        spread = "" if r["boot_low"] is None else f" ({_to(r['boot_low'], r['boot_high'])})"
         favours = {"A": found.a, "B": found.b}.get(r["favours"], "")
         cells = [r["batch"] or "all", f"{r['indicator']} [{r['unit']}]", str(r["n"])]
-        cells += [_number(r["mean_a"]), _number(r["mean_b"]), f"{r['mean_difference']:+.3g}{spread}"]
+        cells += [_number(r["mean_a"]), _number(r["mean_b"]), f"{_delta(r['mean_difference'])}{spread}"]
         rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), f"{r['effect']:+.2f}", favours])
     lines = [
         f"{found.b} against {found.a}: {found.pairs} pairs, {found.only_a} + {found.only_b} trials without a partner"
     ]
-    for batch, s in found.success.items():
+    for batch, s in _shown(found.success):
         a, b, d = s.both + s.only_a, s.both + s.only_b, s.difference
         lines.append(
             f"  success {batch or 'in all'}: {b} against {a} of {s.n}, difference {100 * d.estimate:+.1f} points "
             f"({100 * d.low:+.1f} to {100 * d.high:+.1f}), p = {_p(s.p)}"
         )
-    return "\n".join([*lines, columns(heads, rows)])
+    return "\n".join([*lines, columns(heads, rows), _EFFECT.format(found.b)])
 
 
 def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

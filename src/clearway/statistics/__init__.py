@@ -9,9 +9,11 @@ from clearway.statistics.columns import GROUP, SYSTEM
 from clearway.statistics.comparison import Comparison, compare
 from clearway.statistics.configurations import ConfigurationComparison, Repetitions, compare_configurations
 from clearway.statistics.correlation import (
+    FEWEST,
     PAPER_A,
     PAPER_A_PAIRS,
     POOLED,
+    TOO_FEW,
     Correlation,
     Correlations,
     Reduced,
@@ -43,11 +45,13 @@ from clearway.statistics.speeds import ANALYSES, wilcoxon_between_speeds
 
 __all__ = [
     "ANALYSES",
+    "FEWEST",
     "GROUP",
     "PAPER_A",
     "PAPER_A_PAIRS",
     "POOLED",
     "SYSTEM",
+    "TOO_FEW",
     "Comparison",
     "ConfigurationComparison",
     "Correlation",

@@ -61,7 +61,8 @@ class ConfigurationComparison:
         `Comparison`, with n the number of configurations that have a value on both sides and `dropped` the others,
         trials_a, trials_b the trials behind the means, rep_low, rep_high the interval over repetitions, u_a, u_b the
         mean expanded uncertainty of what was measured (0: exact; None: unknown, or the indicator has none).
-        success: by batch (None: all), of the matched configurations' trials whose success is known.
+        success: by batch (None: all), of the matched configurations' trials whose success is known. by_motion_a, by_motion_b:
+        trials of a side in the matched configurations whose legs were found by the robot's motion.
     """
 
     a: str
@@ -76,6 +77,8 @@ class ConfigurationComparison:
     repetitions_b: Repetitions
     differences: pa.Table
     success: Mapping[str | None, RateDifference]
+    by_motion_a: int = 0
+    by_motion_b: int = 0
 
     @property
     def kind(self) -> str:
@@ -141,6 +144,7 @@ def compare_configurations(
     return ConfigurationComparison(
         *names, source_a, source_b, tuple(keys), len(shared), len(first) - len(shared),
         len(second) - len(shared), _repetitions(left), _repetitions(right), findings(rows, _DIFFERENCES), success,
+        _by_motion(a, left), _by_motion(b, right),
     )  # fmt: skip
 
 
@@ -181,6 +185,13 @@ def _example(index: Mapping[tuple[Any, ...], Any], keys: list[str]) -> str:
 def _repetitions(rows: Sequence[np.ndarray]) -> Repetitions:
     counts = [len(r) for r in rows]
     return Repetitions(sum(counts), min(counts), max(counts))
+
+
+def _by_motion(table: pa.Table, rows: Sequence[np.ndarray]) -> int:
+    if "legs_by_motion" not in table.column_names:
+        return 0
+    found = values(table, "legs_by_motion")
+    return sum(bool(found[row]) for several in rows for row in several)
 
 
 def _known(table: pa.Table, name: str, rows: np.ndarray) -> FloatArray:

@@ -31,6 +31,10 @@ PAPER_A_PAIRS = (("CT", "PL"), ("DE", "OE"), ("TCS", "MDO"))
 """Pairs of which paper A says that one may stand for both."""
 REDUNDANT = 0.40
 """Magnitude from which a correlation is called moderate, and one of the two indicators redundant."""
+FEWEST = 10
+"""Trials below which nothing is said of how strong a correlation is, nor of redundancy: by chance alone, |r| of nine unrelated
+pairs of values is above 0.58 once in ten times."""
+TOO_FEW = "too few trials"
 POOLED = "pooled"
 
 _PAIRS = schema(
@@ -61,8 +65,8 @@ class Correlation:
 
     @property
     def strength(self) -> str:
-        """Paper A's word for it."""
-        return "" if self.r is None else strength(self.r)
+        """Paper A's word for it, or that there are too few trials to say."""
+        return "" if self.r is None else strength(self.r) if self.n >= FEWEST else TOO_FEW
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -180,11 +184,12 @@ def correlation_table(table: pa.Table, indicators: Sequence[str] | None = None) 
 def reduced_set(matrix: Correlations, threshold: float = REDUNDANT) -> Reduced:
     """Drop redundant indicators, strongest correlation first, until none of |r| >= threshold is left.
 
-    Of the two, the one with the larger sum of |r| to all that are still kept goes; if equal, the later one.
+    Of the two, the one with the larger sum of |r| to all that are still kept goes; if equal, the later one. What fewer than
+    `FEWEST` trials say does not count.
     """
     kept = list(matrix.indicators)
     dropped: list[tuple[str, str, float]] = []
-    size = dict(zip(matrix.indicators, np.nan_to_num(np.abs(matrix.r)), strict=True))
+    size = dict(zip(matrix.indicators, np.where(matrix.n >= FEWEST, np.nan_to_num(np.abs(matrix.r)), 0.0), strict=True))
     place = {name: i for i, name in enumerate(matrix.indicators)}
     while True:
         rivals = [(float(size[a][place[b]]), a, b) for i, a in enumerate(kept) for b in kept[i + 1 :]]

@@ -27,7 +27,7 @@ _DESCRIPTION = schema(
 
 _SUCCESS = schema(
     robot=str, navigator=str, setup=str, batch=str, speed=float, n=int, successes=int, unknown=int, SR=float, low=float, high=float,
-    wilson_low=float, wilson_high=float, self_successes=int, SR_self=float, failures=str,
+    wilson_low=float, wilson_high=float, self_successes=int, self_n=int, SR_self=float, failures=str,
 )  # fmt: skip
 
 
@@ -132,7 +132,8 @@ def _summary(sample: FloatArray, low: float, high: float, confidence: float, see
 def success_rates(table: pa.Table, by: Sequence[str] = GROUP, *, confidence: float = 0.95) -> pa.Table:
     """SR in per cent (paper A, eq. 5) with the exact and Wilson's interval, by some of `GROUP`.
 
-    `n` counts the trials of which the success is known, `unknown` the others; `failures` says how trials failed.
+    `n` counts the trials of which the success is known, `unknown` the others, `self_n` those of which it is known by the
+    robot's own estimate; `failures` says how trials failed.
     """
     judged, own = numbers(table, "success"), numbers(table, "success_self")
     failure = table["failure"].to_pylist()
@@ -145,7 +146,7 @@ def success_rates(table: pa.Table, by: Sequence[str] = GROUP, *, confidence: flo
             if failure[member]:
                 why[failure[member]] = why.get(failure[member], 0) + 1
         row = dict(zip(by, key, strict=True)) | {"n": len(known), "successes": int(known.sum())}
-        row |= {"unknown": len(members) - len(known), "self_successes": int(believed.sum())}
+        row |= {"unknown": len(members) - len(known), "self_successes": int(believed.sum()), "self_n": len(believed)}
         row["failures"] = "; ".join(f"{w} ({c})" for w, c in sorted(why.items(), key=lambda item: (-item[1], item[0])))
         if len(believed):
             row["SR_self"] = 100 * float(believed.mean())
