@@ -62,7 +62,7 @@ def test_check_knows_test_plans(clearway: Shell, tmp_path: Path):
     said = clearway("check", plan, "--json")
     assert said.code == 1
     problems = json.loads(said.out)["problems"]
-    assert any("trial.0.file: no such file: 'a.csv'" in p for p in problems)
+    assert any("trial no. 1: file: no such file: 'a.csv'" in p for p in problems)
     assert any("survey.csv" in p for p in problems)
 
 

@@ -22,15 +22,18 @@ from clearway.scenarios.suites import Selection
 
 ROBOT = tuple(f"tiago:{m}" for m in ("front", "left", "right", "top"))
 FLOOR = ("floor:A", "floor:B", "floor:C")
+PLACES = np.array([[-2.5, 0.0, 0.0], [2.5, 0.0, 0.0], [0.0, 2.0, 0.0]])
+LAYOUT = np.array([[1.0, 0.0, 0.3], [0.54, 0.84, 0.4], [-0.42, 0.91, 0.5], [-0.99, 0.14, 0.6]])
 
 
-def capture(path: Path, names: tuple[str, ...], *, seconds: float = 10.0) -> None:
-    """A capture of markers at rest, as Nexus would export it."""
-    t = np.arange(round(seconds * 10) + 1) / 10
-    at = np.stack([np.cos(np.arange(len(names))), np.sin(np.arange(len(names))), 0.3 + 0.1 * np.arange(len(names))], 1)
+def capture(path: Path, names: tuple[str, ...], at: np.ndarray = LAYOUT, *, way: float = 0.0) -> None:
+    """10 s of markers that start `at` (m, 3) and move `way` [m] along x, as Nexus would export them."""
+    t = np.arange(101) / 10
+    along = way * (1 - np.cos(np.pi * np.clip((t - 2) / 6, 0, 1))) / 2
     write = formats.formats()["vicon"].write
     assert write is not None
-    write(path, Recording(path, "vicon", Points(names, t, np.tile(at, (len(t), 1, 1)))))
+    xyz = at + along[:, None, None] * np.array([1.0, 0.0, 0.0])
+    write(path, Recording(path, "vicon", Points(names, t, xyz)))
 
 
 Lab = Callable[..., Path]
@@ -44,9 +47,10 @@ JUNK = (
 @pytest.fixture
 def lab(tmp_path: Path) -> Lab:
     """Two trials without obstacles, the first recorded, all as it should be; `edit` changes the plan's text."""
-    capture(tmp_path / "survey.csv", FLOOR)
-    for name in ("static_A.csv", "straight.csv", "first.csv"):
-        capture(tmp_path / name, ROBOT)
+    capture(tmp_path / "survey.csv", FLOOR, PLACES)
+    capture(tmp_path / "static_A.csv", ROBOT)
+    capture(tmp_path / "straight.csv", ROBOT, way=2.0)
+    capture(tmp_path / "first.csv", ROBOT, way=5.0)
     text = skeleton(selection=Selection(batches=("NO",), speeds=(0.6,), repetitions=2))
     text = text.replace('file = ""', 'file = "first.csv"', 1)
 
@@ -89,7 +93,7 @@ def test_attempted_without_a_file_is_counted(lab: Lab):
 
 def test_a_missing_file_and_the_closest_there_is(lab: Lab):
     said = only(lab(('file = "first.csv"', 'file = "frist.csv"')))
-    assert "trial.0.file" in said
+    assert "trial no. 1: file" in said
     assert "'first.csv'" in said
 
 
@@ -102,7 +106,7 @@ def test_missing_files_that_tie_the_frames(lab: Lab):
 @pytest.mark.parametrize(
     ("second", "wrong"),
     [
-        ('file = "first.csv"', "all of 'first.csv' overlaps 0 to 5 s of it, which is trial 0 (number 1)"),
+        ('file = "first.csv"', "all of 'first.csv' overlaps 0 to 5 s of it, which is trial no. 1"),
         ('file = "first.csv"\nspan = [4.5, 9.0]', "4.5 to 9 s of 'first.csv' overlaps 0 to 5 s"),
         ('file = "first.csv"\nspan = [5.0, 9.0]', None),
         ('file = "first.csv"\nspan = [9.0, 6.0]', "ends before it begins"),
@@ -116,13 +120,13 @@ def test_spans(lab: Lab, second: str, wrong: str | None):
     else:
         said = only(path)
         assert wrong in said
-        assert "trial.1.span" in said
+        assert "trial no. 2: span" in said
 
 
 def test_a_leg_outside_its_trial(lab: Lab):
     leg = 'legs = [{ name = "forth", goal = "B", span = [4.0, 7.0] }]'
     said = only(lab(('file = "first.csv"', f'file = "first.csv"\nspan = [0.0, 5.0]\n{leg}')))
-    assert "trial.0.legs.0.span" in said
+    assert "trial no. 1: legs.0.span" in said
     assert "[0.0, 5.0]" in said
 
 
@@ -139,11 +143,16 @@ def test_a_leg_outside_its_trial(lab: Lab):
         ('markers = "tiago:"', 'track = "tiago"', "robot.track", "known: none"),
         ('"floor:B"', '"floor:Bb"', "sources.capture.frame.surveyed.1.marker", "'floor:B'"),
         ('robot = "tiago"', 'robot = "tiga"', "test.robot", "'tiago'"),
-        ('batch = "NO"', 'batch = "N0"', "trial.0.batch", "'NO'"),
+        ('batch = "NO"', 'batch = "N0"', "trial no. 1: batch", "'NO'"),
         ('# format = "vicon"', 'format = "vico"', "sources.capture.format", "'vicon'"),
         ("[sources.capture]", '[sources.capture]\nestimate = "/amcl"', "sources.capture.estimate", "known: none"),
-        ("repetition = 1", 'repetition = 1\nobstacles = [{ body = "x" }]\n', "", "'x' is none of [bodies]"),
-        ("attempted = false", "atempted = false", "trial.0.atempted", "'attempted'"),
+        (
+            "repetition = 1",
+            'repetition = 1\nobstacles = [{ body = "x" }]\n',
+            "trial no. 1: obstacles.0.body",
+            "unknown body 'x'",
+        ),
+        ("\nattempted = false", "\natempted = false", "trial no. 1: atempted", "'attempted'"),
     ],
 )
 def test_names(lab: Lab, old: str, new: str, field: str, right: str):
@@ -152,17 +161,116 @@ def test_names(lab: Lab, old: str, new: str, field: str, right: str):
     assert right in said[0]
 
 
+TIES = 'static = { file = "static_A.csv", pose = "A" }\nstraight = { file = "straight.csv" }\n'
+
+
+def by_coordinates(few: int = 4, scale: float = 2.0) -> tuple[str, str]:
+    """Instead of stretches, the coordinates of the first few markers, `scale` times half of what they are."""
+    listed = ", ".join(
+        f'"{n}" = {[float(v) * scale / 2 for v in p]}' for n, p in zip(ROBOT[:few], LAYOUT[:few], strict=True)
+    )
+    return TIES, f"coordinates = {{ {listed} }}\n"
+
+
+class TestTies:
+    """What `score` would refuse only once it ties frames and bodies."""
+
+    def test_coordinates_that_fit(self, lab: Lab):
+        assert problems_of(lab(by_coordinates())) == []
+
+    def test_a_prefix_with_coordinates_for_some_of_its_markers(self, lab: Lab):
+        said = only(lab(by_coordinates(3)))
+        assert "robot.coordinates: the file also has tiago:top, without coordinates; list the markers" in said
+
+    def test_coordinates_in_millimetres(self, lab: Lab):
+        said = only(lab(by_coordinates(scale=2000.0)))
+        assert "first.csv: robot: the coordinates of the markers don't fit what was seen" in said
+
+    def test_a_static_stretch_in_which_the_robot_drives(self, lab: Lab):
+        said = only(
+            lab(('{ file = "static_A.csv", pose = "A" }\nstraight', '{ file = "first.csv", pose = "A" }\nstraight'))
+        )
+        assert "robot: the body is not at rest in the static pose" in said
+
+    def test_a_straight_drive_that_is_none(self, lab: Lab):
+        said = only(lab(('straight = { file = "straight.csv" }', 'straight = { file = "static_A.csv" }')))
+        assert "robot: the straight drive is 0.00 m long" in said
+
+    def test_surveyed_places_that_are_others(self, lab: Lab):
+        said = only(lab(('{ marker = "floor:C", at = [0.0, 2.0] }', '{ marker = "floor:C", at = [0.0, 3.0] }')))
+        assert "sources.capture.frame" in said
+
+    def test_a_hold_in_which_the_robot_drives(self, lab: Lab):
+        text = lab(by_coordinates()).read_text(encoding="utf-8")
+        start, end = text.index('file = "survey.csv"'), text.index("# Other ways")
+        hold = 'holds = [{ file = "first.csv", pose = "A" }]\n'
+        said = only(lab(source=text[:start] + hold + text[end:]))
+        assert "sources.capture.frame: the robot moved by" in said
+
+    def test_a_static_pose_without_a_map(self, lab: Lab):
+        text = lab(("straight = ", "# straight = ")).read_text(encoding="utf-8")
+        start, end = text.index('file = "survey.csv"'), text.index("# Other ways")
+        assert "robot.static" in only(lab(source=text[:start] + text[end:]))
+
+    def test_nothing_is_tied_before_anything_was_recorded(self, lab: Lab, monkeypatch: pytest.MonkeyPatch):
+        monkeypatch.setattr(formats, "read", lambda *_, **__: pytest.fail("read"))
+        assert problems_of(lab(('file = "first.csv"', 'file = ""'))) == []
+
+
+MOVER = '[bodies.cart]\nshape = { kind = "square", edge = 0.3 }\nmarkers = "cart:"\n\n[[trial]]  # 1 of'
+
+
+def test_a_mover_with_a_shape_that_nothing_ties(lab: Lab):
+    said = only(lab(("[[trial]]  # 1 of", MOVER)))
+    assert "bodies.cart: has a shape and markers, but nothing that ties them: MDO" in said
+    tied = MOVER.replace('"cart:"', '"cart:"\nstatic = { file = "none.csv", pose = "A" }')
+    assert problems_of(lab(("[[trial]]  # 1 of", tied))) == []  # no trial has it yet
+    there = ("repetition = 1", 'repetition = 1\nobstacles = [{ body = "cart" }]')
+    found = [str(p) for p in problems_of(lab(("[[trial]]  # 1 of", tied), there))]
+    assert any("bodies.cart.static: no such file: 'none.csv'" in p for p in found)
+
+
+def test_every_unknown_name_at_once_each_with_the_closest(lab: Lab):
+    found = problems_of(
+        lab(("repetition = 1", 'repetition = 1\nobstacles = [{ body = "x" }]'), ('goal = "B"', 'goal = "b"'))
+    )
+    assert [p.field for p in found] == ["trial no. 1: obstacles.0.body", "legs.0.goal"]
+    assert "unknown pose 'b'" in str(found[1])
+    assert "known: A, A_turned, B, B_turned" in str(found[1])
+
+
+@pytest.mark.parametrize(
+    ("suite", "closest"),
+    [("hopsital", "'hospital'"), ("Hospital", "'hospital'"), ("hospital-2026", ""), ("own", ""), ("ward-4", "")],
+)
+def test_a_suite_that_is_nearly_ours(lab: Lab, suite: str, closest: str):
+    path = lab(('suite = "hospital"', f'suite = "{suite}"'))
+    if closest:
+        assert f"test.suite: unknown suite '{suite}'; did you mean {closest}" in only(path)
+    else:
+        assert problems_of(path) == []
+
+
+def test_a_speed_that_the_robot_cannot_drive_is_said_once(lab: Lab):
+    path = lab(("\nspeed = 0.6", "\nspeed = 60"), ("\nspeed = 0.6", "\nspeed = 60"))
+    assert "trial no. 1: speed: 60 m/s is more than the 1 m/s that tiago can drive" in only(path)
+
+
+def test_a_decimal_comma(lab: Lab):
+    assert only(lab(("\nspeed = 0.6", "\nspeed = 0,6"))).endswith("; a number has a decimal point: 0.6")
+
+
 def test_an_obstacle_that_is_neither_placed_nor_measured(lab: Lab):
     body = '[bodies.box]\nshape = { kind = "square", edge = 0.3 }\n\n[[trial]]  # 1 of'
     said = only(lab(("[[trial]]  # 1 of", body), ("repetition = 1", 'repetition = 1\nobstacles = [{ body = "box" }]')))
-    assert "trial.0.obstacles.0" in said
+    assert "trial no. 1: obstacles.0" in said
     assert "neither placed" in said
 
 
 def test_a_body_measured_by_a_source_that_the_trial_lacks(lab: Lab):
     body = '[sources.bag]\n\n[bodies.cart]\nsource = "bag"\ntrack = "cart"\n\n[[trial]]  # 1 of'
     said = only(lab(("[[trial]]  # 1 of", body), ("repetition = 1", 'repetition = 1\nobstacles = [{ body = "cart" }]')))
-    assert "trial.0.files" in said
+    assert "trial no. 1: files" in said
     assert "'bag'" in said
 
 

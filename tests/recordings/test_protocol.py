@@ -56,7 +56,10 @@ class TestHospital:
                 assert shape == obstacle.shape
                 if obstacle.pose is None:
                     assert placed.pose is None
-                    assert plan.bodies[placed.body].markers == "hosbot:"
+                    mover = plan.bodies[placed.body]
+                    assert mover.markers == "hosbot:"
+                    assert mover.static is not None  # else nobody could tell where on its markers the shape is
+                    assert (mover.static.file, mover.static.pose) == ("static_hosbot.csv", "A")
                 else:
                     assert placed.pose == pytest.approx(obstacle.pose, abs=1e-7)
 

@@ -70,7 +70,7 @@ def test_well_formed_and_self_contained(sheet: str):
 
 def test_five_boxes_a_trial(sheet: str):
     page = Page(sheet)
-    assert page.boxes == 5 * 336 + 9 + 5  # and one an obstacle, one a line of the checklist
+    assert page.boxes == 5 * 336 + 9 + 6  # and one an obstacle, one a line of the checklist
 
 
 def test_where_things_stand_and_how_the_mover_goes(sheet: str):
@@ -80,10 +80,31 @@ def test_where_things_stand_and_how_the_mover_goes(sheet: str):
 
 
 def test_hours_of_driving_by_hand(sheet: str):
-    # 10 m each: 126 trials at 0.2 m/s (3 NO, 84 SO, 15 MO, 24 CE), 123 at 0.6, 87 at 1.0: 6300 + 2050 + 870 s
-    assert "about 2.6 hours of driving" in sheet
+    # 10 m each: 126 trials at 0.2 m/s (3 NO, 84 SO, 15 MO, 24 CE), 123 at 0.6, 87 at 1.0: 6300 + 2050 + 870 s; half a turn
+    # at 1 rad/s and 1 s for each of three legs: 336 x 6.14 s = 2064 s
+    assert "about 3.1 hours of driving" in sheet
     short = sheet_of(parsed(skeleton(selection=Selection(batches=("NO",), speeds=(0.2,), repetitions=2))))
-    assert "about 2 minutes of driving" in short  # 2 x 10 m / 0.2 m/s = 100 s
+    assert "about 2 minutes of driving" in short  # 2 x (10 m / 0.2 m/s + 6.14 s) = 112 s
+
+
+def test_a_mover_is_recorded_at_rest_before_the_trials(sheet: str):
+    assert re.search(r"hosbot at rest, 10 s, on A, looking along A to B \(static_hosbot\.csv\)", sheet)
+    assert not re.search(r"hosbot at rest", sheet_of(parsed(skeleton(selection=Selection(batches=("SO",))))))
+
+
+def test_abbreviations_are_explained_where_they_are_used(sheet: str):
+    assert "<b>CE</b>: complex environment" in sheet
+    assert "<b>d_base</b>: the robot&#39;s width" in sheet or "<b>d_base</b>: the robot's width" in sheet
+    short = sheet_of(parsed(skeleton(selection=Selection(batches=("NO",)))))
+    assert "d_base" not in short
+    assert "<b>SO</b>" not in short
+
+
+def test_sections_are_numbered_through(sheet: str):
+    for text in (sheet, sheet_of(parsed(skeleton(selection=Selection(batches=("NO",)))))):
+        found = [int(n) for n in re.findall(r"<h2>(\d)\.", text)]
+        assert found == list(range(1, len(found) + 1))
+        assert text.count("<h2>") == len(found)
 
 
 def test_coordinates_hold_on_any_plan():
@@ -103,7 +124,7 @@ def test_coordinates_hold_on_any_plan():
     other = plan.model_copy(update={"poses": poses, "trials": trials})
 
     def body(text: str) -> str:
-        return text[text.index("<section", text.index("4. Each trial")) :]
+        return text[text.index("<section", text.index("5. Each trial")) :]
 
     assert surveyed
     assert body(sheet_of(other)) == body(sheet_of(plan))

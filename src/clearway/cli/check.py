@@ -14,7 +14,10 @@ def check(
     robot: RobotName = "tiago",
     as_json: Json = False,
 ) -> None:
-    """Say what is wrong with a scenario, suite, robot, plan, test plan or map file, or with a navigator."""
+    """Say what is wrong with a scenario, suite, robot, plan, test plan or map file, or with a navigator.
+
+    Of a test plan the recordings are read as well: whether they hold what it names, and whether its ties tie.
+    """
     import json
     from pathlib import Path
 
@@ -26,6 +29,8 @@ def check(
 
         found = [str(problem) for problem in check_file(Path(target), load_robot(robot))]
         passed = about_file(Path(target))
+    elif Path(target).exists():
+        raise ClearwayError("is no TOML file; into recordings looks `clearway import --list`", file=target)
     else:
         from clearway.navigators.conformance import check_navigator
         from clearway.navigators.registry import make_navigator

@@ -6,6 +6,7 @@ under `[[scenario]]`, others by `files`, each run at every one of `speeds` and `
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -76,12 +77,24 @@ def read_toml(path: Path) -> dict[str, Any]:
     Raises:
         ClearwayError: it can't be read, or a syntax error with its line.
     """
+    text = ""
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        return tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ClearwayError(f"not a TOML file: {error}", file=path) from error
+        raise ClearwayError(f"not a TOML file: {error}{_comma(text, str(error))}", file=path) from error
     except OSError as error:
         raise ClearwayError("no such file" if not path.exists() else str(error.strerror), file=path) from error
+
+
+def _comma(text: str, problem: str) -> str:
+    """What to write instead, where the line of a syntax error has a decimal comma."""
+    at = re.search(r"at line (\d+)", problem)
+    lines = text.splitlines()
+    if at is None or int(at[1]) > len(lines):
+        return ""
+    number = re.search(r"=\s*([+-]?\d+),(\d+)\s*(#.*)?$", lines[int(at[1]) - 1])
+    return "" if number is None else f"; a number has a decimal point: {number[1]}.{number[2]}"
 
 
 def parse(model: type[Model], table: dict[str, Any], path: Path) -> tuple[Model | None, list[ClearwayError]]:

@@ -30,7 +30,7 @@ def identify(path: str | Path) -> Format:
     Raises:
         ClearwayError: there is no such file, it is empty, or of no known format.
     """
-    file = Path(path)
+    file = _named(path)
     head = _head(file)
     known = formats().values()
     for f in known:
@@ -39,6 +39,8 @@ def identify(path: str | Path) -> Format:
     ending = [f for f in known if file.suffix.lower() in f.suffixes]
     if len(ending) == 1:
         return ending[0]  # its reader says what is wrong with it
+    if file.is_dir():
+        raise ClearwayError("is a folder, but no ROS 2 bag: name the files in it", file=path)
     raise ClearwayError(f"is of no known format; name one of: {', '.join(formats())}", file=file, field="format")
 
 
@@ -48,7 +50,7 @@ def read(path: str | Path, want: Want | None = None, *, format: str | None = Non
     Raises:
         ClearwayError: the file can't be read as `format` (None: the format that it looks like), or lacks what is wanted.
     """
-    return _format(path, format).read(Path(path), want or Want())
+    return _format(path, format).read(_named(path), want or Want())
 
 
 def look(path: str | Path, *, format: str | None = None) -> Contents:
@@ -57,7 +59,12 @@ def look(path: str | Path, *, format: str | None = None) -> Contents:
     Raises:
         ClearwayError: as for `read`.
     """
-    return _format(path, format).look(Path(path))
+    return _format(path, format).look(_named(path))
+
+
+def _named(path: str | Path) -> Path:
+    """The path with the name of what it leads to: `.` has none."""
+    return Path(path) if Path(path).name else Path(path).resolve()
 
 
 def _format(path: str | Path, name: str | None) -> Format:

@@ -19,7 +19,7 @@ LARGEST = 1 << 20
 
 def beside(path: Path) -> Path:
     """Where the description of `path` stands: its whole name and `.toml`."""
-    return path.with_name(path.name + ".toml")
+    return path.parent / (path.name + ".toml")
 
 
 def load(description: Path, model: type[M]) -> M:

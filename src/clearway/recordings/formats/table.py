@@ -61,6 +61,8 @@ def sniff(path: Path, head: bytes) -> bool:
 
 
 def _description(path: Path) -> Path | None:
+    if not path.name:  # a folder such as `.`
+        return None
     own, other = beside.beside(path), path.with_suffix(".toml")
     if own.is_file():
         return own

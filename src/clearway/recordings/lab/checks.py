@@ -14,14 +14,24 @@ from pydantic import ValidationError
 from clearway.errors import ClearwayError, unknown
 from clearway.recordings import formats
 from clearway.recordings.formats import table
-from clearway.recordings.lab.plan import BodySpec, Plan, Span, TrialSpec, seen_from, shape_of
+from clearway.recordings.lab.plan import (
+    BodySpec,
+    Plan,
+    Span,
+    TrialSpec,
+    by_number,
+    problems_in,
+    seen_from,
+    shape_of,
+    without_coordinates,
+)
+from clearway.recordings.lab.tie_checks import problems_of_ties
 from clearway.recordings.motion.markers import resolve
 from clearway.recordings.recording import Contents, Want, contents_of
 from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml
 from clearway.scenarios.floorplan import load_plan as load_floor
 from clearway.scenarios.suites import load_suite, suite_names
-from clearway.validation import problems
 
 Looker = Callable[[str, str], Contents]
 """Says what a file (second) of a source (first) holds."""
@@ -39,11 +49,13 @@ def problems_of(path: str | Path, *, inside: bool = True) -> list[ClearwayError]
     except ClearwayError as error:
         return [error]
     except ValidationError as error:
-        return problems(error, Plan, file=file)
+        return problems_in(error, file)
     found = [*_names(plan, file.parent), *_sources(plan), *_bodies(plan), *_spans(plan), *_files(plan, file.parent)]
     if inside:
         found += _contents(plan, file.parent)
-    return [e if e.file is not None else ClearwayError(e.problem, file=file, field=e.field) for e in found]
+    if inside and not found:  # what ties is found wrong only where all that it needs is there
+        found += problems_of_ties(file)
+    return [by_number(e, file) for e in found]
 
 
 def summary(path: str | Path) -> list[str]:
@@ -85,7 +97,12 @@ def _names(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
                 shape_of(body.shape, folder)
         except ClearwayError as error:
             yield ClearwayError(error.problem, file=error.file, field=f"bodies.{name}.shape")
+    yield from _too_fast(plan, folder)
     if plan.test.suite not in suite_names():
+        close = difflib.get_close_matches(plan.test.suite, suite_names(), n=1, cutoff=0.8)
+        if close and not plan.test.suite.startswith(close[0]):  # hospital-2026 is somebody's own
+            wrong = unknown("suite", plan.test.suite, suite_names())
+            yield ClearwayError(f"{wrong.problem}; one of your own needs a name less like ours", field="test.suite")
         return
     suite = load_suite(plan.test.suite)
     for i, trial in enumerate(plan.trials):
@@ -95,6 +112,24 @@ def _names(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
         ):
             if value not in known:
                 yield ClearwayError(unknown(field, value, known).problem, field=_at(i, field))
+
+
+def _too_fast(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
+    """Set speeds that the robot can't drive; each once."""
+    try:
+        robot = None if plan.test.robot is None else load_robot(seen_from(folder, plan.test.robot))
+    except ClearwayError:
+        return
+    if robot is None:
+        return
+    said: set[float] = set()
+    for i, trial in enumerate(plan.trials):
+        if trial.speed is not None and trial.speed > robot.drive.v_max * (1 + 1e-6) and trial.speed not in said:
+            said.add(trial.speed)
+            yield ClearwayError(
+                f"{trial.speed:g} m/s is more than the {robot.drive.v_max:g} m/s that {plan.test.robot} can drive",
+                field=_at(i, "speed"),
+            )
 
 
 def _sources(plan: Plan) -> Iterator[ClearwayError]:
@@ -111,7 +146,14 @@ def _sources(plan: Plan) -> Iterator[ClearwayError]:
 
 
 def _bodies(plan: Plan) -> Iterator[ClearwayError]:
-    """Bodies of which a trial can know nothing."""
+    """Bodies of which a trial can know nothing, or not where they are."""
+    for name, body in plan.bodies.items():
+        if body.shape is not None and body.markers is not None and not _tied(body):
+            yield ClearwayError(
+                "has a shape and markers, but nothing that ties them: MDO and collisions with it can't be told; give "
+                "`coordinates` of its markers, or `static`, a recording of it at rest on a known pose",
+                field=f"bodies.{name}",
+            )
     if not _measured(plan.robot) and any(_given(plan, t) for t in plan.trials):
         yield ClearwayError("needs its markers or its track, or nothing is known of how it moved", field="robot")
     for i, trial in enumerate(plan.trials):
@@ -132,7 +174,12 @@ def _bodies(plan: Plan) -> Iterator[ClearwayError]:
 
 
 def _measured(body: BodySpec) -> bool:
-    return body.markers is not None or body.track is not None
+    return body.markers is not None or body.track is not None or body.coordinates is not None
+
+
+def _tied(body: BodySpec) -> bool:
+    """Whether something says where base_link, and with it the shape, is among the body's markers."""
+    return any(way is not None for way in (body.coordinates, body.offset, body.static, body.straight, body.turn))
 
 
 def _source(plan: Plan, body: BodySpec) -> str:
@@ -156,8 +203,8 @@ def _spans(plan: Plan) -> Iterator[ClearwayError]:
             for other, span in taken.setdefault(trial.file, []):
                 if _overlap(span, trial.span):
                     yield ClearwayError(
-                        f"{_said(trial.span)} of {trial.file!r} overlaps {_said(span)} of it, which is trial {other} "
-                        f"(number {other + 1}); give each its span",
+                        f"{_said(trial.span)} of {trial.file!r} overlaps {_said(span)} of it, which is trial no. {other + 1}; "
+                        "give each its span",
                         field=_at(i, "span"),
                     )
                     break
@@ -179,7 +226,12 @@ def references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
             yield f"sources.{name}.frame.file", name, source.frame.file, None
         for j, hold in enumerate(source.frame.holds):
             yield f"sources.{name}.frame.holds.{j}", name, hold.file, hold.span
+    recorded = {"robot"} | {
+        f"bodies.{o.body}" for t in plan.trials if _given(plan, t) for o in t.obstacles if o.pose is None
+    }
     for where, body in _all_bodies(plan):
+        if where not in recorded:
+            continue  # what ties it is not needed yet
         for kind, stretch in (("static", body.static), ("straight", body.straight), ("turn", body.turn)):
             if stretch is not None:
                 yield f"{where}.{kind}", _source(plan, body), stretch.file, stretch.span
@@ -263,11 +315,14 @@ def _missing(plan: Plan, field: str, source: str, held: Contents) -> Iterator[tu
     """Names that a file lacks: the field that has the name, and the problem."""
     markers = [e.name for e in held.entries if e.kind == "marker"]
     for where, body in _looked_for(plan, field, source):
-        if body.markers is not None:
+        if (named := body.markers or tuple(body.coordinates or ())) and body.track is None:
             try:
-                resolve(markers, body.markers)
+                names = resolve(markers, named)
             except ClearwayError as error:
-                yield f"{where}.markers", error
+                yield f"{where}.{'coordinates' if body.markers is None else 'markers'}", error
+            else:
+                if (lacking := without_coordinates(names, body)) is not None:
+                    yield f"{where}.coordinates", ClearwayError(lacking)
         if body.track is not None and (wrong := _no_track(body.track, held, "track")):
             yield f"{where}.track", wrong
     frame = plan.sources[source].frame

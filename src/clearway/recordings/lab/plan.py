@@ -248,7 +248,7 @@ class Plan(_Part):
     def _names(self) -> Plan:
         known: dict[str, Mapping[str, object]] = {"sources": self.sources, "bodies": self.bodies, "poses": self.poses}
         wrong = tuple(
-            unknown(f"name in [{where}]", name, known[where], field=field)
+            unknown(_KINDS[where], name, known[where], field=field)
             for field, where, name in self._references()
             if isinstance(name, str) and name not in known[where]
         )
@@ -276,6 +276,9 @@ class Plan(_Part):
             for i, leg in enumerate(legs):
                 found += [(f"{field}.{i}.start", "poses", leg.start), (f"{field}.{i}.goal", "poses", leg.goal)]
         return found
+
+
+_KINDS = {"sources": "source", "bodies": "body", "poses": "pose"}
 
 
 class _Unknown(ValueError):

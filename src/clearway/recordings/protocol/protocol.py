@@ -169,8 +169,9 @@ class _Writer:
         third = ((a[0] + b[0]) / 2 - 2 * s, (a[1] + b[1]) / 2 + 2 * c)
         prefix = f"{_kind_of_robot(self.robot)}:"
         return _CAPTURE.format(
-            a=_toml(a[:2]), b=_toml(b[:2]), c=_toml(third), prefix=_toml(prefix), example=_toml(prefix + "front_left")
-        )
+            a=_toml(a[:2]), b=_toml(b[:2]), c=_toml(third), prefix=_toml(prefix), example=_toml(prefix + "front_left"),
+            pose=self.pose(a), other=self.pose(b),
+        )  # fmt: skip
 
     def things(self) -> str:
         """[bodies]: each obstacle once."""
@@ -183,7 +184,10 @@ class _Writer:
         for name, o in things.items():
             lines += [f"[bodies.{name}]", f"shape = {self.shape(o.shape)}"]
             if o.pose is None:
-                lines.append(f"markers = {_toml(name + ':')}  # it moves: its marker set, as for the robot")
+                lines += _MOVER.format(
+                    markers=_toml(name + ":"), file=_toml(f"static_{name}.csv"), pose=self.pose(self.line.a),
+                    example=_toml(f"{name}:front_left"),
+                ).splitlines()  # fmt: skip
             lines.append("")
         return "\n".join(lines)
 
@@ -353,7 +357,7 @@ surveyed = [
 # Other ways, instead of `file` and `surveyed`: the system's frame is the map's, or the robot stood on known poses
 # (needs the markers' coordinates below).
 # same = true
-# holds = [{{ file = "static_A.csv", pose = "A" }}, {{ file = "static_B.csv", pose = "B" }}]
+# holds = [{{ file = "static_A.csv", pose = {pose} }}, {{ file = "static_B.csv", pose = {other} }}]
 
 # The robot's own log, if there is one: take the # away, and add to each trial: files = {{ robot = "NAME" }}
 # [sources.robot]
@@ -364,9 +368,10 @@ surveyed = [
 # (x forward, y left, origin between the wheels) by the robot at rest on A, facing B, and by a straight drive forward.
 [robot]
 markers = {prefix}
-static = {{ file = "static_A.csv", pose = "A" }}
+static = {{ file = "static_A.csv", pose = {pose} }}
 straight = {{ file = "straight.csv" }}
-# Or, instead of `static` and `straight`, where the markers sit on the robot, m: x forward, y left, z up.
+# Or, instead of `static` and `straight`, where the markers sit on the robot, m: x forward, y left, z up. Of every marker
+# that `markers` names: write a list there, if you measured only some.
 # coordinates = {{ {example} = [0.2, 0.2, 0.3] }}
 """
 
@@ -375,9 +380,19 @@ _BODIES = """\
 # where they were seen: markers = "NAME:" here, and take its pose out of the trials.
 """
 
+_MOVER = """\
+# It moves. Its marker set, as for the robot; it is tied to its shape by a recording of it at rest on A, facing B, where the
+# sheet asks for it. Without a tie MDO and collisions with it can't be told.
+markers = {markers}
+static = {{ file = {file}, pose = {pose} }}
+# Or, instead of `static`, where its markers sit on it, m: x forward, y left, z up, from the middle of its shape.
+# coordinates = {{ {example} = [0.2, 0.2, 0.3] }}
+"""
+
 _TRIALS = """\
 # The trials. In each: file = "NAME" of its recording. More trials in one file: give each its span = [start, end] in s.
-# A trial that was driven but not recorded: attempted = true. It counts as attempted.
+# `attempted = false` may stay where a file is filled in: a recorded trial counts as attempted, whatever it says. A trial
+# that was driven but not recorded: attempted = true. It counts as attempted.
 # intervention: a person had to help. stopped: emergency stop. aborted: broken off. note: whatever is worth knowing.
 # contact: take the # away and say true if the robot touched something, false if you watched and it did not.
 """

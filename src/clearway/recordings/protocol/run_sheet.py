@@ -17,6 +17,16 @@ from clearway.recordings.protocol.protocol import write_new
 from clearway.recordings.protocol.sketch import Sketch, place, sketch
 from clearway.scenarios.scenario import PoseSpec, RunSpec, Scenario
 
+OWN = {
+    "NO": "no obstacle",
+    "SO": "static obstacles",
+    "MO": "a moving obstacle",
+    "CE": "complex environment: static obstacles and a moving one",
+}
+"""Paper A's batches, for people."""
+TURNING, STARTING = 1.0, 1.0
+"""rad/s and s, for an estimate of the time: how fast robots turn on the spot, what speeding up and braking adds to a leg."""
+
 TICKS = ("driven", "contact", "help", "stop", "abort")
 """Headings of the boxes: attempted, contact, intervention, stopped, aborted."""
 
@@ -86,6 +96,8 @@ def sheet_of(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
         trials=len(plan.trials),
         driving=_driving(plan),
         things=_things(plan),
+        batches={b: OWN.get(b, "") for b in dict.fromkeys(t.batch for t in plan.trials)},
+        gaps=any(t.gap is not None for t in plan.trials),
         checklist=_checklist(plan, line),
         metres=metres,
         poses=_poses(plan, line),
@@ -128,8 +140,10 @@ def _checklist(plan: Plan, line: Line | None) -> list[str]:
         found += [f"The robot at rest, 10 s, on {_place(h.pose)}{_named(h.file)}" for h in spec.frame.holds]
     for name, body in {"The robot": plan.robot, **plan.bodies}.items():
         if body.static is not None:
+            facing = "" if line is None else _looking(plan, line, body.static.pose)
             found.append(
-                f"{name} at rest, 10 s, on {_place(body.static.pose)}{_named(body.static.file)}, as exactly as it can be put"
+                f"{name} at rest, 10 s, on {_place(body.static.pose)}{facing}{_named(body.static.file)}, as exactly as it can "
+                "be put"
             )
         if body.straight is not None:
             found.append(
@@ -137,9 +151,17 @@ def _checklist(plan: Plan, line: Line | None) -> list[str]:
             )
     found.append("Every marker of every body is seen, everywhere on the floor where something will move")
     found.append(
-        "The robot at rest on B: the measured place is B to within a centimetre, or the above has to be done anew"
+        "After the first trial, its file filled in: \N{LEFT DOUBLE QUOTATION MARK}clearway check PLAN\N{RIGHT DOUBLE QUOTATION MARK} "
+        "finds nothing wrong, and DE of \N{LEFT DOUBLE QUOTATION MARK}clearway score PLAN\N{RIGHT DOUBLE QUOTATION MARK} is what a "
+        "tape on the floor says, to within a centimetre; or the above has to be done anew"
     )
     return found
+
+
+def _looking(plan: Plan, line: Line, pose: str | PoseSpec | None) -> str:
+    """Where something on a pose of the plan has to look."""
+    at = plan.poses.get(pose) if isinstance(pose, str) else pose
+    return "" if at is None else f", looking {_facing(line, at)}"
 
 
 def _named(file: str | None) -> str:
@@ -172,7 +194,7 @@ def _what(body: BodySpec) -> str:
 
 
 def _driving(plan: Plan) -> str | None:
-    """How long is driven, straight and at the set speeds; None if the plan doesn't say."""
+    """How long is driven, straight and at the set speeds, and turned on the spot; None if the plan doesn't say."""
     seconds = 0.0
     for trial in plan.trials:
         here: PoseSpec | None = None
@@ -181,7 +203,8 @@ def _driving(plan: Plan) -> str | None:
             here = start or here
             if here is None or goal is None or trial.speed is None:
                 return None
-            seconds += math.dist(here[:2], goal[:2]) / trial.speed
+            turned = abs(math.remainder(goal[2] - here[2], math.tau))
+            seconds += math.dist(here[:2], goal[:2]) / trial.speed + turned / TURNING + STARTING
             here = goal
     return f"{seconds / 3600:.1f} hours" if seconds >= 3600 else f"{math.ceil(seconds / 60)} minutes"
 
