@@ -14,8 +14,10 @@ from clearway.errors import ClearwayError
 from clearway.recordings.formats import formats
 from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.lab import Lab
+from clearway.recordings.lab.surroundings import obstacles
 from clearway.recordings.protocol.toml_text import toml
 from clearway.recordings.recording import Points, Recording
+from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Trial
 
 RATE = 50.0
@@ -128,3 +130,28 @@ def test_markers_that_nothing_ties_find_no_leg_by_its_goal(scored: Scored) -> No
     assert trial.outcome == "reached"
     assert not np.isfinite(trial.attempt.legs[0].goal).any()
     assert trial.spans[0].reached
+
+
+def test_unsure_clocks_make_a_mover_of_another_source_unsure(tmp_path: Path) -> None:
+    """It drives at up to 0.63 m/s; 20 ms are 13 mm then, and nothing while it stands."""
+    for name in ("robot.csv", "cart.csv"):
+        capture(tmp_path / name, ahead((0.0, 1.0, 0.5), 2.0))
+    coordinates = {f"robot:{name}": list(at) for name, at in MARKERS.items()}
+    seen = {"markers": "robot:", "coordinates": coordinates, "outline": 0.0}
+    content = {
+        "sources": {n: {"format": "vicon", "frame": TIED, "clock": 0.0} for n in ("capture", "other")},
+        "robot": seen,
+        "bodies": {"cart": seen | {"source": "other", "shape": {"kind": "disc", "radius": 0.2}}},
+        "trial": [{"file": "robot.csv", "files": {"other": "cart.csv"}, "obstacles": [{"body": "cart"}]}],
+    }
+    (tmp_path / "plan.toml").write_text(toml(content), encoding="utf-8")
+    lab = Lab(tmp_path / "plan.toml")
+    recordings = {"capture": lab.recording("capture", "robot.csv"), "other": lab.recording("other", "cart.csv")}
+    t = np.arange(0.0, 9.0, 0.02)
+    sure, unsure = (
+        obstacles(lab, lab.plan.trials[0], recordings, {"other": Offset(0.0, sigma, 1.0, "")}, t, tied=True).sigma
+        for sigma in (0.0, 0.02)
+    )
+    added = np.sqrt(unsure[:, 0, 0] ** 2 - sure[:, 0, 0] ** 2)
+    assert added.max() == pytest.approx(0.02 * 2.0 * math.pi / 2 / 5.0, rel=0.02)
+    assert added[20] == pytest.approx(0.0, abs=1e-4)

@@ -107,6 +107,7 @@ def test_missing_files_that_tie_the_frames(lab: Lab):
     ("second", "wrong"),
     [
         ('file = "first.csv"', "all of 'first.csv' overlaps 0 to 5 s of it, which is trial no. 1"),
+        ('file = "./first.csv"\nspan = [4.5, 9.0]', "4.5 to 9 s of './first.csv' overlaps 0 to 5 s"),
         ('file = "first.csv"\nspan = [4.5, 9.0]', "4.5 to 9 s of 'first.csv' overlaps 0 to 5 s"),
         ('file = "first.csv"\nspan = [5.0, 9.0]', None),
         ('file = "first.csv"\nspan = [9.0, 6.0]', "ends before it begins"),

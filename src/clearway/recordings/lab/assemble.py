@@ -25,7 +25,10 @@ from clearway.recordings.ties import frames
 from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
-UNLINKED = "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known"
+UNLINKED = (
+    "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known, and the path is that "
+    "of the markers' middle"
+)
 UNDER_WAY = 0.05
 """m/s; a robot that is faster has not stopped."""
 SAME = (0.1, 0.2)

@@ -200,7 +200,8 @@ def _spans(plan: Plan) -> Iterator[ClearwayError]:
             ):
                 yield ClearwayError(f"{list(span)} is not within the trial's {list(trial.span)}", field=_at(i, field))
         if trial.file:
-            for other, span in taken.setdefault(trial.file, []):
+            same = os.path.normpath(trial.file)
+            for other, span in taken.setdefault(same, []):
                 if _overlap(span, trial.span):
                     yield ClearwayError(
                         f"{_said(trial.span)} of {trial.file!r} overlaps {_said(span)} of it, which is trial no. {other + 1}; "
@@ -208,7 +209,7 @@ def _spans(plan: Plan) -> Iterator[ClearwayError]:
                         field=_at(i, "span"),
                     )
                     break
-            taken[trial.file].append((i, trial.span))
+            taken[same].append((i, trial.span))
 
 
 def _overlap(a: Span | None, b: Span | None) -> bool:

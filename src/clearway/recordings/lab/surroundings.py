@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,7 +86,14 @@ def _measured(lab: Lab, placed: PlacedSpec, recordings: Recordings, offsets: Off
             f"the trial has no file of the source {source!r}, which measures {placed.body!r}", field="files"
         )
     motion, _ = lab.motion(placed.body, recordings[source])
-    return clocks.resample(motion, t - (offsets[source].seconds if source in offsets else 0.0))
+    if source not in offsets:
+        return clocks.resample(motion, t)
+    seen = clocks.resample(motion, t - offsets[source].seconds)
+    if seen.sigma is None:
+        return seen
+    # where it was a moment earlier or later, as far as the clocks are unsure
+    moved = np.nan_to_num(np.abs(seen.velocity)) * offsets[source].sigma
+    return replace(seen, sigma=np.hypot(seen.sigma, moved))
 
 
 def _stood(motion: Motion) -> FloatArray | None:
