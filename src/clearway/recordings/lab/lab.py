@@ -30,7 +30,7 @@ ROBOT = "robot"
 PLACED_HEADING = 0.01
 """rad; standard uncertainty of the heading in which a body was put on a known pose by hand."""
 KEPT = 2
-"""Recordings kept in memory: neighbouring trials often lie in one file."""
+"""Recordings kept in memory, or one of each source if these are more: neighbouring trials often lie in one file."""
 
 
 class Lab:
@@ -51,6 +51,7 @@ class Lab:
         self._ties: dict[str, Tie] = {}
         self._models: dict[str, dict[str, FloatArray]] = {}
         self._digests: dict[str, str] = {}
+        self._motions: dict[tuple[str, bool], tuple[Path, Motion]] = {}
 
     @property
     def first(self) -> str:
@@ -86,7 +87,7 @@ class Lab:
                 found = table.read_with(path, self.folder / spec.table, want)
             else:
                 found = formats.read(path, want, format=spec.format)
-            while len(self._kept) >= KEPT:
+            while len(self._kept) >= max(KEPT, len(self.plan.sources)):
                 self._kept.popitem(last=False)
             self._kept[key] = found
         self._kept.move_to_end(key)
@@ -124,6 +125,13 @@ class Lab:
 
     def raw(self, name: str, recording: Recording, *, tied: bool = True) -> Motion:
         """How the body moved, in its source's frame; `tied`: of its base_link, else of the fitted model or the track."""
+        last = self._motions.get((name, tied))
+        if last is None or last[0] != recording.file:  # the trials of one file follow each other
+            last = recording.file, self._moved(name, recording, tied)
+            self._motions[name, tied] = last
+        return last[1]
+
+    def _moved(self, name: str, recording: Recording, tied: bool) -> Motion:
         body = self.body(name)
         link = self._base(name) if tied else None
         where: dict[str, Any] = {"file": recording.file, "field": ROBOT if name == ROBOT else f"bodies.{name}"}
