@@ -108,7 +108,7 @@ def _scene(
     there = [body for k, body in enumerate(moving) if known_rows(movers[:, k, :2]).any()]
     for body in (*fixed, *there):
         if not body.outlined:
-            raise NotComputable(f"the shape of {body.name} is unknown")
+            raise NotComputable(f"the shape of {body.name} is unknown, or where that is on its markers")
     blind = np.isfinite(movers[:, :, :2]).all(axis=2) & ~np.isfinite(movers[:, :, 2])
     for k, body in enumerate(moving):
         if blind[:, k].any():

@@ -76,7 +76,7 @@ class StretchSpec(_Part):
 
 
 class SurveyedSpec(_Part):
-    """A marker or a body's origin whose place in the map was surveyed."""
+    """A marker whose place in the map was surveyed."""
 
     marker: str
     at: tuple[Finite, Finite] = Field(description="x, y in the map, m")
