@@ -147,7 +147,12 @@ def test_no_set_speed():
 def test_a_body_whose_shape_nobody_knows():
     unknown = Body("bed", "obstacle", Circle(0.0), np.array([2.5, 1.0, math.nan]), outlined=False)
     row = score_row(recorded(shuttle(bodies=[unknown, box(2.5, -1.0)])))
-    assert lost(row)["MDO"] == lost(row)["MDO_U"] == lost(row)["MDO_walls"] == "the shape of bed is unknown, or where that is on its markers"
+    assert (
+        lost(row)["MDO"]
+        == lost(row)["MDO_U"]
+        == lost(row)["MDO_walls"]
+        == "the shape of bed is unknown, or where that is on its markers"
+    )
     assert row["MDO_centre"] == pytest.approx(1.0)
 
 
