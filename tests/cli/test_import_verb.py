@@ -38,6 +38,34 @@ def test_list_shows_names_rates_and_gaps(clearway: Shell, drive: Path):
     assert sum("tiago:" in line for line in said.out.splitlines()) == 4
 
 
+def test_what_comes_now_and_then_lacks_nothing(clearway: Shell):
+    path = Path(__file__).parents[2] / "examples" / "06_score_recordings" / "trial_1.mcap"
+    rows = {line.split()[0]: line.split() for line in clearway("import", path, "--list").out.splitlines()}
+    (bag,) = json.loads(clearway("import", path, "--list", "--json").out)
+    goals = [e["name"] for e in bag["entries"] if e["kind"] == "goal"]
+    assert goals
+    assert all("%" not in rows[name] for name in goals)
+    assert "%" in rows["/amcl_pose"]
+
+
+def test_a_table_that_nobody_described_was_not_seen_at_all(clearway: Shell, tmp_path: Path):
+    path = tmp_path / "a.csv"
+    path.write_text("time_ms,x_mm,y_mm\n0,1500,2\n10,1510,2\n")
+    said = clearway("import", path, "--list").out
+    assert "%" not in said
+    assert "0.000" not in said
+    assert 'units = "mm"' in said
+
+
+@pytest.mark.parametrize("name", [".", "/", ".."])
+def test_a_folder_is_no_recording(clearway: Shell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str):
+    (tmp_path / "in").mkdir()
+    monkeypatch.chdir(tmp_path / "in")
+    for words in ((), ("--list",), ("--list", "--format", "table"), ("--list", "--format", "bag")):
+        said = clearway.complaint("import", name, *words)
+        assert "ValueError" not in said
+
+
 def test_list_as_json(clearway: Shell, drive: Path):
     (held,) = json.loads(clearway("import", drive, "--list", "--json").out)
     assert held["format"] == "vicon"

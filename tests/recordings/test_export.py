@@ -6,6 +6,7 @@ import contextlib
 import csv
 import json
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -13,9 +14,21 @@ import pytest
 from driven_trials import forth_and_back
 
 from clearway.errors import ClearwayError
+from clearway.indicators import score_row
 from clearway.recordings import formats
-from clearway.recordings.exports.export import CAPTURES, TARGETS, columns, export, export_trials, telling_name
+from clearway.recordings.exports.export import (
+    CAPTURES,
+    TARGETS,
+    columns,
+    export,
+    export_trials,
+    settings,
+    telling_name,
+)
 from clearway.recordings.exports.synthetic import System
+from clearway.recordings.lab.assemble import assemble
+from clearway.recordings.lab.checks import problems_of
+from clearway.recordings.lab.lab import Lab
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +96,7 @@ def test_tum_without_an_estimate(trial, tmp_path):
 @pytest.mark.parametrize("to", CAPTURES)
 def test_capture_layouts_come_back_as_they_went(trial, tmp_path, to):
     """Exact, without noise: every marker or body to the last digit that the layout prints, at 100 Hz, in metres and z-up."""
-    (file,) = export(trial, to, tmp_path / f"trial{TARGETS[to]}")
+    file, _ = export(trial, to, tmp_path / f"trial{TARGETS[to]}")
     found = formats.read(file)
     assert found.format == to
     if to == "qualisys-6d":
@@ -144,6 +157,51 @@ def test_what_is_asked_wrongly_is_told(trial, tmp_path, words, told):
     asked = {"to": "tum", "wanted": (0,), "which": "both"} | words
     with pytest.raises(ClearwayError, match=told):
         export_trials(Shelf(trial), asked["wanted"], asked["to"], tmp_path / "x", which=asked["which"])
+
+
+@pytest.mark.parametrize("to", ["vicon", "qualisys-6d"])
+def test_a_capture_is_scored_by_the_markers_beside_it_and_rests_before_and_after(trial, tmp_path, to):
+    """Nothing but what was written, and where the robot was to go: MDO is the formula's, 0.38 m."""
+    file = tmp_path / f"trial{TARGETS[to]}"
+    files = export_trials(Shelf(trial), (0,), to, file, **settings(to, {"noise": 0.0005}))
+    assert [f.name for f in files] == [file.name, f"{file.name}.markers.toml"]
+    said = files[1].read_text()
+    assert "begins at 2 s" in said
+    obstacles = ", ".join(f'{{ body = "{name}" }}' for name in tomllib.loads(said)["bodies"])
+    (tmp_path / "plan.toml").write_text(
+        'legs = [{ name = "forth", start = [-2.5, 1, 0], goal = [2.5, 1, 0] }, { name = "turn", goal = [2.5, 1, 3.14159], scored = '
+        'false }, { name = "back", goal = [-2.5, 1, 3.14159] }]\n[test]\nrobot = "tiago"\n[sources.capture]\n'
+        f'format = "{to}"\nframe = {{ same = true }}\n{said}\n[[trial]]\nfile = "{file.name}"\nobstacles = [{obstacles}]\n'
+    )
+    assert problems_of(tmp_path / "plan.toml") == []
+    found = assemble(Lab(tmp_path / "plan.toml"), 0)
+    assert score_row(found)["MDO"] == pytest.approx(0.38, abs=0.005)
+    assert found.t[-1] == pytest.approx(trial.t[-1] + 4.0, abs=0.02)
+    for rest in (found.t < 1.9, found.t > found.t[-1] - 1.9):
+        assert np.ptp(found.pose[rest, :2], axis=0).max() < 0.005
+
+
+@pytest.mark.parametrize(
+    ("to", "said", "told"),
+    [
+        ("mcap", {"noise": 0.001}, "--noise: means nothing for mcap, only for vicon"),
+        ("csv", {"lead": 2.0}, "--lead: means nothing for csv"),
+        ("vicon", {"which": "true"}, "--which: means nothing for vicon, only for tum"),
+        ("tum", {"scans": False}, "--scans: means nothing for tum, only for mcap"),
+        ("vicom", {}, "did you mean 'vicon'"),
+        ("vicon", {"lead": -1.0}, "lead: -1.0 is wrong"),
+    ],
+)
+def test_what_means_nothing_for_a_format_is_refused(to, said, told):
+    with pytest.raises(ClearwayError) as caught:
+        settings(to, said)
+    assert told in str(caught.value)
+
+
+def test_what_was_not_said_is_as_it_was():
+    assert settings("mcap", {"noise": None, "scans": None, "which": None}) == {}
+    assert settings("vicon", {"rate": 50.0})["system"] == System(rate=50.0, lead=2.0, tail=2.0)
+    assert settings("c3d", {"lead": 0.0})["system"] == System()
 
 
 def test_an_attempt_that_was_not_recorded_has_nothing_to_export(trial, tmp_path):

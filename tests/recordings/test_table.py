@@ -6,6 +6,7 @@ import math
 import tomllib
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -224,6 +225,60 @@ def test_without_a_description_the_columns_and_a_suggestion_are_shown(tmp_path: 
     track = READ(file, Want()).tracks["robot"]
     assert track.position[:, 0].tolist() == [1.5, 1.6]
     assert table.look(file).entries[0].name == "robot"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("time_ms,x_mm,y_mm\n0,1500,2\n10,1510,2\n", {"units": "mm", "time": "ms", "x": [1.5, 1.51], "dt": 0.01}),
+        (
+            "t [s];x [cm];y [cm];theta_deg\n0;150;2;90\n1;151;2;90\n",
+            {"units": "cm", "time": "s", "x": [1.5, 1.51], "dt": 1.0},
+        ),
+        (
+            "stamp,px,py\n1700000000000000000,1,2\n1700000000500000000,2,2\n",
+            {"units": "m", "time": "ns", "x": [1, 2], "dt": 0.5},
+        ),
+        (
+            "date,x,y\n2026-03-01T12:00:00,1,2\n2026-03-01T12:00:02,2,2\n",
+            {"units": "m", "time": "date", "x": [1, 2], "dt": 2.0},
+        ),
+        ("frame,x,y\n1,1,2\n2,2,2\n", {"units": "m", "time": "frame", "x": [1, 2], "dt": 0.01}),
+        ("0.0 1.0 2.0\n0.1 1.5 2.0\n", {"units": "m", "time": "s", "x": [1, 1.5], "dt": 0.1}),
+    ],
+)
+def test_units_are_proposed_as_names_and_sizes_say(tmp_path: Path, text: str, expected: dict[str, Any]):
+    file = tmp_path / "a.csv"
+    file.write_text(text)
+    (note,) = table.look(file).notes
+    suggestion = note.split("beside it:\n")[1]
+    spec = TableSpec.model_validate(tomllib.loads(suggestion))
+    assert (spec.units, spec.time.unit) == (expected["units"], expected["time"])
+    (tmp_path / "a.csv.toml").write_text(suggestion)
+    track = READ(file, Want()).tracks["robot"]
+    assert track.position[:, 0] == pytest.approx(expected["x"])
+    assert np.diff(track.t) == pytest.approx(expected["dt"], abs=1e-6)
+    if "theta_deg" in text:
+        assert track.orientation is not None
+        assert track.orientation[0, 2:] == pytest.approx([0.5**0.5, 0.5**0.5])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Patient,Dose\nMiller,3.5\nSmith,4\n",
+        "Patient;Dose;Age\n1;3.5;80\n2;4;81\n",
+        "time,x,y\nnoon,here,there\n1,now,then\n",
+        "x,y\n1,2\n3,4\n",
+    ],
+)
+def test_nothing_is_proposed_where_nothing_looks_like_poses(tmp_path: Path, text: str):
+    file = tmp_path / "a.csv"
+    file.write_text(text)
+    (note,) = table.look(file).notes
+    assert "nothing is proposed" in note
+    with pytest.raises(ClearwayError, match="nothing is proposed"):
+        READ(file, Want())
 
 
 @pytest.mark.parametrize(

@@ -80,6 +80,16 @@ def test_a_bag_gives_its_robots_base_and_any_pair_of_frames(tmp_path: Path):
         list(motions(path, ["/tf"]))
 
 
+def test_a_bag_may_be_the_folder_that_one_is_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    write_trial(tmp_path / "bag", forth_and_back(square=False), scans=False)
+    monkeypatch.chdir(tmp_path / "bag")
+    assert "/odom" in {e.name for e in formats.look(".").entries}
+    assert "/odom" in formats.read(Path()).tracks
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ClearwayError, match="no ROS 2 bag"):
+        formats.look(".")
+
+
 def test_markers_by_prefix_without_a_plan(capture: Path):
     found = list(motions(capture))
     assert [f.name for f in found] == ["tiago:"]

@@ -29,7 +29,7 @@ def check(
 
         found = [str(problem) for problem in check_file(Path(target), load_robot(robot))]
         passed = about_file(Path(target))
-    elif Path(target).exists():
+    elif Path(target).is_file():
         raise ClearwayError("is no TOML file; into recordings looks `clearway import --list`", file=target)
     else:
         from clearway.navigators.conformance import check_navigator

@@ -26,28 +26,42 @@ def export(
         list[int] | None, typer.Option(min=0, help="A trial's number in trials.csv; may be repeated.")
     ] = None,
     every: Annotated[bool, typer.Option("--all", help="Every trial.")] = False,
-    which: Annotated[str, typer.Option(help="Of TUM: true, estimate or both poses.")] = "both",
-    scans: Annotated[bool, typer.Option("--scans/--no-scans", help="Of MCAP: with the lidar's scans.")] = True,
-    rate: Annotated[float, typer.Option(help="Of a capture: Hz.")] = 100.0,
-    noise: Annotated[float, typer.Option(help="Of a capture: standard deviation of a marker's coordinate, m.")] = 0.0,
-    gaps: Annotated[float, typer.Option(help="Of a capture: share of the time in which a marker is unseen.")] = 0.0,
-    swaps: Annotated[int, typer.Option(help="Of a capture: how often two of the robot's markers change names.")] = 0,
-    seed: Annotated[int, typer.Option(help="Of noise, gaps and swaps.")] = 0,
+    which: Annotated[str | None, typer.Option(help="Of TUM: true, estimate or both poses; default: both.")] = None,
+    scans: Annotated[
+        bool | None, typer.Option("--scans/--no-scans", help="Of MCAP: with the lidar's scans; default: with them.")
+    ] = None,
+    rate: Annotated[float | None, typer.Option(help="Of a capture: Hz; default: 100.")] = None,
+    lead: Annotated[
+        float | None, typer.Option(help="Of a capture: s of rest before and after the trial; default: 2.")
+    ] = None,
+    noise: Annotated[
+        float | None, typer.Option(help="Of a capture: standard deviation of a marker's coordinate, m; default: 0.")
+    ] = None,
+    gaps: Annotated[
+        float | None, typer.Option(help="Of a capture: share of the time in which a marker is unseen; default: 0.")
+    ] = None,
+    swaps: Annotated[
+        int | None, typer.Option(help="Of a capture: how often two of the robot's markers change names; default: 0.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option(help="Of noise, gaps and swaps; default: 0.")] = None,
     as_json: Json = False,
 ) -> None:
-    """Export trials, simulated or recorded: bags, trajectories, tables, motion-capture layouts. Overwrites nothing."""
+    """Export trials, simulated or recorded: bags, trajectories, tables, motion-capture layouts. Overwrites nothing.
+
+    Beside a capture FILE it writes FILE.markers.toml: where the made-up markers sit, as a test plan needs it.
+    """
     import json
 
     from clearway.cli._progress import Progress
-    from clearway.recordings.exports.export import export_trials
-    from clearway.recordings.exports.synthetic import System
+    from clearway.recordings.exports.export import export_trials, settings
     from clearway.trials.store import open_results
 
-    system = System(rate=rate, noise=noise, gaps=gaps, swaps=swaps, seed=seed)
+    capture = {"rate": rate, "lead": lead, "noise": noise, "gaps": gaps, "swaps": swaps, "seed": seed}
+    how = settings(to, {"which": which, "scans": scans} | capture)
     found = open_results(results)
     wanted = range(len(found)) if every else trial or ()
     with Progress("export") as progress:
-        files = export_trials(found, wanted, to, out, system=system, which=which, scans=scans, progress=progress)
+        files = export_trials(found, wanted, to, out, progress=progress, **how)
     if as_json:
         typer.echo(json.dumps({"files": [str(f) for f in files]}))
     else:

@@ -13,6 +13,10 @@ if TYPE_CHECKING:
     from clearway.recordings.recording import Contents
 
 
+NOW_AND_THEN = ("goal", "path", "other")
+"""Kinds of things that come when they come, so that nothing of them can lack."""
+
+
 def import_(
     files: Annotated[list[Path], typer.Argument(help="Recordings: motion capture, bags, tables.", show_default=False)],
     only_list: Annotated[
@@ -123,11 +127,12 @@ def _listing(held: Contents) -> str:
     from clearway.recordings.formats import formats
     from clearway.reports.text import columns
 
-    lines = [f"{held.file}: {formats()[held.format].title}, {held.duration:.3f} s{_date(held)}"]
+    lasting = "" if held.start is None else f", {held.duration:.3f} s"
+    lines = [f"{held.file}: {formats()[held.format].title}{lasting}{_date(held)}"]
     rows = [
         (
-            e.name, e.kind, str(e.count), "-" if e.rate is None else f"{e.rate:.4g}", f"{100 * (1 - e.missing):.1f} %",
-            f"{e.longest_gap:.3f}", "-" if e.start is None else f"{e.start:.3f}", "-" if e.end is None else f"{e.end:.3f}",
+            e.name, e.kind, str(e.count) if e.count or e.kind != "other" else "-", "-" if e.rate is None else f"{e.rate:.4g}",
+            *(("-", "-") if e.kind in NOW_AND_THEN else (f"{100 * (1 - e.missing):.1f} %", f"{e.longest_gap:.3f}")), "-" if e.start is None else f"{e.start:.3f}", "-" if e.end is None else f"{e.end:.3f}",
             e.detail,
         )
         for e in held.entries

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, Protocol, cast, get_args
@@ -15,7 +15,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats
 from clearway.recordings.exports import mcap
-from clearway.recordings.exports.synthetic import System, body_name, captured
+from clearway.recordings.exports.synthetic import System, body_name, captured, plan_tables
 from clearway.recordings.formats.beside import beside
 from clearway.recordings.protocol.toml_text import toml
 from clearway.recordings.recording import Recording, Track
@@ -36,6 +36,8 @@ TARGETS = {
 CAPTURES = ("vicon", "motive", "qualisys", "qualisys-6d", "trc", "c3d")
 """Those that hold what a capture system sees: made-up markers, or rigid bodies, resampled to its rate."""
 Which = Literal["both", "true", "estimate"]
+LEAD = 2.0
+"""Rest that a capture shows before and after the trial, s, as a run sheet asks for."""
 
 
 def export(
@@ -55,7 +57,7 @@ def export(
             as `NAME.true.tum` and `NAME.estimate.tum`. scans: of MCAP: with the lidar's scans.
 
     Returns:
-        The files that were written.
+        The files that were written: beside a capture `NAME.markers.toml`, what a test plan has to say of its markers.
 
     Raises:
         ClearwayError: unknown format, the file is there already, nothing was recorded, or it can't be written.
@@ -81,6 +83,8 @@ def _files(trial: Trial, to: str, path: Path, which: Which) -> dict[str, Path]:
     """What goes into which file."""
     if to == "csv":
         return {"": path, "description": beside(path)}
+    if to in CAPTURES:
+        return {"": path, "markers": path.with_name(f"{path.name}.markers.toml")}
     if to != "tum":
         return {"": path}
     if trial.estimate is None and which != "true":
@@ -102,8 +106,19 @@ def _write(trial: Trial, to: str, file: Path, what: str, system: System, scans: 
     elif to == "tum":
         poses = trial.pose if what == "true" or trial.estimate is None else trial.estimate
         _writer("tum")(file, Recording(file, "tum", tracks={what: track_of(trial.t, poses)}))
-    else:
+    elif what == "":
         _writer(to)(file, captured(trial, system, bodies=to == "qualisys-6d"))
+    else:
+        tables = plan_tables(trial, bodies=to == "qualisys-6d")
+        known = "same = true" if not any(system.frame) else f"transform = {list(system.frame)}"
+        remark = _MARKERS.format(name=file.name.removesuffix(".markers.toml"), lead=system.lead, frame=known)
+        file.write_text(f"{remark}{toml(tables)}", encoding="utf-8")
+
+
+_MARKERS = """\
+# What a test plan says of the bodies in {name}, to be pasted into it: where the made-up markers sit on them.
+# The trial begins at {lead:g} s of the file. Its frame in the map, for [sources.capture]: frame = {{ {frame} }}
+"""
 
 
 def _writer(name: str) -> Any:
@@ -208,6 +223,29 @@ class Trials(Protocol):
     def trial(self, index: int) -> Trial:
         """Trial number `index`."""
         ...
+
+
+def settings(to: str, said: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of `export_trials` from what was said on a command line; None: nothing was.
+
+    Args:
+        said: `which`, `scans`, fields of `System`, and `lead` for rest before and after, default 2 s.
+
+    Raises:
+        ClearwayError: unknown format, or something was said that means nothing for it.
+    """
+    if to not in TARGETS:
+        raise unknown("format", to, TARGETS)
+    given = {name: value for name, value in said.items() if value is not None}
+    for name in given:
+        means = {"which": ("tum",), "scans": ("mcap",)}.get(name, CAPTURES)
+        if to not in means:
+            raise ClearwayError(f"means nothing for {to}, only for {', '.join(means)}", field=f"--{name}")
+    arguments: dict[str, Any] = {name: given.pop(name) for name in ("which", "scans") if name in given}
+    if to in CAPTURES:
+        lead = given.pop("lead", LEAD)
+        arguments["system"] = System(**given, lead=lead, tail=lead)
+    return arguments
 
 
 def export_trials(

@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -151,6 +152,27 @@ def marker_sets(trial: Trial) -> dict[str, Coordinates]:
             name = body_name(body)
             sets[name] = _set(name, _AROUND, max(ARM, 0.9 * inscribed_radius(body.shape)))
     return sets
+
+
+def plan_tables(trial: Trial, *, bodies: bool = False) -> dict[str, Any]:
+    """[robot] and [bodies] of a test plan that scores a capture of the trial; `bodies`: as for `captured`."""
+    sets = marker_sets(trial)
+
+    def seen(name: str) -> dict[str, Any]:
+        if bodies:
+            return {"track": name}
+        return {"markers": f"{name}:", "coordinates": {marker: list(at) for marker, at in sets[name].items()}}
+
+    around = {body_name(b): b.shape for b in trial.attempt.bodies if b.kind not in ("wall", "furniture")}
+    others = {name: {"shape": shape_table(shape)} | seen(name) for name, shape in around.items()}
+    return {ROBOT: seen(ROBOT), "bodies": others}
+
+
+def shape_table(shape: Shape) -> dict[str, Any]:
+    """A shape as a plan has it."""
+    if isinstance(shape, Circle):
+        return {"kind": "disc", "radius": shape.radius}
+    return {"kind": "polygon", "vertices": [list(v) for v in shape.vertices]}
 
 
 def _set(name: str, places: tuple[tuple[float, float, float], ...], size: float) -> Coordinates:

@@ -7,7 +7,7 @@ indicator can be held against the trial's own.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from clearway.errors import ClearwayError
-from clearway.geometry.shapes import Circle, Shape
 from clearway.recordings import formats
 from clearway.recordings.exports.export import CAPTURES, TARGETS, export, track_of
 from clearway.recordings.exports.synthetic import (
@@ -24,7 +23,8 @@ from clearway.recordings.exports.synthetic import (
     System,
     body_name,
     held,
-    marker_sets,
+    plan_tables,
+    shape_table,
     straight,
 )
 from clearway.recordings.protocol.toml_text import toml
@@ -155,16 +155,12 @@ def _robot(trial: Trial, to: str, coordinates: bool) -> Table:
         return {"track": "robot"}
     seen: Table = {"track": ROBOT} if to == "qualisys-6d" else {"markers": f"{ROBOT}:"}
     if coordinates:
-        return seen if "track" in seen else seen | {"coordinates": _listed(marker_sets(trial)[ROBOT])}
+        return dict(plan_tables(trial, bodies=to == "qualisys-6d")[ROBOT])
     leg = trial.attempt.legs[0]
     return seen | {
         "static": {"file": f"hold_A{TARGETS[to]}", "pose": leg.start.tolist()},
         "straight": {"file": f"straight{TARGETS[to]}"},
     }
-
-
-def _listed(coordinates: Mapping[str, tuple[float, float, float]]) -> dict[str, list[float]]:
-    return {name: list(at) for name, at in coordinates.items()}
 
 
 def _bodies(trial: Trial, to: str) -> Table:
@@ -173,10 +169,10 @@ def _bodies(trial: Trial, to: str) -> Table:
         if body.kind in ("wall", "furniture"):
             continue
         name = body_name(body)
-        entry: Table = {"shape": _shape(body.shape), "outline": 0.0}
-        if to in CAPTURES and to != "qualisys-6d":
-            entry |= {"markers": f"{name}:", "coordinates": _listed(marker_sets(trial)[name])}
-        elif to in ("qualisys-6d", "csv"):
+        entry: Table = {"shape": shape_table(body.shape), "outline": 0.0}
+        if to in CAPTURES:
+            entry |= plan_tables(trial, bodies=to == "qualisys-6d")["bodies"][name]
+        elif to == "csv":
             entry |= {"track": name}
         elif to == "tum" and body.pose is None:
             entry |= {"source": name, "track": "trajectory"}
@@ -184,12 +180,6 @@ def _bodies(trial: Trial, to: str) -> Table:
             entry |= {"track": f"/obstacles/{re.sub(r'[^A-Za-z0-9_]+', '_', body.name)}/pose"}
         bodies[name] = entry
     return bodies
-
-
-def _shape(shape: Shape) -> Table:
-    if isinstance(shape, Circle):
-        return {"kind": "disc", "radius": shape.radius}
-    return {"kind": "polygon", "vertices": [list(v) for v in shape.vertices]}
 
 
 def _trial(folder: Path, i: int, trial: Trial, to: str, system: System) -> Table:

@@ -29,6 +29,7 @@ from clearway.recordings.formats.delimited import (
     written,
 )
 from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.table_proposal import NOTHING, proposal, quoted, rows_of
 from clearway.recordings.formats.table_spec import (
     METRES,
     SECONDS,
@@ -88,9 +89,14 @@ def read(path: Path, want: Want) -> Recording:
     description = _description(path)
     if description is None:
         columns, suggestion = _suggestion(path)
+        what_to_do = f". Put this, corrected, into {beside.beside(path).name} beside it:\n{suggestion}"
         raise ClearwayError(
-            f"is a plain table; say what its columns are. They are: {', '.join(columns)}. Put this, corrected, into "
-            f"{beside.beside(path).name} beside it:\n{suggestion}",
+            f"is a plain table; say what its columns are. They are: {', '.join(columns)}"
+            + (
+                what_to_do
+                if suggestion
+                else f". {NOTHING}; a description of them would stand in {beside.beside(path).name}"
+            ),
             file=path,
         )
     return read_with(path, description, want)
@@ -298,15 +304,18 @@ def look(path: Path) -> Contents:
         return contents_of(read(path, Want()))
     columns, suggestion = _suggestion(path)
     note = f"not described yet; put this, corrected, into {beside.beside(path).name} beside it:\n{suggestion}"
+    if not suggestion:
+        note = f"not described yet; {NOTHING}"
     return Contents(
         path, "table", None, None, None, tuple(Entry(c, "other", 0, detail="column") for c in columns), (note,)
     )
 
 
 def _suggestion(path: Path) -> tuple[tuple[str, ...], str]:
-    """A table's columns, and a description that may do once it is corrected."""
+    """A table's columns, and a description that may do once it is corrected; empty, where nothing looks like poses."""
     head = head_of(path)
-    dialect = dialect_of(first_lines(head), encoding_of(head))
+    lines = first_lines(head)
+    dialect = dialect_of(lines, encoding_of(head))
     if dialect is None:
         raise ClearwayError(
             "is no table: its first lines don't have the same number of columns, split by comma, semicolon, tab or blanks; "
@@ -314,50 +323,7 @@ def _suggestion(path: Path) -> tuple[tuple[str, ...], str]:
             file=path,
         )
     columns = header_of(path, dialect)
-    plain = {c: c.strip().lower() for c in columns}
-
-    def like(*words: str) -> str | None:
-        for word in words:
-            for c in columns:
-                if plain[c] == word or plain[c].startswith((word + " ", word + "_", word + "[", word + "(")):
-                    return c
-        return None
-
-    who = like("id", "agent", "body", "name", "person")
-    when = like("time", "t", "timestamp", "stamp", "date") or columns[0]
-    across = [
-        (c, other)
-        for c in columns
-        for k, letter in enumerate(c)
-        if letter in "xX" and (other := c[:k] + chr(ord(letter) + 1) + c[k + 1 :]) in columns
-    ]
-    rest = [c for c in columns if c not in (who, when)] or list(columns)
-    x, y = across[0] if across else (rest[0], rest[-1])
-    lines = [
-        f"separator = {_toml(dialect.separator)}",
-        f"decimal = {_toml(dialect.decimal)}",
-        f'header = "{dialect.header}"',
-        'units = "m"  # or mm, cm',
-        'up = "z"',
-        *([f"id = {_toml(who)}"] if who else []),
-        "",
-        "[time]",
-        f"column = {_toml(when)}",
-        'unit = "s"  # or ms, us, ns, date; frame with rate = 100',
-        "",
-        f"[bodies.{'each' if who else 'robot'}]",
-        f"x = {_toml(x)}",
-        f"y = {_toml(y)}",
-    ]
-    if yaw := like("yaw", "theta", "heading", "psi"):
-        lines += [f"yaw = {_toml(yaw)}", 'angle = "rad"  # or deg']
-    return columns, "\n".join(lines) + "\n"
-
-
-def _toml(text: str) -> str:
-    """A text as TOML writes it."""
-    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c) & 0xFFFF:04x}" for c in text)
-    return f'"{escaped}"'
+    return columns, proposal(columns, rows_of(lines, dialect, len(columns)), dialect)
 
 
 def write(path: Path, recording: Recording) -> None:
@@ -372,7 +338,7 @@ def write(path: Path, recording: Recording) -> None:
     lines = ['separator = ","', 'decimal = "."', 'units = "m"', 'up = "z"']
     if recording.tracks:
         name, track = next(iter(recording.tracks.items()))
-        lines += [f"frame = {_toml(track.frame)}", "", "[time]", 'column = "t"', "", f"[bodies.{_toml(name)}]"]
+        lines += [f"frame = {quoted(track.frame)}", "", "[time]", 'column = "t"', "", f"[bodies.{quoted(name)}]"]
         columns = {"t": track.t, **dict(zip("xyz", track.position.T, strict=True))}
         lines += [f'{c} = "{c}"' for c in "xyz"]
         if track.orientation is not None:
@@ -386,7 +352,7 @@ def write(path: Path, recording: Recording) -> None:
         columns = {"t": points.t}
         for i, name in enumerate(points.names):
             columns |= {f"{name}_{axis}": points.xyz[:, i, k] for k, axis in enumerate("xyz")}
-            lines.append(f"{_toml(name)} = [{', '.join(_toml(f'{name}_{axis}') for axis in 'xyz')}]")
+            lines.append(f"{quoted(name)} = [{', '.join(quoted(f'{name}_{axis}') for axis in 'xyz')}]")
     columns["t"] = columns["t"] + (recording.epoch or 0.0)
     with written(path) as f:
         f.write(",".join('"' + c.replace('"', '""') + '"' for c in columns) + "\n")

@@ -1,0 +1,105 @@
+"""A first guess at what the columns of a plain table are, from their names and first values; for people to correct."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from clearway.recordings.formats.delimited import MISSING, Dialect, is_number, split
+from clearway.recordings.formats.table_spec import METRES, SECONDS
+
+NOTHING = "none of them look like a time, an x and a y, so nothing is proposed"
+
+_EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
+"""A stamp beyond it is UNIX time in this unit: seconds have been 1e9 since 2001."""
+
+
+def rows_of(lines: Sequence[str], dialect: Dialect, width: int) -> list[list[str]]:
+    """The words of a table's first lines of data."""
+    body = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
+    rows = [split(line, dialect.separator) for line in body[dialect.header == "line" :]]
+    return [row for row in rows if len(row) == width]
+
+
+def proposal(columns: Sequence[str], rows: Sequence[Sequence[str]], dialect: Dialect) -> str:
+    """A description (`TableSpec` in TOML); empty, where no columns of numbers look like a time, an x and a y.
+
+    Args:
+        columns: their names, "1", "2", ... where the table has none. rows: the first lines of data.
+    """
+    values = {c: [row[i] for row in rows if row[i] not in MISSING] for i, c in enumerate(columns)}
+    numbers = [c for c in columns if values[c] and all(is_number(w, dialect.decimal) for w in values[c])]
+    dates = [c for c in columns if values[c] and all(re.match(r"\d{4}-\d\d-\d\d[T ]\d\d:", w) for w in values[c])]
+    named = dialect.header != "none"
+
+    def like(*words: str, among: Sequence[str] = columns) -> str | None:
+        for word in words:
+            for c in among:
+                plain = c.strip().lower()
+                if plain == word or plain.startswith(tuple(word + end for end in " _[(")):
+                    return c
+        return None
+
+    when = like("time", "t", "timestamp", "stamp", "date", "frame", among=[*numbers, *dates])
+    if when is None and columns and columns[0] in {*numbers, *dates}:
+        when = columns[0]
+    pair = _pair(numbers, when, named)
+    if when is None or pair is None:
+        return ""
+    x, y = pair
+    who = like("id", "agent", "body", "name", "person") if named else None
+    lines = [
+        f"separator = {quoted(dialect.separator)}",
+        f"decimal = {quoted(dialect.decimal)}",
+        f'header = "{dialect.header}"',
+        f'units = "{_unit(x, METRES) or "m"}"  # or mm, cm',
+        'up = "z"',
+        *([f"id = {quoted(who)}"] if who else []),
+        "",
+        "[time]",
+        f"column = {quoted(when)}",
+        *_time(when, when in dates, values[when], dialect),
+        "",
+        f"[bodies.{'each' if who else 'robot'}]",
+        f"x = {quoted(x)}",
+        f"y = {quoted(y)}",
+    ]
+    if yaw := like("yaw", "theta", "heading", "psi", among=numbers):
+        degrees = re.search(r"deg|\N{DEGREE SIGN}", yaw.lower()) is not None
+        lines += [f"yaw = {quoted(yaw)}", 'angle = "deg"  # or rad' if degrees else 'angle = "rad"  # or deg']
+    return "\n".join(lines) + "\n"
+
+
+def _pair(numbers: Sequence[str], when: str | None, named: bool) -> tuple[str, str] | None:
+    """Columns whose names differ as x and y do; of nameless ones the first two behind the time."""
+    if not named:
+        rest = [c for c in numbers if c != when]
+        return (rest[0], rest[1]) if len(rest) > 1 else None
+    for c in numbers:
+        for k, letter in enumerate(c):
+            other = c[:k] + chr(ord(letter) + 1) + c[k + 1 :]
+            if letter in "xX" and other in numbers and when not in (c, other):
+                return c, other
+    return None
+
+
+def _time(column: str, date: bool, values: Sequence[str], dialect: Dialect) -> list[str]:
+    if date:
+        return ['unit = "date"']
+    if column.strip().lower().startswith("frame"):
+        return ['unit = "frame"', "rate = 100  # frames a second"]
+    first = abs(float(values[0].replace(dialect.decimal, ".", 1)))
+    by_size = next((unit for least, unit in _EPOCHS if first > least), "s")
+    return [f'unit = "{_unit(column, SECONDS) or by_size}"  # or ms, us, ns, date; frame with rate = 100']
+
+
+def _unit(column: str, known: dict[str, float]) -> str | None:
+    """The unit at the end of a column's name: x_mm, time (ms), x [m]."""
+    found = re.search(r"[\s_.\[(]([a-z]+)[\])]?\s*$", column, re.IGNORECASE)
+    return found[1].lower() if found and found[1].lower() in known else None
+
+
+def quoted(text: str) -> str:
+    """A text as TOML writes it."""
+    escaped = "".join(c if c.isprintable() and c not in '"\\' else f"\\u{ord(c) & 0xFFFF:04x}" for c in text)
+    return f'"{escaped}"'
