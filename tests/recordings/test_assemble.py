@@ -144,7 +144,9 @@ def test_what_the_operator_did_ends_the_attempt(score: Score, field: str, words:
 
 
 def test_a_contact_that_was_seen_is_a_collision(score: Score) -> None:
-    assert score({"contact": True}).outcome is Outcome.COLLISION
+    trial = score({"contact": True})
+    assert trial.outcome is Outcome.COLLISION
+    assert score_row(trial)["failure"] == "collision"  # when it was nobody said: not that the robot stood
 
 
 def test_an_overlap_that_nobody_can_be_sure_of_is_to_be_confirmed(score: Score) -> None:

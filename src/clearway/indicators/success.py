@@ -66,6 +66,8 @@ def _stood(trial: Trial) -> bool:
     if trial.velocity is None or not len(trial.t):
         return False
     touched = next((event.t for event in trial.events if event.kind == "contact"), float(trial.t[-1]))
+    if trial.attempt.source == "recorded" and touched >= float(trial.t[-1]):
+        return False  # an operator saw it, and didn't say when
     at = min(int(np.searchsorted(trial.t, touched)), len(trial.t) - 1)
     return bool((np.abs(trial.velocity[at]) < AT_REST).all())
 
