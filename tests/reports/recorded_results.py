@@ -25,6 +25,7 @@ def provenance(trial: Trial, number: int) -> dict[str, Any]:
                "noise": 0.0005, "cutoff": 6.2, "notes": ["two markers changed names for 0.3 s and were put back"]}  # fmt: skip
     return {
         "clearway": "test",
+        "number": number + 1,
         "plan": "plan.toml",
         "sources": {"capture": {"file": f"take {number}.csv", "sha256": "0" * 64, "format": "vicon", "notes": ["mm scaled to m"]},
                     "log": {"file": f"take {number}.mcap", "sha256": "1" * 64, "format": "bag", "notes": []}},
@@ -95,7 +96,7 @@ def unrecorded(trial: Trial) -> Trial:
     return replace(
         trial, attempt=replace(trial.attempt, bodies=()), t=np.zeros(1), pose=np.full((1, 3), np.nan), velocity=None, estimate=None,
         leg=np.zeros(1, np.int64), movers=np.empty((1, 0, 3)), spans=(), events=(), sigma=None, outcome=Outcome.ABORTED,
-        reason="attempted, not recorded", provenance={"conditions": CONDITIONS, "note": "drove into the bed"},
+        reason="attempted, not recorded", provenance={"number": trial.provenance["number"], "conditions": CONDITIONS, "note": "drove into the bed"},
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from recorded_results import CONDITIONS, LACKS, aimless, blind, gapped, measured
 from synthetic_results import glide
 
 from clearway.geometry.shapes import Circle
-from clearway.reports import conditions, figure, recordings, write_replay, write_report
+from clearway.reports import conditions, figure, outcomes, recordings, write_replay, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.packing import Packer, broken, clearance_over_time
 from clearway.reports.selection import label, representative, with_uncertainty
@@ -66,7 +66,7 @@ def test_what_could_not_be_computed_is_counted(recorded: Results) -> None:
     assert found is not None
     rows = {name: row for row in found.rows for name in row[0].text.split(", ")}
     assert rows["PL"][1].text == "15 of 20"
-    assert rows["PL"][2].text == "the pose has gaps (3); leg forth was not finished (aborted) (2)"
+    assert rows["PL"][2].text == "the pose has gaps (3); not recorded (2)"
     assert not {"barn_score", "PL_limit", "cut"} & set(rows)
     told = [json.loads(r["not_computable"]) for r in f.rows]
     for name, row in rows.items():
@@ -76,8 +76,11 @@ def test_what_could_not_be_computed_is_counted(recorded: Results) -> None:
 def test_what_is_to_be_confirmed_names_its_trials(recorded: Results) -> None:
     found = recordings.to_confirm(Findings(recorded))
     assert [t.trial for t in found] == [5, 13]
-    assert found[0].what[0] == "possible contact at 4.2 s (square 1, clearance 0.001 m)"
-    assert all("allowed" in line for line in found[0].what[1:])
+    assert found[0].what == ("possible contact at 4.2 s (square 1, clearance 0.001 m)",)
+    assert [t.planned for t in found] == [6, 14], "from 1"
+    near = recordings.near_tolerance(Findings(recorded))
+    assert [t.trial for t in near] == [5, 13]
+    assert all("allowed" in line for line in near[0].what)
 
 
 def test_conditions_come_from_the_plan(recorded: Results) -> None:
@@ -92,7 +95,9 @@ def test_conditions_come_from_the_plan(recorded: Results) -> None:
     assert vehicle["software"].startswith(CONDITIONS["software"])
     said = " ".join(conditions.deviations(f))
     assert "Of 2 attempts nothing was recorded" in said
-    assert "2 measured trials ended early (attempted, not recorded)" in said
+    assert "they count as attempted and as failed" in said
+    assert "ended early" not in said, "nobody noted how they ended"
+    assert "The legs of 16 of 18 recordings were found by motion" in said
     assert "2 of 18 recordings" in said
 
 
@@ -100,7 +105,8 @@ def test_an_overview_of_how_recordings_became_trials(recorded: Results) -> None:
     found = recordings.overview(Findings(recorded))
     assert found is not None
     first = [cell.text for cell in found.rows[0]]
-    assert first[2:] == [
+    assert first[:2] == ["0", "1"]
+    assert first[3:] == [
         "take 0.csv (vicon), take 0.mcap (bag)",
         "100",
         "98.1 %",
@@ -125,7 +131,8 @@ def test_provenance_is_shown_whatever_it_holds(told: dict[str, Any], tmp_path: P
     )  # fmt: skip
     f = Findings(results)
     assert recordings.overview(f) is not None
-    assert [number for number, _, _ in recordings.histories(f)] == [0]
+    [history] = recordings.histories(f)
+    assert (history.trial, history.planned) == (0, None)
     page = write_report(results.path).read_text()
     assert "<b>" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
 
@@ -245,3 +252,54 @@ def test_a_simulation_and_its_recording_side_by_side(recorded: Results, results:
     assert rows["CT"]["n"] > 5
     assert rows["CT"]["mean_difference"] == pytest.approx(0.0, abs=0.3)
     assert found.matched_by[-1] == "robot"
+
+
+def test_what_the_page_says_of_an_attempt_without_a_recording(recorded: Results, recorded_page: Path) -> None:
+    page = recorded_page.read_text()
+    assert "18 of 20 trials were measured" in page
+    assert 'trial 6</a>, no. 7 in the test plan; <a href="#replay-14">' in page
+    [history] = [h for h in recordings.histories(Findings(recorded)) if h.trial == 6]
+    assert facts(history.told) == {"how it ended": "aborted: attempted, not recorded", "note": "drove into the bed"}
+
+
+def test_numbers_of_a_provenance_have_units() -> None:
+    told = recordings.tree(
+        {"motion": {"robot": {"rate": 50.000000000001, "residual": 0.00060547, "seen": 0.9914, "swapped": 2,
+                              "gaps": [{"start": 3.0, "end": 3.8, "filled": ""}, {"start": 7.0, "end": 7.1, "filled": "spline"}]}},
+         "clock": {"log": {"seconds": 1.510510607, "sigma": 0.0090572, "note": "+1.51 s +- 0.01 s"}}}
+    )  # fmt: skip
+    robot, log = (facts(facts(facts(told)[a])[b]) for a, b in (("motion", "robot"), ("clock", "log")))
+    assert robot == {"rate": "50 Hz", "residual": "0.6055 mm", "seen": "99.14 %", "swapped": "2 frames",
+                     "gaps": "3.00 to 3.80 s (left open); 7.00 to 7.10 s (filled by spline)"}  # fmt: skip
+    assert log == {"seconds": "1.511 s", "sigma": "0.009057 s", "note": "+1.51 s ± 0.01 s"}
+
+
+def test_too_few_trials_for_strong_words(tmp_path: Path) -> None:
+    few = Selection(batches=("SO",), speeds=(0.6,), sizes=(0.15,), gaps=(1.0,), repetitions=1)
+    f = Findings(write_recorded(tmp_path / "out", lacks=(lambda t: t,), selection=few))
+    assert 3 <= len(f.rows) < 10
+    table, [kept] = outcomes.correlations(f)
+    assert table is not None
+    said = [cell.small for row in table.rows for cell in row if cell.small]
+    assert said
+    assert all(words.startswith("too few trials (n = ") for words in said)
+    assert f"too few trials (n = {len(f.rows)}) to call an indicator redundant" in kept
+
+
+def test_the_robots_own_estimate_has_its_own_denominator(recorded: Results, tmp_path: Path) -> None:
+    [card] = outcomes.cards(Findings(recorded))
+    assert card.rate_more.startswith("12 of 14; 6 not judged; failed: aborted (2)")
+    four = Selection(
+        batches=("SO",), configurations=("single",), speeds=(0.6,), sizes=(0.15,), gaps=(1.0,), repetitions=4
+    )
+    logged = (lambda t: t, lambda t: replace(t, estimate=None), unrecorded)
+    results = write_recorded(tmp_path / "out", lacks=logged, selection=four)
+    [card] = outcomes.cards(Findings(results))
+    assert card.rate_more == "3 of 4; failed: aborted (1). By the robot's own estimate 2 of 3 (66.7 %)"
+
+
+def test_times_of_legs_found_by_motion_are_footnoted(recorded: Results, results: Results) -> None:
+    for there, said in ((recorded, True), (results, False)):
+        f = Findings(there)
+        assert f.by_motion is said
+        assert ("the thinking before the first motion" in outcomes.batches(f, f.systems[0]).caption) is said

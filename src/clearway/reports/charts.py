@@ -13,7 +13,7 @@ from clearway.indicators import HEADLINE
 from clearway.reports import theme
 from clearway.reports.grid import num
 from clearway.reports.selection import at_speed, by_speed
-from clearway.statistics import describe, success_rates, wilcoxon_between_speeds
+from clearway.statistics import FEWEST, describe, success_rates, wilcoxon_between_speeds
 from clearway.statistics.correlation import Correlations
 
 if TYPE_CHECKING:
@@ -142,7 +142,8 @@ def _is(test: Mapping[str, Any], name: str, batch: str, a: float, b: float) -> b
 def correlations(
     matrices: Mapping[tuple[str, str, str | None], Correlations], titles: Mapping[str, str] | None = None
 ) -> Figure:
-    """A matrix a panel: r with n below it; stronger is darker, blue is negative, orange positive."""
+    """A matrix a panel: r with n below it; stronger is darker, blue is negative, orange positive; without a colour where
+    there are fewer than `FEWEST` trials."""
     from matplotlib.colors import LinearSegmentedColormap
 
     shades = LinearSegmentedColormap.from_list("r", [_BELOW, _SAME, _ABOVE])
@@ -163,7 +164,7 @@ def _matrix(ax: Axes, matrix: Correlations, shades: Any) -> None:
     for row in range(1, k):
         for column in range(row):
             value = float(r[row, column])
-            known = np.isfinite(value)
+            known = np.isfinite(value) and n[row, column] >= FEWEST
             colour = shades(0.5 + value / 2) if known else _SAME
             ax.add_patch(_square(column, row, colour))
             text = _LIGHT_TEXT if known and abs(value) > 0.55 else _DARK_TEXT

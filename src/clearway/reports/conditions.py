@@ -88,8 +88,8 @@ def test(f: Findings) -> Facts:
         ("trials", str(len(f.rows))),
         *([("attempts without a recording", str(len(recordings.unrecorded(f))))] if f.recorded else []),
         *([("tested on", recordings.stated(f, "date"))] if f.recorded else []),
-        ("started", _date(run.get("started"))),
-        ("finished", _date(run.get("finished"))),
+        ("scoring started" if recorded else "started", _date(run.get("started"))),
+        ("scoring finished" if recorded else "finished", _date(run.get("finished"))),
         ("Clearway", str(campaign.get("clearway", _version("clearway")))),
         ("software", _software(campaign.get("versions"))),
         (

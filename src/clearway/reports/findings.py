@@ -46,6 +46,16 @@ class Findings:
         """Whether any of the trials was measured."""
         return any(map(is_recorded, self.rows))
 
+    @cached_property
+    def by_motion(self) -> bool:
+        """Whether the legs of any recording were found by the robot's motion."""
+        return any(r.get("legs_by_motion") for r in self.rows)
+
+    def planned(self, row: Row) -> int | None:
+        """The number that a measured trial has in the test plan, from 1, if it says so."""
+        number = self.provenance(row).get("number") if is_recorded(row) else None
+        return number if isinstance(number, int) else None
+
     def provenance(self, row: Row) -> Mapping[str, Any]:
         """What the trial of this row says of where it came from."""
         return self._provenance[row["trial"]]

@@ -8,11 +8,11 @@ from statistics import median
 from typing import Any
 
 from clearway.indicators import HEADLINE, INDICATORS, shown_digits
-from clearway.reports import paper
+from clearway.reports import paper, recordings
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System, at_speed, by_speed, verdict
-from clearway.statistics import PAPER_A, POOLED, reduced_set
+from clearway.statistics import FEWEST, PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
 DIGITS = {"CT": 2, "PL": 2, "DE": 3, "OE": 3, "MDO": 3, "TCS": 1}
@@ -49,8 +49,11 @@ def cards(f: Findings) -> list[Card]:
         gaps = gaps or [r["MDO_walls"] for r in rows if r["MDO_walls"] is not None]
         failures = Counter(verdict(r) for r in rows if r["success"] is False)
         failed = "failed: " + "; ".join(f"{w} ({n})" for w, n in failures.most_common()) if failures else "no failure"
-        if rate["SR_self"] is not None and rate["self_successes"] != rate["successes"]:
-            failed += f". By the robot's own estimate {num(rate['SR_self'], 1)} %"
+        if rate["unknown"]:
+            failed = f"{rate['unknown']} not judged; {failed}"
+        own = rate["self_successes"], rate["self_n"]
+        if own[1] and own != (rate["successes"], rate["n"]):
+            failed += f". By the robot's own estimate {own[0]} of {own[1]} ({num(rate['SR_self'], 1)} %)"
         found.append(
             Card(
                 f.name(system), f"{system.navigator}, {', '.join(dict.fromkeys(r['localisation'] for r in rows))}", len(rows),
@@ -93,7 +96,8 @@ def batches(f: Findings, system: System) -> Grid:
     return grid(
         f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
         "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one."
-        + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else ""),
+        + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else "")
+        + (recordings.BY_MOTION if f.by_motion else ""),
         columns, rows, groups,
     )  # fmt: skip
 
@@ -144,6 +148,7 @@ def breakdown(f: Findings) -> Grid | None:
         "Batch NO: completion time beside the paper's, and its parts in seconds, both legs together (they add up to CT; "
         "the turn at B is apart): acceleration until the robot first is at 90 % of the set speed, cruise until it last is, "
         "approach until it stands within tolerance of the goal, final rotation from there on."
+        + (recordings.BY_MOTION if f.by_motion else "")
     )
     return grid(caption, columns, rows, groups)
 
@@ -272,7 +277,12 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
         for matrix in matrices.values():
             found = matrix.pairs.get((a, b))
             cells.append(
-                NONE if found is None or found.r is None else Cell(num(found.r), f"{found.strength}, n {found.n}")
+                NONE
+                if found is None or found.r is None
+                else Cell(
+                    num(found.r),
+                    f"{found.strength} (n = {found.n})" if found.n < FEWEST else f"{found.strength}, n {found.n}",
+                )
             )
         cells.append(num(_paper_r((a, b))))
         rows.append(cells)
@@ -282,10 +292,15 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
     for name, (key, matrix) in zip(names, matrices.items(), strict=True):
         if len(matrices) > 1 and key[0] != POOLED and not several:
             continue
+        counts = [c.n for (a, b), c in matrix.pairs.items() if a != b and c.r is not None]
+        if max(counts, default=0) < FEWEST:
+            kept.append(f"{name}: too few trials (n = {max(counts, default=0)}) to call an indicator redundant.")
+            continue
         left = reduced_set(matrix)
         dropped = "; ".join(f"{gone} (r {num(r)} with {stays})" for gone, stays, r in left.dropped) or "none"
-        kept.append(f"{name}: {', '.join(left.kept)} remain. Dropped as redundant: {dropped}.")
-    caption = "Pearson's r with the paper's word for its strength; the paper prints nine pairs, both robots pooled"
+        kept.append(f"{name}: {', '.join(left.kept)} remain. Dropped as redundant: {dropped}."
+                    + (f" Pairs with fewer than {FEWEST} trials don't count." if min(counts) < FEWEST else ""))  # fmt: skip
+    caption = f"Pearson's r with the paper's word for its strength, from {FEWEST} trials on; the paper prints nine pairs, both robots pooled"
     return grid(caption, [text("Pair"), *names, "paper"], rows), kept
 
 
@@ -306,7 +321,8 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
         labels.append(("barn_score", "score", "", 3))
     labels.append(("reason", "reason", "", None))
     if f.recorded:
-        labels += [("source", "source", "", None), ("to_confirm", "to confirm", "", None), ("note", "note", "", None)]
+        labels.insert([key for key, *_ in labels].index("verdict") + 1, ("to_confirm", "to confirm", "", None))
+        labels += [("source", "source", "", None), ("note", "note", "", None)]
     columns = []
     for key, name, unit, digits in labels:
         values = {r[key] for r in f.rows if r.get(key) is not None} if key != "verdict" else set(map(verdict, f.rows))

@@ -90,7 +90,10 @@ class Packer:
                 for leg in a.legs
             ],
             "spans": [[s.leg, round(s.start, 3), round(s.end, 3), s.reached] for s in trial.spans],
-            "events": [[round(e.t, 3), e.kind, e.detail.strip().splitlines()[-1:] or [""]] for e in trial.events[:500]],
+            "events": [
+                [round(e.t, 3), e.kind, e.detail.replace("+-", "±").strip().splitlines()[-1:] or [""]]
+                for e in trial.events[:500]
+            ],
             **({"recorded": True} if a.source == "recorded" else {}),
             "outcome": trial.outcome.value,
             "reason": trial.reason,

@@ -138,6 +138,8 @@ def build(results: Results, folder: Path) -> None:
         table_3=[g for name in f.robots if (g := parameters.table_3(f, name))],
         missing=recordings.missing(f),
         unsure=recordings.to_confirm(f),
+        near=recordings.near_tolerance(f),
+        planned=f.planned,
         imports=recordings.overview(f),
         histories=recordings.histories(f),
         unrecorded=recordings.unrecorded(f),
@@ -243,8 +245,12 @@ def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
         facts["reason"] = reason
     if is_recorded(row):
         why = json.loads(row["not_computable"])
-        facts |= {name: f"not computable: {why[name]}" for name in (*outcomes.DIGITS, "success") if name in why}
-        facts |= {name: row[key] for key, name in (("to_confirm", "to confirm"), ("note", "note")) if row[key]}
+        if row["duration"]:  # else nothing was recorded, which is said once
+            facts |= {name: f"not computable: {why[name]}" for name in (*outcomes.DIGITS, "success") if name in why}
+        said = (("to_confirm", "to confirm"), ("near_tolerance", "near its tolerance"), ("note", "note"))
+        facts |= {name: row[key] for key, name in said if row.get(key)}
+        if (number := f.planned(row)) is not None:
+            facts["in the test plan"] = f"no. {number}"
     packed = packer.pack(trial, row["trial"], facts)
     return packed | {"verdict": verdict(row), "success": bool(row["success"])}
 
@@ -256,6 +262,9 @@ def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[
         told = row["reason"] or row["failure"]
         why = outcomes.why(row, f.results.trial(row["trial"]).attempt) if told else ""
         shown = row | {"verdict": verdict(row), "reason": why or None}
+        shown["to_confirm"] = re.sub(
+            r" \([^()]*(\([^()]*\)[^()]*)*\)", "", row.get("to_confirm") or ""
+        )  # whole: in the replay
         cells = [shown[c["key"]] for c in columns]
         rounded = [round(v, 6) if isinstance(v, float) else v for v in cells]
         out.append([*rounded, row["success"] is not None and not row["success"], *_measured(row, columns)])

@@ -21,6 +21,12 @@ Tree: TypeAlias = "list[tuple[str, str | Tree]]"
 
 LEFT_OUT = frozenset(i.name for family in (barn, limit) for i in family.ALL)
 """Indicators of other suites and of simulations: that a recording has none of them says nothing."""
+_UNSEEN = (
+    "CT, its parts, TCS and the turn's time lack the thinking before the first motion and the wait before a goal is called "
+    "reached: a few tenths of a second a leg."
+)
+BY_MOTION = f" Of recordings whose legs were found by motion, {_UNSEEN}"
+"""What has to be said beside such times."""
 MOST = 12
 """Entries of a list that are spelled out."""
 
@@ -54,13 +60,22 @@ def deviations(f: Findings) -> list[str]:
     there = [r for r in recorded(f) if r["duration"]]
     if count := len(unrecorded(f)):
         found.append(
-            f"Of {count} attempt{'s' if count > 1 else ''} nothing was recorded; they count as attempted, by what the operator noted."
+            f"Of {count} attempts nothing was recorded; they count as attempted and as failed, by what the operator noted."
+            if count > 1
+            else "Of 1 attempt nothing was recorded; it counts as attempted and as failed, by what the operator noted."
         )
     stops = Counter(
-        str(r["reason"] or "aborted").removesuffix("; not recorded") for r in recorded(f) if r["outcome"] == "aborted"
-    )
+        str(r["reason"] or "aborted").removesuffix("; not recorded") for r in recorded(f)
+        if r["outcome"] == "aborted" and r["reason"] != "attempted, not recorded"
+    )  # fmt: skip
     for words, n in stops.most_common():
-        found.append(f"{n} measured trial{'s' if n > 1 else ''} ended early ({words}) and count as failed.")
+        found.append(
+            f"{n} attempt{'s' if n > 1 else ''} ended early ({words}) and count{'' if n > 1 else 's'} as failed."
+        )
+    if by_motion := sum(bool(r.get("legs_by_motion")) for r in there):
+        found.append(
+            f"The legs of {by_motion} of {len(there)} recordings were found by motion, not by goals that were sent: {_UNSEEN}"
+        )
     if unsure := sum(r["DE_U"] is None and r["DE"] is not None for r in there):
         found.append(
             f"Nobody knows how sure the poses of {unsure} of {len(there)} recordings are; their values stand without an interval."
@@ -107,17 +122,28 @@ def _plain(why: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class ToConfirm:
-    """A trial with something that a person has to look at."""
+class Remark:
+    """A trial of which something has to be said: its number here, the one in the test plan if it has one, and what."""
 
     trial: int
+    planned: int | None
     label: str
     what: tuple[str, ...]
 
 
-def to_confirm(f: Findings) -> list[ToConfirm]:
-    """Possible contacts, and values closer to their tolerance than their uncertainty, in the campaign's order."""
-    return [ToConfirm(r["trial"], label(r), tuple(r["to_confirm"].split("; "))) for r in f.rows if r.get("to_confirm")]
+def to_confirm(f: Findings) -> list[Remark]:
+    """What a person has to look at, in the campaign's order: possible contacts, and legs whose start or end did not show."""
+    return _remarks(f, "to_confirm")
+
+
+def near_tolerance(f: Findings) -> list[Remark]:
+    """Ends within their uncertainty of a tolerance, which nobody can confirm, in the campaign's order."""
+    return _remarks(f, "near_tolerance")
+
+
+def _remarks(f: Findings, column: str) -> list[Remark]:
+    there = [r for r in f.rows if r.get(column)]
+    return [Remark(r["trial"], f.planned(r), label(r), tuple(r[column].split("; "))) for r in there]
 
 
 # --- where it came from -----------------------------------------------------------------------------------------------
@@ -136,52 +162,78 @@ def overview(f: Findings) -> Grid | None:
         gaps = [g for g in robot.get("gaps", ()) if isinstance(g, Mapping) and not g.get("filled")]
         clocks = [_signed(c.get("seconds"), c.get("sigma")) for c in _maps(told.get("clock")).values()]
         lines.append([
-            Cell(str(r["trial"])), Cell(label(r)), ", ".join(files) or NONE, num(_float(robot.get("rate")), 0),
+            Cell(str(r["trial"])), str(f.planned(r) or NONE), Cell(label(r)), ", ".join(files) or NONE, num(_float(robot.get("rate")), 0),
             _percent(robot.get("seen")), _seconds(gaps), _times(robot.get("residual"), 1000.0, 2), _times(robot.get("cutoff"), 1.0, 1),
             ", ".join(clocks) or NONE,
         ])  # fmt: skip
-    heads: Heads = ["no.", text("trial"), text("files"), "rate (Hz)", "robot seen", "open gaps (s)", "residual (mm)", "cut-off (Hz)",
+    heads: Heads = ["no.", "in the plan", text("trial"), text("files"), "rate (Hz)", "robot seen", "open gaps (s)", "residual (mm)", "cut-off (Hz)",
                     "clock offsets (s)"]  # fmt: skip
     return grid(
-        "How each recording was made into a trial. Residual: root mean square of the rigid fit to the robot's markers; "
+        "How each recording was made into a trial. No.: the trial's number in these results, from 0, as replay and export take "
+        "it; in the plan: its number in the test plan, from 1. Residual: root mean square of the rigid fit to the robot's markers; "
         "cut-off: of the low-pass that the positions went through; clock offset: what was added to the times of the other "
         "files, with its standard uncertainty.",
         heads, lines,
     )  # fmt: skip
 
 
-def histories(f: Findings) -> list[tuple[int, str, Tree]]:
-    """Number, label and whole provenance of every measured trial."""
+@dataclass(frozen=True, slots=True)
+class History:
+    """A measured trial with everything that it says of where it came from."""
+
+    trial: int
+    planned: int | None
+    label: str
+    told: Tree
+
+
+def histories(f: Findings) -> list[History]:
+    """How every measured trial ended, the operator's note, and its whole provenance."""
     shown = ("sources", "frame", "clock", "motion", "legs", "notes")
     out = []
     for r in recorded(f):
         told = f.provenance(r)
-        kept = {k: told[k] for k in shown if told.get(k)} | {
-            k: v for k, v in told.items() if k not in (*shown, "conditions", "note", "clearway") and v
+        ended = f"{r['outcome']}: {r['reason']}" if r["reason"] else r["outcome"]
+        kept = {"how it ended": ended} | ({"note": r["note"]} if r["note"] else {})
+        kept |= {k: told[k] for k in shown if told.get(k)} | {
+            k: v for k, v in told.items() if k not in (*shown, "conditions", "note", "clearway", "number") and v
         }
-        out.append((r["trial"], label(r), tree(kept)))
+        out.append(History(r["trial"], f.planned(r), label(r), tree(kept)))
     return out
 
 
 def tree(value: Mapping[str, Any]) -> Tree:
     """A nested mapping as text, key by key."""
-    return [(str(k), tree(v) if isinstance(v, Mapping) else _words(v)) for k, v in value.items()]
+    return [(str(k), tree(v) if isinstance(v, Mapping) else _words(v, str(k))) for k, v in value.items()]
 
 
-def _words(value: Any) -> str:
+_UNITS = {
+    "rate": (1.0, "Hz"), "cutoff": (1.0, "Hz"), "residual": (1000.0, "mm"), "residual_max": (1000.0, "mm"), "noise": (1000.0, "mm"),
+    "seconds": (1.0, "s"), "sigma": (1.0, "s"), "seen": (100.0, "%"), "swapped": (1.0, "frames"), "refused": (1.0, "frames"),
+}  # fmt: skip
+"""Of numbers in a provenance: what they are multiplied by, and their unit then."""
+
+
+def _words(value: Any, key: str = "") -> str:
     if value is None:
         return NONE
     if isinstance(value, bool):
         return "yes" if value else "no"
+    if isinstance(value, int | float) and key in _UNITS:
+        factor, unit = _UNITS[key]
+        return f"{factor * value:.4g} {unit}"
     if isinstance(value, float):
         return f"{value:.6g}"
+    if isinstance(value, Mapping) and key == "gaps" and (known := [_float(value.get(k)) for k in ("start", "end")]):
+        start, end = (NONE if k is None else f"{k:.2f}" for k in known)
+        return f"{start} to {end} s ({'filled by ' + _words(value['filled']) if value.get('filled') else 'left open'})"
     if isinstance(value, Mapping):
         return ", ".join(f"{k} {_words(v)}" for k, v in value.items() if v not in ("", None))
     if isinstance(value, Sequence) and not isinstance(value, str):
-        said = [_words(v) for v in value[:MOST]]
+        said = [_words(v, key) for v in value[:MOST]]
         more = [f"… and {len(value) - MOST} more"] if len(value) > MOST else []
         return "; ".join([*said, *more]) or "none"
-    return str(value)
+    return str(value).replace("+-", "±")
 
 
 def _maps(value: Any) -> dict[str, Mapping[str, Any]]:

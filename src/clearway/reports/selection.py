@@ -123,7 +123,7 @@ def with_uncertainty(row: Row, name: str, digits: int) -> str:
 
 
 def label(row: Row) -> str:
-    """A trial's conditions in words, such as `SO parallel, 0.6 m/s, 0.15 m, 1.5 d_base, no. 2`."""
+    """A trial's conditions in words, such as `SO parallel, 0.6 m/s, 0.15 m, 1.5 d_base, repetition 2`."""
     parts = [f"{row['batch']} {row['configuration']}", at_speed(row["speed"])]
     if row["obstacle_speed"] is not None:
         parts.append(f"obstacle {row['obstacle_speed']:g} m/s")
@@ -131,7 +131,7 @@ def label(row: Row) -> str:
         parts.append(f"{row['size']:g} m")
     if row["gap"] is not None:
         parts.append(f"gap {row['gap']:g} d_base")
-    return ", ".join([*parts, f"no. {row['repetition']}"])
+    return ", ".join([*parts, f"repetition {row['repetition']}"])
 
 
 def verdict(row: Row) -> str:

@@ -61,7 +61,7 @@ const Replay = (() => {
     };
   }
 
-  const number = (x, digits, unit) => (Number.isFinite(x) ? `${x.toFixed(digits)} ${unit}` : "–");
+  const number = (x, digits, unit) => (Number.isFinite(x) ? `${x.toFixed(digits).replace(/^-(0\.?0*)$/, "$1")} ${unit}` : "–");
 
   function render() {
     if (!trial) return;
@@ -138,6 +138,7 @@ const Replay = (() => {
     $("scrub").max = String(trial.end);
     $("pick").value = String(index);
     $("stage").setAttribute("aria-label", `Floor plan with the robot, trial ${index}`);
+    for (const [id, there] of [["plan", trial.thoughts.length > 0], ["estimate", trial.samples.ex !== undefined], ["scan", Stage.scans(trial)]]) $(`layer-${id}`).hidden = !there;
     describe(); render();
     $("player").dataset.trial = String(index);
   }

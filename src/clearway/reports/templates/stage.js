@@ -85,8 +85,7 @@ const Stage = (() => {
       g.globalAlpha = 1;
     }
     if (trial.recorded && options.path) found(g, v, c, trial);
-    const surroundings = !trial.recorded || trial.fixed.some((b) => b.kind === "wall"); // else a scan would be made up
-    if (options.scan && trial.robot.lidar && surroundings) scan(g, v, c, trial, now);
+    if (options.scan && scans(trial)) scan(g, v, c, trial, now);
     if (options.plan && thought) thoughts(g, v, c, thought);
     if (options.path) { g.strokeStyle = c.robot; g.lineWidth = 2; track(g, v, s.x, s.y, 0, i); }
     trial.movers.forEach((mover, m) => {
@@ -125,6 +124,11 @@ const Stage = (() => {
         if (end) g.fill(); else g.stroke();
       }
     }
+  }
+
+  // Whether a scan can be recomputed; around a recording without walls it would be made up.
+  function scans(trial) {
+    return Boolean(trial.robot.lidar) && (!trial.recorded || trial.fixed.some((b) => b.kind === "wall"));
   }
 
   function scan(g, v, c, trial, now) {
@@ -207,7 +211,7 @@ const Stage = (() => {
         down = true;
       }
       g.stroke();
-    } else { g.fillStyle = c.muted; g.textAlign = "center"; g.fillText("no clearance: nothing to stay clear of, or footprint unknown", width / 2, height / 2); }
+    } else { g.fillStyle = c.muted; g.textAlign = "center"; g.fillText(s.x.some(Number.isFinite) ? "no clearance: nothing to stay clear of, or footprint unknown" : "not recorded", width / 2, height / 2); }
     for (const [t, kind] of trial.events) if (kind === "possible contact") { g.fillStyle = c.mover; g.fillRect(px(t) - 1, top, 2, height - top - bottom); }
     g.fillStyle = c.bad;
     for (const [t, kind] of trial.events) if (kind === "contact" || kind === "error") g.fillRect(px(t) - 1, top, 2, height - top - bottom);
@@ -216,5 +220,5 @@ const Stage = (() => {
     return (x) => ((x - left) / (width - left - right)) * end;
   }
 
-  return { draw, chart };
+  return { draw, chart, scans };
 })();
