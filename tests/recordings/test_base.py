@@ -7,10 +7,9 @@ import pytest
 from marker_scenes import EIGHT, capture, straight
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion import base
 from clearway.recordings.motion.markers import MarkerSet, learnt, motion_of_markers
-from clearway.recordings.motion.motion import Motion, Quality
+from clearway.recordings.motion.motion import Motion, MotionSpec, Quality
 
 LINK = np.array((-0.08, 0.05, 0.4))
 """base_link's pose in the body's frame."""

@@ -5,8 +5,8 @@ import pytest
 from marker_scenes import path_length, straight
 from scipy.signal import lfilter
 
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion.cleaning import Cleaned, clean
+from clearway.recordings.motion.motion import MotionSpec
 
 SPEC = MotionSpec()
 NOISE = np.array((0.0003, 0.0003, 0.0007))

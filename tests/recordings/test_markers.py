@@ -5,9 +5,9 @@ import pytest
 from marker_scenes import EIGHT, FOUR, capture, circle, eight, path_length, straight, swap
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion import base, rigid
 from clearway.recordings.motion.markers import MarkerSet, learnt, motion_of_markers, resolve
+from clearway.recordings.motion.motion import MotionSpec
 from clearway.recordings.recording import Points
 
 SPEC = MotionSpec()

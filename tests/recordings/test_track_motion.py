@@ -6,9 +6,9 @@ from marker_scenes import circle, path_length, straight
 from scipy.spatial.transform import Rotation
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion import base
 from clearway.recordings.motion.markers import motion_of_track
+from clearway.recordings.motion.motion import MotionSpec
 from clearway.recordings.recording import Track
 
 SPEC = MotionSpec()

@@ -18,7 +18,6 @@ from clearway.recordings.lab.plan import (
     BodySpec,
     Plan,
     Span,
-    TrialSpec,
     by_number,
     problems_in,
     seen_from,
@@ -64,19 +63,13 @@ def summary(path: str | Path) -> list[str]:
         plan = Plan.model_validate(read_toml(Path(path)))
     except (ClearwayError, ValidationError):
         return []
-    count = Counter("recorded" if _given(plan, t) else "unrecorded" if t.attempted else "left" for t in plan.trials)
+    count = Counter("recorded" if plan.files_of(t) else "unrecorded" if t.attempted else "left" for t in plan.trials)
     lines = [f"{len(plan.trials)} trials, {count['recorded']} of them recorded"]
     if count["unrecorded"]:
         lines.append(f"{count['unrecorded']} attempted without a file: they count as attempted")
     if count["left"]:
         lines.append(f"{count['left']} not yet done")
     return lines
-
-
-def _given(plan: Plan, trial: TrialSpec) -> dict[str, str]:
-    """A trial's files by source."""
-    first = next(iter(plan.sources))
-    return ({first: trial.file} if trial.file else {}) | {n: f for n, f in trial.files.items() if f}
 
 
 def _at(i: int, field: str) -> str:
@@ -154,16 +147,16 @@ def _bodies(plan: Plan) -> Iterator[ClearwayError]:
                 "`coordinates` of its markers, or `static`, a recording of it at rest on a known pose",
                 field=f"bodies.{name}",
             )
-    if not _measured(plan.robot) and any(_given(plan, t) for t in plan.trials):
+    if not plan.robot.measured and any(plan.files_of(t) for t in plan.trials):
         yield ClearwayError("needs its markers or its track, or nothing is known of how it moved", field="robot")
     for i, trial in enumerate(plan.trials):
         for j, placed in enumerate(trial.obstacles):
-            if placed.pose is None and not _measured(plan.bodies[placed.body]):
+            if placed.pose is None and not plan.bodies[placed.body].measured:
                 yield ClearwayError(
                     f"{placed.body!r} is neither placed here by a pose nor measured by markers or a track",
                     field=_at(i, f"obstacles.{j}"),
                 )
-        given = _given(plan, trial)
+        given = plan.files_of(trial)
         needed = {_source(plan, plan.robot)} | {
             _source(plan, plan.bodies[o.body]) for o in trial.obstacles if o.pose is None
         }
@@ -171,10 +164,6 @@ def _bodies(plan: Plan) -> Iterator[ClearwayError]:
             yield ClearwayError(
                 f"has no file of the source {source!r}, which measures something in it", field=_at(i, "files")
             )
-
-
-def _measured(body: BodySpec) -> bool:
-    return body.markers is not None or body.track is not None or body.coordinates is not None
 
 
 def _tied(body: BodySpec) -> bool:
@@ -228,7 +217,7 @@ def references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
         for j, hold in enumerate(source.frame.holds):
             yield f"sources.{name}.frame.holds.{j}", name, hold.file, hold.span
     recorded = {"robot"} | {
-        f"bodies.{o.body}" for t in plan.trials if _given(plan, t) for o in t.obstacles if o.pose is None
+        f"bodies.{o.body}" for t in plan.trials if plan.files_of(t) for o in t.obstacles if o.pose is None
     }
     for where, body in _all_bodies(plan):
         if where not in recorded:
@@ -237,7 +226,7 @@ def references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
             if stretch is not None:
                 yield f"{where}.{kind}", _source(plan, body), stretch.file, stretch.span
     for i, trial in enumerate(plan.trials):
-        for name, file in _given(plan, trial).items():
+        for name, file in plan.files_of(trial).items():
             first = bool(trial.file) and name == next(iter(plan.sources))
             yield _at(i, "file" if first else f"files.{name}"), name, file, trial.span if first else None
 
@@ -251,7 +240,7 @@ def _files(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
     for name, source in plan.sources.items():
         if source.table is not None and not os.path.isfile(folder / source.table):
             yield ClearwayError(f"no such file: {source.table}", field=f"sources.{name}.table")
-    if not any(_given(plan, t) for t in plan.trials):
+    if not any(plan.files_of(t) for t in plan.trials):
         return
     for field, _, file, _ in references(plan):
         if not os.path.exists(folder / file):

@@ -66,8 +66,7 @@ class Lab:
 
     def files(self, trial: TrialSpec) -> dict[str, str]:
         """The trial's files by source; empty if it was not recorded."""
-        given = ({self.first: trial.file} if trial.file else {}) | {n: f for n, f in trial.files.items() if f}
-        return {name: given[name] for name in self.plan.sources if name in given}
+        return self.plan.files_of(trial)
 
     def body(self, name: str) -> BodySpec:
         """The robot or a body of the plan."""
@@ -117,11 +116,6 @@ class Lab:
                 return Want()
             names |= set(body.markers or body.coordinates or ()) | ({body.track} if body.track else set())
         return Want(names=frozenset(names)) if names else Want()
-
-    def measured(self, name: str) -> bool:
-        """Whether the plan says how the body is seen in a recording."""
-        body = self.body(name)
-        return any(way is not None for way in (body.markers, body.coordinates, body.track))
 
     def raw(self, name: str, recording: Recording, *, tied: bool = True) -> Motion:
         """How the body moved, in its source's frame; `tied`: of its base_link, else of the fitted model or the track."""

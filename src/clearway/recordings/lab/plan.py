@@ -16,6 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
+from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml
 from clearway.scenarios.scenario import Finite, NonNegative, PoseSpec, Positive, RobotBodySpec, ShapeSpec
@@ -152,6 +153,11 @@ class BodySpec(_Part):
         description="standard uncertainty of its outline and of the outline's place on it, m; counts for clearances",
     )
 
+    @property
+    def measured(self) -> bool:
+        """Whether the plan says how it is seen in a recording."""
+        return any(way is not None for way in (self.markers, self.coordinates, self.track))
+
     @model_validator(mode="after")
     def _one_way(self) -> BodySpec:
         if self.markers is not None and self.track is not None:
@@ -159,17 +165,6 @@ class BodySpec(_Part):
         if isinstance(self.markers, str) and not self.markers.endswith(":"):
             raise ValueError(f"{self.markers!r} is neither a list of markers nor a prefix that ends in ':'")
         return self
-
-
-class MotionSpec(_Part):
-    """How markers become motion."""
-
-    cutoff: Positive | Literal["residual", "none"] = Field(
-        default="residual",
-        description="of the zero-phase Butterworth low-pass: Hz, chosen by residual analysis, or none",
-    )
-    spline: NonNegative = Field(default=0.2, description="longest gap that is filled by a spline, s")
-    residual: Positive = Field(default=0.01, description="largest rms residual of a rigid fit that is believed, m")
 
 
 class LegPlanSpec(_Part):
@@ -234,6 +229,12 @@ class Plan(_Part):
     motion: MotionSpec = MotionSpec()
     legs: tuple[LegPlanSpec, ...] = Field(default=(), description="of every trial that names none of its own")
     trials: tuple[TrialSpec, ...] = Field(min_length=1, alias="trial", description="one [[trial]] an attempt")
+
+    def files_of(self, trial: TrialSpec) -> dict[str, str]:
+        """A trial's files by source, the first source's first; empty if it was not recorded."""
+        first = next(iter(self.sources))
+        given = ({first: trial.file} if trial.file else {}) | {n: f for n, f in trial.files.items() if f}
+        return {name: given[name] for name in self.sources if name in given}
 
     def legs_of(self, trial: TrialSpec) -> tuple[LegPlanSpec, ...]:
         """A trial's legs: the plan's, with what the trial says of those that it names; or legs of its own."""

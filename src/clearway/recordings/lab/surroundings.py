@@ -55,7 +55,7 @@ def obstacles(
     for placed in spec.obstacles:
         shape, outlined = _shape(lab, placed.body)
         outlines = math.hypot(lab.body(placed.body).outline, lab.plan.robot.outline)
-        if placed.pose is not None or not lab.measured(placed.body):
+        if placed.pose is not None or not lab.body(placed.body).measured:
             pose = lab.pose(placed.pose) if tied else np.full(3, np.nan)
             sigma = math.hypot(lab.body(placed.body).uncertainty, outlines)
             standing.append(Body(placed.body, "obstacle", shape, pose, sigma, outlined))

@@ -34,7 +34,7 @@ def _problems(lab: Lab, recorded: list[TrialSpec]) -> Iterator[ClearwayError]:
     for name in (ROBOT, *lab.plan.bodies):
         source, field = lab.source_of(name), name if name == ROBOT else f"bodies.{name}"
         trial = next((t for t in recorded if source in lab.files(t) and _there(name, t)), None)
-        if trial is None or source in untied or not lab.measured(name):
+        if trial is None or source in untied or not lab.body(name).measured:
             continue
         if wrong := _wrong(partial(_raw, lab, name, source, trial), field):
             yield wrong

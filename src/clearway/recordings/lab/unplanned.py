@@ -15,9 +15,8 @@ import pyarrow.csv
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion.markers import MarkerSet, motion_of_markers, motion_of_track, resolve
-from clearway.recordings.motion.motion import Motion
+from clearway.recordings.motion.motion import Motion, MotionSpec
 from clearway.recordings.recording import Contents, Recording, Want
 
 LEAST = 3

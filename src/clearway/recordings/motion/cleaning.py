@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion import filtering
 from clearway.recordings.motion.gaps import fill, known, stretches, usual_step
-from clearway.recordings.motion.motion import Gap
+from clearway.recordings.motion.motion import Gap, MotionSpec
 
 
 @dataclass(frozen=True, slots=True, eq=False)

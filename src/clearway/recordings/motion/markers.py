@@ -11,12 +11,11 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion import rigid
 from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.cleaning import clean
 from clearway.recordings.motion.gaps import known, runs, seen_in_part, usual_step
-from clearway.recordings.motion.motion import Motion, Quality
+from clearway.recordings.motion.motion import Motion, MotionSpec, Quality
 from clearway.recordings.motion.repair import repair
 from clearway.recordings.motion.tracks import motion_of_track, tilt_note, unwrapped
 from clearway.recordings.recording import Points

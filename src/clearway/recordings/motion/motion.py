@@ -6,8 +6,23 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
 
 from clearway.geometry.shapes import FloatArray
+from clearway.scenarios.scenario import NonNegative, Positive
+
+
+class MotionSpec(BaseModel):
+    """How markers become motion: [motion] of a test plan."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    cutoff: Positive | Literal["residual", "none"] = Field(
+        default="residual",
+        description="of the zero-phase Butterworth low-pass: Hz, chosen by residual analysis, or none",
+    )
+    spline: NonNegative = Field(default=0.2, description="longest gap that is filled by a spline, s")
+    residual: Positive = Field(default=0.01, description="largest rms residual of a rigid fit that is believed, m")
 
 
 @dataclass(frozen=True, slots=True)

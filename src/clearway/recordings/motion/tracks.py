@@ -9,12 +9,11 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.lab.plan import MotionSpec
 from clearway.recordings.motion import filtering
 from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.cleaning import clean
 from clearway.recordings.motion.gaps import known, runs, usual_step
-from clearway.recordings.motion.motion import Motion, Quality
+from clearway.recordings.motion.motion import Motion, MotionSpec, Quality
 from clearway.recordings.recording import Track
 
 LEANING = math.radians(3)
