@@ -26,7 +26,7 @@ def written(path: Path, recording: Recording) -> None:
     """As Nexus exports it, with the marker names that the skeleton proposes."""
     points = recording.points
     assert points is not None
-    names = tuple(n.replace("robot:", "tiago:") for n in points.names)
+    names = tuple(n.replace("robot:", "tiago:").replace("person_500:", "hosbot:") for n in points.names)
     write = formats.formats()["vicon"].write
     assert write is not None
     write(path, replace(recording, points=replace(points, names=names)))
@@ -44,6 +44,52 @@ def survey(trial: Trial) -> Recording:
     return Recording(Path("survey"), "vicon", Points(("floor:A", "floor:B", "floor:C"), np.arange(100) / 100, xyz))
 
 
+MOVED = (("[-2.5, 0.0", "[-2.5, 1.0"), ("[2.5, 0.0", "[2.5, 1.0"), ("[0.0, 2.0]", "[0.0, 3.0]"))
+"""The made-up robot drives 1 m beside the line of the hall: here A and B lie there."""
+
+
+def with_a_mover(folder: Path, *, tied: bool) -> Path:
+    """The plan of a trial with a mover, filled in; `tied`: the mover was recorded at rest on A, as the sheet asks."""
+    trial = forth_and_back(square=False, batch="MO")
+    a = trial.attempt.legs[0].start
+    on_a = [replace(b, kind="obstacle", pose=a) if b.kind == "mover" else b for b in trial.attempt.bodies]
+    rested = replace(trial, attempt=replace(trial.attempt, bodies=tuple(on_a)), movers=np.empty((len(trial.t), 0, 3)))
+    written(folder / "survey.csv", survey(trial))
+    written(folder / "static_A.csv", synthetic.held(trial, a))
+    written(folder / "straight.csv", synthetic.straight(trial, a))
+    written(folder / "static_hosbot.csv", synthetic.captured(rested))
+    written(folder / "first.csv", synthetic.captured(trial))
+    text = skeleton(selection=Selection(batches=("MO",), speeds=(0.6,), obstacle_speeds=(0.6,), repetitions=1))
+    head, trial_1, *_ = text.split("\n[[trial]]")
+    text = f"{head}\n[[trial]]{trial_1}".replace('file = ""', 'file = "first.csv"')
+    hosbot = 'shape = { kind = "robot", robot = "hosbot" }'
+    assert hosbot in text
+    text = text.replace(hosbot, 'shape = { kind = "disc", radius = 0.25 }')
+    if not tied:
+        text = text.replace('static = { file = "static_hosbot.csv"', '# static = { file = "static_hosbot.csv"')
+    for old, new in MOVED:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "plan.toml").write_text(text, encoding="utf-8")
+    return folder / "plan.toml"
+
+
+def test_a_mover_that_rested_on_a_has_its_shape_where_it_is(tmp_path: Path):
+    plan = with_a_mover(tmp_path, tied=True)
+    assert problems_of(plan) == []
+    found = score_row(assemble(Lab(plan), 0))
+    truth = score_row(forth_and_back(square=False, batch="MO"))
+    assert truth["MDO"] < 1.0
+    assert found["MDO"] == pytest.approx(truth["MDO"], abs=0.01)
+
+
+def test_a_mover_that_nothing_ties_is_found_by_check_and_has_no_clearance(tmp_path: Path):
+    plan = with_a_mover(tmp_path, tied=False)
+    (problem,) = problems_of(plan)
+    assert problem.field == "bodies.hosbot"
+    assert score_row(assemble(Lab(plan), 0))["MDO"] is None
+
+
 def test_files_and_names_are_all_that_is_left_to_fill_in(tmp_path: Path):
     trial = forth_and_back(mover=False, square=False, batch="NO")
     a = trial.attempt.legs[0].start
@@ -53,8 +99,7 @@ def test_files_and_names_are_all_that_is_left_to_fill_in(tmp_path: Path):
     written(tmp_path / "first.csv", synthetic.captured(trial))
     text = skeleton(selection=Selection(batches=("NO",), speeds=(0.6,), repetitions=1))
     text = text.replace('file = ""', 'file = "first.csv"').replace("# contact = false", "contact = false")
-    # the made-up robot drives 1 m beside the line of the hall: here A and B lie there
-    for old, new in (("[-2.5, 0.0", "[-2.5, 1.0"), ("[2.5, 0.0", "[2.5, 1.0"), ("[0.0, 2.0]", "[0.0, 3.0]")):
+    for old, new in MOVED:
         assert old in text
         text = text.replace(old, new)
     plan = tmp_path / "plan.toml"

@@ -385,7 +385,8 @@ _MOVER = """\
 # sheet asks for it. Without a tie MDO and collisions with it can't be told.
 markers = {markers}
 static = {{ file = {file}, pose = {pose} }}
-# Or, instead of `static`, where its markers sit on it, m: x forward, y left, z up, from the middle of its shape.
+# Or, instead of `static`, where its markers sit on it, m: x forward, y left, z up; of a robot from its base_link, else from
+# the middle.
 # coordinates = {{ {example} = [0.2, 0.2, 0.3] }}
 """
 
