@@ -54,7 +54,7 @@ def test_a_robot_that_creeps_is_not_held() -> None:
     pose = np.stack((0.001 * t, 0 * t, 0 * t), axis=1)
     done = cleaned(t, pose)
     assert done.pose[-1, 0] - done.pose[0, 0] == pytest.approx(0.011, abs=0.001)
-    assert path_length(done.pose) == pytest.approx(0.011, rel=0.25)
+    assert path_length(done.pose) == pytest.approx(0.011, abs=0.005)  # half a millimetre a second of noise
 
 
 def test_nothing_lags() -> None:

@@ -20,7 +20,7 @@ from scipy.signal import fftconvolve, sosfilt
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.motion.gaps import runs, usual_step
 
-LOWEST, HIGHEST = 2.0, 20.0
+LOWEST, HIGHEST = 3.0, 20.0
 """Hz; what residual analysis may choose. Below, starts and stops of a robot at 1 m/s^2 would be smeared by millimetres."""
 
 DEFAULT = 6.0
