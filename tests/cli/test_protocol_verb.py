@@ -76,3 +76,11 @@ def test_schema_knows_test_plans(clearway: Shell, tmp_path: Path):
     errors = list(jsonschema.Draft202012Validator(schema).iter_errors(plan))
     assert len(errors) == 1
     assert json.loads(clearway("schema", "table").out)["properties"]
+
+
+def test_a_recording_is_nothing_to_check(clearway: Shell, tmp_path: Path):
+    file = tmp_path / "good.csv"
+    file.write_text("t,x,y\n0,1,2\n")
+    said = clearway.complaint("check", file)
+    assert "is no TOML file" in said
+    assert "import --list" in said
