@@ -278,6 +278,21 @@ def test_a_contact_ends_a_recorded_trial_as_it_ends_a_simulated_one():
     assert unknown["MDO"] is None, "nor what it touched"
 
 
+def test_what_a_real_robot_does_after_the_contact_does_not_decide_how_it_was():
+    def hit(when):
+        trial = recorded(shuttle(bodies=[box(2.5, 0.3)], outcome=Outcome.COLLISION, events=(Event(when, "contact"),)))
+        return score_row(trial)
+
+    under_way, turning, unknown = hit(5.5), hit(13.0), hit(99.0)
+    assert (under_way["failure"], under_way["moved_at_contact"]) == ("collision", "robot")
+    assert turning["moved_at_contact"] == "neither", "a disc that turns on the spot stays where it is"
+    assert (unknown["failure"], unknown["moved_at_contact"]) == ("collision", ""), (
+        "it stood at the end of the recording"
+    )
+    stood = hit(11.1)
+    assert (stood["failure"], stood["cause"]) == ("collision at rest", "contact at rest")
+
+
 def test_a_confirmed_contact_with_the_wall_is_none_with_an_obstacle():
     wall = Event(5.5, "possible contact", "wall 'box 2.5 3.0': measured clearance 0.001 m +- 0.04 m")
     row = score_row(near_box(wall, Event(5.5, "contact")))

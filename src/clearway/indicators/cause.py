@@ -15,6 +15,7 @@ import numpy as np
 from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray
 from clearway.indicators.indicator import NotComputable
+from clearway.indicators.legs import contact_on_a_leg, until_contact
 from clearway.indicators.success import AT_REST, failure
 from clearway.trials import Outcome, Trial
 
@@ -41,7 +42,7 @@ def cause(trial: Trial) -> str:
         return how
     if how != Outcome.COLLISION.value:
         return "contact at rest"
-    crushed, said = _crushed(trial), [e.detail for e in trial.events if e.kind == "status"]
+    crushed, said = _crushed(until_contact(trial)), [e.detail for e in trial.events if e.kind == "status"]
     if crushed:
         return "crushing zone"
     if trial.attempt.source == "recorded" and (crushed is None or not said):
@@ -55,6 +56,11 @@ def who_moved(trial: Trial) -> str:
     A round robot that only turns on the spot does not move in this sense: its outline stays where it is.
     """
     if trial.outcome is not Outcome.COLLISION or trial.velocity is None or len(trial.t) < 2:
+        return ""
+    if trial.attempt.source == "recorded" and not contact_on_a_leg(trial):
+        return ""  # nobody knows when it was
+    trial = until_contact(trial)
+    if trial.velocity is None or len(trial.t) < 2:
         return ""
     v, omega = np.abs(trial.velocity[-1]).tolist()
     if not np.isfinite((v, omega)).all():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -84,8 +84,29 @@ def legs_reached(trial: Trial) -> frozenset[int]:
     touched = contact_time(trial)
     if touched is None:
         return frozenset(span.leg for span in trial.spans if span.reached)
-    before = [span for span in trial.spans if span.end < touched - _SAME_INSTANT]
-    return frozenset(span.leg for span in before if span.reached and len(before) < len(trial.spans))
+    if not contact_on_a_leg(trial):
+        return frozenset()
+    return frozenset(span.leg for span in trial.spans if span.reached and span.end < touched - _SAME_INSTANT)
+
+
+def contact_on_a_leg(trial: Trial) -> bool:
+    """Whether a leg was still to be finished at the contact. One that a person reports without a time stands at the end
+    of the recording, where no leg is driven any more."""
+    touched = contact_time(trial)
+    return touched is not None and any(span.end >= touched - _SAME_INSTANT for span in trial.spans)
+
+
+def until_contact(trial: Trial) -> Trial:
+    """A recording up to its contact, as a simulation ends there; other trials as they are. Bare of what hangs on the end."""
+    touched = contact_time(trial)
+    if touched is None or trial.attempt.source == "simulated" or not contact_on_a_leg(trial):
+        return trial
+    n = max(int(np.searchsorted(trial.t, touched + _SAME_INSTANT, side="right")), 1)
+    velocity = None if trial.velocity is None else trial.velocity[:n]
+    return replace(
+        trial, t=trial.t[:n], pose=trial.pose[:n], velocity=velocity, leg=trial.leg[:n], movers=trial.movers[:n],
+        estimate=None, command=None, cut=None, sigma=None, tie=None,
+    )  # fmt: skip
 
 
 def named(trial: Trial, name: str) -> Drive:

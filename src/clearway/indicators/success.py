@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.indicators.goal_error import Whose, distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, begun, contact_time
+from clearway.indicators.legs import Drive, begun, contact_on_a_leg, contact_time
 from clearway.trials import Outcome, Trial
 
 AT_REST = 0.01
@@ -65,6 +65,8 @@ def _stood(trial: Trial) -> bool:
     """Whether the robot stood when it was touched."""
     if trial.velocity is None or not len(trial.t):
         return False
+    if trial.attempt.source == "recorded" and not contact_on_a_leg(trial):
+        return False  # nobody knows when it was
     touched = next((event.t for event in trial.events if event.kind == "contact"), float(trial.t[-1]))
     if trial.attempt.source == "recorded" and touched >= float(trial.t[-1]):
         return False  # an operator saw it, and didn't say when
