@@ -16,7 +16,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.recordings.lab import contacts
 from clearway.recordings.lab.lab import ROBOT, Lab, cut
 from clearway.recordings.lab.legs import FoundLeg, find_legs
-from clearway.recordings.lab.plan import LegPlanSpec, TrialSpec
+from clearway.recordings.lab.plan import LegPlanSpec, TrialSpec, by_number
 from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
 from clearway.recordings.lab.surroundings import fixtures, obstacles
 from clearway.recordings.motion.motion import Motion
@@ -48,7 +48,9 @@ def assemble(lab: Lab, index: int) -> Trial:
     except ClearwayError as error:
         if error.file is not None:
             raise
-        raise ClearwayError(error.problem, file=lab.path, field=f"trial.{index}: {error.field or 'file'}") from error
+        raise by_number(
+            ClearwayError(error.problem, field=f"trial.{index}.{error.field or 'file'}"), lab.path
+        ) from error
 
 
 def _recorded(lab: Lab, spec: TrialSpec) -> Trial:

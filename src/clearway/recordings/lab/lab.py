@@ -15,7 +15,15 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats
 from clearway.recordings.formats import table
-from clearway.recordings.lab.plan import BodySpec, Plan, StretchSpec, TrialSpec, load_plan, seen_from
+from clearway.recordings.lab.plan import (
+    BodySpec,
+    Plan,
+    StretchSpec,
+    TrialSpec,
+    load_plan,
+    seen_from,
+    without_coordinates,
+)
 from clearway.recordings.motion import base, markers
 from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.markers import MarkerSet
@@ -156,9 +164,8 @@ class Lab:
             points.names, body.markers or tuple(body.coordinates or ()), file=recording.file, field=field
         )
         if body.coordinates is not None:
-            for marker in names:
-                if marker not in body.coordinates:
-                    raise unknown("marker", marker, body.coordinates, file=self.path, field=f"{field}.coordinates")
+            if wrong := without_coordinates(names, body):
+                raise ClearwayError(wrong, file=self.path, field=f"{field}.coordinates")
             return MarkerSet(names, np.array([body.coordinates[marker] for marker in names]))
         if (known := self._model(name)) is None:
             return MarkerSet(names)
