@@ -238,7 +238,7 @@ def significance(f: Findings, system: System) -> Grid | None:
         rows.append([
             Cell(key[0], strong=True), key[1], f"{key[2]:g} → {key[3]:g}",
             Cell(NONE if test["difference"] is None else f"{num(test['difference'], digits)} {unit}".strip(), span(test["low"], test["high"], digits)),
-            num(test["effect"], 2), str(test["n"]),
+            num(test["effect"], 2) if test["n"] >= FEWEST else NONE, str(test["n"]),
             Cell(p_value(test["p"]), test["stars"], strong=bool(test["stars"])), Cell(p_value(test["p_holm"]), test["stars_holm"]),
             p_value(test["smallest_p"]), p_value(worst["p"] if worst else None),
             Cell(p_value(means["p"] if means else None), f"n {means['n']}" if means else ""), p_value(theirs),

@@ -14,7 +14,7 @@ from clearway.reports import contest, outcomes, rescue
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
-from clearway.statistics import GROUP, Comparison, ConfigurationComparison, describe, success_rates
+from clearway.statistics import FEWEST, GROUP, Comparison, ConfigurationComparison, describe, success_rates
 from clearway.trials.store import Results
 
 
@@ -100,7 +100,7 @@ def _matched(found: ConfigurationComparison) -> str:
         ]
         cells += [_number(r["mean_a"]), _number(r["mean_b"]), _delta(r["mean_difference"])]
         cells += [_to(r["boot_low"], r["boot_high"]), _to(r["rep_low"], r["rep_high"]), "-" if not u else f"{u:.2g}"]
-        rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), f"{r['effect']:+.2f}"])
+        rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), _effect(r)])
     heads = ["batch", "indicator", "n", "trials", found.a, found.b, "difference", "over configurations"]
     heads += ["over repetitions", "U", "p", "p Holm", "effect"]
     notes = [
@@ -121,7 +121,7 @@ def _matched(found: ConfigurationComparison) -> str:
     return "\n".join([*lines, columns(heads, rows), *notes])
 
 
-_EFFECT = "effect: matched-pairs rank-biserial correlation, -1 ({} is always lower) to +1 (always higher)"
+_EFFECT = f"effect: matched-pairs rank-biserial correlation, -1 ({{}} is always lower) to +1 (always higher), from {FEWEST} pairs on"
 
 
 def _shown(by_batch: Mapping[str | None, Any]) -> list[tuple[str | None, Any]]:
@@ -137,8 +137,12 @@ def _lines(found: Comparison | ConfigurationComparison) -> list[dict[str, Any]]:
 
 
 def _delta(value: float) -> str:
-    """A difference with three digits, but no more than people measure: 10 µm, 10 µs."""
-    return f"{value:+.3g}" if abs(value) >= 5e-6 else "0"
+    """A difference with three digits, but no more than four decimals."""
+    return f"{rounded:+.3g}" if (rounded := round(value, 4)) else "0"
+
+
+def _effect(row: Mapping[str, Any]) -> str:
+    return f"{row['effect']:+.2f}" if row["n"] >= FEWEST else "-"
 
 
 def _to(low: float | None, high: float | None) -> str:
@@ -153,7 +157,7 @@ def _paired(found: Comparison) -> str:
         favours = {"A": found.a, "B": found.b}.get(r["favours"], "")
         cells = [r["batch"] or "all", f"{r['indicator']} [{r['unit']}]", str(r["n"])]
         cells += [_number(r["mean_a"]), _number(r["mean_b"]), f"{_delta(r['mean_difference'])}{spread}"]
-        rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), f"{r['effect']:+.2f}", favours])
+        rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), _effect(r), favours])
     lines = [
         f"{found.b} against {found.a}: {found.pairs} pairs, {found.only_a} + {found.only_b} trials without a partner"
     ]
