@@ -356,5 +356,5 @@ def test_sniff_knows_bags_by_their_first_bytes(tmp_path: Path) -> None:
         assert formats.identify(other).name == "bag"
         assert len(read(other).tracks) == 4
     (tmp_path / "empty").mkdir()
-    with pytest.raises(ClearwayError, match="no known format"):
+    with pytest.raises(ClearwayError, match="no ROS 2 bag"):
         formats.identify(tmp_path / "empty")
