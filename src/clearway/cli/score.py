@@ -41,4 +41,7 @@ def score(
     typer.echo(headline(results.trials))
     for number, text in confirm:
         typer.echo(f"to confirm  trial {number}: {text}")
+    for number, text in enumerate(results.trials["near_tolerance"].to_pylist()):
+        if text:
+            typer.echo(f"near its tolerance  trial {number}: {text}")
     typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
