@@ -233,3 +233,15 @@ def test_no_frame_at_all() -> None:
         motion_of_markers(points, MarkerSet(NAMES, EIGHT), SPEC, None)
     with pytest.raises(ClearwayError, match="no rigid body"):
         motion_of_markers(points, MarkerSet(NAMES), SPEC, None)
+
+
+def test_the_residual_of_each_frame_is_the_rms_of_what_the_fit_leaves() -> None:
+    corners = np.array([[0.2, 0.1, 0.1], [-0.15, 0.2, 0.3], [-0.1, -0.2, 0.2]])
+    xyz = np.tile(corners, (400, 1, 1)) + np.random.default_rng(3).normal(0, 1e-4, (400, 3, 3))
+    xyz[200, 0, 0] += 0.004  # one marker strays a little, in one frame
+    points = Points(("a", "b", "c"), np.arange(400) / 100, xyz)
+    motion = motion_of_markers(points, MarkerSet(points.names, corners), MotionSpec(), None)
+    assert motion.residual is not None
+    assert motion.residual.shape == (400,)
+    assert int(np.nanargmax(motion.residual)) == 200
+    assert motion.quality.residual_max == pytest.approx(float(np.nanmax(motion.residual)))

@@ -321,8 +321,9 @@ def cut(motion: Motion, span: tuple[float, float] | None, *, file: object) -> Mo
     if not start < end or inside.sum() < 2:
         held = f"{motion.t[0]:.3f} to {motion.t[-1]:.3f} s" if len(motion.t) else "nothing"
         raise ClearwayError(f"({start:g}, {end:g}) s is not in the recording; it has {held}", file=file, field="span")
-    sigma = None if motion.sigma is None else motion.sigma[inside]
-    return replace(motion, t=motion.t[inside], pose=motion.pose[inside], velocity=motion.velocity[inside], sigma=sigma)
+    sigma, residual = (None if v is None else v[inside] for v in (motion.sigma, motion.residual))
+    t, pose, velocity = motion.t[inside], motion.pose[inside], motion.velocity[inside]
+    return replace(motion, t=t, pose=pose, velocity=velocity, sigma=sigma, residual=residual)
 
 
 def digest(path: Path) -> str:

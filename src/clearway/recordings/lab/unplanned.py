@@ -137,16 +137,19 @@ def file_of(path: str | Path, name: str) -> str:
 
 
 def write_motion(motion: Motion, path: Path) -> None:
-    """Write a motion as CSV: t [s], x, y [m], theta [rad, in -pi to pi], v [m/s], omega [rad/s]; unknown is empty.
+    """Write a motion as CSV: t [s], x, y [m], theta [rad, in -pi to pi], v [m/s], omega [rad/s], and of
+    markers the residual of the rigid fit [m] in each frame; unknown is empty.
 
     Raises:
         ClearwayError: the file is there already, or can't be written.
     """
-    values = np.round(np.column_stack([motion.t, motion.wrapped, motion.velocity]), 6) + 0.0
-    table = pa.table({n: pa.array(values[:, i], from_pandas=True) for i, n in enumerate(COLUMNS)})
+    fitted = [] if motion.residual is None else [motion.residual]
+    names = (*COLUMNS, "residual")[: len(COLUMNS) + len(fitted)]
+    values = np.round(np.column_stack([motion.t, motion.wrapped, motion.velocity, *fitted]), 6) + 0.0
+    table = pa.table({n: pa.array(values[:, i], from_pandas=True) for i, n in enumerate(names)})
     try:
         with open(path, "xb") as f:
-            f.write((",".join(COLUMNS) + "\n").encode())
+            f.write((",".join(names) + "\n").encode())
             pyarrow.csv.write_csv(table, f, pyarrow.csv.WriteOptions(include_header=False))
     except FileExistsError as error:
         raise ClearwayError("is there already; name another folder", file=path) from error

@@ -233,7 +233,8 @@ def motion_of_markers(
         noise=noise,
         cutoff=cleaned.cutoff,
     )
-    return Motion(points.t, cleaned.pose, cleaned.velocity, sigma, quality, (*notes, *cleaned.notes))
+    said = (*notes, *cleaned.notes)
+    return Motion(points.t, cleaned.pose, cleaned.velocity, sigma, quality, said, done.residual)
 
 
 def _two(xyz: FloatArray, names: Sequence[str], file: object, field: str | None) -> None:

@@ -66,6 +66,7 @@ class Motion:
         NaN throughout for a source without heading. velocity: (n, 2) v along the body's x [m/s] and omega [rad/s] (v =
         |dp/dt| where there is no heading), NaN where unknown. sigma: (n, 2) standard uncertainty of position [m] and
         heading [rad], None if unknown. quality: how good it is. notes: what was done, in sentences.
+        residual: (n,) rms of the rigid fit in each frame, m, NaN where nothing was fitted; None without markers.
     """
 
     t: FloatArray
@@ -74,6 +75,7 @@ class Motion:
     sigma: FloatArray | None
     quality: Quality
     notes: tuple[str, ...] = field(default=())
+    residual: FloatArray | None = None
 
     @property
     def wrapped(self) -> FloatArray:

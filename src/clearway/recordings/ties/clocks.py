@@ -110,7 +110,8 @@ def resample(motion: Motion, t: FloatArray) -> Motion:
     sigma = None if motion.sigma is None else _linear(motion.t, motion.sigma, at)
     pose, velocity = _linear(motion.t, motion.pose, at), _linear(motion.t, motion.velocity, at)
     rate = 1 / float(np.median(np.diff(at))) if len(at) > 1 else motion.quality.rate
-    return replace(motion, t=at, pose=pose, velocity=velocity, sigma=sigma, quality=replace(motion.quality, rate=rate))
+    quality = replace(motion.quality, rate=rate)
+    return replace(motion, t=at, pose=pose, velocity=velocity, sigma=sigma, quality=quality, residual=None)
 
 
 def _linear(t: FloatArray, values: FloatArray, at: FloatArray) -> Any:
