@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.recordings.formats.bag_limits import DEFINITION, TOPICS, Allowance, Broken, decompress
-from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Message, Times, joined
+from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Message, OneFile, Times, joined
 
 MAGIC = b"\x89MCAP0\r\n"
 MEND = "mend it with `mcap recover`"
@@ -34,7 +34,7 @@ class _Chunk:
     index: dict[int, Times] = field(default_factory=dict)
 
 
-class McapStore:
+class McapStore(OneFile):
     """An MCAP file, open.
 
     Raises:
@@ -42,24 +42,10 @@ class McapStore:
     """
 
     def __init__(self, path: Path, named: Path | None = None) -> None:
-        self._path = path if named is None else named  # for people; `path` may be a copy of it
-        self.channels: dict[int, Channel] = {}
-        self.times: dict[int, Times] = {}
         self._schemas: dict[int, tuple[str, str, str]] = {}
         self._chunks: list[_Chunk] = []
         self._loose: defaultdict[int, array[int]] = defaultdict(lambda: array("q"))  # time, at, size of each
-        self._file = open(path, "rb")  # noqa: SIM115 - `close` gives it back
-        try:
-            self._walk(path.stat().st_size)
-        except Broken as error:
-            self.close()
-            raise self._damaged(f"{error}") from error
-        except BaseException:
-            self.close()
-            raise
-
-    def close(self) -> None:
-        self._file.close()
+        super().__init__(path, named or path, MEND)
 
     def messages(self, numbers: frozenset[int], start: int = NEVER, end: int = EVER) -> Iterator[Message]:
         for chunk in self._chunks:
@@ -175,9 +161,6 @@ class McapStore:
 
     def _truncated(self, at: int) -> ClearwayError:
         return ClearwayError(f"is truncated: a record at byte {at} ends beyond the file; {MEND}", file=self._path)
-
-    def _damaged(self, why: str) -> ClearwayError:
-        return ClearwayError(f"is damaged: {why}; {MEND}", file=self._path)
 
 
 def _typed(encoding: str, schema: tuple[str, str, str]) -> tuple[str, str, str, str]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.recordings.formats.bag_limits import DEFINITION, TOPICS, Allowance, Broken, decompress
-from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Message, Times, joined
+from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Message, OneFile, Times, joined
 
 MAGIC = b"#ROSBAG V"
 MEND = "mend it with `rosbag reindex`"
@@ -30,7 +30,7 @@ class _Chunk(NamedTuple):
     indexes: dict[int, Any]  # connection -> _STAMPS
 
 
-class Ros1Store:
+class Ros1Store(OneFile):
     """A ROS 1 bag, open.
 
     Raises:
@@ -38,22 +38,8 @@ class Ros1Store:
     """
 
     def __init__(self, path: Path) -> None:
-        self._path = path
-        self.channels: dict[int, Channel] = {}
-        self.times: dict[int, Times] = {}
         self._chunks: list[_Chunk] = []
-        self._file = open(path, "rb")  # noqa: SIM115 - `close` gives it back
-        try:
-            self._walk(path.stat().st_size)
-        except Broken as error:
-            self.close()
-            raise self._damaged(f"{error}") from error
-        except BaseException:
-            self.close()
-            raise
-
-    def close(self) -> None:
-        self._file.close()
+        super().__init__(path, path, MEND)
 
     def messages(self, numbers: frozenset[int], start: int = NEVER, end: int = EVER) -> Iterator[Message]:
         for chunk in self._chunks:
@@ -152,9 +138,6 @@ class Ros1Store:
 
     def _truncated(self, at: int) -> ClearwayError:
         return ClearwayError(f"is truncated: a record at byte {at} ends beyond the file; {MEND}", file=self._path)
-
-    def _damaged(self, why: str) -> ClearwayError:
-        return ClearwayError(f"is damaged: {why}; {MEND}", file=self._path)
 
 
 def _fields(header: bytes) -> dict[bytes, bytes]:

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
+
+from clearway.errors import ClearwayError
+from clearway.recordings.formats.bag_limits import Broken
 
 Times = npt.NDArray[np.int64]
 """(n,) ns of UNIX time at which messages were recorded, in the file's order."""
@@ -53,6 +57,38 @@ class Store(Protocol):
 
     def close(self) -> None:
         """Give the file back."""
+
+
+class OneFile:
+    """A container that is one file, open: it is walked at once, and given back if that fails.
+
+    Args:
+        path: to read. named: for people, where `path` is a copy. mend: what its users can do about a damaged one.
+    """
+
+    def __init__(self, path: Path, named: Path, mend: str) -> None:
+        self._path, self._mend = named, mend
+        self.channels: dict[int, Channel] = {}
+        self.times: dict[int, Times] = {}
+        self._file = open(path, "rb")  # noqa: SIM115 - `close` gives it back
+        try:
+            self._walk(path.stat().st_size)
+        except Broken as error:
+            self.close()
+            raise self._damaged(f"{error}") from error
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        self._file.close()
+
+    def _walk(self, size: int) -> None:
+        """Find the channels and the times of their messages in a file of `size` bytes."""
+        raise NotImplementedError
+
+    def _damaged(self, why: str) -> ClearwayError:
+        return ClearwayError(f"is damaged: {why}; {self._mend}", file=self._path)
 
 
 def joined(parts: Mapping[int, list[Times]]) -> dict[int, Times]:
