@@ -114,7 +114,7 @@ def _matched(found: ConfigurationComparison) -> str:
     if timed:
         who, count = (found.a, found.by_motion_a) if found.by_motion_a else (found.b, found.by_motion_b)
         notes.append(
-            f"* {who}: the legs of {count} trials were found by the robot's motion. The thinking before it moves off and the "
+            f"* {who}: the legs of {count} trial{'' if count == 1 else 's'} were found by the robot's motion. The thinking before it moves off and the "
             "wait before a goal is called reached are not seen there, a few tenths of a second a leg: part of this difference "
             "is how the time was taken. Record the goals, or give the legs' spans in the test plan."
         )
