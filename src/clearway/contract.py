@@ -165,6 +165,8 @@ class Command:
         gave_up: why the navigator can't go on; ends the trial as `aborted`.
         status: a word on how it was found, such as `infeasible`; each change of it becomes an event of the trial.
         cut: whether the budget ended the thinking before it was finished.
+        violated: what this period showed to be untrue of that which the navigator's guarantee assumes (a bound on the
+        disturbance, on an obstacle's speed), one text each; each becomes an event of the trial.
     """
 
     v: float
@@ -173,6 +175,7 @@ class Command:
     gave_up: str | None = None
     status: str = ""
     cut: bool = False
+    violated: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -128,7 +128,8 @@ class Attempt:
 @dataclass(frozen=True, slots=True)
 class Event:
     """Something that happened at time `t` [s]: kind `contact`, `status`, `timeout`, `error`, ...; detail for people
-    (of `status`: the navigator's word, whenever it changes). `possible contact`: a clearance was measured that is zero
+    (of `status`: the navigator's word, whenever it changes; of `assumption`: what its guarantee assumes and this period
+    showed to be untrue). `possible contact`: a clearance was measured that is zero
     or less within its uncertainty; a person has to confirm it. `near miss`: one that a person has denied.
     `unseen departure`, `unseen arrival`: the start or end of a leg that had to be found and did not show."""
 

@@ -159,6 +159,7 @@ class _Drive:
             if command.status != status:
                 status = command.status
                 referee.events.append(Event(t, "status", status))
+            referee.events += [Event(t, "assumption", text) for text in command.violated]
             log.add(t, now[:5], estimate, command, leg, world.movers)
             outcome = referee.judge(t, now, estimate, command)
             if outcome is not None:
