@@ -106,7 +106,7 @@ def belts(scenes: int, repeats: int) -> dict[str, float]:
     own = stand_ins("hp-tmpc") | robot["navigators"]["hp-tmpc"]
     n, c, radius, seen = own["prediction_horizon"], robot["period"], inflated(), robot["camera"]["range"]
     margin = tightening(own["w_rob"], own["xi_rob"], n, 0.0) + tightening(own["w_dyn"], own["xi_dyn"], n, 0.0)
-    speed = reference_speed(robot["drive"]["v_min"], robot["drive"]["v_max"], 0.5)
+    speed = reference_speed(0.0, robot["drive"]["v_max"], 0.5)
     pose, goal = np.zeros(3), np.array([10.0, 3.0])
     taken: dict[bool, list[float]] = {False: [], True: []}
     rounds = []

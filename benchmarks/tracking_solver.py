@@ -98,7 +98,7 @@ def record(horizon: int, scenes: int = 2, steps: int = 150, control_horizon: int
             now = problem(
                 start=pose, previous=last, reference=reference, nominal=(0.5 * v_max, 0.0), rows=rows, counts=counts,
                 reach=robot["camera"]["range"] - rho, area=(0.25, 0.25, task["size"] - 0.25, task["size"] - 0.25),
-                low=(robot["drive"]["v_min"], -omega_max), high=(v_max, omega_max), smooth=own["input_change"],
+                low=(0.0, -omega_max), high=(v_max, omega_max), smooth=own["input_change"],
                 discount=discounts(horizon, own["w1"], step, False), effort=own["w2"],
                 heading_weight=own["heading_weight"], period=c, control_horizon=control_horizon,
             )  # fmt: skip

@@ -81,7 +81,7 @@ def robot_tube(p: Parameters, n: int, runs: int) -> list[dict[str, Any]]:
     bound = stand_ins("task")["disturbance"]
     push, twist = bound["position"], bound["heading"]
     poles = np.array((p.pole_along, p.pole_left, p.pole_heading))
-    low, high = np.array((d.v_min, -d.omega_max)), np.array((d.v_max, d.omega_max))
+    low, high = np.array((d.v_min if p.reverse else 0.0, -d.omega_max)), np.array((d.v_max, d.omega_max))
     w = tightening(p.w_rob, p.xi_rob, n, 0.0)
     rows = []
     for v in SPEEDS:

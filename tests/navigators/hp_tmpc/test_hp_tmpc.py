@@ -358,3 +358,21 @@ def test_diagnostics_show_plan_horizon_tube_and_belts():
     assert shown.tube is not None
     assert (np.diff(shown.tube[:, 2]) > 0).all()
     assert shown.status == commands[-1].status
+
+
+def test_on_the_rescue_robot_it_drives_as_if_there_were_no_reverse():
+    """Paper B's controller is what it was before the robot could drive backwards: command by command, bit by bit."""
+    forwards = ROBOT.model_copy(update={"drive": ROBOT.drive.model_copy(update={"v_min": 0.0})})
+    rows = ((1.5, 0.05, 0.35), (2.6, 0.5, 0.35))
+
+    def obstacles(t):  # one of them comes at the robot
+        return discs(*rows, (4.0 - 0.8 * t, 0.1, 0.35), moving=True, velocity=(-0.8, 0.0))
+
+    runs = [drive(HpTmpc(), obstacles, (5.0, 0.0, 0.0), 60, noise=0.01, robot=robot)[0] for robot in (ROBOT, forwards)]
+    assert [(c.v, c.omega) for c in runs[0]] == [(c.v, c.omega) for c in runs[1]]
+    assert min(c.v for c in runs[0]) >= 0.0
+    assert ROBOT.drive.v_min == -1.0
+    assert not parameters_of(ROBOT).reverse
+    assert parameters_of(load_robot("tiago")).reverse
+    backwards = ROBOT.model_copy(update={"navigators": {"hp-tmpc": {"reverse": True}}})
+    assert _settings(parameters_of(backwards), task(), backwards, frozenset(), False).low[0] == -1.0

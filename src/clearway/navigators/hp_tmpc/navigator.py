@@ -256,7 +256,7 @@ def _finite(name: str, pose: FloatArray) -> FloatArray:
 def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], exact: bool) -> Settings:
     drive = robot.drive
     top = min(drive.v_max, task.speed_limit)
-    low = max(drive.v_min, -task.speed_limit)
+    low = max(drive.v_min, -task.speed_limit) if p.reverse else 0.0
     sees = robot.camera.range if robot.camera else min(robot.lidar.range_max, p.scan_range) if robot.lidar else math.inf
     return Settings(
         period=task.period,

@@ -62,6 +62,7 @@ class Parameters(BaseModel):
     reference_share: float = Field(gt=0, le=1, description="v_ref as a share of v_max; paper B: one half")
     turn_beyond: Positive = Field(description="deviation of the heading from the path: beyond, turn on the spot, rad")
     turn_share: float = Field(gt=0, le=1, description="speed of that turn as a share of the largest yaw rate")
+    reverse: bool = Field(description="whether it may drive backwards, as far as the robot can")
 
     @model_validator(mode="after")
     def _horizons(self) -> Parameters:
