@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
 from clearway.campaigns.campaign import ProgressCallback
+from clearway.campaigns.variants import variants
 from clearway.errors import ClearwayError
 from clearway.scenarios.suite import Selection, seed_range
 from clearway.trials import store
@@ -82,6 +83,9 @@ def run(
     tracking: str | None = None,
     setups: Iterable[str] = (),
     decision_limit: float | None = 10.0,
+    without: Iterable[str] = (),
+    guarantees: Iterable[str] = (),
+    disturbance: float | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = None,
     out: str | Path | None = None,
@@ -104,6 +108,9 @@ def run(
         setups: how much a navigator may think per decision: `1`, `2` (paper B's), `0.15 s` (wall clock) or
             `400 iterations`; several are run side by side; empty: no bound.
         decision_limit: s of wall clock after which a decision counts as hung; None: never.
+        without: ingredients to leave out: beside each navigator that knows one, the variant without it is run too
+            (`hp-st[without=reverse]`). guarantees: modes (`passive`, `none`) in which to run the navigators that have them.
+        disturbance: factor on what disturbs the robot in each scenario; None: as each scenario says.
         options: navigator's name -> what its constructor is given.
         workers: processes; None: one a core. The results don't depend on it.
         out: the results directory; None: `results/SUITE`, numbered if that is taken.
@@ -124,11 +131,18 @@ def run(
         worlds=tuple(worlds),
         plan=plan,
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
+        **({} if disturbance is None else {"disturbance": disturbance}),
+    )
+    chosen, given = variants(
+        _strings(navigators, "navigators"),
+        options or {},
+        _strings(without, "without"),
+        _strings(guarantees, "guarantees"),
     )
     campaign = CampaignPlan(
         suites=suites,
         robots=_strings(robots, "robots"),
-        navigators=_strings(navigators, "navigators"),
+        navigators=chosen,
         selection=selection,
         seed=seed,
         localisation=localisation,
@@ -136,7 +150,7 @@ def run(
         tracking=tracking,
         setups=_strings(setups, "setups"),
         decision_limit=decision_limit,
-        options=options or {},
+        options=given,
     )
     folder = free_directory(suites) if out is None else Path(out)
     done = run_campaign(campaign, folder, workers, resume, progress)

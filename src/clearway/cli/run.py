@@ -20,6 +20,20 @@ def run(
             "--navigator", "-n", help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; repeatable."
         ),
     ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--without",
+            metavar="INGREDIENT",
+            help="Beside each navigator that has this ingredient, run it without; repeatable.",
+        ),
+    ] = None,
+    guarantees: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--guarantee", help="Mode of the navigators that have several: passive, none; repeat to run them apart."
+        ),
+    ] = None,
     batches: _options.Batches = None,
     configurations: _options.Configurations = None,
     speeds: _options.Speeds = None,
@@ -38,6 +52,9 @@ def run(
     ] = None,
     repetitions: _options.Repetitions = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the whole campaign.")] = 0,
+    disturbance: Annotated[
+        float | None, typer.Option(metavar="FACTOR", help="Times what disturbs the robot in each scenario, as in 2.")
+    ] = None,
     plan: _options.FloorPlanName = None,
     localisation: Annotated[str | None, typer.Option(help="truth, odometry or amcl; default: the scenario's.")] = None,
     map_: Annotated[
@@ -102,6 +119,9 @@ def run(
                 tracking=tracking,
                 setups=[*(setups or ()), *([f"{budget!r}s"] if budget is not None else [])],
                 decision_limit=decision_limit,
+                without=without or (),
+                guarantees=guarantees or (),
+                disturbance=disturbance,
                 workers=workers,
                 out=resume or out,
                 resume=resume is not None,

@@ -101,6 +101,12 @@ def split_options(name: str) -> tuple[str, dict[str, Any]]:
     return plain, options
 
 
+def with_option(name: str, option: str, value: str) -> str:
+    """The name with `option=value` behind what stands in its brackets already: `hp-st` -> `hp-st[without=reverse]`."""
+    head = f"{name[:-1]}," if name.endswith("]") else f"{name}["
+    return f"{head}{option}={value}]"
+
+
 @cache
 def _registered() -> dict[str, str]:
     """Name -> address of every registered navigator."""
