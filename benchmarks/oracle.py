@@ -14,16 +14,16 @@ import numpy as np
 from clearway.geometry.space_time import TARGET, SpaceTimePath, shortest
 from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.sar import frozen
-from clearway.scenarios.sar_draws import SECONDS, inflated
+from clearway.scenarios.sar_draws import CASES, Case, inflated
 from clearway.scenarios.sar_rules import Layout
 
 
-def search(layout: Layout) -> SpaceTimePath:
+def search(layout: Layout, case: Case) -> SpaceTimePath:
     """The clairvoyant's way, from the same arguments as in the generator."""
     way = shortest(
-        rules.START, rules.GOAL, goal_radius=rules.TOLERANCE, v_max=rules.SPEED, static=inflated(layout.static),
-        moving=np.ascontiguousarray(layout.motion(SECONDS)[:, :, :2]), radii=np.full(len(layout.start), rules.APART),
-        dt=rules.SAMPLE, area=rules.AREA, horizon=SECONDS,
+        rules.START, rules.GOAL, goal_radius=rules.TOLERANCE, v_max=case.speed, static=inflated(layout.static),
+        moving=np.ascontiguousarray(layout.motion(case.seconds)[:, :, :2]), radii=np.full(len(layout.start), rules.APART),
+        dt=rules.SAMPLE, area=rules.AREA, horizon=case.seconds,
     )  # fmt: skip
     assert way is not None
     return way
@@ -35,13 +35,13 @@ def main() -> None:
     smoke = parser.parse_args().smoke
     cases = frozen()
     began = time.perf_counter()
-    search(cases["case 1"][0].layout)
+    search(cases["case 1"][0].layout, CASES["case 1"])
     print(f"first search, with compiling where nothing is cached: {time.perf_counter() - began:.1f} s\n")
     for case in ("case 1", "case 2"):
         spent, errors = [], []
         for drawn in cases[case][: 2 if smoke else None]:
             began = time.perf_counter()
-            way = search(drawn.layout)
+            way = search(drawn.layout, CASES[case])
             spent.append(time.perf_counter() - began)
             errors.append(way.error)
             print(

@@ -18,8 +18,8 @@ from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, static_path
 from clearway.scenarios.suite import seed_range
 
-SPEED = 0.75
-"""At which a blind robot follows the static way to find out whether anything moving is in it, m/s."""
+SHARE = 0.75
+"""Of the set speed: so fast a blind robot follows the static way to find out whether anything moving is in it."""
 
 
 def main() -> None:
@@ -44,21 +44,25 @@ def report(case: Case, drawn: Sequence[Drawn], seconds: float) -> None:
     for d in drawn:
         refused.update(d.refused)
     paths = [static_path(d.layout) for d in drawn]
-    free = [p is not None and not rules.conflict(d.layout, p, SPEED) for d, p in zip(drawn, paths, strict=True)]
+    free = [
+        p is not None and not rules.conflict(d.layout, p, SHARE * case.speed) for d, p in zip(drawn, paths, strict=True)
+    ]
     peaks = np.concatenate([np.hypot(*d.layout.motion(120.0)[:, :, 2:].transpose(2, 0, 1)).max(0) for d in drawn])
     leaving = np.concatenate([rules.leavers(d.layout) for d in drawn])
-    static = [(rules.length(p) - rules.TOLERANCE) / rules.SPEED for p in paths if p is not None]
+    static = [(rules.length(p) - rules.TOLERANCE) / case.speed for p in paths if p is not None]
     later = np.array([d.limit.time for d in drawn]) - static
     error = 100 * np.array([d.limit.error for d in drawn])
     median, p90 = np.quantile(peaks, [0.5, 0.9])
     print(f"{case.name}: {len(drawn)} scenarios, {case.static} static + {case.moving} moving, {seconds:.2f} s each")
     print(f"  draws refused          {100 * (1 - len(drawn) / draws):5.1f} % of {draws}"
           + "".join(f"; {why} {100 * n / draws:.1f} %" for why, n in refused.most_common()))  # fmt: skip
-    print(f"  no conflict            {100 * np.mean(free):5.1f} % of the scenarios, on the static way at {SPEED} m/s")
+    print(
+        f"  no conflict            {100 * np.mean(free):5.1f} % of the scenarios, on the static way at {SHARE * case.speed:g} m/s"
+    )
     print(f"  peak speed             {median:5.2f} m/s median, {p90:.2f} m/s p90 of the moving obstacles, within 120 s")
     print(f"  leave the square       {100 * leaving.mean():5.1f} % of the moving obstacles, sooner or later")
     print(f"  the clairvoyant        {100 * np.mean(later < 0.01):5.1f} % of the scenarios as fast as if nothing moved (at"
-          f" {rules.SPEED:g} m/s); else {later[later >= 0.01].sum() / max(1, (later >= 0.01).sum()):.2f} s later, {later.max():.2f} s at most")  # fmt: skip
+          f" {case.speed:g} m/s); else {later[later >= 0.01].sum() / max(1, (later >= 0.01).sum()):.2f} s later, {later.max():.2f} s at most")  # fmt: skip
     print(f"  error of its time      {error.max():5.2f} % at most, above 0.5 % in {(error > 0.5).sum()} of {len(drawn)}"
           + "".join(f"; seed {d.seed}: {e:.2f} %" for d, e in zip(drawn, error, strict=True) if e > 0.5))  # fmt: skip
 

@@ -21,7 +21,11 @@ from clearway.scenarios.suite import Selection, seed_range
 from clearway.scenarios.suites import load_suite
 
 START, GOAL, RADIUS, ROBOT = np.array([1.75, 1.75]), np.array([12.25, 12.25]), 0.35, 0.25
-SUITES = {"sar-case1": ["case 1"], "sar-case2": ["case 2"], "sar-confined": ["case 1 confined", "case 2 confined"]}
+SUITES = {
+    "sar-case1": ["case 1"], "sar-case2": ["case 2"], "sar-confined": ["case 1 confined", "case 2 confined"],
+    "sar-case3": ["case 3"], "sar-stress": ["stress"],
+}  # fmt: skip
+SPEEDS = {"case 3": 0.6, "stress": 0.6}
 every_case = pytest.mark.parametrize("case", list(CASES))
 
 
@@ -49,7 +53,8 @@ def test_ten_scenarios_of_each_case(suite: str) -> None:
     assert [s.labels.batch for s in scenarios] == [c for c in SUITES[suite] for _ in range(10)]
     assert len({s.name for s in scenarios}) == len(scenarios) == 10 * len(SUITES[suite])
     for s in scenarios:
-        n, m = {"case 1": (6, 5), "case 2": (8, 8)}[s.labels.batch[:6]]
+        n, m = {"case 1": (6, 5), "case 3": (12, 16)}.get(s.labels.batch[:6], (8, 8))
+        assert s.speed == SPEEDS.get(s.labels.batch, 1.0)
         assert [o.pose is None for o in s.obstacles] == [False] * n + [True] * m
         assert (s.plan, s.localisation, s.tracking, s.livelock) == ("arena", "truth", "difference", True)
         assert (s.placement_xy, s.placement_yaw, s.legs[0].time_limit) == (0.0, 0.0, 120.0)
@@ -87,7 +92,7 @@ def test_what_is_drawn_keeps_the_rules(case: str) -> None:
         eta = (layout.stiffness * (2.0 + np.abs(layout.start - layout.attraction)) / 0.2 - 1) / 4
         assert eta[:, 0] == pytest.approx(eta[:, 1], abs=1e-4)  # one draw an obstacle
         assert -1e-4 < eta.min() < eta.max() < 1 + 1e-4
-        assert drawn.limit.time >= (math.dist(START, GOAL) - 0.2) / 1.0 - 1e-4
+        assert drawn.limit.time >= (math.dist(START, GOAL) - 0.2) / SPEEDS.get(case, 1.0) - 1e-4
         assert drawn.limit.path >= math.dist(START, GOAL) - 0.2 - 1e-3
         if CASES[case].confined:
             assert np.abs(layout.start - layout.attraction).max() <= 3.0 + 1e-9
@@ -96,15 +101,16 @@ def test_what_is_drawn_keeps_the_rules(case: str) -> None:
             assert swept.max() + RADIUS <= 14.0
 
 
-@pytest.mark.parametrize("case", ["case 2", "case 2 confined"])
+@pytest.mark.parametrize("case", [name for name, case in CASES.items() if case.closing_gap])
 def test_a_gap_closes_on_the_static_way(case: str) -> None:
     """Recomputed from the closed form, a millisecond at a time, in the frame of the two that close in."""
     for drawn in some(case):
         path = static_path(drawn.layout)
         assert path is not None
-        found = closing_gap(drawn.layout, path)
+        set_speed = SPEEDS.get(case, 1.0)
+        found = closing_gap(drawn.layout, path, set_speed)
         assert found is not None
-        assert found.speed in (0.5, 0.75, 1.0)
+        assert round(found.speed / set_speed, 12) in (0.5, 0.75, 1.0)
         assert found.second >= len(drawn.layout.static)
         t = found.time + np.arange(-0.2, 0.2, 1e-3)
         reached = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])

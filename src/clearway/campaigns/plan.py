@@ -23,6 +23,9 @@ USUAL_ROBOTS: dict[str, tuple[str, ...]] = {
     "sar-case1": ("rescue",),
     "sar-case2": ("rescue",),
     "sar-confined": ("rescue",),
+    "sar-case3": ("rescue",),
+    "sar-stress": ("rescue",),
+    "sar-misspecified": ("rescue",),
 }
 """Who drives a suite unless the user says otherwise: the robots of the paper and of the challenge."""
 

@@ -305,6 +305,9 @@ def _title(f: Findings) -> str:
         "sar-case1": "Search and rescue, case 1",
         "sar-case2": "Search and rescue, case 2",
         "sar-confined": "Search and rescue, confined",
+        "sar-case3": "Search and rescue, case 3",
+        "sar-stress": "Search and rescue, stress",
+        "sar-misspecified": "Search and rescue, misspecified",
     }
     return " and ".join(names.get(s, f"Suite {s}") for s in suites) or "No trials"
 

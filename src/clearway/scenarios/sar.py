@@ -1,7 +1,7 @@
-"""The suites `sar-case1`, `sar-case2` and `sar-confined`: paper B's search-and-rescue cases, as far as they are known.
+"""The suites `sar-...`: paper B's search-and-rescue cases, as far as they are known, and harder ones after them.
 
 Paper B prints how many obstacles there are, how they move (eqs. 6-7) and how large the place is; everything else is a
-stand-in (`clearway/stand_ins.toml`). Ten scenarios of each case are frozen in a file, which `python -m
+stand-in (`clearway/stand_ins.toml`). `sar-case3`, `sar-stress` and `sar-misspecified` are Clearway's own. Ten scenarios of each case are frozen in a file, which `python -m
 clearway.scenarios.sar` writes anew; `Selection.seeds` draws others by the same rules.
 """
 
@@ -45,8 +45,8 @@ _START, _GOAL = ((float(x), float(y), float(theta)) for x, y, theta in (TASK["st
 
 
 def build(robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequence[str]) -> list[Scenario]:
-    """The frozen scenarios of the `cases`, or those of `selection.seeds`; at `selection.speeds` (default: 1 m/s, or what
-    the robot can do), `selection.repetitions` times, each with another disturbance."""
+    """The frozen scenarios of the `cases`, or those of `selection.seeds`; at `selection.speeds` (default: each
+    case's set speed, or what the robot can do), `selection.repetitions` times, each with another disturbance."""
     if selection.plan is not None:
         raise ClearwayError(f"the suite {suite!r} takes place in the floor plan 'arena'", field="plan")
     for speed in selection.speeds:
@@ -55,13 +55,12 @@ def build(robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequ
                 f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
                 field="speeds",
             )
-    usual = min(load_robot(RESCUE).drive.v_max, robot.drive.v_max)
     chosen = [CASES[name] for name in cases if not selection.batches or name in selection.batches]
     return [
         _scenario(suite, case, label, drawn, robot, speed, repetition, seed)
         for case in chosen
         for label, drawn in _drawn(case, selection.seeds)
-        for speed in selection.speeds or (usual,)
+        for speed in selection.speeds or (min(case.speed, robot.drive.v_max),)
         for repetition in range(1, (selection.repetitions or 1) + 1)
     ]
 
@@ -89,7 +88,7 @@ def _scenario(
         localisation="truth",
         tracking="difference",
         disturbance=DisturbanceSpec(**TASK["disturbance"]),
-        limit=drawn.limit if _is_meant(robot, speed) else None,
+        limit=drawn.limit if _is_meant(robot) and speed == case.speed else None,
         livelock=True,
         placement_xy=0.0,
         placement_yaw=0.0,
@@ -97,15 +96,10 @@ def _scenario(
     )
 
 
-def _is_meant(robot: Robot, speed: float) -> bool:
-    """Whether the clairvoyant's limit, which was searched for the stand-in robot, holds for this one at this speed."""
+def _is_meant(robot: Robot) -> bool:
+    """Whether the clairvoyant's limit, which was searched for the stand-in robot, holds for this one."""
     meant, shape = load_robot(RESCUE), robot.shape
-    return (
-        isinstance(shape, Circle)
-        and shape == meant.shape
-        and robot.tolerances.xy == meant.tolerances.xy
-        and speed == meant.drive.v_max
-    )
+    return isinstance(shape, Circle) and shape == meant.shape and robot.tolerances.xy == meant.tolerances.xy
 
 
 def obstacles(layout: Layout) -> tuple[ObstacleSpec, ...]:
@@ -190,6 +184,18 @@ SUITES = (
         "Search and rescue, confined",
         "both cases with obstacles that stay near their attraction and inside the square",
         ("case 1 confined", "case 2 confined"),
+    ),
+    _suite(
+        "sar-case3",
+        "Search and rescue, case 3",
+        "12 static and 16 oscillating obstacles inside the square, a gap that closes, a robot at 0.6 m/s: ten scenarios",
+        ("case 3",),
+    ),
+    _suite(
+        "sar-stress",
+        "Search and rescue, stress",
+        "as case 2, with a robot at 0.6 m/s among obstacles that are faster: ten scenarios",
+        ("stress",),
     ),
 )
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
@@ -26,16 +27,20 @@ from clearway.scenarios.static_way import static_way
 DRAWS = 50_000
 """So many draws are tried for one scenario before the generator gives up."""
 SECONDS = 60.0
-"""A clairvoyant that hasn't arrived by then counts as stuck, s; the straight way takes 15 s."""
+"""A clairvoyant at 1 m/s that hasn't arrived by then counts as stuck, s; the straight way takes 15 s."""
+_ROUNDS = 64
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One of paper B's cases: how many obstacles stand and move, whether a gap closes, how motions are placed.
+    """One of paper B's cases, or a harder one: how many obstacles stand and move, whether a gap closes, how motions are
+    placed.
 
     Attributes:
         name: of the batch. confined: the whole swing stays in the square and near its attraction; else literal, which
-        lets an obstacle swing far out of it.
+        lets an obstacle swing far out of it. speed: set speed, m/s. one_by_one: what an obstacle has to keep on its own
+        is drawn until it is kept, obstacle by obstacle, before layouts are refused for the rest: the same distribution,
+        in reach for crowds.
     """
 
     name: str
@@ -43,8 +48,17 @@ class Case:
     moving: int
     closing_gap: bool
     confined: bool = False
+    speed: float = rules.SPEED
+    one_by_one: bool = False
+
+    @property
+    def seconds(self) -> float:
+        """A clairvoyant that hasn't arrived by then counts as stuck, s."""
+        return SECONDS / self.speed
 
 
+_CALM: float = rules.HARDER["speed"]
+_CROWD: tuple[int, int] = (rules.HARDER["static"], rules.HARDER["moving"])
 CASES = {
     case.name: case
     for case in (
@@ -52,6 +66,8 @@ CASES = {
         Case("case 2", 8, 8, closing_gap=True),
         Case("case 1 confined", 6, 5, closing_gap=False, confined=True),
         Case("case 2 confined", 8, 8, closing_gap=True, confined=True),
+        Case("case 3", *_CROWD, closing_gap=True, confined=True, speed=_CALM, one_by_one=True),
+        Case("stress", 8, 8, closing_gap=True, speed=_CALM),
     )
 }
 
@@ -98,8 +114,32 @@ def generate(case: Case, seed: int, kind: str = "held out") -> Drawn:
 
 def draw(case: Case, key: np.uint64, attempt: int) -> Layout:
     """One draw, good or bad."""
+    if not case.one_by_one:
+        return _layout(case, _uniforms(key, attempt, _numbers(case)))
+    u = _uniforms(key, _ROUNDS * attempt, _numbers(case))
+    layout = _layout(case, u)
+    for again in range(1, _ROUNDS):
+        bad = np.concatenate([np.repeat(rules.crowding(layout.static), 2), np.repeat(_strays(case, layout), 7)])
+        if not bad.any():
+            break
+        u = np.where(bad, _uniforms(key, _ROUNDS * attempt + again, len(u)), u)
+        layout = _layout(case, u)
+    return layout
+
+
+def _strays(case: Case, layout: Layout) -> npt.NDArray[np.bool_]:
+    """(m,) which of the moving ones break a rule that has nothing to do with the others."""
+    crowding = rules.crowding(layout.start)
+    return crowding | rules.leavers(layout) if case.confined else crowding
+
+
+def _numbers(case: Case) -> int:
+    return 2 * case.static + 7 * case.moving
+
+
+def _layout(case: Case, u: FloatArray) -> Layout:
+    """The layout that the numbers `u` from (0, 1) stand for."""
     n, m = case.static, case.moving
-    u = _uniforms(key, attempt, 2 * n + 7 * m)
     low, high = OBSTACLES["region"]
     span = high - low
     static = low + span * u[: 2 * n].reshape(n, 2)
@@ -134,9 +174,9 @@ def examine(case: Case, layout: Layout) -> LimitSpec | str:
     path = static_path(layout)
     if path is None:
         return "no static way"
-    if case.closing_gap and rules.closing_gap(layout, path) is None:
+    if case.closing_gap and rules.closing_gap(layout, path, case.speed) is None:
         return "no closing gap"
-    return clairvoyant(layout) or "not solvable"
+    return clairvoyant(layout, case) or "not solvable"
 
 
 def static_path(layout: Layout) -> FloatArray | None:
@@ -149,20 +189,20 @@ def inflated(at: FloatArray) -> FloatArray:
     return np.column_stack([at, np.full(len(at), rules.APART)])
 
 
-def clairvoyant(layout: Layout) -> LimitSpec | None:
-    """The best that one who knows the future can do; None if even that doesn't arrive."""
+def clairvoyant(layout: Layout, case: Case) -> LimitSpec | None:
+    """The best that one who knows the future can do at the case's set speed; None if even that doesn't arrive."""
     m = len(layout.start)
     found = shortest(
         rules.START,
         rules.GOAL,
         goal_radius=rules.TOLERANCE,
-        v_max=rules.SPEED,
+        v_max=case.speed,
         static=inflated(layout.static),
-        moving=np.ascontiguousarray(layout.motion(SECONDS)[:, :, :2]),
+        moving=np.ascontiguousarray(layout.motion(case.seconds)[:, :, :2]),
         radii=np.full(m, rules.APART),
         dt=rules.SAMPLE,
         area=rules.AREA,
-        horizon=SECONDS,
+        horizon=case.seconds,
     )
     if found is None:
         return None

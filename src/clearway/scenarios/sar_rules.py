@@ -17,7 +17,7 @@ from clearway.geometry.oscillator import amplitude, trajectory
 from clearway.geometry.shapes import FloatArray
 from clearway.stand_ins import stand_ins
 
-TASK, OBSTACLES, GAP, ROBOT = (stand_ins(name) for name in ("task", "obstacles", "closing_gap", "robot"))
+TASK, OBSTACLES, GAP, HARDER, ROBOT = map(stand_ins, ("task", "obstacles", "closing_gap", "harder", "robot"))
 SIZE: float = TASK["size"]
 AREA = (0.0, 0.0, SIZE, SIZE)
 START, GOAL = (np.array(TASK[end][:2], dtype=np.float64) for end in ("start", "goal"))
@@ -85,8 +85,13 @@ def overlaps(layout: Layout) -> bool:
 
 def crowds_an_end(layout: Layout) -> bool:
     """Whether the edge of an obstacle comes too near to start or goal at time 0."""
-    at = np.concatenate([layout.static, layout.start])
-    return any(bool((np.hypot(*(at - end).T) < OBSTACLES["clear"] + RADIUS).any()) for end in (START, GOAL))
+    return bool(crowding(np.concatenate([layout.static, layout.start])).any())
+
+
+def crowding(at: FloatArray) -> npt.NDArray[np.bool_]:
+    """(k,) which of the obstacles at `at` (k, 2) do."""
+    near = [np.hypot(*(at - end).T) < OBSTACLES["clear"] + RADIUS for end in (START, GOAL)]
+    return np.asarray(near[0] | near[1], dtype=np.bool_)
 
 
 def leavers(layout: Layout) -> npt.NDArray[np.bool_]:
@@ -108,17 +113,19 @@ def length(path: FloatArray) -> float:
     return float(np.hypot(*np.diff(path, axis=0).T).sum())
 
 
-def closing_gap(layout: Layout, path: FloatArray) -> ClosingGap | None:
+def closing_gap(layout: Layout, path: FloatArray, set_speed: float = SPEED) -> ClosingGap | None:
     """The first gap that closes on a robot on `path` (n, 2), at the first speed at which one does; None if none does.
 
-    At one of the speeds the robot's centre crosses the line between the centres of two obstacles, one of which moves at
-    least, while their edges are at most `closed` apart that were at least `open` apart `before` seconds earlier.
+    At one of the speeds (shares of the `set_speed` [m/s]) the robot's centre crosses the line between the centres of two
+    obstacles, one of which moves at least, while their edges are at most `closed` apart that were at least `open` apart
+    `before` seconds earlier.
     """
     way, n = length(path), len(layout.static)
-    moving = layout.motion(way / min(GAP["speeds"]))[:, :, :2]
+    speeds = [share * set_speed for share in GAP["speeds"]]
+    moving = layout.motion(way / min(speeds))[:, :, :2]
     at = np.concatenate([np.broadcast_to(layout.static, (len(moving), n, 2)), moving], axis=1)
     back = GAP["before"] / SAMPLE
-    for speed in GAP["speeds"]:
+    for speed in speeds:
         p = along(path, speed * SAMPLE * np.arange(int(way / speed / SAMPLE) + 1, dtype=np.float64))
         k, i, j, now, before = _between(p, at, n, back, GAP["closed"] + 2.0 * RADIUS, GAP["open"] + 2.0 * RADIUS)
         if i >= 0:

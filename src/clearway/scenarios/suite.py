@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -22,7 +23,7 @@ class Selection:
         batches, configurations: names. speeds, obstacle_speeds: m/s. sizes: edge of the static obstacles, m.
         gaps: in multiples of d_base. repetitions: how many of each. worlds: numbers of BARN's worlds.
         plan: floor plan to use instead of the suite's. seeds: (a, b): instead of the suite's frozen scenarios those that
-        its generator draws from the seeds a, a + 1, ..., b - 1.
+        its generator draws from the seeds a, a + 1, ..., b - 1. disturbance: factor on each scenario's disturbance.
     """
 
     batches: tuple[str, ...] = ()
@@ -35,6 +36,7 @@ class Selection:
     worlds: tuple[int, ...] = ()
     plan: str | None = None
     seeds: tuple[int, int] | None = None
+    disturbance: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,12 +77,33 @@ class Suite:
         if chosen.seeds is not None and not 0 <= chosen.seeds[0] < chosen.seeds[1]:
             a, b = chosen.seeds
             raise ClearwayError(f"'{a}:{b}' is no range of seeds; 0:200 are the seeds 0 to 199", field="seeds")
+        factor = chosen.disturbance
+        if factor is not None and not (math.isfinite(factor) and factor >= 0.0):
+            raise ClearwayError(
+                f"{factor:g} is no factor on a disturbance: 0 for none, 1 as it is, 2 for twice", field="disturbance"
+            )
         made = self.make(robot, chosen, seed)
         _refuse_unknown(self, chosen, made)
         kept = [s for s in made if _selects(chosen, s)]
         if not kept:
             raise ClearwayError(f"no scenario of the suite {self.name!r} has all that is selected together")
-        return kept
+        return kept if chosen.disturbance is None else [_disturbed(s, chosen.disturbance, self.name) for s in kept]
+
+
+def _disturbed(scenario: Scenario, factor: float, suite: str) -> Scenario:
+    """With `factor` times the disturbance; its name and seed, hence the direction of every push, stay.
+
+    Raises:
+        ClearwayError: it has none.
+    """
+    bounds = scenario.disturbance
+    if bounds is None:
+        raise ClearwayError(
+            f"the suite {suite!r} has no disturbance that could be multiplied by {factor:g}; the suites sar-... have",
+            field="disturbance",
+        )
+    change = {name: factor * getattr(bounds, name) for name in ("position", "heading", "velocity", "turn")}
+    return scenario.model_copy(update={"disturbance": bounds.model_copy(update=change)})
 
 
 def seed_range(text: str) -> tuple[int, int]:
