@@ -1,0 +1,274 @@
+"""The certificate of a plan: until it is at rest, the robot touches nothing, whatever the assumptions allow to happen.
+
+Everything is decided by conservative advancement (Mirtich 1996): a gap of g metres that closes by no more than r metres
+a second stays open for g / r seconds. So a certificate holds at all times, not at samples; it errs on the safe side only,
+by `TOUCH`. Passive safety (Bouraine, Fraichard, Salhi, Autonomous Robots 32:267, 2012): moving obstacles count while the
+robot moves; what isn't perceived may come from beyond the range of sight. docs/guarantee.md says what follows.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.forecasts.forecast import Forecast
+from clearway.geometry.compiled import kernel
+from clearway.geometry.footprint import Footprint, gap
+from clearway.geometry.motion import arc
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
+
+TOUCH = 1e-4
+"""A gap below this counts as contact, m: advancement comes close to zero, but never there."""
+
+CLEAR, AREA, UNSEEN = -1, -2, -3
+"""What a plan conflicts with, beside i (a standing obstacle) and s + i (one that moves): nothing, the area, the unseen."""
+
+
+class Rules(NamedTuple):
+    """What else a certificate assumes and demands.
+
+    Attributes:
+        acceleration: bound on that of moving obstacles, for what they do between the forecast's instants, m/s^2; inf:
+        none, their speed's bound alone then says.
+        area: (4,) x_min, y_min, x_max, y_max [m] of where the robot's centre may be, +-inf: anywhere. A robot that is
+        outside already may come no farther out.
+        sight: radius around the present position within which everything has been perceived, m; inf: no limit.
+        unseen: speed at which something unperceived may come from beyond, m/s.
+    """
+
+    acceleration: float
+    area: FloatArray
+    sight: float
+    unseen: float
+
+
+class Safety(NamedTuple):
+    """What `longest_certified` needs beside plan and forecast: `limits` as of `drive`, the rest as of `tube`."""
+
+    limits: FloatArray
+    period: float
+    disturbance: FloatArray
+    start: FloatArray
+
+
+class Verdict(NamedTuple):
+    """Whether a plan is certified; else with what it conflicts (AREA, UNSEEN, an obstacle), and first when [s]."""
+
+    ok: bool
+    which: int
+    time: float
+
+
+@kernel
+def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, rules: Rules) -> Verdict:
+    """Whether the tube around the footprint along `plan` stays clear of everything until the plan's end.
+
+    Args:
+        plan: starts at the instant of the forecast; should end at rest. tube: about it. period: s. body: the footprint.
+        forecast: its sets (`still`, `centre`, `reach`, `speed`), not its probabilities. rules: see `Rules`.
+
+    Returns:
+        The conflict that comes first.
+    """
+    which, first = CLEAR, math.inf
+    for i in range(forecast.still.shape[0]):
+        t = _to_still(plan, tube, period, body, forecast.still[i], first)
+        if t < first:
+            which, first = i, t
+    if forecast.radius.shape[0] > 0:
+        for i in range(forecast.radius.shape[0]):
+            t = _to_mover(plan, tube, period, body, forecast, i, rules.acceleration, first)
+            if t < first:
+                which, first = forecast.still.shape[0] + i, t
+    t = _leaves(plan, tube, period, rules.area)
+    if t < first:
+        which, first = AREA, t
+    if rules.sight < math.inf:
+        t = _beyond(plan, tube, period, body, rules.sight, rules.unseen)
+        if t < first:
+            which, first = UNSEEN, t
+    return Verdict(which == CLEAR, which, first)
+
+
+@kernel
+def braking_tail(state: FloatArray, limits: FloatArray, period: float) -> Plan:
+    """The hardest braking to rest from `state` (5,) x, y, theta, v, omega, and one period at rest.
+
+    Without bounds on the acceleration (`limits`, see `drive`) that one period is all: it stands from its start on, but
+    is still disturbed in it, as it moved before.
+    """
+    longest = max(abs(state[3]) / limits[3], abs(state[4]) / limits[6])
+    return drive(state, np.zeros((math.ceil(longest / period - 1e-9) + 1, 2)), limits, period)
+
+
+@kernel
+def stopped_after(plan: Plan, k: int, limits: FloatArray, period: float) -> Plan:
+    """The first `k` periods of `plan`, then the hardest braking; limits as of `drive`."""
+    velocity = plan.velocities[k]
+    longest = max(abs(velocity[0]) / limits[3], abs(velocity[1]) / limits[6])
+    commands = np.zeros((k + math.ceil(longest / period - 1e-9) + 1, 2))
+    commands[:k] = plan.commands[:k]
+    start = np.empty(5)
+    start[:3], start[3:] = plan.states[0], plan.velocities[0]
+    return drive(start, commands, limits, period)
+
+
+@kernel
+def longest_certified(
+    plan: Plan, body: Footprint, forecast: Forecast, rules: Rules, safety: Safety, standing: bool, least: int
+) -> tuple[int, Plan, Tube, Verdict]:
+    """The largest k >= `least` such that the first k periods of `plan`, then the hardest braking, are certified.
+
+    Args:
+        plan: M periods. body, forecast, rules: see `certify`. safety: see `Safety`. standing: see `tube`.
+        least: 0: braking at once is an answer as well; 1: at least one period of the plan.
+
+    Returns:
+        k, -1 if there is none; the plan so stopped (for -1 the last one that was tried); its tube; and the verdict on
+        the longest that was tried and refused, or CLEAR.
+    """
+    k = len(plan.inputs)
+    refused = Verdict(True, CLEAR, math.inf)
+    while True:
+        whole = stopped_after(plan, k, safety.limits, safety.period)
+        about = tube(whole, room(whole, safety.limits), safety.period, safety.disturbance, safety.start, standing)
+        verdict = certify(whole, about, safety.period, body, forecast, rules)
+        if verdict.ok:
+            return k, whole, about, refused
+        if refused.ok:
+            refused = verdict
+        # a conflict on the common part stays one for every k beyond it: the tube does not depend on what follows
+        k = min(k - 1, int(verdict.time / safety.period))
+        if k < least:
+            return -1, whole, about, refused
+
+
+@kernel
+def _to_still(
+    plan: Plan, tube: Tube, period: float, body: Footprint, disc: FloatArray, deadline: float
+) -> float:  # fmt: skip
+    """When the tube may first touch the disc (3,) x, y, R, before `deadline` [s]; inf: not."""
+    for j in range(len(plan.inputs)):
+        if j * period >= deadline:
+            break
+        v, w = plan.inputs[j, 0], plan.inputs[j, 1]
+        x, y, theta = plan.states[j, 0], plan.states[j, 1], plan.states[j, 2]
+        off = disc[2] + tube.around[j]
+        far = math.hypot(x - disc[0], y - disc[1]) - body.circumscribed - off
+        if far > abs(v) * period + TOUCH:
+            continue
+        off += body.lever * min(2.0, tube.turned[j])
+        rate = abs(v) + abs(w) * body.lever
+        t = 0.0
+        while t <= period:
+            px, py, turned = arc(x, y, theta, v, w, t)
+            g = gap(body.vertices, body.radius, px, py, turned, disc[0], disc[1]) - off
+            if g <= TOUCH:
+                return j * period + t
+            if rate <= 0.0:
+                break
+            t += g / rate
+    return math.inf
+
+
+@kernel
+def _to_mover(
+    plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, i: int, acceleration: float,
+    deadline: float,
+) -> float:  # fmt: skip
+    """When the tube may first touch moving obstacle `i` while the robot moves, before `deadline` [s]; inf: not."""
+    step, speed = forecast.step, forecast.speed[i]
+    last = forecast.centre.shape[1] - 1
+    sag = acceleration * step * step / 8.0
+    until = 0.0  # no contact before, s
+    for j in range(len(plan.inputs)):
+        v, w = plan.inputs[j, 0], plan.inputs[j, 1]
+        t, end = max(j * period, until), (j + 1) * period
+        if j * period >= deadline:
+            break
+        if (v == 0.0 and w == 0.0 and plan.swings[j].max() == 0.0) or t > end:
+            continue
+        x, y, theta = plan.states[j, 0], plan.states[j, 1], plan.states[j, 2]
+        plain = forecast.radius[i] + tube.around[j]
+        turned = body.lever * min(2.0, tube.turned[j])
+        while t <= end:
+            px, py, pt = arc(x, y, theta, v, w, t - j * period)
+            k = min(int(t / step), last)
+            rate, lever = abs(v), 0.0
+            # the centre is within the disc of the instant before, grown by the way that it can have gone since
+            cx, cy, since = forecast.centre[i, k, 0], forecast.centre[i, k, 1], t - k * step
+            g = math.hypot(px - cx, py - cy) - body.circumscribed - forecast.reach[i, k] - speed * since - plain
+            if g <= (rate + speed) * (end - t):
+                lever = body.lever
+                rate += abs(w) * lever
+                off = plain + turned
+                g = gap(body.vertices, body.radius, px, py, pt, cx, cy) - forecast.reach[i, k] - speed * since - off
+                ahead = g / (rate + speed) if rate + speed > 0.0 else math.inf
+                if k < last:
+                    nx, ny, left = forecast.centre[i, k + 1, 0], forecast.centre[i, k + 1, 1], (k + 1) * step - t
+                    near = gap(body.vertices, body.radius, px, py, pt, nx, ny) - forecast.reach[i, k + 1]
+                    g = max(g, near - speed * left - off)
+                    if acceleration < math.inf:  # between: on the line that joins the two discs, but for the sag
+                        s = since / step
+                        mx, my = cx + s * (nx - cx), cy + s * (ny - cy)
+                        grown = forecast.reach[i, k + 1] - forecast.reach[i, k]
+                        line = gap(body.vertices, body.radius, px, py, pt, mx, my)
+                        line -= forecast.reach[i, k] + s * grown + sag + off
+                        closing = rate + (math.hypot(nx - cx, ny - cy) + max(0.0, grown)) / step
+                        g = max(g, line)
+                        if line > 0.0:
+                            ahead = max(ahead, min(line / closing, left) if closing > 0.0 else left)
+                if g <= TOUCH:
+                    return t
+                ahead = max(ahead, g / (rate + speed) if rate + speed > 0.0 else math.inf)
+                t += max(ahead, 1e-6)
+            else:
+                break
+    return math.inf
+
+
+@kernel
+def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
+    """When the robot's centre may first leave `area` (4,); s, at the start of that period; inf: not."""
+    x0, y0, r0 = plan.states[0, 0], plan.states[0, 1], tube.radius[0]
+    low_x, low_y = min(area[0], x0 - r0), min(area[1], y0 - r0)
+    high_x, high_y = max(area[2], x0 + r0), max(area[3], y0 + r0)
+    for j in range(len(plan.inputs)):
+        a, b = plan.states[j], plan.states[j + 1]
+        off = tube.around[j] + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period)
+        if (
+            min(a[0], b[0]) - off < low_x
+            or min(a[1], b[1]) - off < low_y
+            or max(a[0], b[0]) + off > high_x
+            or max(a[1], b[1]) + off > high_y
+        ):
+            return j * period
+    return math.inf
+
+
+@kernel
+def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: float, unseen: float) -> float:
+    """When the robot may first touch what nobody has seen; s, at the start of that period; inf: not.
+
+    The unseen that moves starts at the rim of what is seen, and counts while the robot moves; the unseen that stands
+    is at the rim at any time.
+    """
+    x0, y0 = plan.states[0, 0], plan.states[0, 1]
+    for j in range(len(plan.inputs)):
+        v, w = plan.inputs[j, 0], plan.inputs[j, 1]
+        a, b = plan.states[j], plan.states[j + 1]
+        out = max(math.hypot(a[0] - x0, a[1] - y0), math.hypot(b[0] - x0, b[1] - y0)) + tube.around[j] + tube.radius[0]
+        out += _bow(v, w, period) + body.circumscribed
+        moving = v != 0.0 or w != 0.0 or plan.swings[j].max() > 0.0
+        if out >= sight - (unseen * (j + 1) * period if moving else 0.0):
+            return j * period
+    return math.inf
+
+
+@kernel
+def _bow(v: float, w: float, period: float) -> float:
+    """How far [m] a period's arc bulges from its chord at most."""
+    return abs(v * w) * period * period / 8.0
