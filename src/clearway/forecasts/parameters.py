@@ -23,12 +23,16 @@ class ForecastParameters(BaseModel):
     memory: float = Field(default=2.5, ge=0, allow_inf_nan=False, description="out of view for longer: dropped, s")
     hypotheses: int = Field(default=3, ge=1, le=3, description="H, at most so many for an obstacle")
 
-    usual_speed: Positive = Field(default=1.5, description="standard deviation of a component of velocity at first, m/s")
+    usual_speed: Positive = Field(
+        default=1.5, description="standard deviation of a component of velocity at first, m/s"
+    )
     usual_reach: Positive = Field(default=4.0, description="the same of the way to the point of an oscillation, m")
     softest: Positive = Field(default=0.012, description="least stiffness of an oscillation, 1/s^2")
     stiffest: Positive = Field(default=0.7, description="largest stiffness of an oscillation, 1/s^2")
     stiffnesses: int = Field(default=24, ge=2, le=64, description="between them, each larger by the same factor")
-    turns: tuple[Positive, ...] = Field(default=(0.3, 0.7, 1.4), min_length=1, max_length=8, description="rad/s, both ways")
+    turns: tuple[Positive, ...] = Field(
+        default=(0.3, 0.7, 1.4), min_length=1, max_length=8, description="rad/s, both ways"
+    )
 
     noise_stopped: Positive = Field(default=1e-4, description="of the place of what stands, m^2/s")
     noise_steady: Positive = Field(default=0.005, description="of acceleration at constant velocity, m^2/s^3")
@@ -40,7 +44,9 @@ class ForecastParameters(BaseModel):
 
     switching: float = Field(default=0.05, ge=0, allow_inf_nan=False, description="changes of the kind of motion, 1/s")
     refuted: Share = Field(default=1e-5, description="probability below which a kind of motion is begun anew")
-    surprise: Positive = Field(default=30.0, description="squared deviations of the best model; beyond, all begins anew")
+    surprise: Positive = Field(
+        default=30.0, description="squared deviations of the best model; beyond, all begins anew"
+    )
     agree: float = Field(default=1.0, ge=0, description="hypotheses nearer than so many sigma are one")
     least: Share = Field(default=0.02, description="a hypothesis less probable than that is left out")
     constant_velocity_only: bool = Field(default=False, description="no other kind of motion is expected")

@@ -1,0 +1,223 @@
+"""Several kinds of motion at once: weighed by how well each foretold what was seen, put together as few hypotheses.
+
+A kind of motion changes now and then: between two measurements each family gives a little of its probability to the
+others (Magill 1965 with a Markov chain's switching, the first-order multiple-model filter; Bar-Shalom, Li,
+Kirubarajan 2001, section 11.6). A family that has been refuted begins anew with what the freest one believes, so that it
+can be right again later. An oscillation's stiffness has its own probabilities on each axis.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.forecasts.models import FAMILIES, FREE, MANOEUVRE, OSCILLATION, STEADY, STOPPED, Models, renew
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+GROUPS = 5
+"""Hypotheses before merging: oscillation, straight or manoeuvring, stopped, turning left, turning right."""
+_UNLIKELY = 1e-4  # a stiffness less probable doesn't change a forecast
+
+
+@kernel
+def weigh(
+    models: Models, stay: float, refuted: float, fit: FloatArray, turn_fit: FloatArray, error: FloatArray,
+    turn_error: FloatArray, family: FloatArray, stiff: FloatArray, mean: FloatArray, cov: FloatArray, turn: FloatArray,
+    turn_cov: FloatArray,
+) -> float:  # fmt: skip
+    """Weigh one track's models after a measurement.
+
+    Args:
+        stay: probability that the kind of motion has not changed. refuted: see the parameters.
+        fit, error (see `models.correct`), and those of the turns. family: (5 + R,), stiff: (2, B), probabilities, updated.
+        mean, cov, turn, turn_cov: the filters; those of refuted families are renewed.
+
+    Returns:
+        The squared deviations of the best model.
+    """
+    bank, turns = stiff.shape[1], turn_fit.shape[0]
+    best = math.inf
+    score = np.empty(FAMILIES + turns)
+    for m in range(OSCILLATION):
+        score[m] = fit[0, m] + fit[1, m]
+        if models.prior[m] > 0.0:
+            best = min(best, error[m])
+    score[OSCILLATION] = 0.0
+    for i in range(2):
+        top = fit[i, OSCILLATION:].max()
+        total = 0.0
+        for b in range(bank):
+            stiff[i, b] *= math.exp(fit[i, OSCILLATION + b] - top)
+            total += stiff[i, b]
+        if total > 0.0:
+            score[OSCILLATION] += top + math.log(total)
+        else:
+            score[OSCILLATION] = -math.inf
+            stiff[i, :], total = 1.0, bank
+        for b in range(bank):
+            stiff[i, b] = max(stiff[i, b] / total, 1e-9)
+    if models.prior[OSCILLATION] > 0.0:
+        best = min(best, error[OSCILLATION:].min())
+    for i in range(turns):
+        score[FAMILIES + i] = turn_fit[i]
+        if models.prior[FAMILIES + i] > 0.0:
+            best = min(best, turn_error[i])
+    top = -math.inf
+    for f in range(FAMILIES + turns):
+        family[f] = stay * family[f] + (1.0 - stay) * models.prior[f]
+        if family[f] > 0.0:
+            score[f] += math.log(family[f])
+            top = max(top, score[f])
+    total = 0.0
+    for f in range(FAMILIES + turns):
+        family[f] = math.exp(score[f] - top) if family[f] > 0.0 else 0.0
+        total += family[f]
+    for f in range(FAMILIES + turns):
+        family[f] /= total
+        if family[f] < refuted and models.prior[f] > 0.0:
+            renew(models, f, mean, cov, turn, turn_cov)
+            if f == OSCILLATION:
+                stiff[:] = 1.0 / bank
+    return best
+
+
+@kernel
+def _add(
+    models: Models, m: int, wx: float, wy: float, mean: FloatArray, cov: FloatArray, path: FloatArray, var: FloatArray
+) -> None:
+    """Add model `m` with weights `wx`, `wy` on the axes to a group's first moments and its mean of squares (both axes)."""
+    x, y = mean[0, m, 0], mean[1, m, 0]
+    xx, xv, xo, vv, vo, oo = cov[m, 0], cov[m, 1], cov[m, 2], cov[m, 3], cov[m, 4], cov[m, 5]
+    vx, ox, vy, oy = mean[0, m, 1], mean[0, m, 2], mean[1, m, 1], mean[1, m, 2]
+    w = 0.5 * (wx + wy)
+    for j in range(var.shape[0]):
+        a, b, c = models.row[m, j, 0], models.row[m, j, 1], models.row[m, j, 2]
+        px, py = a * x + b * vx + c * ox, a * y + b * vy + c * oy
+        own = a * (a * xx + 2.0 * (b * xv + c * xo)) + b * (b * vv + 2.0 * c * vo) + c * c * oo + models.grown[m, j]
+        path[j, 0] += wx * px
+        path[j, 1] += wy * py
+        var[j] += w * own + 0.5 * (wx * px * px + wy * py * py)
+
+
+@kernel
+def forecast(
+    models: Models, family: FloatArray, stiff: FloatArray, mean: FloatArray, cov: FloatArray, turn: FloatArray,
+    turn_cov: FloatArray, x: float, y: float, agree: float, least: float, path: FloatArray, sigma: FloatArray,
+    weight: FloatArray,
+) -> None:  # fmt: skip
+    """One track's hypotheses: fill `path` (H, K + 1, 2), `sigma` (H, K + 1), `weight` (H,); see `Forecast`.
+
+    Args:
+        x, y: a place near the track, about which moments are taken, m. agree, least: see the parameters.
+    """
+    n, turns = sigma.shape[1], turn.shape[0]
+    mean = mean.copy()
+    for m in range(mean.shape[1]):  # sums of squares of small numbers
+        mean[0, m, 0] -= x
+        mean[1, m, 0] -= y
+        if m >= OSCILLATION:
+            mean[0, m, 2] -= x
+            mean[1, m, 2] -= y
+    share, first, second = np.zeros(GROUPS), np.zeros((GROUPS, n, 2)), np.zeros((GROUPS, n))
+
+    share[0] = family[OSCILLATION]
+    share[1] = family[STEADY] + family[FREE] + family[MANOEUVRE]
+    share[2] = family[STOPPED]
+    for i in range(turns):
+        share[3 + i % 2] += family[FAMILIES + i]
+    if share[0] >= least:
+        likely = np.zeros(2)
+        for b in range(stiff.shape[1]):
+            for i in range(2):
+                if stiff[i, b] >= _UNLIKELY:
+                    likely[i] += stiff[i, b]
+        for b in range(stiff.shape[1]):
+            wx = stiff[0, b] / likely[0] if stiff[0, b] >= _UNLIKELY else 0.0
+            wy = stiff[1, b] / likely[1] if stiff[1, b] >= _UNLIKELY else 0.0
+            if wx + wy > 0.0:
+                _add(models, OSCILLATION + b, wx, wy, mean, cov, first[0], second[0])
+    if share[1] >= least:
+        for m in (STEADY, FREE, MANOEUVRE):
+            w = family[m] / share[1]
+            _add(models, m, w, w, mean, cov, first[1], second[1])
+    if share[2] >= least:
+        _add(models, STOPPED, 1.0, 1.0, mean, cov, first[2], second[2])
+    for i in range(turns):
+        g = 3 + i % 2
+        if share[g] < least:
+            continue
+        w = family[FAMILIES + i] / share[g]
+        zz, vv, re, im = turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3]
+        for j in range(n):
+            gr, gi = models.turn_row[i, j, 0], models.turn_row[i, j, 1]
+            px = turn[i, 0] - x + gr * turn[i, 2] - gi * turn[i, 3]
+            py = turn[i, 1] - y + gi * turn[i, 2] + gr * turn[i, 3]
+            own = zz + 2.0 * (gr * re + gi * im) + (gr * gr + gi * gi) * vv + models.turn_grown[j]
+            first[g, j, 0] += w * px
+            first[g, j, 1] += w * py
+            second[g, j] += w * (own + 0.5 * (px * px + py * py))
+
+    weight[:] = 0.0
+    used = 0
+    for _ in range(GROUPS):
+        g = 0
+        for i in range(1, GROUPS):
+            if share[i] > share[g]:
+                g = i
+        w = share[g]
+        if w < least:
+            break
+        share[g] = 0.0
+        into, nearest = -1, math.inf
+        for h in range(used):
+            worst = 0.0
+            for j in range(n):
+                d = math.hypot(first[g, j, 0] - path[h, j, 0], first[g, j, 1] - path[h, j, 1])
+                own = second[g, j] - 0.5 * (first[g, j, 0] ** 2 + first[g, j, 1] ** 2)
+                worst = max(worst, d / math.sqrt(max(sigma[h, j], own, 1e-6)))
+            if worst < nearest:
+                into, nearest = h, worst
+        if used == weight.shape[0] or (into >= 0 and nearest <= agree):  # sigma holds variances until the end
+            total = weight[into] + w
+            s = w / total
+            for j in range(n):
+                dx, dy = first[g, j, 0] - path[into, j, 0], first[g, j, 1] - path[into, j, 1]
+                own = second[g, j] - 0.5 * (first[g, j, 0] ** 2 + first[g, j, 1] ** 2)
+                path[into, j, 0] += s * dx
+                path[into, j, 1] += s * dy
+                sigma[into, j] = (1.0 - s) * sigma[into, j] + s * own + 0.5 * s * (1.0 - s) * (dx * dx + dy * dy)
+            weight[into] = total
+        else:
+            for j in range(n):
+                path[used, j, 0], path[used, j, 1] = first[g, j, 0], first[g, j, 1]
+                sigma[used, j] = second[g, j] - 0.5 * (first[g, j, 0] ** 2 + first[g, j, 1] ** 2)
+            weight[used] = w
+            used += 1
+    _finish(x, y, used, path, sigma, weight)
+
+
+@kernel
+def _finish(x: float, y: float, used: int, path: FloatArray, sigma: FloatArray, weight: FloatArray) -> None:
+    """Sort the `used` hypotheses, whose `sigma` are variances and whose paths are about (x, y), and normalise them."""
+    for i in range(used):  # few: selection
+        top = i
+        for h in range(i + 1, used):
+            if weight[h] > weight[top]:
+                top = h
+        if top != i:
+            weight[i], weight[top] = weight[top], weight[i]
+            for j in range(sigma.shape[1]):
+                sigma[i, j], sigma[top, j] = sigma[top, j], sigma[i, j]
+                for k in range(2):
+                    path[i, j, k], path[top, j, k] = path[top, j, k], path[i, j, k]
+    weight[:used] /= weight[:used].sum()
+    for h in range(weight.shape[0]):
+        if h >= used:
+            path[h], sigma[h] = path[0], sigma[0]  # not used, but finite
+            continue
+        for j in range(sigma.shape[1]):
+            path[h, j, 0] += x
+            path[h, j, 1] += y
+            sigma[h, j] = math.sqrt(max(sigma[h, j], 1e-8))

@@ -1,0 +1,271 @@
+"""Models of motion: linear filters, each exact for its fixed parameter, run side by side for every track.
+
+Along an axis a model has three states, position, velocity and one of its own, and a covariance that both axes share,
+as their noise is alike. Rows of the bank:
+
+    STOPPED        x only
+    STEADY         constant velocity with weak white acceleration
+    FREE           the same with strong one
+    MANOEUVRE      acceleration that fades exponentially (Singer 1970); its own state is the acceleration
+    OSCILLATION .. x'' = k (a - x), one row for each stiffness k, spaced evenly in log k; its own state is a
+
+Constant turn couples the axes: with z = x + iy, v' = i omega v is a filter of two complex states, one for each omega.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.forecasts.parameters import ForecastParameters
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+STOPPED, STEADY, FREE, MANOEUVRE, OSCILLATION = 0, 1, 2, 3, 4
+FAMILIES = 5
+"""Kinds of motion before the turns, each of which is a family of its own."""
+
+
+class Models(NamedTuple):
+    """The bank, and how it forecasts.
+
+    Attributes:
+        stiffness: (B,) 1/s^2 of the oscillations. turn: (R,) rad/s. prior: (5 + R,) probability of each family.
+        noise: (5,) of stopped, steady, free, oscillation, turn, see the parameters. manoeuvre: (2,) m/s^2, s.
+        start: (2 + B,) standard deviations at first: of velocity [m/s], of a manoeuvre's acceleration [m/s^2], and of
+        the way to an oscillation's point [m] for each stiffness.
+        row: (4 + B, K + 1, 3): position at an instant = row . state now. grown: (4 + B, K + 1) variance added until
+        then, m^2. turn_row: (R, K + 1, 2) the same for turns: real and imaginary part of the velocity's factor.
+        turn_grown: (K + 1,) m^2.
+    """
+
+    stiffness: FloatArray
+    turn: FloatArray
+    prior: FloatArray
+    noise: FloatArray
+    manoeuvre: FloatArray
+    start: FloatArray
+    row: FloatArray
+    grown: FloatArray
+    turn_row: FloatArray
+    turn_grown: FloatArray
+
+
+def models(p: ForecastParameters, step: float, count: int) -> Models:
+    """The bank of parameters `p`, for forecasts of `count` steps of `step` [s]."""
+    stiffness = np.geomspace(p.softest, p.stiffest, p.stiffnesses)
+    turn = np.array([sign * w for w in p.turns for sign in (1.0, -1.0)])
+    share = np.array([0.08, 0.17, 0.1, 0.2, 0.35])
+    if p.constant_velocity_only:
+        share = np.array([0.0, 0.5, 0.5, 0.0, 0.0])
+    prior = np.concatenate([share, np.full(len(turn), (1.0 - share.sum()) / len(turn))])
+    noise = np.array([p.noise_stopped, p.noise_steady, p.noise_free, p.noise_oscillation, p.noise_turn])
+    manoeuvre = np.array([p.manoeuvre, p.manoeuvre_time])
+    reach = np.minimum(p.usual_reach, np.minimum(p.acceleration / stiffness, p.speed / np.sqrt(stiffness)))
+    start = np.concatenate([[p.usual_speed, p.manoeuvre], reach])
+
+    bank = 4 + len(stiffness)
+    move, spread = np.zeros((bank, 3, 3)), np.zeros((bank, 6))
+    fine = 4  # the noise is integrated in finer steps than it is asked for
+    transitions(stiffness, noise, manoeuvre, step / fine, move, spread)
+    row, grown = np.zeros((bank, count + 1, 3)), np.zeros((bank, count + 1))
+    for m in range(bank):
+        whole, sigma, q = np.eye(3), np.zeros((3, 3)), _square(spread[m])
+        for j in range(count + 1):
+            row[m, j], grown[m, j] = whole[0], sigma[0, 0]
+            for _ in range(fine):
+                whole, sigma = move[m] @ whole, move[m] @ sigma @ move[m].T + q
+    t: FloatArray = step * np.arange(count + 1, dtype=np.float64)
+    angle = turn[:, None] * t
+    along, aside = np.sin(angle) / turn[:, None], (1.0 - np.cos(angle)) / turn[:, None]
+    turn_row = np.ascontiguousarray(np.stack([along, aside], axis=2))
+    turn_grown: FloatArray = np.asarray(p.noise_turn * t**3 / 3.0, dtype=np.float64)
+    return Models(stiffness, turn, prior, noise, manoeuvre, start, row, grown, turn_row, turn_grown)
+
+
+def _square(s: FloatArray) -> FloatArray:
+    return np.array([[s[0], s[1], s[2]], [s[1], s[3], s[4]], [s[2], s[4], s[5]]])
+
+
+@kernel
+def transitions(
+    stiffness: FloatArray, noise: FloatArray, manoeuvre: FloatArray, dt: float, move: FloatArray, spread: FloatArray
+) -> None:
+    """Fill what `dt` [s] does: state transitions `move` (M, 3, 3) and noise `spread` (M, 6): xx, xv, xa, vv, va, aa."""
+    move[:], spread[:] = 0.0, 0.0
+    move[:, 0, 0] = 1.0
+    spread[STOPPED, 0] = noise[0] * dt
+    for m in range(move.shape[0]):
+        if m in (STEADY, FREE) or m >= OSCILLATION:
+            q = noise[1] if m == STEADY else noise[2] if m == FREE else noise[3]
+            spread[m, 0], spread[m, 1], spread[m, 3] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
+        if m in (STEADY, FREE):
+            move[m, 0, 1], move[m, 1, 1] = dt, 1.0
+        if m == MANOEUVRE:
+            rate = 1.0 / manoeuvre[1]
+            fade = math.exp(-rate * dt)
+            move[m, 0, 1], move[m, 0, 2] = dt, (rate * dt - 1.0 + fade) / rate**2
+            move[m, 1, 1], move[m, 1, 2], move[m, 2, 2] = 1.0, (1.0 - fade) / rate, fade
+            q = 2.0 * rate * manoeuvre[0] ** 2
+            spread[m, 0], spread[m, 1], spread[m, 2] = q * dt**5 / 20.0, q * dt**4 / 8.0, q * dt**3 / 6.0
+            spread[m, 3], spread[m, 4], spread[m, 5] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
+        if m >= OSCILLATION:
+            w = math.sqrt(stiffness[m - OSCILLATION])
+            c, s = math.cos(w * dt), math.sin(w * dt)
+            move[m, 0, 0], move[m, 0, 1], move[m, 0, 2] = c, s / w, 1.0 - c
+            move[m, 1, 0], move[m, 1, 1], move[m, 1, 2] = -w * s, c, w * s
+            move[m, 2, 2] = 1.0
+
+
+@kernel
+def begin(models: Models, x: float, y: float, vx: float, vy: float, r: float, vv: float,
+          mean: FloatArray, cov: FloatArray, turn: FloatArray, turn_cov: FloatArray) -> None:  # fmt: skip
+    """Start one track's filters at a first position with variance `r` [m^2] and velocity with variance `vv` along an axis.
+
+    Args:
+        mean: (2, M, 3), cov: (M, 6), turn: (R, 4) x, y, vx, vy, turn_cov: (R, 4) position, velocity, and real and
+        imaginary part of position with conjugate velocity; all filled.
+    """
+    for m in range(mean.shape[1]):
+        mean[0, m, 0], mean[0, m, 1], mean[0, m, 2] = x, vx, 0.0
+        mean[1, m, 0], mean[1, m, 1], mean[1, m, 2] = y, vy, 0.0
+        cov[m, 0], cov[m, 1], cov[m, 2], cov[m, 3], cov[m, 4], cov[m, 5] = r, 0.0, 0.0, vv, 0.0, 0.0
+        if m == STOPPED:
+            mean[:, m, 1], cov[m, 3] = 0.0, 0.0
+        elif m == MANOEUVRE:
+            cov[m, 5] = models.start[1] ** 2
+        elif m >= OSCILLATION:
+            mean[0, m, 2], mean[1, m, 2] = x, y
+            cov[m, 2], cov[m, 5] = r, r + models.start[2 + m - OSCILLATION] ** 2
+    for i in range(turn.shape[0]):
+        turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = x, y, vx, vy
+        turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3] = r, vv, 0.0, 0.0
+
+
+@kernel
+def predict(move: FloatArray, spread: FloatArray, mean: FloatArray, cov: FloatArray) -> None:
+    """Move one track's axis filters on: x <- F x, P <- F P F' + Q; see `transitions` and `begin`."""
+    for m in range(move.shape[0]):
+        a, b, c = move[m, 0, 0], move[m, 0, 1], move[m, 0, 2]
+        d, e, f = move[m, 1, 0], move[m, 1, 1], move[m, 1, 2]
+        h = move[m, 2, 2]
+        for i in range(2):
+            x, v, o = mean[i, m, 0], mean[i, m, 1], mean[i, m, 2]
+            mean[i, m, 0], mean[i, m, 1], mean[i, m, 2] = a * x + b * v + c * o, d * x + e * v + f * o, h * o
+        xx, xv, xo, vv, vo, oo = cov[m, 0], cov[m, 1], cov[m, 2], cov[m, 3], cov[m, 4], cov[m, 5]
+        px, pv, po = a * xx + b * xv + c * xo, a * xv + b * vv + c * vo, a * xo + b * vo + c * oo
+        qx, qv, qo = d * xx + e * xv + f * xo, d * xv + e * vv + f * vo, d * xo + e * vo + f * oo
+        cov[m, 0] = a * px + b * pv + c * po + spread[m, 0]
+        cov[m, 1] = d * px + e * pv + f * po + spread[m, 1]
+        cov[m, 2] = h * po + spread[m, 2]
+        cov[m, 3] = d * qx + e * qv + f * qo + spread[m, 3]
+        cov[m, 4] = h * qo + spread[m, 4]
+        cov[m, 5] = h * h * oo + spread[m, 5]
+
+
+@kernel
+def predict_turns(rates: FloatArray, q: float, dt: float, turn: FloatArray, turn_cov: FloatArray) -> None:
+    """Move one track's turning filters on by `dt` [s]; `q`: white acceleration, m^2/s^3."""
+    for i in range(rates.shape[0]):
+        w = rates[i]
+        c, s = math.cos(w * dt), math.sin(w * dt)
+        gr, gi = s / w, (1.0 - c) / w  # (exp(iw dt) - 1) / (iw)
+        vx, vy = turn[i, 2], turn[i, 3]
+        turn[i, 0] += gr * vx - gi * vy
+        turn[i, 1] += gi * vx + gr * vy
+        turn[i, 2], turn[i, 3] = c * vx - s * vy, s * vx + c * vy
+        zz, vv, re, im = turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3]
+        # P_zz' = P_zz + 2 Re(conj(g) P_zv) + |g|^2 P_vv; P_zv' = (P_zv + g P_vv) conj(f), with f = exp(iw dt)
+        turn_cov[i, 0] = zz + 2.0 * (gr * re + gi * im) + (gr * gr + gi * gi) * vv + q * dt**3 / 3.0
+        nr, ni = re + gr * vv, im + gi * vv
+        turn_cov[i, 2], turn_cov[i, 3] = nr * c + ni * s + q * dt**2 / 2.0, ni * c - nr * s
+        turn_cov[i, 1] = vv + q * dt
+
+
+@kernel
+def correct(
+    x: float, y: float, r: float, mean: FloatArray, cov: FloatArray, fit: FloatArray, error: FloatArray
+) -> None:
+    """Take a position (x, y) with variance `r` [m^2] along an axis into one track's axis filters.
+
+    Args:
+        fit: (2, M), filled: logarithm of each model's likelihood on each axis, less a constant.
+        error: (M,), filled: squared deviations, both axes together.
+    """
+    for m in range(cov.shape[0]):
+        s = cov[m, 0] + r
+        k0, k1, k2 = cov[m, 0] / s, cov[m, 1] / s, cov[m, 2] / s
+        half = -0.5 * math.log(s)
+        error[m] = 0.0
+        for i in range(2):
+            e = (x if i == 0 else y) - mean[i, m, 0]
+            mean[i, m, 0] += k0 * e
+            mean[i, m, 1] += k1 * e
+            mean[i, m, 2] += k2 * e
+            fit[i, m] = half - 0.5 * e * e / s
+            error[m] += e * e / s
+        xv, xo = cov[m, 1], cov[m, 2]
+        cov[m, 3] -= k1 * xv
+        cov[m, 4] -= k1 * xo
+        cov[m, 5] -= k2 * xo
+        keep = r / s
+        cov[m, 0] *= keep
+        cov[m, 1] *= keep
+        cov[m, 2] *= keep
+
+
+@kernel
+def correct_turns(
+    x: float, y: float, r: float, turn: FloatArray, turn_cov: FloatArray, fit: FloatArray, error: FloatArray
+) -> None:
+    """The same for one track's turning filters; fit, error: (R,), filled."""
+    for i in range(turn.shape[0]):
+        zz, re, im = turn_cov[i, 0], turn_cov[i, 2], turn_cov[i, 3]
+        s = zz + r
+        ex, ey = x - turn[i, 0], y - turn[i, 1]
+        kz, kr, ki = zz / s, re / s, -im / s  # the gain of v is conj(P_zv) / s
+        turn[i, 0] += kz * ex
+        turn[i, 1] += kz * ey
+        turn[i, 2] += kr * ex - ki * ey
+        turn[i, 3] += ki * ex + kr * ey
+        turn_cov[i, 1] -= (re * re + im * im) / s
+        turn_cov[i, 0] *= r / s
+        turn_cov[i, 2] *= r / s
+        turn_cov[i, 3] *= r / s
+        error[i] = (ex * ex + ey * ey) / s
+        fit[i] = -math.log(s) - 0.5 * error[i]
+
+
+@kernel
+def renew(models: Models, family: int, mean: FloatArray, cov: FloatArray, turn: FloatArray,
+          turn_cov: FloatArray) -> None:  # fmt: skip
+    """Begin the filters of a refuted family anew, with what the freer one among `MANOEUVRE` and `FREE` believes now."""
+    other = FREE if family == MANOEUVRE else MANOEUVRE
+    xx, xv, xa, vv, va, aa = cov[other, 0], cov[other, 1], cov[other, 2], cov[other, 3], cov[other, 4], cov[other, 5]
+    if family == STOPPED:
+        mean[0, STOPPED, 0], mean[1, STOPPED, 0], cov[STOPPED, 0] = mean[0, other, 0], mean[1, other, 0], xx
+    elif family < OSCILLATION:
+        cov[family, 0], cov[family, 1], cov[family, 3] = xx, xv, vv
+        mean[:, family, :2] = mean[:, other, :2]
+        if family == MANOEUVRE:
+            mean[:, family, 2] = 0.0
+            cov[family, 2], cov[family, 4], cov[family, 5] = 0.0, 0.0, models.start[1] ** 2
+    elif family == OSCILLATION:
+        for b in range(models.stiffness.shape[0]):
+            m, k, far = OSCILLATION + b, models.stiffness[b], models.start[2 + b] ** 2
+            gain = far / (far + aa / k**2)  # a / k, and that the point is not too far away
+            g = gain / k
+            for i in range(2):
+                x, v, a = mean[i, other, 0], mean[i, other, 1], mean[i, other, 2]
+                mean[i, m, 0], mean[i, m, 1], mean[i, m, 2] = x, v, x + g * a
+            cov[m, 0], cov[m, 1], cov[m, 3] = xx, xv, vv
+            cov[m, 2], cov[m, 4] = xx + g * xa, xv + g * va
+            cov[m, 5] = xx + 2.0 * g * xa + g * g * aa + gain * (1.0 - gain) * aa / k**2
+    else:
+        i = family - FAMILIES
+        turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = (
+            mean[0, other, 0], mean[1, other, 0], mean[0, other, 1], mean[1, other, 1]
+        )  # fmt: skip
+        turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3] = xx, vv, xv, 0.0

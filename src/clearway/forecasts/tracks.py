@@ -1,0 +1,239 @@
+"""Which obstacle is which: measurements matched to tracks, tracks begun, moved on, and dropped.
+
+An identity that perception gives is believed only if the obstacle can have come there. What cannot is first tried
+against the other tracks, so that two that swapped their identities are put right; else it has jumped.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.forecasts import bounds
+from clearway.forecasts.bounds import BENT, HELD, RECENT, TOO_FAST
+from clearway.forecasts.mixture import forecast, weigh
+from clearway.forecasts.models import (
+    FAMILIES,
+    Models,
+    begin,
+    correct,
+    correct_turns,
+    predict,
+    predict_turns,
+    transitions,
+)
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+SWAPPED, NEW = 3, 4
+"""What a measurement says, beside `bounds.HELD`, `TOO_FAST` and `BENT`: another's identity; never seen before."""
+FIRST, SEEN, MOVED = 0, 1, 2
+
+
+class Tracks(NamedTuple):
+    """Room for C tracks; the first `count` rows that its owner knows of are in use.
+
+    Attributes:
+        label: (C,) int64, the identity that perception gives it now. identity: (C,) int64, ours.
+        clock: (C, 3) s: when it began, when it was perceived last, and when perceived last as one that moves.
+        size: (C, 2) m: radius, error of its last place.
+        mean (C, 2, M, 3), cov (C, M, 6), turn (C, R, 4), turn_cov (C, R, 4): see `models.begin`.
+        family (C, 5 + R), stiff (C, 2, B): see `mixture.weigh`. disc (C, 6), recent (C, RECENT, 4): see `bounds.start`.
+    """
+
+    label: npt.NDArray[np.int64]
+    identity: npt.NDArray[np.int64]
+    clock: FloatArray
+    size: FloatArray
+    mean: FloatArray
+    cov: FloatArray
+    turn: FloatArray
+    turn_cov: FloatArray
+    family: FloatArray
+    stiff: FloatArray
+    disc: FloatArray
+    recent: FloatArray
+
+
+def room(models: Models, capacity: int) -> Tracks:
+    """Empty room for `capacity` tracks."""
+    bank, turns, c = len(models.row), len(models.turn), capacity
+    return Tracks(
+        np.zeros(c, dtype=np.int64), np.zeros(c, dtype=np.int64), np.zeros((c, 3)), np.zeros((c, 2)),
+        np.zeros((c, 2, bank, 3)), np.zeros((c, bank, 6)), np.zeros((c, turns, 4)), np.zeros((c, turns, 4)),
+        np.zeros((c, FAMILIES + turns)), np.zeros((c, 2, len(models.stiffness))), np.zeros((c, 6)), np.zeros((c, RECENT, 4)),
+    )  # fmt: skip
+
+
+def keep(tracks: Tracks, rows: npt.NDArray[np.int64], capacity: int) -> Tracks:
+    """The tracks of `rows` in this order, with room for `capacity`."""
+    moved = []
+    for a in tracks:
+        b = np.zeros((capacity, *a.shape[1:]), dtype=a.dtype)
+        b[: len(rows)] = a[rows]
+        moved.append(b)
+    return Tracks(*moved)
+
+
+class Limits(NamedTuple):
+    """Numbers of the parameters that the kernels need; see there."""
+
+    speed: float
+    acceleration: float
+    usual_speed: float
+    switching: float
+    refuted: float
+    surprise: float
+    agree: float
+    least: float
+
+
+@kernel
+def match(
+    tracks: Tracks, count: int, speed: float, place: FloatArray, error: FloatArray, label: np.ndarray, dt: FloatArray,
+    row: np.ndarray, told: np.ndarray, amount: FloatArray,
+) -> None:  # fmt: skip
+    """Match measurements to tracks that have been moved on to now.
+
+    Args:
+        place (m, 2), error (m,) [m], label (m,): measured. dt: (count,) s since each track was perceived last.
+        row: (m,), filled: its track, or -1: none. told: (m,), filled: HELD, TOO_FAST, BENT, SWAPPED or NEW.
+        amount: (m,), filled: m that it lies beyond what was possible.
+    """
+    m = label.shape[0]
+    taken, missed = np.zeros(count, dtype=np.uint8), np.zeros(count, dtype=np.uint8)
+    own = np.full(m, -1, dtype=np.int64)
+    for j in range(m):
+        row[j], told[j], amount[j] = -1, NEW, 0.0
+        for i in range(count):
+            if tracks.label[i] == label[j] and not taken[i]:
+                own[j] = i
+                amount[j] = bounds.excess(place[j, 0], place[j, 1], error[j], tracks.disc[i])
+                if amount[j] <= 0.0:
+                    row[j], told[j], taken[i] = i, HELD, 1
+                else:
+                    missed[i] = 1
+                break
+    for j in range(m):  # those that cannot be who they are said to be, or are new under a name that was another's
+        if row[j] >= 0:
+            continue
+        nearest = math.inf
+        for i in range(count):
+            if taken[i] or i == own[j]:
+                continue
+            if own[j] < 0 and not missed[i]:
+                continue  # a new one is not a vanished one
+            if bounds.excess(place[j, 0], place[j, 1], error[j], tracks.disc[i]) <= 0.0:
+                d = math.hypot(place[j, 0] - tracks.disc[i, 0], place[j, 1] - tracks.disc[i, 1])
+                if d < nearest:
+                    nearest, row[j] = d, i
+        if row[j] >= 0:
+            taken[row[j]], told[j] = 1, SWAPPED
+    for j in range(m):
+        i = own[j]
+        if row[j] < 0 and i >= 0 and not taken[i]:
+            row[j], taken[i] = i, 1
+            last = tracks.recent[i, 0]
+            far = math.hypot(place[j, 0] - last[1], place[j, 1] - last[2]) - last[3] - error[j] - speed * dt[i]
+            told[j] = BENT
+            if far > 0.0:
+                told[j], amount[j] = TOO_FAST, far
+
+
+@kernel
+def move_on(tracks: Tracks, count: int, models: Models, limits: Limits, dt: float) -> None:
+    """Move the tracks on by `dt` [s] > 0."""
+    bank = tracks.cov.shape[1]
+    move, spread = np.empty((bank, 3, 3)), np.empty((bank, 6))
+    transitions(models.stiffness, models.noise, models.manoeuvre, dt, move, spread)
+    for i in range(count):
+        predict(move, spread, tracks.mean[i], tracks.cov[i])
+        predict_turns(models.turn, models.noise[4], dt, tracks.turn[i], tracks.turn_cov[i])
+        bounds.move(dt, limits.speed, limits.acceleration, tracks.disc[i])
+
+
+@kernel
+def fresh(
+    tracks: Tracks, i: int, models: Models, limits: Limits, t: float, x: float, y: float, error: float, r: float,
+    vx: float, vy: float, vv: float,
+) -> None:  # fmt: skip
+    """Begin track `i` at a place; `r`, `vv`: variances along an axis of place [m^2] and velocity (vx, vy) [m^2/s^2]."""
+    begin(models, x, y, vx, vy, r, vv, tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i])
+    tracks.family[i] = models.prior
+    tracks.stiff[i] = 1.0 / tracks.stiff.shape[2]
+    tracks.clock[i, FIRST] = t
+    _bound_anew(tracks, i, limits, t, x, y, error)
+
+
+@kernel
+def _bound_anew(tracks: Tracks, i: int, limits: Limits, t: float, x: float, y: float, error: float) -> None:
+    bounds.start(x, y, error, limits.speed, tracks.disc[i], tracks.recent[i])
+    tracks.recent[i, 0, 0], tracks.recent[i, 0, 1], tracks.recent[i, 0, 2], tracks.recent[i, 0, 3] = t, x, y, error
+
+
+@kernel
+def take_in(
+    tracks: Tracks, models: Models, limits: Limits, t: float, dt: FloatArray, place: FloatArray, error: FloatArray,
+    velocity: FloatArray, deviation: FloatArray, row: np.ndarray, told: np.ndarray,
+) -> None:  # fmt: skip
+    """Give each measurement to its track; those that are new, or have jumped, begin anew.
+
+    Args:
+        dt: (C,) s since each track was perceived last; 0: has been at this very instant. velocity (m, 2), deviation
+        (m,) [m/s] along an axis: what is known of a new one's. told: as `match` says, updated.
+    """
+    bank, turns = tracks.cov.shape[1], tracks.turn.shape[1]
+    fit, off = np.empty((2, bank)), np.empty(bank)
+    turn_fit, turn_off = np.empty(turns), np.empty(turns)
+    for j in range(row.shape[0]):
+        i = row[j]
+        x, y, e = place[j, 0], place[j, 1], error[j]
+        r = 0.25 * e * e + 1e-6
+        if told[j] == NEW or told[j] == TOO_FAST:
+            known = told[j] == NEW
+            vx, vy = (velocity[j, 0], velocity[j, 1]) if known else (0.0, 0.0)
+            fresh(
+                tracks, i, models, limits, t, x, y, e, r, vx, vy, deviation[j] ** 2 if known else limits.usual_speed**2
+            )
+            continue
+        if dt[i] <= 0.0:
+            continue
+        correct(x, y, r, tracks.mean[i], tracks.cov[i], fit, off)
+        correct_turns(x, y, r, tracks.turn[i], tracks.turn_cov[i], turn_fit, turn_off)
+        stay = math.exp(-limits.switching * dt[i])
+        best = weigh(
+            models, stay, limits.refuted, fit, turn_fit, off, turn_off, tracks.family[i], tracks.stiff[i],
+            tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i],
+        )  # fmt: skip
+        if best > limits.surprise:
+            last = tracks.recent[i, 0]
+            since = t - last[0]
+            vx, vy = (x - last[1]) / since, (y - last[2]) / since
+            vv = 2.0 * r / since**2 + (0.5 * limits.acceleration * since) ** 2
+            begin(models, x, y, vx, vy, r, vv, tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i])
+            tracks.family[i] = models.prior
+            tracks.stiff[i] = 1.0 / tracks.stiff.shape[2]
+        if told[j] == BENT:
+            _bound_anew(tracks, i, limits, t, x, y, e)
+        elif not bounds.take(
+            t, x, y, e, limits.speed, limits.acceleration, tracks.disc[i], tracks.recent[i]
+        ) and told[j] == HELD:  # fmt: skip
+            told[j] = BENT
+
+
+@kernel
+def foresee(
+    tracks: Tracks, rows: np.ndarray, models: Models, limits: Limits, step: float, path: FloatArray, sigma: FloatArray,
+    weight: FloatArray, centre: FloatArray, radius: FloatArray, fastest: FloatArray,
+) -> None:  # fmt: skip
+    """Fill the forecast of the tracks `rows` (n,); see `Forecast`: `radius` is its reach, `fastest` its speed."""
+    for k in range(rows.shape[0]):
+        i = rows[k]
+        forecast(
+            models, tracks.family[i], tracks.stiff[i], tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i],
+            tracks.disc[i, 0], tracks.disc[i, 1], limits.agree, limits.least, path[k], sigma[k], weight[k],
+        )  # fmt: skip
+        fastest[k] = bounds.reach(tracks.disc[i], step, limits.speed, limits.acceleration, centre[k], radius[k])
