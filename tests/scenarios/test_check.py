@@ -86,7 +86,7 @@ def test_a_sound_scenario(tmp_path: Path) -> None:
         ('"square"', '"sqare"', "obstacles.0.shape: {'kind': 'sqare', 'edge': 0.3} is wrong: input tag 'sqare' found using 'kind' does not match any of the expected tags: 'square', 'rectangle', 'disc', 'polygon', 'robot'"),
         ("edge = 0.3", "edge = 0.0", "obstacles.0.shape.square.edge: 0.0 is wrong: input should be greater than 0"),
         ("edge = 0.3", "egde = 0.3", "obstacles.0.shape.square.egde: unknown key; did you mean 'edge'?"),
-        ("pose = [3.0, 2.0, 0.0]\n", "", "obstacles.0: the obstacle 'box' needs one of these: a pose (static), runs (moving), an oscillation (moving)"),
+        ("pose = [3.0, 2.0, 0.0]\n", "", "obstacles.0: the obstacle 'box' needs one of these: a pose (static), runs (moving), an oscillation (moving), a motion (moving)"),
         ('leg = "there"', 'leg = "their"', "the obstacle 'visitor' runs on a leg 'their'; legs: there"),
         ('name = "visitor"', 'name = "box"', "two obstacles have the name 'box'"),
         ("room.toml", "ward2", "plan: unknown floor plan 'ward2'; did you mean 'ward'? known: arena, barn-0, hall, ward"),

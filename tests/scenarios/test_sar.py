@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 from typing import Any
@@ -10,11 +11,13 @@ import numpy as np
 import pytest
 
 from clearway.errors import ClearwayError
+from clearway.geometry.space_time import shortest
 from clearway.robots import load_robot
 from clearway.scenarios import sar_draws
 from clearway.scenarios.check import check_scenario
+from clearway.scenarios.motions import KNOT, states
 from clearway.scenarios.sar import FROZEN, freeze, frozen
-from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, static_path
+from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, inflated, static_path
 from clearway.scenarios.sar_rules import Layout, closing_gap, length
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection, seed_range
@@ -24,6 +27,7 @@ START, GOAL, RADIUS, ROBOT = np.array([1.75, 1.75]), np.array([12.25, 12.25]), 0
 SUITES = {
     "sar-case1": ["case 1"], "sar-case2": ["case 2"], "sar-confined": ["case 1 confined", "case 2 confined"],
     "sar-case3": ["case 3"], "sar-stress": ["stress"],
+    "sar-misspecified": ["misspecified"],
 }  # fmt: skip
 SPEEDS = {"case 3": 0.6, "stress": 0.6}
 every_case = pytest.mark.parametrize("case", list(CASES))
@@ -34,12 +38,16 @@ def build(suite: str, robot: str = "rescue", seed: int = 0, **selection: Any) ->
 
 
 def exact(layout: Layout, t: np.ndarray) -> np.ndarray:
-    """(k, n + m, 2) centres at the times `t` (k,), by the closed form; static ones first."""
+    """(k, n + m, 2) centres at the times `t` (k,), by the closed form where there is one; static ones first."""
     w = np.sqrt(layout.stiffness)
     s = t[:, None, None]
     moving = (
         layout.attraction + (layout.start - layout.attraction) * np.cos(w * s) + layout.velocity / w * np.sin(w * s)
     )
+    if layout.motions:
+        ways = [states(motion, float(t.max()) + 1.0) for motion in layout.motions]
+        knots = KNOT * np.arange(len(ways[0]))
+        moving = np.stack([[np.interp(t, knots, way[:, k]) for k in range(2)] for way in ways]).transpose(2, 0, 1)
     return np.concatenate([np.broadcast_to(layout.static, (len(t), *layout.static.shape)), moving], axis=1)
 
 
@@ -74,6 +82,7 @@ def test_the_frozen_file_is_what_the_generator_draws(case: str) -> None:
         for part in ("static", "start", "velocity", "attraction", "stiffness"):
             assert getattr(drawn.layout, part).tolist() == row[part]
         assert drawn.limit.model_dump() == pytest.approx(row["limit"], abs=1e-3)
+        assert [m.model_dump(mode="json") for m in drawn.layout.motions] == row.get("motions", [])
 
 
 @every_case
@@ -128,6 +137,42 @@ def test_a_gap_closes_on_the_static_way(case: str) -> None:
         assert found.before >= 1.1
 
 
+@pytest.mark.parametrize("case", ["case 3", "stress", "misspecified"])
+def test_the_harder_ones_have_a_way(case: str) -> None:
+    """The clairvoyant's, a millisecond at a time: past everything, no faster than the set speed, as long as stored."""
+    for drawn in frozen()[case][:4]:
+        way = shortest(
+            START, GOAL, goal_radius=0.2, v_max=CASES[case].speed, static=inflated(drawn.layout.static), bound=False,
+            moving=np.ascontiguousarray(drawn.layout.motion(60.0)[:, :, :2]), radii=np.full(len(drawn.layout.start), RADIUS + ROBOT),
+            dt=0.05, area=(0.0, 0.0, 14.0, 14.0),
+        )  # fmt: skip
+        assert way is not None
+        assert way.time == pytest.approx(drawn.limit.time, rel=0.005)
+        t = np.arange(0.0, way.time, 1e-3)
+        at = np.stack([np.interp(t, way.points[:, 0], way.points[:, k]) for k in (1, 2)], axis=1)
+        assert np.hypot(*np.diff(at, axis=0).T).max() <= 1.002e-3 * CASES[case].speed
+        gap = np.hypot(*(exact(drawn.layout, t) - at[:, None]).transpose(2, 0, 1)) - RADIUS - ROBOT
+        assert gap.min() > -2e-3
+        assert math.dist(at[-1], GOAL) <= 0.2 + 1e-3
+
+
+def test_one_by_one_is_the_same_distribution() -> None:
+    """What obstacles keep on their own, drawn until it is kept or refused layout by layout: the same, much sooner."""
+    case = Case("few", 2, 3, closing_gap=False, confined=True)
+    sets = []
+    for one in (False, True):
+        drawn = [generate(dataclasses.replace(case, name=f"few {one}", one_by_one=one), s).layout for s in range(60)]
+        sets.append(np.stack([np.concatenate([d.static, d.start, d.attraction, d.velocity]) for d in drawn]))
+    spread = np.sqrt(sum(s.var(0) / 60 for s in sets))
+    z = (sets[0].mean(0) - sets[1].mean(0)) / spread
+    assert np.abs(z).max() < 4.0
+    assert 0.4 < (z**2).mean() < 2.2  # 22 numbers or so, about 1
+    refused = [
+        generate(dataclasses.replace(case, name=f"few {one}", one_by_one=one), 0).refused for one in (False, True)
+    ]
+    assert set(refused[1]) <= {"overlap"}
+
+
 @every_case
 def test_the_static_way_is_free_and_no_shorter_than_the_straight_one(case: str) -> None:
     for drawn in some(case):
@@ -163,6 +208,29 @@ def test_seeds_select_what_is_drawn() -> None:
     assert len(build("sar-confined", seeds=(0, 2), batches=("case 1 confined",))) == 2
 
 
+def test_a_disturbance_by_a_factor() -> None:
+    """Everything else stays: the same pushes, longer."""
+    as_is, twice, none = (build("sar-case1", disturbance=f)[0] for f in (1.0, 2.0, 0.0))
+    assert as_is == build("sar-case1")[0]
+    assert twice.disturbance is not None
+    assert twice.disturbance.model_dump() == {
+        "position": 0.02, "heading": 0.02, "velocity": 0.0, "turn": 0.0, "at_rest": True
+    }  # fmt: skip
+    assert none.disturbance is not None
+    assert none.disturbance.position == none.disturbance.heading == 0.0
+    assert twice.model_copy(update={"disturbance": as_is.disturbance}) == as_is
+    assert twice.model_dump_json() != as_is.model_dump_json()  # which is what resuming compares
+    with pytest.raises(
+        ClearwayError, match="the suite 'hospital' has no disturbance that could be multiplied by 2; the"
+    ):
+        build("hospital", robot="tiago", disturbance=2.0)
+    for wrong in (-1.0, math.nan, math.inf):
+        with pytest.raises(
+            ClearwayError, match=f"disturbance: {wrong:g} is no factor on a disturbance: 0 for none, 1 as"
+        ):
+            build("sar-case1", disturbance=wrong)
+
+
 def test_repetitions_and_campaign_seeds_change_the_disturbance_only() -> None:
     one, two = build("sar-case1", repetitions=2, configurations=("scenario-4",))
     (other,) = build("sar-case1", seed=1, configurations=("scenario-4",))
@@ -173,6 +241,8 @@ def test_repetitions_and_campaign_seeds_change_the_disturbance_only() -> None:
 
 def test_the_limit_holds_for_the_robot_and_speed_that_it_was_searched_for() -> None:
     assert build("sar-case1", speeds=(0.5,))[0].limit is None
+    assert build("sar-case3", speeds=(1.0,))[0].limit is None
+    assert build("sar-case3", speeds=(0.6,))[0].limit is not None
     tiago = build("sar-case1", robot="tiago")[0]
     assert (tiago.speed, tiago.limit) == (1.0, None)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from clearway.errors import ClearwayError
+from clearway.scenarios.motions import states
 from clearway.scenarios.scenario import LegSpec, ObstacleSpec
 from clearway.world.tracks import KNOT, longest, pose_at, tracks
 
@@ -102,3 +103,23 @@ def test_how_long_a_trial_may_take() -> None:
     assert longest(legs) == 10.0 + 2 * 20.0 + 1.0
     with pytest.raises(ClearwayError, match="at most 3600"):
         tracks([swinging()], ["a"], 1e6)
+
+
+@pytest.mark.parametrize("kind", ["damped", "stop-and-go"])
+def test_other_motions_are_laid_out_as_they_are(kind: str) -> None:
+    own = {
+        "damped": {"attraction": (6.0, 3.0), "stiffness": (0.1, 0.2), "damping": 0.2, "velocity": (0.5, 0.0)},
+        "stop-and-go": {"region": (1.5, 12.5), "pace": (0.4, 1.4), "drive": (0.6, 3.0), "rest": (0.4, 2.0), "lag": 0.1, "seed": 3},
+    }[kind]  # fmt: skip
+    given = {"kind": kind, "start": (2.0, 9.0), "speed": 3.5, "acceleration": 8.0} | own
+    shaken = ObstacleSpec.model_validate({"name": "m", "shape": {"kind": "disc", "radius": 0.35}, "motion": given})
+    assert shaken.motion is not None
+    way = tracks([shaken], ["a", "b"], 20.0)
+    assert way.lasting.tolist() == [True]
+    expected = states(shaken.motion, 20.0)
+    for k in (0, 1, 77, 400):
+        assert at(way, 0, 0, 0.05 * k) == pytest.approx([*expected[k, :2], 0.0], abs=1e-9)
+    assert at(way, 1, 0, 7.325) == pytest.approx([*(expected[146:148, :2].mean(0)), 0.0])
+    assert way.speed[0] == pytest.approx(np.hypot(*expected[1:, 2:].T).max())
+    with pytest.raises(ClearwayError, match="at most 3600"):
+        tracks([shaken], ["a"], 1e6)

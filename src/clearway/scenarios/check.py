@@ -16,6 +16,7 @@ from clearway.geometry.distance import clearance, min_clearance
 from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray, Shape, inscribed_radius, rectangle
 from clearway.robots import Robot, load_robot
+from clearway.scenarios import motions
 from clearway.scenarios.files import (
     SuiteSpec,
     kind_of,
@@ -30,7 +31,7 @@ from clearway.scenarios.files import (
 )
 from clearway.scenarios.floorplan import PlanSpec, load_plan
 from clearway.scenarios.plan import Fixture, FloorPlan
-from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, PoseSpec, RunSpec, Scenario
+from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, PoseSpec, RunSpec, Scenario
 from clearway.scenarios.way import widest_way
 
 __all__ = [
@@ -205,10 +206,10 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Sequence[_Standing]) -
     """What oscillates passes through other obstacles, as in paper B, but not through walls."""
     seconds = sum(leg.time_limit for leg in scenario.legs)
     for i, obstacle in enumerate(scenario.obstacles):
-        motion = obstacle.oscillation
+        motion = obstacle.lasting
         if motion is None:
             continue
-        shape, field = _shape(obstacle), f"obstacles.{i}.oscillation"
+        shape, field = _shape(obstacle), f"obstacles.{i}.{'oscillation' if obstacle.oscillation else 'motion'}"
         if clearance(robot.shape, np.array(scenario.start), shape, np.array([*motion.start, 0.0])) <= 0:
             yield ClearwayError(
                 f"{obstacle.name!r} at {_at(motion.start)} touches {robot.name} at the start {_at(scenario.start)}",
@@ -221,16 +222,19 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Sequence[_Standing]) -
             )
             return
         if fixtures:
-            start, velocity = np.array(motion.start), np.array(motion.velocity)
-            attraction, stiffness = np.array(motion.attraction), np.array(motion.stiffness)
-            states = trajectory(start, velocity, attraction, stiffness, STEP, math.ceil(seconds / STEP))
+            if isinstance(motion, OscillationSpec):
+                start, velocity = np.array(motion.start), np.array(motion.velocity)
+                attraction, stiffness = np.array(motion.attraction), np.array(motion.stiffness)
+                states = trajectory(start, velocity, attraction, stiffness, STEP, math.ceil(seconds / STEP))
+            else:
+                states = motions.states(motion, seconds)
             poses = np.column_stack([states[:, :2], np.zeros(len(states))])
             gaps = min_clearance(shape, poses, list(fixtures), np.zeros((len(poses), 0, 3)))
             if gaps.min() <= 0:
                 first = int((gaps <= 0).argmax())
                 hit = _first_hit(shape, poses[first], fixtures)
                 yield ClearwayError(
-                    f"{obstacle.name!r} would swing into {hit!r} at {_at(poses[first])} after {first * STEP:.1f} s",
+                    f"{obstacle.name!r} would swing into {hit!r} at {_at(poses[first])} after {first * seconds / (len(states) - 1):.1f} s",
                     field=field,
                 )
 

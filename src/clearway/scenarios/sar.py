@@ -17,11 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import TypeAdapter
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle
 from clearway.robots import Robot
 from clearway.robots.robot import RESCUE, load_robot
+from clearway.scenarios.motions import MotionSpec
 from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate
 from clearway.scenarios.sar_rules import RADIUS, TASK, Layout
 from clearway.scenarios.scenario import (
@@ -41,6 +43,7 @@ FROZEN = 10
 SHARP = 0.005
 """Error of the clairvoyant's time that a frozen scenario may have at most."""
 _FILE = "sar_scenarios.json"
+_MOTIONS: TypeAdapter[tuple[MotionSpec, ...]] = TypeAdapter(tuple[MotionSpec, ...])
 _START, _GOAL = ((float(x), float(y), float(theta)) for x, y, theta in (TASK["start"], TASK["goal"]))
 
 
@@ -118,6 +121,10 @@ def obstacles(layout: Layout) -> tuple[ObstacleSpec, ...]:
         )
         for i, (start, velocity, attraction, stiffness) in enumerate(each, 1)
     ]
+    if layout.motions:
+        moving = [
+            ObstacleSpec(name=f"moving-{i}", shape=disc, motion=motion) for i, motion in enumerate(layout.motions, 1)
+        ]
     return (*still, *moving)
 
 
@@ -144,12 +151,14 @@ def _written(drawn: Drawn) -> dict[str, Any]:
         "attraction": layout.attraction.tolist(),
         "stiffness": layout.stiffness.tolist(),
         "limit": drawn.limit.model_dump(),
+        **({"motions": _MOTIONS.dump_python(layout.motions, mode="json")} if layout.motions else {}),
     }
 
 
 def _read(row: dict[str, Any]) -> Drawn:
     parts = ("static", "start", "velocity", "attraction", "stiffness")
-    layout = Layout(*(np.array(row[part], dtype=np.float64).reshape(-1, 2) for part in parts))
+    arrays = {part: np.array(row[part], dtype=np.float64).reshape(-1, 2) for part in parts}
+    layout = Layout(**arrays, motions=_MOTIONS.validate_python(tuple(row.get("motions", ()))))
     return Drawn(row["seed"], layout, LimitSpec(**row["limit"]))
 
 
@@ -196,6 +205,12 @@ SUITES = (
         "Search and rescue, stress",
         "as case 2, with a robot at 0.6 m/s among obstacles that are faster: ten scenarios",
         ("stress",),
+    ),
+    _suite(
+        "sar-misspecified",
+        "Search and rescue, misspecified",
+        "as case 2, with obstacles that move as no forecast models: damped, shaken, stop-and-go, pursuing; ten scenarios",
+        ("misspecified",),
     ),
 )
 

@@ -18,8 +18,9 @@ from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.space_time import shortest
-from clearway.geometry.streams import stream, uniform
+from clearway.geometry.streams import bits, stream, uniform
 from clearway.scenarios import sar_rules as rules
+from clearway.scenarios.sar_motions import misspecified
 from clearway.scenarios.sar_rules import OBSTACLES, Layout
 from clearway.scenarios.scenario import LimitSpec
 from clearway.scenarios.static_way import static_way
@@ -38,7 +39,8 @@ class Case:
 
     Attributes:
         name: of the batch. confined: the whole swing stays in the square and near its attraction; else literal, which
-        lets an obstacle swing far out of it. speed: set speed, m/s. one_by_one: what an obstacle has to keep on its own
+        lets an obstacle swing far out of it. speed: set speed, m/s. misspecified: obstacles move as no forecast
+        models it (`sar_motions`). one_by_one: what an obstacle has to keep on its own
         is drawn until it is kept, obstacle by obstacle, before layouts are refused for the rest: the same distribution,
         in reach for crowds.
     """
@@ -49,12 +51,18 @@ class Case:
     closing_gap: bool
     confined: bool = False
     speed: float = rules.SPEED
+    misspecified: bool = False
     one_by_one: bool = False
 
     @property
     def seconds(self) -> float:
         """A clairvoyant that hasn't arrived by then counts as stuck, s."""
         return SECONDS / self.speed
+
+    @property
+    def numbers(self) -> int:
+        """How many numbers a layout takes."""
+        return 2 * self.static + 7 * self.moving
 
 
 _CALM: float = rules.HARDER["speed"]
@@ -68,6 +76,7 @@ CASES = {
         Case("case 2 confined", 8, 8, closing_gap=True, confined=True),
         Case("case 3", *_CROWD, closing_gap=True, confined=True, speed=_CALM, one_by_one=True),
         Case("stress", 8, 8, closing_gap=True, speed=_CALM),
+        Case("misspecified", 8, 8, closing_gap=True, misspecified=True),
     )
 }
 
@@ -101,10 +110,9 @@ def generate(case: Case, seed: int, kind: str = "held out") -> Drawn:
     key = stream(seed, f"{case.name}, {kind}")
     refused: Counter[str] = Counter()
     for attempt in range(DRAWS):
-        layout = draw(case, key, attempt)
-        found = examine(case, layout)
-        if isinstance(found, LimitSpec):
-            return Drawn(seed, layout, found, dict(refused))
+        found = examine(case, draw(case, key, attempt), np.uint64(bits(key, attempt, case.numbers)))
+        if not isinstance(found, str):
+            return Drawn(seed, *found, dict(refused))
         refused[found] += 1
     why = ", ".join(f"{reason} {100 * n / DRAWS:.1f} %" for reason, n in refused.most_common())
     raise ClearwayError(
@@ -115,8 +123,8 @@ def generate(case: Case, seed: int, kind: str = "held out") -> Drawn:
 def draw(case: Case, key: np.uint64, attempt: int) -> Layout:
     """One draw, good or bad."""
     if not case.one_by_one:
-        return _layout(case, _uniforms(key, attempt, _numbers(case)))
-    u = _uniforms(key, _ROUNDS * attempt, _numbers(case))
+        return _layout(case, _uniforms(key, attempt, case.numbers))
+    u = _uniforms(key, _ROUNDS * attempt, case.numbers)
     layout = _layout(case, u)
     for again in range(1, _ROUNDS):
         bad = np.concatenate([np.repeat(rules.crowding(layout.static), 2), np.repeat(_strays(case, layout), 7)])
@@ -131,10 +139,6 @@ def _strays(case: Case, layout: Layout) -> npt.NDArray[np.bool_]:
     """(m,) which of the moving ones break a rule that has nothing to do with the others."""
     crowding = rules.crowding(layout.start)
     return crowding | rules.leavers(layout) if case.confined else crowding
-
-
-def _numbers(case: Case) -> int:
-    return 2 * case.static + 7 * case.moving
 
 
 def _layout(case: Case, u: FloatArray) -> Layout:
@@ -163,8 +167,12 @@ def _uniforms(key: np.uint64, attempt: int, count: int) -> FloatArray:
     return u
 
 
-def examine(case: Case, layout: Layout) -> LimitSpec | str:
-    """The clairvoyant's limit of a layout that holds what it must, else the first reason why it doesn't."""
+def examine(case: Case, layout: Layout, key: np.uint64) -> tuple[Layout, LimitSpec] | str:
+    """A layout that holds what it must and the clairvoyant's limit of it, else the first reason why it doesn't.
+
+    Args:
+        key: of the stream for what is drawn only now: misspecified motions, with which the layout is returned.
+    """
     if rules.overlaps(layout):
         return "overlap"
     if rules.crowds_an_end(layout):
@@ -174,9 +182,12 @@ def examine(case: Case, layout: Layout) -> LimitSpec | str:
     path = static_path(layout)
     if path is None:
         return "no static way"
+    if case.misspecified:
+        layout = misspecified(layout, path, key)
     if case.closing_gap and rules.closing_gap(layout, path, case.speed) is None:
         return "no closing gap"
-    return clairvoyant(layout, case) or "not solvable"
+    limit = clairvoyant(layout, case)
+    return "not solvable" if limit is None else (layout, limit)
 
 
 def static_path(layout: Layout) -> FloatArray | None:

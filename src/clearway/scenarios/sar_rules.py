@@ -15,6 +15,7 @@ import numpy.typing as npt
 from clearway.geometry.compiled import kernel
 from clearway.geometry.oscillator import amplitude, trajectory
 from clearway.geometry.shapes import FloatArray
+from clearway.scenarios.motions import KNOT, MotionSpec, states
 from clearway.stand_ins import stand_ins
 
 TASK, OBSTACLES, GAP, HARDER, ROBOT = map(stand_ins, ("task", "obstacles", "closing_gap", "harder", "robot"))
@@ -26,7 +27,7 @@ APART: float = ROBOT["footprint"]["radius"] + RADIUS
 """Where the robot's centre meets an obstacle's: inflated radius of a disc, m."""
 SPEED: float = ROBOT["drive"]["v_max"]
 TOLERANCE: float = ROBOT["tolerances"]["xy"]
-SAMPLE = 0.05
+SAMPLE = KNOT
 """Time between two samples of an obstacle's motion, s; on a line between them it is off by less than 1 mm."""
 
 
@@ -36,7 +37,7 @@ class Layout:
 
     Attributes:
         static: (n, 2) m. start, velocity, attraction, stiffness: (m, 2) m, m/s, m, 1/s^2 of the moving ones, as in
-        `OscillationSpec`.
+        `OscillationSpec`. motions: if any, how they move instead of oscillating.
     """
 
     static: FloatArray
@@ -44,12 +45,17 @@ class Layout:
     velocity: FloatArray
     attraction: FloatArray
     stiffness: FloatArray
+    motions: tuple[MotionSpec, ...] = ()
 
     def motion(self, seconds: float) -> FloatArray:
         """(k, m, 4) x, y, v_x, v_y of the moving ones every `SAMPLE` s, for `seconds` and no less."""
         count = math.ceil(seconds / SAMPLE - 1e-9)
         each = zip(self.start, self.velocity, self.attraction, self.stiffness, strict=True)
-        tracks = [trajectory(x, v, a, k, SAMPLE, count) for x, v, a, k in each]
+        tracks = (
+            [trajectory(x, v, a, k, SAMPLE, count) for x, v, a, k in each]
+            if not self.motions
+            else [states(motion, SAMPLE * count) for motion in self.motions]
+        )
         return np.stack(tracks, axis=1) if tracks else np.zeros((count + 1, 0, 4))
 
     def amplitude(self) -> FloatArray:

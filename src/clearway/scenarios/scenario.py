@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
 from clearway.robots import load_robot
+from clearway.scenarios.motions import MotionSpec
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -109,19 +110,26 @@ class OscillationSpec(_Part):
 
 
 class ObstacleSpec(_Part):
-    """An obstacle of the test: static with a `pose`, or moving with `runs` or by an `oscillation`."""
+    """An obstacle of the test: static with a `pose`, or moving with `runs`, by an `oscillation` or another `motion`."""
 
     name: str = Field(min_length=1)
     shape: ShapeSpec
     pose: PoseSpec | None = Field(default=None, description="where a static one stands: m, m, rad")
     runs: tuple[RunSpec, ...] = Field(default=(), description="when and where a moving one moves")
     oscillation: OscillationSpec | None = Field(default=None, description="how one moves that is always there")
+    motion: MotionSpec | None = Field(default=None, description="how one moves that is always there, less regularly")
+
+    @property
+    def lasting(self) -> OscillationSpec | MotionSpec | None:
+        """How one moves that is always there, and whose time runs on from leg to leg; None for any other."""
+        return self.oscillation or self.motion
 
     @model_validator(mode="after")
     def _static_or_moving(self) -> ObstacleSpec:
-        if sum((self.pose is not None, bool(self.runs), self.oscillation is not None)) != 1:
+        if sum((self.pose is not None, bool(self.runs), self.oscillation is not None, self.motion is not None)) != 1:
             raise ValueError(
-                f"the obstacle {self.name!r} needs one of these: a pose (static), runs (moving), an oscillation (moving)"
+                f"the obstacle {self.name!r} needs one of these: a pose (static), runs (moving), an oscillation (moving),"
+                " a motion (moving)"
             )
         return self
 

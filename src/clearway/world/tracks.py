@@ -3,7 +3,8 @@
 A track is a table of knots (time since the leg began, x, y, theta). Between two knots a body moves on a line at
 constant speed and turns the shorter way; it is absent before its first knot, after its last one, and between a knot
 and one that is NaN. A way along a polyline has two knots at each corner, so that the heading follows the path; any
-other motion arrives as dense knots. A body that oscillates keeps its time from the start of the trial.
+other motion arrives as dense knots. A body that oscillates, or moves as one of `scenarios.motions`, keeps its time from the
+start of the trial.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray
+from clearway.scenarios import motions
+from clearway.scenarios.motions import MotionSpec
 from clearway.scenarios.scenario import LONGEST_SWING, LegSpec, ObstacleSpec, OscillationSpec, RunSpec
 
 KNOT = 0.015
@@ -52,26 +55,26 @@ def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: flo
 
     Raises:
         ClearwayError: a run is for a leg that doesn't exist, two runs of an obstacle overlap in time, or something
-            oscillates in a trial that may take longer than an hour.
+            oscillates (or the like) in a trial that may take longer than an hour.
     """
     for obstacle in obstacles:
         for run in obstacle.runs:
             if run.leg not in legs:
                 problem = f"{run.leg!r} is not a leg of this scenario; legs: {', '.join(legs)}"
                 raise ClearwayError(problem, field=f"obstacles.{obstacle.name}.runs.leg")
-        if obstacle.oscillation is not None and duration > 2.0 * LONGEST_SWING + 1.0:  # see `longest`
+        if obstacle.lasting is not None and duration > 2.0 * LONGEST_SWING + 1.0:  # see `longest`
             problem = (
                 f"the legs may take {duration:g} s together; with something that oscillates, at most {LONGEST_SWING:g}"
             )
             raise ClearwayError(problem, field="legs.time_limit")
     parts = [
-        [_knots(o, [r for r in o.runs if r.leg == leg]) if o.oscillation is None else _NONE for o in obstacles]
+        [_knots(o, [r for r in o.runs if r.leg == leg]) if o.lasting is None else _NONE for o in obstacles]
         for leg in legs
     ]
     for j, obstacle in enumerate(obstacles):
-        if obstacle.oscillation is not None:
-            parts[0][j] = swing(obstacle.oscillation, duration)
-    return stack(parts, [o.oscillation is not None for o in obstacles])
+        if obstacle.lasting is not None:
+            parts[0][j] = swing(obstacle.lasting, duration)
+    return stack(parts, [o.lasting is not None for o in obstacles])
 
 
 def longest(legs: Sequence[LegSpec]) -> float:
@@ -97,8 +100,11 @@ def stack(parts: Sequence[Sequence[FloatArray]], lasting: Sequence[bool] | None 
     return Tracks(np.ascontiguousarray(np.concatenate([np.zeros((0, 4)), *flat])), rows, speed, lasts)
 
 
-def swing(motion: OscillationSpec, duration: float) -> FloatArray:
-    """Knots (k, 4) of an oscillation for `duration` [s] and a little more; the body doesn't turn."""
+def swing(motion: OscillationSpec | MotionSpec, duration: float) -> FloatArray:
+    """Knots (k, 4) of an oscillation or another motion for `duration` [s] and a little more; the body doesn't turn."""
+    if not isinstance(motion, OscillationSpec):
+        way = motions.states(motion, duration)[:, :2]
+        return np.column_stack([motions.KNOT * np.arange(len(way)), way, np.zeros(len(way))])
     start, velocity, attraction, stiffness = (
         np.array(v, dtype=np.float64) for v in (motion.start, motion.velocity, motion.attraction, motion.stiffness)
     )

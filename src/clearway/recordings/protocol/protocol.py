@@ -218,6 +218,8 @@ class _Writer:
                 lines.append(f"# Drive {name} on leg {run.leg} from {ends}.")
             if o.oscillation is not None:
                 lines.append(f"# {name} swings about {self.line.words(o.oscillation.attraction)}.")
+            if o.motion is not None:
+                lines.append(f"# {name} moves from {self.line.words(o.motion.start)} on ({o.motion.kind}).")
         if not scenario.obstacles:
             lines.append("# No obstacle.")
         return [*lines, ""]

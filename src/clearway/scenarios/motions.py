@@ -1,0 +1,174 @@
+"""Ways in which an obstacle may move that no simple model of motion forecasts: what the suite `sar-misspecified` is made of.
+
+Each is a few numbers, which `states` lays out as knots in time: a function of the numbers alone, known ahead of the trial
+and independent of the robot. Between two knots the obstacle moves on a line at constant speed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+
+from clearway.geometry.driven import driven
+from clearway.geometry.shapes import FloatArray
+from clearway.geometry.streams import stream, uniform
+
+KNOT = 0.05
+"""Time between two knots, s."""
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Pair = tuple[Finite, Finite]
+Seed = Annotated[int, Field(ge=0, lt=2**63)]
+
+
+def _ascending(between: tuple[float, float]) -> tuple[float, float]:
+    if between[0] > between[1]:
+        raise ValueError(f"({between[0]:g}, {between[1]:g}) is no range; the smaller number stands first")
+    return between
+
+
+Range = Annotated[tuple[Positive, Positive], AfterValidator(_ascending)]
+
+
+class _Motion(BaseModel):
+    """What every motion has."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    start: Pair = Field(description="where it is at time 0, m")
+    velocity: Pair = Field(default=(0.0, 0.0), description="at time 0, m/s")
+    speed: Positive = Field(description="the most that it ever does, m/s")
+    acceleration: Positive = Field(description="the most that it ever does, m/s^2")
+
+    @model_validator(mode="after")
+    def _within_bounds(self) -> _Motion:
+        if math.hypot(*self.velocity) > self.speed:
+            raise ValueError(f"velocity is {self.velocity}, beyond speed {self.speed:g} m/s")
+        return self
+
+
+class DampedSpec(_Motion):
+    """Oscillation that dies away: x'' = stiffness (attraction - x) - damping x' per axis."""
+
+    kind: Literal["damped"]
+    attraction: Pair = Field(description="m")
+    stiffness: tuple[Positive, Positive] = Field(description="1/s^2")
+    damping: NonNegative = Field(description="1/s")
+
+
+class ShakenSpec(_Motion):
+    """Damped oscillation that is pushed at random: now here, now there, each push for a while."""
+
+    kind: Literal["shaken"]
+    attraction: Pair = Field(description="m")
+    stiffness: tuple[Positive, Positive] = Field(description="1/s^2")
+    damping: NonNegative = Field(description="1/s")
+    push: Positive = Field(description="the most that it is pushed, uniform in a disc, m/s^2")
+    hold: Range = Field(description="how long a push lasts: from, to, uniform, s")
+    seed: Seed = Field(description="of the pushes")
+
+
+class StopAndGoSpec(_Motion):
+    """Drives straight towards some place in a square, stops, waits, and drives on towards another one."""
+
+    kind: Literal["stop-and-go"]
+    region: Annotated[Pair, AfterValidator(_ascending)] = Field(
+        description="from, to, on both axes, where the places lie, m"
+    )
+    pace: Range = Field(description="speed of a drive: from, to, uniform, m/s")
+    drive: Range = Field(description="its longest duration: from, to, uniform, s")
+    rest: Range = Field(description="duration of a stop: from, to, uniform, s")
+    lag: Positive = Field(description="time constant of starting and stopping, s")
+    seed: Seed = Field(description="of all these")
+
+
+class PursuitSpec(_Motion):
+    """Chases a point that patrols a path at constant speed, to its end and back, and lags behind it."""
+
+    kind: Literal["pursuit"]
+    path: tuple[Pair, ...] = Field(min_length=2, description="way points, m")
+    pace: Positive = Field(description="speed of the point, m/s")
+    stiffness: Positive = Field(description="pull towards the point, 1/s^2")
+    damping: NonNegative = Field(description="1/s")
+
+    @model_validator(mode="after")
+    def _has_length(self) -> PursuitSpec:
+        if self.path[0] == self.path[-1] and len(set(self.path)) == 1:
+            raise ValueError("the path has no length")
+        return self
+
+
+MotionSpec = Annotated[DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, Field(discriminator="kind")]
+
+
+def states(motion: DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, duration: float) -> FloatArray:
+    """(k, 4) x, y [m], v_x, v_y [m/s] every `KNOT` s from time 0 on, for `duration` [s] and no less. A longer one goes on
+    where a shorter one ends."""
+    count = math.ceil(duration / KNOT - 1e-9)
+    still = np.zeros((count, 2))
+    target, stiffness, push = still, np.zeros(2), still
+    if isinstance(motion, PursuitSpec):
+        target, stiffness, damping = _patrol(motion, count), np.full(2, motion.stiffness), motion.damping
+    elif isinstance(motion, StopAndGoSpec):
+        push, damping = _held(_drives(motion), count) / motion.lag, 1.0 / motion.lag
+    else:
+        target, stiffness = np.tile(np.array(motion.attraction), (count, 1)), np.array(motion.stiffness)
+        damping = motion.damping
+        if isinstance(motion, ShakenSpec):
+            push = _held(_pushes(motion), count)
+    return driven(
+        np.array(motion.start), np.array(motion.velocity), target, stiffness, push, damping, motion.speed,
+        motion.acceleration, KNOT,
+    )  # fmt: skip
+
+
+def _patrol(motion: PursuitSpec, count: int) -> FloatArray:
+    """(count, 2) where the chased point is."""
+    path = np.array(motion.path)
+    reached = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
+    gone = np.mod(motion.pace * KNOT * np.arange(count), 2.0 * reached[-1])
+    gone = np.minimum(gone, 2.0 * reached[-1] - gone)
+    return np.stack([np.interp(gone, reached, path[:, k]) for k in range(2)], axis=1)
+
+
+def _held(pieces: Iterator[tuple[float, float, float]], count: int) -> FloatArray:
+    """(count, 2) the vectors of `pieces`, each (duration [s], x, y), one after another."""
+    out, k = np.zeros((count, 2)), 0
+    while k < count:
+        duration, x, y = next(pieces)
+        end = k + max(1, round(duration / KNOT))
+        out[k:end], k = (x, y), end
+    return out
+
+
+def _draws(seed: int) -> Callable[[int, int, tuple[float, float]], float]:
+    """Uniform numbers by piece, index and range."""
+    key = stream(seed, "motion")
+    return lambda piece, index, between: between[0] + (between[1] - between[0]) * uniform(key, piece, index)
+
+
+def _pushes(motion: ShakenSpec) -> Iterator[tuple[float, float, float]]:
+    drawn, piece = _draws(motion.seed), 0
+    while True:
+        size = motion.push * math.sqrt(drawn(piece, 1, (0.0, 1.0)))
+        angle = drawn(piece, 2, (0.0, math.tau))
+        yield drawn(piece, 0, motion.hold), size * math.cos(angle), size * math.sin(angle)
+        piece += 1
+
+
+def _drives(motion: StopAndGoSpec) -> Iterator[tuple[float, float, float]]:
+    drawn, piece, (x, y) = _draws(motion.seed), 0, motion.start
+    while True:
+        dx, dy = drawn(piece, 0, motion.region) - x, drawn(piece, 1, motion.region) - y
+        far, pace = max(math.hypot(dx, dy), 1e-9), drawn(piece, 2, motion.pace)
+        duration = KNOT * max(1, round(min(drawn(piece, 3, motion.drive), far / pace) / KNOT))
+        vx, vy = pace * dx / far, pace * dy / far
+        yield duration, vx, vy
+        yield drawn(piece, 4, motion.rest), 0.0, 0.0
+        x, y, piece = x + vx * duration, y + vy * duration, piece + 1
