@@ -24,8 +24,9 @@ from clearway.navigators.hp_tmpc.ancillary import chord, gain
 
 POLES = (0.3, 0.3, 0.3)
 """Of the error along, left, and of the heading (benchmarks/certified_tube.py compares)."""
-MOST = 20.0
-"""Bound on the gain from the error to the left to omega, rad/s/m."""
+STEER = 60.0
+"""Bound on the gain from the error to the left to omega, rad/s/m for each m/s that the robot drives: at low speed an
+error to the side is cheaper than the turns that would make it good."""
 DIRECTIONS = 12
 """Supporting lines on half the circle; the circle around their polygon is the radius, at most 0.9 % too large."""
 _COS = np.cos(np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
@@ -152,8 +153,8 @@ def tube(
         b[0, 0], b[1, 0] = g_v * cos, g_v * sin
         b[0, 1], b[1, 1], b[2, 1] = g_w * cos - b_w * sin, g_w * sin + b_w * cos, c
 
-        if j > 0 and not still and room[j].max() > 0.0:
-            k[:] = gain(plan.states[j, 2], v, w, c, False, poles, MOST)
+        if j > 0 and not still and room[j].max() > 0.0 and heading[j] + start[2] < math.pi:
+            k[:] = gain(plan.states[j, 2], v, w, c, False, poles, STEER * abs(v))
             for i in range(2):
                 wanted = _support(parts, discs, rods, k[i]) + _misread(k[i], start)
                 k[i] *= min(1.0, room[j, i] / wanted) if wanted > 0.0 else 1.0
@@ -162,7 +163,9 @@ def tube(
         row[0], row[1], row[2] = 0.5 * c * k[1, 0], 0.5 * c * k[1, 1], 1.0 + 0.5 * c * k[1, 2]
         d_phi = _support(parts, discs, rods, row) + 0.5 * c * (_misread(k[1], start) + disturbance[3])
         linear = _remainder(length, turn, v, c, g_v, g_w, d_v, d_w, d_phi)
-        bent, bulge, twist = _ramping(v, w, plan.swings[j, 0], plan.swings[j, 1], c)
+        bent, bulge, twist = _ramping(
+            abs(v) + disturbance[2], abs(w) + disturbance[3], plan.swings[j, 0], plan.swings[j, 1], c
+        )
 
         for i in range(3):  # A + B K
             for m in range(3):
@@ -246,7 +249,7 @@ def _carry(loop: FloatArray, axes: FloatArray, count: int) -> None:
 @kernel
 def _misread(row: FloatArray, start: FloatArray) -> float:
     """The largest row @ error of the perceived pose."""
-    return abs(row[0]) * start[0] + abs(row[1]) * start[1] + abs(row[2]) * start[2]
+    return float(abs(row[0]) * start[0] + abs(row[1]) * start[1] + abs(row[2]) * start[2])
 
 
 @kernel
@@ -267,15 +270,11 @@ def _remainder(
 
 @kernel
 def _ramping(v: float, w: float, dv: float, dw: float, c: float) -> tuple[float, float, float]:
-    """How far a period with v and omega that change monotonically by `dv`, `dw` is from the arc of their means.
+    """How far a period with v and omega that change monotonically by `dv`, `dw` is from the arc of their means, |v| and |w|.
 
     Returns:
         Bounds on the distance at its end [m], on that at any time [m], and on the heading at any time [rad]. A monotone
         change gets ahead of its mean by at most a quarter of dv c, and by an eighth of dv c^2 integrated.
     """
-    fastest = abs(v) + dv
-    return (
-        c * c * (dv * abs(w) + fastest * dw) / 8.0,
-        0.25 * c * dv + c * c * (dv * abs(w) + fastest * dw) / 8.0,
-        0.25 * c * dw,
-    )
+    bent = c * c * (dv * w + (v + dv) * dw) / 8.0
+    return bent, 0.25 * c * dv + bent, 0.25 * c * dw

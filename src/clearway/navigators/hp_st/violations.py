@@ -1,0 +1,91 @@
+"""Which assumptions about the robot itself did not hold in the period that has passed, in words.
+
+The bounds here are the triangle inequality's: no cleverness, so that a text is never a false alarm, and so that a robot
+whose disturbance is a disc of known radius is told of each excess. What obstacles do beyond their bounds is the
+forecasts' to tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from clearway.geometry.angles import turn_between
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.tube import drive
+
+ROUNDING = 1e-9
+"""A bound counts as exceeded from here on, m, rad, s."""
+
+
+class Watch:
+    """Compares where the robot is with where it was sent a period ago.
+
+    Args:
+        limits: (7,) of the base, see `tube.drive`. period: s. disturbance: (5,), start: (3,): see `tube.tube`.
+        misread: (2,) bounds of the error of measured v [m/s] and omega [rad/s]; inf: that isn't looked at.
+    """
+
+    def __init__(
+        self,
+        limits: FloatArray,
+        period: float,
+        disturbance: FloatArray,
+        start: FloatArray,
+        misread: Sequence[float] = (math.inf, math.inf),
+    ) -> None:
+        self.limits, self.period, self.misread = limits, period, misread
+        self.disturbance, self.start = disturbance, start
+        self.reset()
+
+    def reset(self, t: float = 0.0) -> None:
+        """A new trial: the robot stands."""
+        self._velocity = np.zeros(2)
+        self._rested = True
+        self._t = t
+        self._pose: FloatArray | None = None
+        self._command = (0.0, 0.0)
+
+    def told(self, t: float, pose: FloatArray, v: float, omega: float) -> None:
+        """At time `t` [s], perceived at `pose` (3,), the base was told `v` [m/s] and `omega` [rad/s] for a period."""
+        self._t, self._pose, self._command = t, np.array(pose, dtype=np.float64), (v, omega)
+
+    def seen(self, t: float, pose: FloatArray, velocity: FloatArray) -> tuple[str, ...]:
+        """What `pose` (3,) and `velocity` (2,) at time `t` show to be untrue, one text each; nothing before `told`."""
+        if self._pose is None:
+            return ()
+        state = np.concatenate([self._pose, self._velocity])
+        plan = drive(state, np.array([self._command]), self.limits, self.period)
+        off = math.hypot(pose[0] - plan.states[1, 0], pose[1] - plan.states[1, 1])
+        turned = abs(turn_between(plan.states[1, 2], pose[2]))
+        most, most_turned = self._bounds(plan.inputs[0], plan.swings[0])
+        told, self._velocity, self._pose = self._velocity, plan.velocities[1], None
+        self._rested = not (told.any() or plan.inputs.any() or plan.swings.any())
+        if abs(t - self._t - self.period) > ROUNDING + 1e-6 * self.period:
+            return (f"period: {t - self._t:.4g} s since the last command, assumed {self.period:.4g} s",)
+        texts = []
+        if not off <= most + ROUNDING:
+            texts.append(f"disturbance: ended {off:.4f} m from where it was commanded, assumed at most {most:.4f}")
+        if not turned <= most_turned + ROUNDING:
+            texts.append(f"disturbance: turned {turned:.4f} rad off its command, assumed at most {most_turned:.4f}")
+        for i, (name, unit) in enumerate((("v", "m/s"), ("omega", "rad/s"))):
+            allowed = self.misread[i] + self.disturbance[2 + i]
+            if abs(velocity[i] - self._velocity[i]) > allowed + ROUNDING:
+                texts.append(
+                    f"command: {name} is {velocity[i]:.4f} {unit}, should be {self._velocity[i]:.4f}"
+                    f" within {allowed:.4f}"
+                )
+        return tuple(texts)
+
+    def _bounds(self, inputs: FloatArray, swings: FloatArray) -> tuple[float, float]:
+        """How far the perceived pose may be from the arc's end: m, rad."""
+        c = self.period
+        position, heading, slip, spin, at_rest = self.disturbance.tolist()
+        if self._rested and not (inputs.any() or swings.any() or at_rest):
+            position = heading = slip = spin = 0.0
+        v, w, dv, dw = abs(inputs[0]), abs(inputs[1]), swings[0], swings[1]
+        bent = c * c * (dv * (w + spin) + (v + slip + dv) * dw) / 8.0
+        misplaced = 2.0 * math.hypot(self.start[0], self.start[1]) + v * c * self.start[2]
+        return position + misplaced + c * slip + 0.5 * c * c * v * spin + bent, heading + 2.0 * self.start[2] + c * spin
