@@ -12,27 +12,28 @@ import math
 
 import numpy as np
 
+from clearway.forecasts import oscillations
 from clearway.forecasts.models import FAMILIES, FREE, MANOEUVRE, OSCILLATION, STEADY, STOPPED, Models, renew
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 GROUPS = 5
 """Hypotheses before merging: oscillation, straight or manoeuvring, stopped, turning left, turning right."""
-_UNLIKELY = 1e-4  # a stiffness less probable doesn't change a forecast
+_UNLIKELY = 1e-3  # a stiffness less probable doesn't change a forecast
 
 
 @kernel
 def weigh(
-    models: Models, stay: float, refuted: float, fit: FloatArray, turn_fit: FloatArray, error: FloatArray,
-    turn_error: FloatArray, family: FloatArray, stiff: FloatArray, mean: FloatArray, cov: FloatArray, turn: FloatArray,
-    turn_cov: FloatArray,
+    models: Models, stay: float, refuted: float, fit: FloatArray, error: FloatArray, turn_fit: FloatArray,
+    turn_error: FloatArray, osc_fit: FloatArray, osc_error: FloatArray, family: FloatArray, stiff: FloatArray,
+    mean: FloatArray, cov: FloatArray, turn: FloatArray, turn_cov: FloatArray, osc: FloatArray, osc_cov: FloatArray,
 ) -> float:  # fmt: skip
     """Weigh one track's models after a measurement.
 
     Args:
         stay: probability that the kind of motion has not changed. refuted: see the parameters.
-        fit, error (see `models.correct`), and those of the turns. family: (5 + R,), stiff: (2, B), probabilities, updated.
-        mean, cov, turn, turn_cov: the filters; those of refuted families are renewed.
+        fit, error (see `models.correct`), and those of the turns and the oscillations. family: (5 + R,), stiff: (2, B), probabilities, updated.
+        mean ... osc_cov: the filters; those of refuted families are renewed.
 
     Returns:
         The squared deviations of the best model.
@@ -41,25 +42,25 @@ def weigh(
     best = math.inf
     score = np.empty(FAMILIES + turns)
     for m in range(OSCILLATION):
-        score[m] = fit[0, m] + fit[1, m]
+        score[m] = fit[m]
         if models.prior[m] > 0.0:
             best = min(best, error[m])
     score[OSCILLATION] = 0.0
     for i in range(2):
-        top = fit[i, OSCILLATION:].max()
+        top = osc_fit[i].max()
         total = 0.0
         for b in range(bank):
-            stiff[i, b] *= math.exp(fit[i, OSCILLATION + b] - top)
+            stiff[i, b] *= math.exp(osc_fit[i, b] - top)
             total += stiff[i, b]
         if total > 0.0:
             score[OSCILLATION] += top + math.log(total)
         else:
             score[OSCILLATION] = -math.inf
-            stiff[i, :], total = 1.0, bank
+            stiff[i], total = models.likely, 1.0
         for b in range(bank):
             stiff[i, b] = max(stiff[i, b] / total, 1e-9)
     if models.prior[OSCILLATION] > 0.0:
-        best = min(best, error[OSCILLATION:].min())
+        best = min(best, osc_error[0].min() + osc_error[1].min())
     for i in range(turns):
         score[FAMILIES + i] = turn_fit[i]
         if models.prior[FAMILIES + i] > 0.0:
@@ -77,35 +78,35 @@ def weigh(
     for f in range(FAMILIES + turns):
         family[f] /= total
         if family[f] < refuted and models.prior[f] > 0.0:
-            renew(models, f, mean, cov, turn, turn_cov)
+            renew(models, f, mean, cov, turn, turn_cov, osc, osc_cov)
             if f == OSCILLATION:
-                stiff[:] = 1.0 / bank
+                stiff[:] = models.likely
     return best
 
 
 @kernel
 def _add(
-    models: Models, m: int, wx: float, wy: float, mean: FloatArray, cov: FloatArray, path: FloatArray, var: FloatArray
-) -> None:
-    """Add model `m` with weights `wx`, `wy` on the axes to a group's first moments and its mean of squares (both axes)."""
-    x, y = mean[0, m, 0], mean[1, m, 0]
+    models: Models, m: int, w: float, x: float, y: float, mean: FloatArray, cov: FloatArray, path: FloatArray,
+    var: FloatArray,
+) -> None:  # fmt: skip
+    """Add linear model `m` with weight `w` to a group's mean `path` (2, K + 1) about (x, y) and its mean of squares."""
+    x, y = mean[0, m, 0] - x, mean[1, m, 0] - y
     xx, xv, xo, vv, vo, oo = cov[m, 0], cov[m, 1], cov[m, 2], cov[m, 3], cov[m, 4], cov[m, 5]
     vx, ox, vy, oy = mean[0, m, 1], mean[0, m, 2], mean[1, m, 1], mean[1, m, 2]
-    w = 0.5 * (wx + wy)
     for j in range(var.shape[0]):
         a, b, c = models.row[m, j, 0], models.row[m, j, 1], models.row[m, j, 2]
         px, py = a * x + b * vx + c * ox, a * y + b * vy + c * oy
         own = a * (a * xx + 2.0 * (b * xv + c * xo)) + b * (b * vv + 2.0 * c * vo) + c * c * oo + models.grown[m, j]
-        path[j, 0] += wx * px
-        path[j, 1] += wy * py
-        var[j] += w * own + 0.5 * (wx * px * px + wy * py * py)
+        path[0, j] += w * px
+        path[1, j] += w * py
+        var[j] += w * (own + 0.5 * (px * px + py * py))
 
 
 @kernel
 def forecast(
     models: Models, family: FloatArray, stiff: FloatArray, mean: FloatArray, cov: FloatArray, turn: FloatArray,
-    turn_cov: FloatArray, x: float, y: float, agree: float, least: float, path: FloatArray, sigma: FloatArray,
-    weight: FloatArray,
+    turn_cov: FloatArray, osc: FloatArray, osc_cov: FloatArray, x: float, y: float, agree: float, least: float,
+    path: FloatArray, sigma: FloatArray, weight: FloatArray,
 ) -> None:  # fmt: skip
     """One track's hypotheses: fill `path` (H, K + 1, 2), `sigma` (H, K + 1), `weight` (H,); see `Forecast`.
 
@@ -113,14 +114,7 @@ def forecast(
         x, y: a place near the track, about which moments are taken, m. agree, least: see the parameters.
     """
     n, turns = sigma.shape[1], turn.shape[0]
-    mean = mean.copy()
-    for m in range(mean.shape[1]):  # sums of squares of small numbers
-        mean[0, m, 0] -= x
-        mean[1, m, 0] -= y
-        if m >= OSCILLATION:
-            mean[0, m, 2] -= x
-            mean[1, m, 2] -= y
-    share, first, second = np.zeros(GROUPS), np.zeros((GROUPS, n, 2)), np.zeros((GROUPS, n))
+    share, first, second = np.zeros(GROUPS), np.zeros((GROUPS, 2, n)), np.zeros((GROUPS, n))
 
     share[0] = family[OSCILLATION]
     share[1] = family[STEADY] + family[FREE] + family[MANOEUVRE]
@@ -128,22 +122,22 @@ def forecast(
     for i in range(turns):
         share[3 + i % 2] += family[FAMILIES + i]
     if share[0] >= least:
-        likely = np.zeros(2)
-        for b in range(stiff.shape[1]):
-            for i in range(2):
+        for i in range(2):
+            likely = 0.0
+            for b in range(stiff.shape[1]):
+                likely += stiff[i, b] if stiff[i, b] >= _UNLIKELY else 0.0
+            for b in range(stiff.shape[1]):
                 if stiff[i, b] >= _UNLIKELY:
-                    likely[i] += stiff[i, b]
-        for b in range(stiff.shape[1]):
-            wx = stiff[0, b] / likely[0] if stiff[0, b] >= _UNLIKELY else 0.0
-            wy = stiff[1, b] / likely[1] if stiff[1, b] >= _UNLIKELY else 0.0
-            if wx + wy > 0.0:
-                _add(models, OSCILLATION + b, wx, wy, mean, cov, first[0], second[0])
+                    oscillations.forecast(
+                        models.step, models.noise[3], stiff[i, b] / likely, x if i == 0 else y, osc[i, b], osc_cov[i, b],
+                        first[0, i], second[0],
+                    )  # fmt: skip
     if share[1] >= least:
         for m in (STEADY, FREE, MANOEUVRE):
             w = family[m] / share[1]
-            _add(models, m, w, w, mean, cov, first[1], second[1])
+            _add(models, m, w, x, y, mean, cov, first[1], second[1])
     if share[2] >= least:
-        _add(models, STOPPED, 1.0, 1.0, mean, cov, first[2], second[2])
+        _add(models, STOPPED, 1.0, x, y, mean, cov, first[2], second[2])
     for i in range(turns):
         g = 3 + i % 2
         if share[g] < least:
@@ -155,8 +149,8 @@ def forecast(
             px = turn[i, 0] - x + gr * turn[i, 2] - gi * turn[i, 3]
             py = turn[i, 1] - y + gi * turn[i, 2] + gr * turn[i, 3]
             own = zz + 2.0 * (gr * re + gi * im) + (gr * gr + gi * gi) * vv + models.turn_grown[j]
-            first[g, j, 0] += w * px
-            first[g, j, 1] += w * py
+            first[g, 0, j] += w * px
+            first[g, 1, j] += w * py
             second[g, j] += w * (own + 0.5 * (px * px + py * py))
 
     weight[:] = 0.0
@@ -174,8 +168,8 @@ def forecast(
         for h in range(used):
             worst = 0.0
             for j in range(n):
-                d = math.hypot(first[g, j, 0] - path[h, j, 0], first[g, j, 1] - path[h, j, 1])
-                own = second[g, j] - 0.5 * (first[g, j, 0] ** 2 + first[g, j, 1] ** 2)
+                d = math.hypot(first[g, 0, j] - path[h, j, 0], first[g, 1, j] - path[h, j, 1])
+                own = second[g, j] - 0.5 * (first[g, 0, j] ** 2 + first[g, 1, j] ** 2)
                 worst = max(worst, d / math.sqrt(max(sigma[h, j], own, 1e-6)))
             if worst < nearest:
                 into, nearest = h, worst
@@ -183,16 +177,16 @@ def forecast(
             total = weight[into] + w
             s = w / total
             for j in range(n):
-                dx, dy = first[g, j, 0] - path[into, j, 0], first[g, j, 1] - path[into, j, 1]
-                own = second[g, j] - 0.5 * (first[g, j, 0] ** 2 + first[g, j, 1] ** 2)
+                dx, dy = first[g, 0, j] - path[into, j, 0], first[g, 1, j] - path[into, j, 1]
+                own = second[g, j] - 0.5 * (first[g, 0, j] ** 2 + first[g, 1, j] ** 2)
                 path[into, j, 0] += s * dx
                 path[into, j, 1] += s * dy
                 sigma[into, j] = (1.0 - s) * sigma[into, j] + s * own + 0.5 * s * (1.0 - s) * (dx * dx + dy * dy)
             weight[into] = total
         else:
             for j in range(n):
-                path[used, j, 0], path[used, j, 1] = first[g, j, 0], first[g, j, 1]
-                sigma[used, j] = second[g, j] - 0.5 * (first[g, j, 0] ** 2 + first[g, j, 1] ** 2)
+                path[used, j, 0], path[used, j, 1] = first[g, 0, j], first[g, 1, j]
+                sigma[used, j] = second[g, j] - 0.5 * (first[g, 0, j] ** 2 + first[g, 1, j] ** 2)
             weight[used] = w
             used += 1
     _finish(x, y, used, path, sigma, weight)

@@ -1,15 +1,15 @@
 """Models of motion: linear filters, each exact for its fixed parameter, run side by side for every track.
 
-Along an axis a model has three states, position, velocity and one of its own, and a covariance that both axes share,
-as their noise is alike. Rows of the bank:
+Along an axis the linear models have three states, position, velocity and acceleration, and a covariance that both axes
+share, as their noise is alike:
 
-    STOPPED        x only
+    STOPPED        position only
     STEADY         constant velocity with weak white acceleration
     FREE           the same with strong one
-    MANOEUVRE      acceleration that fades exponentially (Singer 1970); its own state is the acceleration
-    OSCILLATION .. x'' = k (a - x), one row for each stiffness k, spaced evenly in log k; its own state is a
+    MANOEUVRE      acceleration that fades exponentially (Singer 1970)
 
 Constant turn couples the axes: with z = x + iy, v' = i omega v is a filter of two complex states, one for each omega.
+OSCILLATION is a family of its own, see `oscillations`.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.forecasts import oscillations
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
@@ -32,21 +33,23 @@ class Models(NamedTuple):
     """The bank, and how it forecasts.
 
     Attributes:
-        stiffness: (B,) 1/s^2 of the oscillations. turn: (R,) rad/s. prior: (5 + R,) probability of each family.
+        stiffness: (B,) 1/s^2 from which oscillations start. likely: (B,) their probabilities. spread: standard
+        deviation of each over its value. reach: (B,) m, standard deviation of the way to the point.
+        turn: (R,) rad/s. prior: (5 + R,) probability of each family. step: s between a forecast's instants.
         noise: (5,) of stopped, steady, free, oscillation, turn, see the parameters. manoeuvre: (2,) m/s^2, s.
-        start: (2 + B,) standard deviations at first: of velocity [m/s], of a manoeuvre's acceleration [m/s^2], and of
-        the way to an oscillation's point [m] for each stiffness.
-        row: (4 + B, K + 1, 3): position at an instant = row . state now. grown: (4 + B, K + 1) variance added until
-        then, m^2. turn_row: (R, K + 1, 2) the same for turns: real and imaginary part of the velocity's factor.
+        row: (4, K + 1, 3): position at an instant = row . state now. grown: (4, K + 1) variance added until then, m^2. turn_row: (R, K + 1, 2) the same for turns: real and imaginary part of the velocity's factor.
         turn_grown: (K + 1,) m^2.
     """
 
     stiffness: FloatArray
+    likely: FloatArray
+    spread: float
+    reach: FloatArray
     turn: FloatArray
     prior: FloatArray
+    step: float
     noise: FloatArray
     manoeuvre: FloatArray
-    start: FloatArray
     row: FloatArray
     grown: FloatArray
     turn_row: FloatArray
@@ -56,6 +59,8 @@ class Models(NamedTuple):
 def models(p: ForecastParameters, step: float, count: int) -> Models:
     """The bank of parameters `p`, for forecasts of `count` steps of `step` [s]."""
     stiffness = np.geomspace(p.softest, p.stiffest, p.stiffnesses)
+    apart = math.log(stiffness[1] / stiffness[0])
+    likely = np.exp(-0.5 * np.linspace(-p.ends, p.ends, p.stiffnesses) ** 2)
     turn = np.array([sign * w for w in p.turns for sign in (1.0, -1.0)])
     share = np.array([0.08, 0.17, 0.1, 0.2, 0.35])
     if p.constant_velocity_only:
@@ -64,14 +69,12 @@ def models(p: ForecastParameters, step: float, count: int) -> Models:
     noise = np.array([p.noise_stopped, p.noise_steady, p.noise_free, p.noise_oscillation, p.noise_turn])
     manoeuvre = np.array([p.manoeuvre, p.manoeuvre_time])
     reach = np.minimum(p.usual_reach, np.minimum(p.acceleration / stiffness, p.speed / np.sqrt(stiffness)))
-    start = np.concatenate([[p.usual_speed, p.manoeuvre], reach])
 
-    bank = 4 + len(stiffness)
-    move, spread = np.zeros((bank, 3, 3)), np.zeros((bank, 6))
+    move, spread = np.zeros((OSCILLATION, 3, 3)), np.zeros((OSCILLATION, 6))
     fine = 4  # the noise is integrated in finer steps than it is asked for
-    transitions(stiffness, noise, manoeuvre, step / fine, move, spread)
-    row, grown = np.zeros((bank, count + 1, 3)), np.zeros((bank, count + 1))
-    for m in range(bank):
+    transitions(noise, manoeuvre, step / fine, move, spread)
+    row, grown = np.zeros((OSCILLATION, count + 1, 3)), np.zeros((OSCILLATION, count + 1))
+    for m in range(OSCILLATION):
         whole, sigma, q = np.eye(3), np.zeros((3, 3)), _square(spread[m])
         for j in range(count + 1):
             row[m, j], grown[m, j] = whole[0], sigma[0, 0]
@@ -82,7 +85,10 @@ def models(p: ForecastParameters, step: float, count: int) -> Models:
     along, aside = np.sin(angle) / turn[:, None], (1.0 - np.cos(angle)) / turn[:, None]
     turn_row = np.ascontiguousarray(np.stack([along, aside], axis=2))
     turn_grown: FloatArray = np.asarray(p.noise_turn * t**3 / 3.0, dtype=np.float64)
-    return Models(stiffness, turn, prior, noise, manoeuvre, start, row, grown, turn_row, turn_grown)
+    return Models(
+        stiffness, likely / likely.sum(), 0.5 * apart, reach, turn, prior, float(step), noise, manoeuvre, row, grown,
+        turn_row, turn_grown,
+    )  # fmt: skip
 
 
 def _square(s: FloatArray) -> FloatArray:
@@ -90,55 +96,42 @@ def _square(s: FloatArray) -> FloatArray:
 
 
 @kernel
-def transitions(
-    stiffness: FloatArray, noise: FloatArray, manoeuvre: FloatArray, dt: float, move: FloatArray, spread: FloatArray
-) -> None:
-    """Fill what `dt` [s] does: state transitions `move` (M, 3, 3) and noise `spread` (M, 6): xx, xv, xa, vv, va, aa."""
+def transitions(noise: FloatArray, manoeuvre: FloatArray, dt: float, move: FloatArray, spread: FloatArray) -> None:
+    """Fill what `dt` [s] does to the linear models: state transitions `move` (4, 3, 3) and noise `spread` (4, 6): xx, xv, xa, vv, va, aa."""
     move[:], spread[:] = 0.0, 0.0
     move[:, 0, 0] = 1.0
     spread[STOPPED, 0] = noise[0] * dt
-    for m in range(move.shape[0]):
-        if m in (STEADY, FREE) or m >= OSCILLATION:
-            q = noise[1] if m == STEADY else noise[2] if m == FREE else noise[3]
-            spread[m, 0], spread[m, 1], spread[m, 3] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
-        if m in (STEADY, FREE):
-            move[m, 0, 1], move[m, 1, 1] = dt, 1.0
-        if m == MANOEUVRE:
-            rate = 1.0 / manoeuvre[1]
-            fade = math.exp(-rate * dt)
-            move[m, 0, 1], move[m, 0, 2] = dt, (rate * dt - 1.0 + fade) / rate**2
-            move[m, 1, 1], move[m, 1, 2], move[m, 2, 2] = 1.0, (1.0 - fade) / rate, fade
-            q = 2.0 * rate * manoeuvre[0] ** 2
-            spread[m, 0], spread[m, 1], spread[m, 2] = q * dt**5 / 20.0, q * dt**4 / 8.0, q * dt**3 / 6.0
-            spread[m, 3], spread[m, 4], spread[m, 5] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
-        if m >= OSCILLATION:
-            w = math.sqrt(stiffness[m - OSCILLATION])
-            c, s = math.cos(w * dt), math.sin(w * dt)
-            move[m, 0, 0], move[m, 0, 1], move[m, 0, 2] = c, s / w, 1.0 - c
-            move[m, 1, 0], move[m, 1, 1], move[m, 1, 2] = -w * s, c, w * s
-            move[m, 2, 2] = 1.0
+    for m in (STEADY, FREE):
+        q = noise[m]
+        spread[m, 0], spread[m, 1], spread[m, 3] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
+        move[m, 0, 1], move[m, 1, 1] = dt, 1.0
+    rate = 1.0 / manoeuvre[1]
+    fade = math.exp(-rate * dt)
+    move[MANOEUVRE, 0, 1], move[MANOEUVRE, 0, 2] = dt, (rate * dt - 1.0 + fade) / rate**2
+    move[MANOEUVRE, 1, 1], move[MANOEUVRE, 1, 2], move[MANOEUVRE, 2, 2] = 1.0, (1.0 - fade) / rate, fade
+    q = 2.0 * rate * manoeuvre[0] ** 2
+    spread[MANOEUVRE] = (
+        q * dt**5 / 20.0, q * dt**4 / 8.0, q * dt**3 / 6.0, q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
+    )  # fmt: skip
 
 
 @kernel
-def begin(models: Models, x: float, y: float, vx: float, vy: float, r: float, vv: float,
-          mean: FloatArray, cov: FloatArray, turn: FloatArray, turn_cov: FloatArray) -> None:  # fmt: skip
+def begin(
+    sigma: float, x: float, y: float, vx: float, vy: float, r: float, vv: float, mean: FloatArray, cov: FloatArray,
+    turn: FloatArray, turn_cov: FloatArray,
+) -> None:  # fmt: skip
     """Start one track's filters at a first position with variance `r` [m^2] and velocity with variance `vv` along an axis.
 
     Args:
-        mean: (2, M, 3), cov: (M, 6), turn: (R, 4) x, y, vx, vy, turn_cov: (R, 4) position, velocity, and real and
-        imaginary part of position with conjugate velocity; all filled.
+        sigma: of a manoeuvre's acceleration, m/s^2. mean: (2, 4, 3), cov: (4, 6), turn: (R, 4) x, y, vx, vy, turn_cov:
+        (R, 4) position, velocity, and real and imaginary part of position with conjugate velocity; all filled.
     """
     for m in range(mean.shape[1]):
         mean[0, m, 0], mean[0, m, 1], mean[0, m, 2] = x, vx, 0.0
         mean[1, m, 0], mean[1, m, 1], mean[1, m, 2] = y, vy, 0.0
         cov[m, 0], cov[m, 1], cov[m, 2], cov[m, 3], cov[m, 4], cov[m, 5] = r, 0.0, 0.0, vv, 0.0, 0.0
-        if m == STOPPED:
-            mean[:, m, 1], cov[m, 3] = 0.0, 0.0
-        elif m == MANOEUVRE:
-            cov[m, 5] = models.start[1] ** 2
-        elif m >= OSCILLATION:
-            mean[0, m, 2], mean[1, m, 2] = x, y
-            cov[m, 2], cov[m, 5] = r, r + models.start[2 + m - OSCILLATION] ** 2
+    mean[:, STOPPED, 1], cov[STOPPED, 3] = 0.0, 0.0
+    cov[MANOEUVRE, 5] = sigma * sigma
     for i in range(turn.shape[0]):
         turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = x, y, vx, vy
         turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3] = r, vv, 0.0, 0.0
@@ -191,21 +184,20 @@ def correct(
     """Take a position (x, y) with variance `r` [m^2] along an axis into one track's axis filters.
 
     Args:
-        fit: (2, M), filled: logarithm of each model's likelihood on each axis, less a constant.
-        error: (M,), filled: squared deviations, both axes together.
+        fit: (4,), filled: logarithm of each model's likelihood, less a constant.
+        error: (4,), filled: squared deviations, both axes together.
     """
     for m in range(cov.shape[0]):
         s = cov[m, 0] + r
         k0, k1, k2 = cov[m, 0] / s, cov[m, 1] / s, cov[m, 2] / s
-        half = -0.5 * math.log(s)
         error[m] = 0.0
         for i in range(2):
             e = (x if i == 0 else y) - mean[i, m, 0]
             mean[i, m, 0] += k0 * e
             mean[i, m, 1] += k1 * e
             mean[i, m, 2] += k2 * e
-            fit[i, m] = half - 0.5 * e * e / s
             error[m] += e * e / s
+        fit[m] = -math.log(s) - 0.5 * error[m]
         xv, xo = cov[m, 1], cov[m, 2]
         cov[m, 3] -= k1 * xv
         cov[m, 4] -= k1 * xo
@@ -239,33 +231,37 @@ def correct_turns(
 
 
 @kernel
-def renew(models: Models, family: int, mean: FloatArray, cov: FloatArray, turn: FloatArray,
-          turn_cov: FloatArray) -> None:  # fmt: skip
-    """Begin the filters of a refuted family anew, with what the freer one among `MANOEUVRE` and `FREE` believes now."""
+def renew(
+    models: Models, family: int, mean: FloatArray, cov: FloatArray, turn: FloatArray, turn_cov: FloatArray,
+    osc: FloatArray, osc_cov: FloatArray,
+) -> None:  # fmt: skip
+    """Begin the filters of a refuted family anew, with what the freer one among `MANOEUVRE` and `FREE` believes now.
+
+    Args:
+        osc: (2, B, 4), osc_cov: (2, B, 10), see `oscillations`. The others: see `begin`.
+    """
     other = FREE if family == MANOEUVRE else MANOEUVRE
-    xx, xv, xa, vv, va, aa = cov[other, 0], cov[other, 1], cov[other, 2], cov[other, 3], cov[other, 4], cov[other, 5]
     if family == STOPPED:
-        mean[0, STOPPED, 0], mean[1, STOPPED, 0], cov[STOPPED, 0] = mean[0, other, 0], mean[1, other, 0], xx
+        mean[:, STOPPED, 0], cov[STOPPED, 0] = mean[:, other, 0], cov[other, 0]
     elif family < OSCILLATION:
-        cov[family, 0], cov[family, 1], cov[family, 3] = xx, xv, vv
-        mean[:, family, :2] = mean[:, other, :2]
+        mean[:, family], cov[family] = mean[:, other], cov[other]
         if family == MANOEUVRE:
+            cov[family, 5] = models.manoeuvre[0] ** 2
+        else:
+            cov[family, 2], cov[family, 4], cov[family, 5] = 0.0, 0.0, 0.0
             mean[:, family, 2] = 0.0
-            cov[family, 2], cov[family, 4], cov[family, 5] = 0.0, 0.0, models.start[1] ** 2
     elif family == OSCILLATION:
-        for b in range(models.stiffness.shape[0]):
-            m, k, far = OSCILLATION + b, models.stiffness[b], models.start[2 + b] ** 2
-            gain = far / (far + aa / k**2)  # a / k, and that the point is not too far away
-            g = gain / k
-            for i in range(2):
-                x, v, a = mean[i, other, 0], mean[i, other, 1], mean[i, other, 2]
-                mean[i, m, 0], mean[i, m, 1], mean[i, m, 2] = x, v, x + g * a
-            cov[m, 0], cov[m, 1], cov[m, 3] = xx, xv, vv
-            cov[m, 2], cov[m, 4] = xx + g * xa, xv + g * va
-            cov[m, 5] = xx + 2.0 * g * xa + g * g * aa + gain * (1.0 - gain) * aa / k**2
+        for i in range(2):
+            x, v, a = mean[i, other, 0], mean[i, other, 1], mean[i, other, 2]
+            oscillations.renew(models.stiffness, models.spread, x, v, a, cov[other], osc[i], osc_cov[i])
     else:
         i = family - FAMILIES
         turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = (
-            mean[0, other, 0], mean[1, other, 0], mean[0, other, 1], mean[1, other, 1]
+            mean[0, other, 0], mean[1, other, 0], mean[0, other, 1], mean[1, other, 1],
         )  # fmt: skip
-        turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3] = xx, vv, xv, 0.0
+        turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3] = (
+            cov[other, 0],
+            cov[other, 3],
+            cov[other, 1],
+            0.0,
+        )

@@ -29,7 +29,10 @@ class ForecastParameters(BaseModel):
     usual_reach: Positive = Field(default=4.0, description="the same of the way to the point of an oscillation, m")
     softest: Positive = Field(default=0.012, description="least stiffness of an oscillation, 1/s^2")
     stiffest: Positive = Field(default=0.7, description="largest stiffness of an oscillation, 1/s^2")
-    stiffnesses: int = Field(default=24, ge=2, le=64, description="between them, each larger by the same factor")
+    stiffnesses: int = Field(
+        default=8, ge=2, le=32, description="from which its estimate starts, the same factor apart"
+    )
+    ends: float = Field(default=1.5, ge=0, le=4, description="deviations of log stiffness at which the two ends lie")
     turns: tuple[Positive, ...] = Field(
         default=(0.3, 0.7, 1.4), min_length=1, max_length=8, description="rad/s, both ways"
     )
@@ -38,7 +41,7 @@ class ForecastParameters(BaseModel):
     noise_steady: Positive = Field(default=0.005, description="of acceleration at constant velocity, m^2/s^3")
     noise_free: Positive = Field(default=0.3, description="the same where velocity changes at random")
     noise_turn: Positive = Field(default=0.005, description="the same at constant turn")
-    noise_oscillation: Positive = Field(default=1e-5, description="the same in an oscillation")
+    noise_oscillation: Positive = Field(default=3e-5, description="of jerk in an oscillation, m^2/s^5")
     manoeuvre: Positive = Field(default=0.6, description="standard deviation of an acceleration that lasts, m/s^2")
     manoeuvre_time: Positive = Field(default=2.0, description="how long it lasts, s")
 

@@ -12,11 +12,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.forecasts import bounds
+from clearway.forecasts import bounds, oscillations
 from clearway.forecasts.bounds import BENT, HELD, RECENT, TOO_FAST
 from clearway.forecasts.mixture import forecast, weigh
 from clearway.forecasts.models import (
     FAMILIES,
+    OSCILLATION,
     Models,
     begin,
     correct,
@@ -40,7 +41,8 @@ class Tracks(NamedTuple):
         label: (C,) int64, the identity that perception gives it now. identity: (C,) int64, ours.
         clock: (C, 3) s: when it began, when it was perceived last, and when perceived last as one that moves.
         size: (C, 2) m: radius, error of its last place.
-        mean (C, 2, M, 3), cov (C, M, 6), turn (C, R, 4), turn_cov (C, R, 4): see `models.begin`.
+        mean (C, 2, 4, 3), cov (C, 4, 6), turn (C, R, 4), turn_cov (C, R, 4): see `models.begin`. osc (C, 2, B, 4), osc_cov
+        (C, 2, B, 10): see `oscillations`.
         family (C, 5 + R), stiff (C, 2, B): see `mixture.weigh`. disc (C, 6), recent (C, RECENT, 4): see `bounds.start`.
     """
 
@@ -52,6 +54,8 @@ class Tracks(NamedTuple):
     cov: FloatArray
     turn: FloatArray
     turn_cov: FloatArray
+    osc: FloatArray
+    osc_cov: FloatArray
     family: FloatArray
     stiff: FloatArray
     disc: FloatArray
@@ -60,11 +64,12 @@ class Tracks(NamedTuple):
 
 def room(models: Models, capacity: int) -> Tracks:
     """Empty room for `capacity` tracks."""
-    bank, turns, c = len(models.row), len(models.turn), capacity
+    bank, turns, c = len(models.stiffness), len(models.turn), capacity
     return Tracks(
         np.zeros(c, dtype=np.int64), np.zeros(c, dtype=np.int64), np.zeros((c, 3)), np.zeros((c, 2)),
-        np.zeros((c, 2, bank, 3)), np.zeros((c, bank, 6)), np.zeros((c, turns, 4)), np.zeros((c, turns, 4)),
-        np.zeros((c, FAMILIES + turns)), np.zeros((c, 2, len(models.stiffness))), np.zeros((c, 6)), np.zeros((c, RECENT, 4)),
+        np.zeros((c, 2, OSCILLATION, 3)), np.zeros((c, OSCILLATION, 6)), np.zeros((c, turns, 4)), np.zeros((c, turns, 4)),
+        np.zeros((c, 2, bank, 4)), np.zeros((c, 2, bank, 10)), np.zeros((c, FAMILIES + turns)), np.zeros((c, 2, bank)),
+        np.zeros((c, 6)), np.zeros((c, RECENT, 4)),
     )  # fmt: skip
 
 
@@ -146,26 +151,30 @@ def match(
 @kernel
 def move_on(tracks: Tracks, count: int, models: Models, limits: Limits, dt: float) -> None:
     """Move the tracks on by `dt` [s] > 0."""
-    bank = tracks.cov.shape[1]
-    move, spread = np.empty((bank, 3, 3)), np.empty((bank, 6))
-    transitions(models.stiffness, models.noise, models.manoeuvre, dt, move, spread)
+    move, spread = np.empty((OSCILLATION, 3, 3)), np.empty((OSCILLATION, 6))
+    transitions(models.noise, models.manoeuvre, dt, move, spread)
     for i in range(count):
         predict(move, spread, tracks.mean[i], tracks.cov[i])
         predict_turns(models.turn, models.noise[4], dt, tracks.turn[i], tracks.turn_cov[i])
+        for axis in range(2):
+            oscillations.predict(dt, models.noise[3], tracks.osc[i, axis], tracks.osc_cov[i, axis])
         bounds.move(dt, limits.speed, limits.acceleration, tracks.disc[i])
 
 
 @kernel
 def fresh(
-    tracks: Tracks, i: int, models: Models, limits: Limits, t: float, x: float, y: float, error: float, r: float,
-    vx: float, vy: float, vv: float,
+    tracks: Tracks, i: int, models: Models, x: float, y: float, vx: float, vy: float, r: float, vv: float
 ) -> None:  # fmt: skip
-    """Begin track `i` at a place; `r`, `vv`: variances along an axis of place [m^2] and velocity (vx, vy) [m^2/s^2]."""
-    begin(models, x, y, vx, vy, r, vv, tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i])
+    """Begin the filters of track `i`; `r`, `vv`: variances along an axis of place [m^2] and velocity (vx, vy) [m^2/s^2]."""
+    sigma = models.manoeuvre[0]
+    begin(sigma, x, y, vx, vy, r, vv, tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i])
+    for axis in range(2):
+        z, v = (x, vx) if axis == 0 else (y, vy)
+        oscillations.begin(
+            models.stiffness, models.spread, models.reach, z, v, r, vv, tracks.osc[i, axis], tracks.osc_cov[i, axis]
+        )
+        tracks.stiff[i, axis] = models.likely
     tracks.family[i] = models.prior
-    tracks.stiff[i] = 1.0 / tracks.stiff.shape[2]
-    tracks.clock[i, FIRST] = t
-    _bound_anew(tracks, i, limits, t, x, y, error)
 
 
 @kernel
@@ -185,9 +194,10 @@ def take_in(
         dt: (C,) s since each track was perceived last; 0: has been at this very instant. velocity (m, 2), deviation
         (m,) [m/s] along an axis: what is known of a new one's. told: as `match` says, updated.
     """
-    bank, turns = tracks.cov.shape[1], tracks.turn.shape[1]
-    fit, off = np.empty((2, bank)), np.empty(bank)
+    bank, turns = tracks.osc.shape[2], tracks.turn.shape[1]
+    fit, off = np.empty(OSCILLATION), np.empty(OSCILLATION)
     turn_fit, turn_off = np.empty(turns), np.empty(turns)
+    osc_fit, osc_off = np.empty((2, bank)), np.empty((2, bank))
     for j in range(row.shape[0]):
         i = row[j]
         x, y, e = place[j, 0], place[j, 1], error[j]
@@ -195,27 +205,29 @@ def take_in(
         if told[j] == NEW or told[j] == TOO_FAST:
             known = told[j] == NEW
             vx, vy = (velocity[j, 0], velocity[j, 1]) if known else (0.0, 0.0)
-            fresh(
-                tracks, i, models, limits, t, x, y, e, r, vx, vy, deviation[j] ** 2 if known else limits.usual_speed**2
-            )
+            fresh(tracks, i, models, x, y, vx, vy, r, deviation[j] ** 2 if known else limits.usual_speed**2)
+            tracks.clock[i, FIRST] = t
+            _bound_anew(tracks, i, limits, t, x, y, e)
             continue
         if dt[i] <= 0.0:
             continue
         correct(x, y, r, tracks.mean[i], tracks.cov[i], fit, off)
         correct_turns(x, y, r, tracks.turn[i], tracks.turn_cov[i], turn_fit, turn_off)
+        osc_off[:] = 0.0
+        for axis in range(2):
+            z = x if axis == 0 else y
+            oscillations.correct(z, r, tracks.osc[i, axis], tracks.osc_cov[i, axis], osc_fit[axis], osc_off[axis])
         stay = math.exp(-limits.switching * dt[i])
         best = weigh(
-            models, stay, limits.refuted, fit, turn_fit, off, turn_off, tracks.family[i], tracks.stiff[i],
-            tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i],
+            models, stay, limits.refuted, fit, off, turn_fit, turn_off, osc_fit, osc_off, tracks.family[i],
+            tracks.stiff[i], tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i], tracks.osc[i],
+            tracks.osc_cov[i],
         )  # fmt: skip
         if best > limits.surprise:
             last = tracks.recent[i, 0]
             since = t - last[0]
             vx, vy = (x - last[1]) / since, (y - last[2]) / since
-            vv = 2.0 * r / since**2 + (0.5 * limits.acceleration * since) ** 2
-            begin(models, x, y, vx, vy, r, vv, tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i])
-            tracks.family[i] = models.prior
-            tracks.stiff[i] = 1.0 / tracks.stiff.shape[2]
+            fresh(tracks, i, models, x, y, vx, vy, r, 2.0 * r / since**2 + (0.5 * limits.acceleration * since) ** 2)
         if told[j] == BENT:
             _bound_anew(tracks, i, limits, t, x, y, e)
         elif not bounds.take(
@@ -234,6 +246,6 @@ def foresee(
         i = rows[k]
         forecast(
             models, tracks.family[i], tracks.stiff[i], tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i],
-            tracks.disc[i, 0], tracks.disc[i, 1], limits.agree, limits.least, path[k], sigma[k], weight[k],
+            tracks.osc[i], tracks.osc_cov[i], tracks.disc[i, 0], tracks.disc[i, 1], limits.agree, limits.least, path[k], sigma[k], weight[k],
         )  # fmt: skip
         fastest[k] = bounds.reach(tracks.disc[i], step, limits.speed, limits.acceleration, centre[k], radius[k])
