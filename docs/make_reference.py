@@ -38,6 +38,8 @@ LABELS = {
     "failure": "why success is false; empty if it is true",
     "cause": "why success is false in paper B's words, each decided by a stated test",
     "moved_at_contact": "who moved at contact: robot, obstacle, both or neither; empty without one",
+    "avoidable": "of a contact: seen too late, escape existed when first seen, or planner's fault, each decided by a stated test",
+    "violations": "how often an assumption of the navigator's guarantee was seen to be untrue (events `assumption`)",
     "setup": "how much thinking was allowed a decision; empty: no bound",
     "tracking": "how obstacles were followed; empty if the navigator asked for none",
     "not_computable": "JSON: indicator -> why its cell is empty",

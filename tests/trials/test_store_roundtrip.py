@@ -70,6 +70,8 @@ attempts = st.builds(
     limit_time=maybe,
     limit_path=maybe,
     drive=st.none() | st.tuples(anything, anything, anything),
+    rates=st.none() | st.tuples(anything, anything, anything, anything),
+    sight=maybe,
     source=st.sampled_from(["simulated", "recorded"]),
 )
 lines = st.integers(0, 3).flatmap(lambda n: array(n, 2))

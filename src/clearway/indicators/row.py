@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from clearway.indicators import barn, limit
+from clearway.indicators.avoidable import avoidable
 from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.confirm import near_tolerance, to_confirm
 from clearway.indicators.indicator import Indicator, NotComputable
@@ -40,6 +41,8 @@ LABELS: dict[str, tuple[str, str]] = {
     "failure": ("string", ""),
     "cause": ("string", ""),
     "moved_at_contact": ("string", ""),
+    "avoidable": ("string", ""),
+    "violations": ("int64", ""),
     "source": ("string", ""),
     "legs_by_motion": ("bool", ""),
     "to_confirm": ("string", ""),
@@ -53,10 +56,10 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
     """The row of `trial`: `LABELS`, then each of `indicators`, then `not_computable` (JSON: name -> why).
 
     What does not apply or cannot be computed is None. `success` and `success_self` are True or False. `failure` is
-    empty for a success and None where nobody can tell; `cause` and `moved_at_contact` are empty then. `to_confirm`
-    says what a person has to look at, `near_tolerance` which ends lie within their uncertainty of a tolerance. Of a
-    recording, `not_computable` leaves out what is no question there: the scores of other suites, and what only a simulator
-    knows.
+    empty for a success and None where nobody can tell; `cause`, `moved_at_contact` and `avoidable` are empty then.
+    `violations` counts how often an assumption of the navigator's guarantee was seen to be untrue. `to_confirm` says what a person
+    has to look at, `near_tolerance` which ends lie within their uncertainty of a tolerance. Of a recording,
+    `not_computable` leaves out what is no question there: the scores of other suites, and what only a simulator knows.
     """
     attempt, labels = trial.attempt, trial.attempt.labels
     try:
@@ -86,6 +89,8 @@ def score(trial: Trial, indicators: Mapping[str, Indicator]) -> dict[str, Cell]:
         "failure": failed,
         "cause": cause(trial),
         "moved_at_contact": who_moved(trial),
+        "avoidable": avoidable(trial),
+        "violations": sum(event.kind == "assumption" for event in trial.events),
         "source": attempt.source,
         "legs_by_motion": _by_motion(trial),
         "to_confirm": to_confirm(trial),

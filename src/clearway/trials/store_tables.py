@@ -219,6 +219,8 @@ def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
         "labels": labels | {name: _number(getattr(a.labels, name)) for name in _LABEL_NUMBERS},
         "footprint": None if a.footprint is None else _shape(a.footprint),
         "drive": None if a.drive is None else [_number(v) for v in a.drive],
+        "rates": None if a.rates is None else [_number(v) for v in a.rates],
+        "sight": _number(a.sight),
         "legs": [_leg(leg) for leg in a.legs],
         "bodies": [_body(b) for b in a.bodies[fixed:]],
     }
@@ -231,6 +233,8 @@ def _read_attempt(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
         labels=Labels(**labels),
         footprint=None if d["footprint"] is None else _read_shape(d["footprint"]),
         drive=_read_drive(d["drive"]),
+        rates=_read_rates(d.get("rates")),  # results from before it was recorded don't have it
+        sight=_read_number(d.get("sight")),
         legs=tuple(_read_leg(leg) for leg in d["legs"]),
         bodies=tuple(_read_body(b) for b in (*fixtures, *d["bodies"])),
         **rest,
@@ -242,6 +246,13 @@ def _read_drive(values: Sequence[Any] | None) -> tuple[float, float, float] | No
         return None
     v_min, v_max, omega_max = (float(v) for v in values)
     return v_min, v_max, omega_max
+
+
+def _read_rates(values: Sequence[Any] | None) -> tuple[float, float, float, float] | None:
+    if values is None:
+        return None
+    up, down, turning, straightening = (float(v) for v in values)
+    return up, down, turning, straightening
 
 
 def _fixed(bodies: Sequence[Body]) -> int:

@@ -101,6 +101,8 @@ class Attempt:
         weren't. limit_time [s], limit_path [m]: of the best that a clairvoyant could do, None where that is not known
         to 0.5 %.
         drive: v_min, v_max [m/s], omega_max [rad/s] of the base at this set speed, None if unknown.
+        rates: its acceleration, deceleration [m/s^2], angular acceleration, deceleration [rad/s^2], inf: no limit, None if unknown.
+        sight: how far obstacles are perceived (the camera's range, without one the lidar's), m, None if unknown.
         source: `simulated` (what is known is exact) or `recorded` (what is known was measured).
     """
 
@@ -123,6 +125,8 @@ class Attempt:
     limit_path: float | None = None
     drive: tuple[float, float, float] | None = None
     source: Literal["simulated", "recorded"] = "simulated"
+    rates: tuple[float, float, float, float] | None = None
+    sight: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

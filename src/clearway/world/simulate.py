@@ -254,6 +254,13 @@ def _attempt(
         limit_time=None if limit is None else limit.time,
         limit_path=None if limit is None else limit.path,
         drive=(max(robot.drive.v_min, -scenario.speed), min(robot.drive.v_max, scenario.speed), robot.drive.omega_max),
+        rates=(
+            robot.drive.acceleration,
+            robot.drive.deceleration,
+            robot.drive.angular_acceleration,
+            robot.drive.angular_deceleration,
+        ),
+        sight=robot.camera.range if robot.camera else robot.lidar.range_max if robot.lidar else None,
     )
 
 
