@@ -142,7 +142,7 @@ def follow(
             if kind >= 1:
                 misread[i] = math.copysign(start[i], misread[i])
             if kind == 6:
-                a, b = linearise(theta, plan.inputs[j, 0], plan.inputs[j, 1], period, False)
+                _, b = linearise(theta, plan.inputs[j, 0], plan.inputs[j, 1], period, False)
                 r, k = rows[j + 1] @ b, tube.gains[j]
                 misread[i] = start[i] * (1.0 if r[0] * k[0, i] + r[1] * k[1, i] > 0.0 else -1.0)
         for i in range(2):
@@ -342,7 +342,9 @@ def certificates(
                 v0 = velocity[i] + slip * slide / np.hypot(*slide)
                 v0 *= min(1.0, pursuit[1] / np.hypot(*v0))
                 mover = np.concatenate([at[i] + off * shift / np.hypot(*shift), v0])
-                g = chase(path, period / n, body, mover, 0.35, *(beyond * np.array(pursuit)), (run + i) % 4, key, number)
+                g = chase(
+                    path, period / n, body, mover, 0.35, *(beyond * np.array(pursuit)), (run + i) % 4, key, number
+                )
                 seen["moving"] = min(seen["moving"], g)
             angle = rng.uniform(0, 6.28) if run % 2 else math.atan2(path[-1, 1], path[-1, 0])
             rim = (rules.sight + 0.35) * np.array([math.cos(angle), math.sin(angle)]) + path[0, :2]
