@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from clearway.forecasts import oscillations
-from clearway.forecasts.models import FAMILIES, FREE, MANOEUVRE, OSCILLATION, STEADY, STOPPED, Models, renew
+from clearway.forecasts.models import BRAKING, FAMILIES, FREE, MANOEUVRE, OSCILLATION, STEADY, STOPPED, Models, renew
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
@@ -27,16 +27,16 @@ def weigh(
     models: Models, stay: float, refuted: float, fit: FloatArray, error: FloatArray, turn_fit: FloatArray,
     turn_error: FloatArray, osc_fit: FloatArray, osc_error: FloatArray, family: FloatArray, stiff: FloatArray,
     mean: FloatArray, cov: FloatArray, turn: FloatArray, turn_cov: FloatArray, osc: FloatArray, osc_cov: FloatArray,
-) -> float:  # fmt: skip
+) -> tuple[float, float]:  # fmt: skip
     """Weigh one track's models after a measurement.
 
     Args:
         stay: probability that the kind of motion has not changed. refuted: see the parameters.
-        fit, error (see `models.correct`), and those of the turns and the oscillations. family: (5 + R,), stiff: (2, B), probabilities, updated.
+        fit, error (see `models.correct`), and those of the turns and the oscillations. family: (6 + R,), stiff: (2, B), probabilities, updated.
         mean ... osc_cov: the filters; those of refuted families are renewed.
 
     Returns:
-        The squared deviations of the best model.
+        The squared deviations of the best model, and the probability that the kind of motion has changed.
     """
     bank, turns = stiff.shape[1], turn_fit.shape[0]
     best = math.inf
@@ -66,14 +66,18 @@ def weigh(
         if models.prior[FAMILIES + i] > 0.0:
             best = min(best, turn_error[i])
     top = -math.inf
+    changed = 0.0
     for f in range(FAMILIES + turns):
-        family[f] = stay * family[f] + (1.0 - stay) * models.prior[f]
+        family[f] = stay * family[f] + (1.0 - stay) * models.next[f]
         if family[f] > 0.0:
             score[f] += math.log(family[f])
             top = max(top, score[f])
     total = 0.0
     for f in range(FAMILIES + turns):
-        family[f] = math.exp(score[f] - top) if family[f] > 0.0 else 0.0
+        if family[f] > 0.0:
+            new = (1.0 - stay) * models.next[f] / family[f]
+            family[f] = math.exp(score[f] - top)
+            changed += new * family[f]
         total += family[f]
     for f in range(FAMILIES + turns):
         family[f] /= total
@@ -81,7 +85,7 @@ def weigh(
             renew(models, f, mean, cov, turn, turn_cov, osc, osc_cov)
             if f == OSCILLATION:
                 stiff[:] = models.likely
-    return best
+    return best, changed / total
 
 
 @kernel
@@ -105,19 +109,20 @@ def _add(
 @kernel
 def forecast(
     models: Models, family: FloatArray, stiff: FloatArray, mean: FloatArray, cov: FloatArray, turn: FloatArray,
-    turn_cov: FloatArray, osc: FloatArray, osc_cov: FloatArray, x: float, y: float, agree: float, least: float,
+    turn_cov: FloatArray, osc: FloatArray, osc_cov: FloatArray, x: float, y: float, rate: float, agree: float, least: float,
     path: FloatArray, sigma: FloatArray, weight: FloatArray,
 ) -> None:  # fmt: skip
     """One track's hypotheses: fill `path` (H, K + 1, 2), `sigma` (H, K + 1), `weight` (H,); see `Forecast`.
 
     Args:
-        x, y: a place near the track, about which moments are taken, m. agree, least: see the parameters.
+        x, y: a place near the track, about which moments are taken, m. rate: of changes of the kind of
+        motion that were seen, 1/s. agree, least: see the parameters.
     """
     n, turns = sigma.shape[1], turn.shape[0]
     share, first, second = np.zeros(GROUPS), np.zeros((GROUPS, 2, n)), np.zeros((GROUPS, n))
 
     share[0] = family[OSCILLATION]
-    share[1] = family[STEADY] + family[FREE] + family[MANOEUVRE]
+    share[1] = family[STEADY] + family[FREE] + family[BRAKING] + family[MANOEUVRE]
     share[2] = family[STOPPED]
     for i in range(turns):
         share[3 + i % 2] += family[FAMILIES + i]
@@ -129,11 +134,11 @@ def forecast(
             for b in range(stiff.shape[1]):
                 if stiff[i, b] >= _UNLIKELY:
                     oscillations.forecast(
-                        models.step, models.noise[3], stiff[i, b] / likely, x if i == 0 else y, osc[i, b], osc_cov[i, b],
+                        models.step, models.noise[5], stiff[i, b] / likely, x if i == 0 else y, osc[i, b], osc_cov[i, b],
                         first[0, i], second[0],
                     )  # fmt: skip
     if share[1] >= least:
-        for m in (STEADY, FREE, MANOEUVRE):
+        for m in (STEADY, FREE, BRAKING, MANOEUVRE):
             w = family[m] / share[1]
             _add(models, m, w, x, y, mean, cov, first[1], second[1])
     if share[2] >= least:
@@ -189,6 +194,9 @@ def forecast(
                 sigma[used, j] = second[g, j] - 0.5 * (first[g, 0, j] ** 2 + first[g, 1, j] ** 2)
             weight[used] = w
             used += 1
+    if rate > 0.0:
+        for j in range(n):
+            sigma[:used, j] += (1.0 - math.exp(-rate * j * models.step)) * models.grown[MANOEUVRE, j]
     _finish(x, y, used, path, sigma, weight)
 
 

@@ -6,6 +6,7 @@ share, as their noise is alike:
     STOPPED        position only
     STEADY         constant velocity with weak white acceleration
     FREE           the same with strong one
+    BRAKING        velocity that fades exponentially
     MANOEUVRE      acceleration that fades exponentially (Singer 1970)
 
 Constant turn couples the axes: with z = x + iy, v' = i omega v is a filter of two complex states, one for each omega.
@@ -24,9 +25,15 @@ from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
-STOPPED, STEADY, FREE, MANOEUVRE, OSCILLATION = 0, 1, 2, 3, 4
-FAMILIES = 5
+STOPPED, STEADY, FREE, BRAKING, MANOEUVRE, OSCILLATION = 0, 1, 2, 3, 4, 5
+FAMILIES = 6
 """Kinds of motion before the turns, each of which is a family of its own."""
+
+
+AT_FIRST = np.array([0.06, 0.14, 0.1, 0.04, 0.2, 0.38])
+"""Probability of each family but the turns, which share the rest."""
+AFTER_CHANGE = np.array([0.2, 0.3, 0.12, 0.1, 0.2, 0.02])
+"""The same once the kind of motion has changed: what is free to change does not swing for ever."""
 
 
 class Models(NamedTuple):
@@ -35,9 +42,11 @@ class Models(NamedTuple):
     Attributes:
         stiffness: (B,) 1/s^2 from which oscillations start. likely: (B,) their probabilities. spread: standard
         deviation of each over its value. reach: (B,) m, standard deviation of the way to the point.
-        turn: (R,) rad/s. prior: (5 + R,) probability of each family. step: s between a forecast's instants.
-        noise: (5,) of stopped, steady, free, oscillation, turn, see the parameters. manoeuvre: (2,) m/s^2, s.
-        row: (4, K + 1, 3): position at an instant = row . state now. grown: (4, K + 1) variance added until then, m^2. turn_row: (R, K + 1, 2) the same for turns: real and imaginary part of the velocity's factor.
+        turn: (R,) rad/s. prior: (6 + R,) probability of each family at first. next: (6 + R,)
+        the same once the kind of motion has changed. step: s between a forecast's instants.
+        noise: (6,) of stopped, steady, free, braking, turn, oscillation, see the parameters. manoeuvre: (3,) m/s^2, s, and
+        s of braking.
+        row: (5, K + 1, 3): position at an instant = row . state now. grown: (5, K + 1) variance added until then, m^2. turn_row: (R, K + 1, 2) the same for turns: real and imaginary part of the velocity's factor.
         turn_grown: (K + 1,) m^2.
     """
 
@@ -47,6 +56,7 @@ class Models(NamedTuple):
     reach: FloatArray
     turn: FloatArray
     prior: FloatArray
+    next: FloatArray
     step: float
     noise: FloatArray
     manoeuvre: FloatArray
@@ -62,12 +72,16 @@ def models(p: ForecastParameters, step: float, count: int) -> Models:
     apart = math.log(stiffness[1] / stiffness[0])
     likely = np.exp(-0.5 * np.linspace(-p.ends, p.ends, p.stiffnesses) ** 2)
     turn = np.array([sign * w for w in p.turns for sign in (1.0, -1.0)])
-    share = np.array([0.08, 0.17, 0.1, 0.2, 0.35])
+    prior, after = (
+        np.concatenate([a, np.full(len(turn), (1.0 - a.sum()) / len(turn))]) for a in (AT_FIRST, AFTER_CHANGE)
+    )
     if p.constant_velocity_only:
-        share = np.array([0.0, 0.5, 0.5, 0.0, 0.0])
-    prior = np.concatenate([share, np.full(len(turn), (1.0 - share.sum()) / len(turn))])
-    noise = np.array([p.noise_stopped, p.noise_steady, p.noise_free, p.noise_oscillation, p.noise_turn])
-    manoeuvre = np.array([p.manoeuvre, p.manoeuvre_time])
+        prior = after = np.zeros(FAMILIES + len(turn))
+        prior[[STEADY, FREE]] = 0.5
+    noise = np.array(
+        [p.noise_stopped, p.noise_steady, p.noise_free, p.noise_braking, p.noise_turn, p.noise_oscillation]
+    )
+    manoeuvre = np.array([p.manoeuvre, p.manoeuvre_time, p.braking_time])
     reach = np.minimum(p.usual_reach, np.minimum(p.acceleration / stiffness, p.speed / np.sqrt(stiffness)))
 
     move, spread = np.zeros((OSCILLATION, 3, 3)), np.zeros((OSCILLATION, 6))
@@ -86,7 +100,7 @@ def models(p: ForecastParameters, step: float, count: int) -> Models:
     turn_row = np.ascontiguousarray(np.stack([along, aside], axis=2))
     turn_grown: FloatArray = np.asarray(p.noise_turn * t**3 / 3.0, dtype=np.float64)
     return Models(
-        stiffness, likely / likely.sum(), 0.5 * apart, reach, turn, prior, float(step), noise, manoeuvre, row, grown,
+        stiffness, likely / likely.sum(), 0.5 * apart, reach, turn, prior, after, float(step), noise, manoeuvre, row, grown,
         turn_row, turn_grown,
     )  # fmt: skip
 
@@ -97,14 +111,16 @@ def _square(s: FloatArray) -> FloatArray:
 
 @kernel
 def transitions(noise: FloatArray, manoeuvre: FloatArray, dt: float, move: FloatArray, spread: FloatArray) -> None:
-    """Fill what `dt` [s] does to the linear models: state transitions `move` (4, 3, 3) and noise `spread` (4, 6): xx, xv, xa, vv, va, aa."""
+    """Fill what `dt` [s] does to the linear models: state transitions `move` (5, 3, 3) and noise `spread` (5, 6): xx, xv, xa, vv, va, aa."""
     move[:], spread[:] = 0.0, 0.0
     move[:, 0, 0] = 1.0
     spread[STOPPED, 0] = noise[0] * dt
-    for m in (STEADY, FREE):
+    for m in (STEADY, FREE, BRAKING):
         q = noise[m]
         spread[m, 0], spread[m, 1], spread[m, 3] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
         move[m, 0, 1], move[m, 1, 1] = dt, 1.0
+    ease = math.exp(-dt / manoeuvre[2])
+    move[BRAKING, 0, 1], move[BRAKING, 1, 1] = manoeuvre[2] * (1.0 - ease), ease
     rate = 1.0 / manoeuvre[1]
     fade = math.exp(-rate * dt)
     move[MANOEUVRE, 0, 1], move[MANOEUVRE, 0, 2] = dt, (rate * dt - 1.0 + fade) / rate**2
@@ -123,7 +139,7 @@ def begin(
     """Start one track's filters at a first position with variance `r` [m^2] and velocity with variance `vv` along an axis.
 
     Args:
-        sigma: of a manoeuvre's acceleration, m/s^2. mean: (2, 4, 3), cov: (4, 6), turn: (R, 4) x, y, vx, vy, turn_cov:
+        sigma: of a manoeuvre's acceleration, m/s^2. mean: (2, 5, 3), cov: (5, 6), turn: (R, 4) x, y, vx, vy, turn_cov:
         (R, 4) position, velocity, and real and imaginary part of position with conjugate velocity; all filled.
     """
     for m in range(mean.shape[1]):
@@ -184,8 +200,8 @@ def correct(
     """Take a position (x, y) with variance `r` [m^2] along an axis into one track's axis filters.
 
     Args:
-        fit: (4,), filled: logarithm of each model's likelihood, less a constant.
-        error: (4,), filled: squared deviations, both axes together.
+        fit: (5,), filled: logarithm of each model's likelihood, less a constant.
+        error: (5,), filled: squared deviations, both axes together.
     """
     for m in range(cov.shape[0]):
         s = cov[m, 0] + r

@@ -32,20 +32,25 @@ class ForecastParameters(BaseModel):
     stiffnesses: int = Field(
         default=8, ge=2, le=32, description="from which its estimate starts, the same factor apart"
     )
-    ends: float = Field(default=1.5, ge=0, le=4, description="deviations of log stiffness at which the two ends lie")
+    ends: float = Field(default=2.0, ge=0, le=4, description="deviations of log stiffness at which the two ends lie")
     turns: tuple[Positive, ...] = Field(
         default=(0.3, 0.7, 1.4), min_length=1, max_length=8, description="rad/s, both ways"
     )
 
     noise_stopped: Positive = Field(default=1e-4, description="of the place of what stands, m^2/s")
-    noise_steady: Positive = Field(default=0.005, description="of acceleration at constant velocity, m^2/s^3")
+    noise_steady: Positive = Field(default=0.01, description="of acceleration at constant velocity, m^2/s^3")
     noise_free: Positive = Field(default=0.3, description="the same where velocity changes at random")
+    noise_braking: Positive = Field(default=0.05, description="the same where velocity fades")
     noise_turn: Positive = Field(default=0.005, description="the same at constant turn")
-    noise_oscillation: Positive = Field(default=3e-5, description="of jerk in an oscillation, m^2/s^5")
+    noise_oscillation: Positive = Field(default=1e-4, description="of jerk in an oscillation, m^2/s^5")
     manoeuvre: Positive = Field(default=0.6, description="standard deviation of an acceleration that lasts, m/s^2")
-    manoeuvre_time: Positive = Field(default=2.0, description="how long it lasts, s")
+    manoeuvre_time: Positive = Field(default=1.0, description="how long it lasts, s")
+    braking_time: Positive = Field(default=0.6, description="in which a velocity that fades falls to 37 %, s")
 
-    switching: float = Field(default=0.05, ge=0, allow_inf_nan=False, description="changes of the kind of motion, 1/s")
+    switching: float = Field(default=0.15, ge=0, allow_inf_nan=False, description="changes of the kind of motion, 1/s")
+    patience: Positive = Field(
+        default=2.0, description="over its age and that many s the changes seen of one are a rate"
+    )
     refuted: Share = Field(default=1e-5, description="probability below which a kind of motion is begun anew")
     surprise: Positive = Field(
         default=30.0, description="squared deviations of the best model; beyond, all begins anew"

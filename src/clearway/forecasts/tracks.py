@@ -34,21 +34,26 @@ SWAPPED, NEW = 3, 4
 FIRST, SEEN, MOVED = 0, 1, 2
 
 
+_SEEN_CHANGE = 0.1  # a probability below is no evidence
+
+
 class Tracks(NamedTuple):
     """Room for C tracks; the first `count` rows that its owner knows of are in use.
 
     Attributes:
         label: (C,) int64, the identity that perception gives it now. identity: (C,) int64, ours.
         clock: (C, 3) s: when it began, when it was perceived last, and when perceived last as one that moves.
+        changes: (C,) of its kind of motion that were seen.
         size: (C, 2) m: radius, error of its last place.
-        mean (C, 2, 4, 3), cov (C, 4, 6), turn (C, R, 4), turn_cov (C, R, 4): see `models.begin`. osc (C, 2, B, 4), osc_cov
+        mean (C, 2, 5, 3), cov (C, 5, 6), turn (C, R, 4), turn_cov (C, R, 4): see `models.begin`. osc (C, 2, B, 4), osc_cov
         (C, 2, B, 10): see `oscillations`.
-        family (C, 5 + R), stiff (C, 2, B): see `mixture.weigh`. disc (C, 6), recent (C, RECENT, 4): see `bounds.start`.
+        family (C, 6 + R), stiff (C, 2, B): see `mixture.weigh`. disc (C, 6), recent (C, RECENT, 4): see `bounds.start`.
     """
 
     label: npt.NDArray[np.int64]
     identity: npt.NDArray[np.int64]
     clock: FloatArray
+    changes: FloatArray
     size: FloatArray
     mean: FloatArray
     cov: FloatArray
@@ -66,7 +71,7 @@ def room(models: Models, capacity: int) -> Tracks:
     """Empty room for `capacity` tracks."""
     bank, turns, c = len(models.stiffness), len(models.turn), capacity
     return Tracks(
-        np.zeros(c, dtype=np.int64), np.zeros(c, dtype=np.int64), np.zeros((c, 3)), np.zeros((c, 2)),
+        np.zeros(c, dtype=np.int64), np.zeros(c, dtype=np.int64), np.zeros((c, 3)), np.zeros(c), np.zeros((c, 2)),
         np.zeros((c, 2, OSCILLATION, 3)), np.zeros((c, OSCILLATION, 6)), np.zeros((c, turns, 4)), np.zeros((c, turns, 4)),
         np.zeros((c, 2, bank, 4)), np.zeros((c, 2, bank, 10)), np.zeros((c, FAMILIES + turns)), np.zeros((c, 2, bank)),
         np.zeros((c, 6)), np.zeros((c, RECENT, 4)),
@@ -94,6 +99,7 @@ class Limits(NamedTuple):
     surprise: float
     agree: float
     least: float
+    patience: float
 
 
 @kernel
@@ -157,7 +163,7 @@ def move_on(tracks: Tracks, count: int, models: Models, limits: Limits, dt: floa
         predict(move, spread, tracks.mean[i], tracks.cov[i])
         predict_turns(models.turn, models.noise[4], dt, tracks.turn[i], tracks.turn_cov[i])
         for axis in range(2):
-            oscillations.predict(dt, models.noise[3], tracks.osc[i, axis], tracks.osc_cov[i, axis])
+            oscillations.predict(dt, models.noise[5], tracks.osc[i, axis], tracks.osc_cov[i, axis])
         bounds.move(dt, limits.speed, limits.acceleration, tracks.disc[i])
 
 
@@ -206,7 +212,7 @@ def take_in(
             known = told[j] == NEW
             vx, vy = (velocity[j, 0], velocity[j, 1]) if known else (0.0, 0.0)
             fresh(tracks, i, models, x, y, vx, vy, r, deviation[j] ** 2 if known else limits.usual_speed**2)
-            tracks.clock[i, FIRST] = t
+            tracks.clock[i, FIRST], tracks.changes[i] = t, 0.0
             _bound_anew(tracks, i, limits, t, x, y, e)
             continue
         if dt[i] <= 0.0:
@@ -217,12 +223,15 @@ def take_in(
         for axis in range(2):
             z = x if axis == 0 else y
             oscillations.correct(z, r, tracks.osc[i, axis], tracks.osc_cov[i, axis], osc_fit[axis], osc_off[axis])
-        stay = math.exp(-limits.switching * dt[i])
-        best = weigh(
+        rate = tracks.changes[i] / (t - tracks.clock[i, FIRST] + limits.patience)
+        stay = math.exp(-(limits.switching + rate) * dt[i])
+        best, changed = weigh(
             models, stay, limits.refuted, fit, off, turn_fit, turn_off, osc_fit, osc_off, tracks.family[i],
             tracks.stiff[i], tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i], tracks.osc[i],
             tracks.osc_cov[i],
         )  # fmt: skip
+        if changed > _SEEN_CHANGE:
+            tracks.changes[i] += changed
         if best > limits.surprise:
             last = tracks.recent[i, 0]
             since = t - last[0]
@@ -244,8 +253,9 @@ def foresee(
     """Fill the forecast of the tracks `rows` (n,); see `Forecast`: `radius` is its reach, `fastest` its speed."""
     for k in range(rows.shape[0]):
         i = rows[k]
+        rate = tracks.changes[i] / (tracks.clock[i, SEEN] - tracks.clock[i, FIRST] + limits.patience)
         forecast(
             models, tracks.family[i], tracks.stiff[i], tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i],
-            tracks.osc[i], tracks.osc_cov[i], tracks.disc[i, 0], tracks.disc[i, 1], limits.agree, limits.least, path[k], sigma[k], weight[k],
+            tracks.osc[i], tracks.osc_cov[i], tracks.disc[i, 0], tracks.disc[i, 1], rate, limits.agree, limits.least, path[k], sigma[k], weight[k],
         )  # fmt: skip
         fastest[k] = bounds.reach(tracks.disc[i], step, limits.speed, limits.acceleration, centre[k], radius[k])
