@@ -15,6 +15,7 @@ import argparse
 import json
 import math
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -60,55 +61,36 @@ def limits_of(name: str) -> FloatArray:
     )
 
 
-@kernel
-def random_commands(limits: FloatArray, count: int, key: np.uint64, number: int) -> FloatArray:
+def random_commands(limits: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
     """(count, 2) commands that are held for 1 to 6 periods each: anything within the limits, at them, turns, rest."""
-    out = np.empty((count, 2))
-    v = w = 0.0
-    left = 0
-    for j in range(count):
-        if left == 0:
-            left = 1 + int(6.0 * uniform(key, number, 8 * j))
-            v = limits[0] + (limits[1] - limits[0]) * uniform(key, number, 8 * j + 1)
-            w = limits[4] * (2.0 * uniform(key, number, 8 * j + 2) - 1.0)
-            mode = uniform(key, number, 8 * j + 3)
-            if mode < 0.1:
-                v, w = 0.0, 0.0
-            elif mode < 0.2:
-                v = 0.0
-            elif mode < 0.4:
-                w = 0.0
-            elif mode < 0.5:
-                v = limits[1]
-        out[j, 0], out[j, 1] = v, w
-        left -= 1
-    return out
+    held: list[tuple[float, float]] = []
+    while len(held) < count:
+        v, w = rng.uniform(limits[0], limits[1]), rng.uniform(-limits[4], limits[4])
+        ways = ((0.0, 0.0), (0.0, w), (v, 0.0), (v, 0.0), (limits[1], w), *[(v, w)] * 5)
+        held += [ways[rng.integers(10)]] * int(rng.integers(1, 7))
+    return np.array(held[:count])
 
 
-@kernel
 def stopping(state: FloatArray, commands: FloatArray, limits: FloatArray, period: float, rest: int) -> Plan:
     """The plan that follows `commands`, brakes as hard as it can, and stands for `rest` periods more."""
     moved = drive(state, commands, limits, period)
-    end = np.empty(5)
-    end[:3], end[3:] = moved.states[-1], moved.velocities[-1]
-    tail = braking_tail(end, limits, period)
-    whole = np.zeros((len(commands) + len(tail.inputs) + rest, 2))
-    whole[: len(commands)] = commands
-    return drive(state, whole, limits, period)
+    tail = braking_tail(np.concatenate([moved.states[-1], moved.velocities[-1]]), limits, period)
+    return drive(state, np.concatenate([commands, np.zeros((len(tail.inputs) + rest, 2))]), limits, period)
 
 
-@kernel
 def worst_case(plan: Plan, tube: Tube, period: float, target: int, angle: float) -> FloatArray:
-    """(M + 1, 3): row j says how much what happens up to sample j adds in direction `angle` at sample `target`, linearly."""
-    rows = np.zeros((len(plan.inputs) + 1, 3))
-    rows[target, 0], rows[target, 1] = math.cos(angle), math.sin(angle)
+    """(M + 1, 5): row j says how much what happens up to sample j adds in direction `angle` at sample `target`, linearly:
+    an error of x, y, theta; and a deviation of v and omega in period j.
+    """
+    rows = np.zeros((len(plan.inputs) + 1, 5))
+    rows[target, :2] = math.cos(angle), math.sin(angle)
     for j in range(target - 1, -1, -1):
         a, b = linearise(plan.states[j, 2], plan.inputs[j, 0], plan.inputs[j, 1], period, False)
-        rows[j] = rows[j + 1] @ (a + b @ tube.gains[j])
+        rows[j, :3] = rows[j + 1, :3] @ (a + b @ tube.gains[j])
+        rows[j, 3:] = rows[j + 1, :3] @ b
     return rows
 
 
-@kernel
 def follow(
     plan: Plan, tube: Tube, limits: FloatArray, period: float, disturbance: FloatArray, start: FloatArray, kind: int,
     key: np.uint64, run: int, path: FloatArray, worst: FloatArray,
@@ -119,16 +101,27 @@ def follow(
         path: (M n + 1, 5) filled with x, y, theta, and the v and omega that the wheels have, n steps a period.
         worst: (7,) raised to the largest share seen of each of the bounds NAMES.
     """
+    m = len(plan.inputs)
+    target = 1 + int(m * uniform(key, run, 1)) if run % 2 else m
+    rows = (
+        worst_case(plan, tube, period, target, math.tau * uniform(key, run, 2)) if kind == 6 else np.zeros((m + 1, 5))
+    )
+    _follow(plan, tube, limits, period, disturbance, start, kind, key, run, rows, path, worst)
+
+
+@kernel
+def _follow(
+    plan: Plan, tube: Tube, limits: FloatArray, period: float, disturbance: FloatArray, start: FloatArray, kind: int,
+    key: np.uint64, run: int, rows: FloatArray, path: FloatArray, worst: FloatArray,
+) -> None:  # fmt: skip
     m, n = len(plan.inputs), max(1, math.ceil(period / STEP - 1e-9))
     h = period / n
     side = 1.0 if uniform(key, run, 0) < 0.5 else -1.0
-    target = 1 + int(m * uniform(key, run, 1)) if run % 2 else m
-    rows = worst_case(plan, tube, period, target, 2.0 * math.pi * uniform(key, run, 2))
-    pushed, misread, off, u = np.empty(4), np.zeros(3), np.zeros(3), np.empty(2)
+    pushed, off, u = np.empty(4), np.empty(3), np.empty(2)
     for i in range(3):
         off[i] = start[i] * (2.0 * uniform(key, run, 3 + i) - 1.0)
         if kind == 6:
-            off[i] = start[i] * (1.0 if rows[0, i] > 0.0 else -1.0)
+            off[i] = math.copysign(start[i], rows[0, i])
         elif kind >= 1:
             off[i] = math.copysign(start[i], off[i])
     x, y, t = plan.states[0, 0] + off[0], plan.states[0, 1] + off[1], plan.states[0, 2] + off[2]
@@ -137,35 +130,35 @@ def follow(
     for j in range(m):
         theta = plan.states[j, 2]
         off[0], off[1], off[2] = x - plan.states[j, 0], y - plan.states[j, 1], wrap(t - theta)
-        for i in range(3):
-            misread[i] = start[i] * (2.0 * uniform(key, run, 16 * j + 16 + i) - 1.0)
-            if kind >= 1:
-                misread[i] = math.copysign(start[i], misread[i])
-            if kind == 6:
-                _, b = linearise(theta, plan.inputs[j, 0], plan.inputs[j, 1], period, False)
-                r, k = rows[j + 1] @ b, tube.gains[j]
-                misread[i] = start[i] * (1.0 if r[0] * k[0, i] + r[1] * k[1, i] > 0.0 else -1.0)
         for i in range(2):
-            correction = tube.gains[j, i] @ (off + misread)
-            u[i] = plan.commands[j, i] + correction
-            if abs(correction) > 1e-12:
-                worst[4 + i] = max(worst[4 + i], abs(correction) / (tube.margin[j, i] + 1e-12))
+            u[i] = 0.0
+        for i in range(3):
+            misread = start[i] * (2.0 * uniform(key, run, 16 * j + 16 + i) - 1.0)
+            if kind >= 1:
+                misread = math.copysign(start[i], misread)
+            if kind == 6:
+                misread = math.copysign(
+                    start[i], rows[j, 3] * tube.gains[j, 0, i] + rows[j, 4] * tube.gains[j, 1, i]
+                )  # fmt: skip
+            for r in range(2):
+                u[r] += tube.gains[j, r, i] * (off[i] + misread)
+        for r in range(2):
+            if abs(u[r]) > 1e-12:
+                worst[4 + r] = max(worst[4 + r], abs(u[r]) / (tube.margin[j, r] + 1e-12))
+            u[r] += plan.commands[j, r]
 
         angle, radius = 2.0 * math.pi * uniform(key, run, 16 * j + 20), disturbance[0]
         for i in range(1, 4):
             pushed[i] = disturbance[i] * (2.0 * uniform(key, run, 16 * j + 20 + i) - 1.0)
+            if kind >= 1:
+                pushed[i] = math.copysign(disturbance[i], pushed[i])
         if kind == 0:
             radius *= math.sqrt(uniform(key, run, 16 * j + 24))
-        elif kind == 1:
-            for i in range(1, 4):
-                pushed[i] = math.copysign(disturbance[i], pushed[i])
         elif kind == 6:
-            _, b = linearise(theta, plan.inputs[j, 0], plan.inputs[j, 1], period, False)
-            r, along = rows[j + 1], rows[j + 1] @ b
-            angle = math.atan2(r[1], r[0])
-            pushed[1] = math.copysign(disturbance[1], r[2])
-            pushed[2], pushed[3] = math.copysign(disturbance[2], along[0]), math.copysign(disturbance[3], along[1])
-        else:
+            angle = math.atan2(rows[j + 1, 1], rows[j + 1, 0])
+            pushed[1] = math.copysign(disturbance[1], rows[j + 1, 2])
+            pushed[2], pushed[3] = math.copysign(disturbance[2], rows[j, 3]), math.copysign(disturbance[3], rows[j, 4])
+        elif kind >= 2:
             now = side * (-1.0 if kind == 4 and j % 2 else 1.0)
             angle = theta + 0.5 * math.pi * now
             back = -1.0 if kind == 3 else 1.0
@@ -173,10 +166,9 @@ def follow(
             if kind == 5:
                 angle = math.atan2(off[1], off[0])
                 across = math.cos(theta) * off[1] - math.sin(theta) * off[0]
-                pushed[1] = math.copysign(disturbance[1], across * (plan.inputs[j, 0] if j + 1 < m else 1.0))
+                pushed[1] = math.copysign(disturbance[1], across * plan.inputs[j, 0])
         if u[0] == 0.0 and u[1] == 0.0 and v == 0.0 and w == 0.0 and disturbance[4] == 0.0:
-            radius = 0.0
-            pushed[:] = 0.0
+            radius = pushed[1] = pushed[2] = pushed[3] = 0.0
 
         nx, ny, nt = x, y, t
         goal_v, goal_w = min(max(u[0], limits[0]), limits[1]), min(max(u[1], -limits[4]), limits[4])
@@ -193,8 +185,8 @@ def follow(
             apart, turned = math.hypot(x - bx, y - by), abs(wrap(t - bt))
             worst[2] = max(worst[2], apart / (tube.around[j] + 1e-12))
             worst[3] = max(worst[3], turned / (tube.turned[j] + 1e-12))
-            row = path[j * n + i + 1]
-            row[0], row[1], row[2], row[3], row[4] = x, y, t, v, w
+            k = j * n + i + 1
+            path[k, 0], path[k, 1], path[k, 2], path[k, 3], path[k, 4] = x, y, t, v, w
         apart = math.hypot(x - plan.states[j + 1, 0], y - plan.states[j + 1, 1])
         worst[0] = max(worst[0], apart / (tube.radius[j + 1] + 1e-12))
         worst[1] = max(worst[1], abs(wrap(t - plan.states[j + 1, 2])) / (tube.heading[j + 1] + 1e-12))
@@ -202,26 +194,22 @@ def follow(
             worst[6] = max(worst[6], apart / (tube.radius[m] + 1e-12))
 
 
-@kernel
 def shares(
     limits: FloatArray, period: float, disturbance: FloatArray, start: FloatArray, plans: int, runs: int, count: int,
     key: np.uint64,
 ) -> FloatArray:  # fmt: skip
     """(plans, kinds, 7) worst shares of the bounds over `runs` of each kind along each of `plans` random plans."""
-    out = np.zeros((plans, 7, 7))
+    out, rng = np.zeros((plans, 7, 7)), np.random.default_rng(int(key))
     n = max(1, math.ceil(period / STEP - 1e-9))
-    state = np.zeros(5)
     for p in range(plans):
-        state[2] = 6.28 * uniform(key, p, 7)
-        plan = stopping(state, random_commands(limits, count, key, p), limits, period, 2)
+        state = np.array([0.0, 0.0, rng.uniform(0, 6.28), 0.0, 0.0])
+        plan = stopping(state, random_commands(limits, count, rng), limits, period, 2)
         about = tube(plan, room(plan, limits), period, disturbance, start, True)
         path = np.empty((len(plan.inputs) * n + 1, 5))
         for kind in range(7):
             for run in range(runs):
-                follow(
-                    plan, about, limits, period, disturbance, start, kind, key, (p * 7 + kind) * runs + run, path,
-                    out[p, kind],
-                )  # fmt: skip
+                number = (p * 7 + kind) * runs + run
+                follow(plan, about, limits, period, disturbance, start, kind, key, number, path, out[p, kind])
     return out
 
 
@@ -241,11 +229,12 @@ def chase(
     ahead = 1.5 * uniform(key, run, 12)
     least, n = math.inf, len(path)
     for i in range(n):
-        if path[i, 3] != 0.0 or path[i, 4] != 0.0 or (i + 1 < n and i == 0):
+        if path[i, 3] != 0.0 or path[i, 4] != 0.0:
             g = gap(body.vertices, body.radius, path[i, 0], path[i, 1], path[i, 2], x, y) - rim
             least = min(least, g)
-        aim = path[min(n - 1, i + (int(ahead / h) if manner == 1 else 0))]
-        dx, dy = aim[0] - x - vx * ahead * (manner == 1), aim[1] - y - vy * ahead * (manner == 1)
+        soon = ahead if manner == 1 else 0.0
+        k = min(n - 1, i + int(soon / h))
+        dx, dy = path[k, 0] - x - vx * soon, path[k, 1] - y - vy * soon
         if manner == 2:
             dx, dy = math.cos(any_way), math.sin(any_way)
         if manner == 3:
@@ -268,9 +257,9 @@ def to_discs(path: FloatArray, body: Footprint, discs: FloatArray) -> float:
     """The least gap [m] along `path` to standing discs (s, 3), at any time."""
     least = math.inf
     for i in range(len(path)):
-        for d in discs:
-            g = gap(body.vertices, body.radius, path[i, 0], path[i, 1], path[i, 2], d[0], d[1]) - d[2]
-            least = min(least, g)
+        for k in range(len(discs)):
+            g = gap(body.vertices, body.radius, path[i, 0], path[i, 1], path[i, 2], discs[k, 0], discs[k, 1])
+            least = min(least, g - discs[k, 2])
     return least
 
 
@@ -324,7 +313,7 @@ def certificates(
             pursuit[0] if p % 2 else math.inf, np.array([-half, -half, half, half]), rng.uniform(2.0, 5.0), pursuit[1]
         )
         state = np.array([0.0, 0.0, rng.uniform(0, 6.28), 0.0, 0.0])
-        plan = drive(state, random_commands(limits, count, key, p), limits, period)
+        plan = drive(state, random_commands(limits, count, rng), limits, period)
         k, whole, about, _ = longest_certified(
             plan, body, forecast, rules, Safety(limits, period, bounds, start), True, 1
         )
@@ -371,53 +360,31 @@ def crowd(count: int, periods: int, period: float) -> tuple[Forecast, Rules]:
     return forecast, Rules(1.8, np.array([-7.0, -7.0, 7.0, 7.0]), 4.0, 4.4)
 
 
-@kernel
-def repeat_tube(count: int, plan: Plan, left: FloatArray, safety: Safety) -> float:
-    total = 0.0
-    for _ in range(count):
-        total += tube(plan, left, safety.period, safety.disturbance, safety.start, True).radius[-1]
-    return total
-
-
-@kernel
-def repeat_certify(count: int, plan: Plan, about: Tube, period: float, body: Footprint, f: Forecast, r: Rules) -> float:
-    total = 0.0
-    for _ in range(count):
-        total += certify(plan, about, period, body, f, r).which
-    return total
-
-
-@kernel
-def repeat_longest(count: int, plan: Plan, body: Footprint, f: Forecast, r: Rules, safety: Safety) -> float:
-    total = 0.0
-    for _ in range(count):
-        total += longest_certified(plan, body, f, r, safety, True, 0)[0]
-    return total
-
-
 def costs(repeats: int) -> dict[str, float]:
-    """Microseconds (minimum of five) on plans of 20 periods of the rescue robot, the worst of 30 plans."""
+    """Microseconds, called from Python, on plans of 20 periods of the rescue robot: the worst of 30 plans."""
     limits, period = limits_of("rescue"), load_robot("rescue").period
     bounds, start = (np.array(a) for a in BASES["rescue"])
     safety = Safety(limits, period, bounds, start)
     body = footprint(load_robot("rescue").shape)
     forecast, rules = crowd(16, 30, period)
+    endless = rules._replace(sight=math.inf)
     worst = {"tube": 0.0, "certificate": 0.0, "longest certified": 0.0}
-    for p in range(30):
-        plan = drive(np.zeros(5), random_commands(limits, 20, stream(1, "cost"), p), limits, period)
+    rng = np.random.default_rng(1)
+    for _ in range(30):
+        plan = drive(np.zeros(5), random_commands(limits, 20, rng), limits, period)
         left = room(plan, limits)
         about = tube(plan, left, period, bounds, start, True)
-        for name, call, args in (
-            ("tube", repeat_tube, (plan, left, safety)),
-            ("certificate", repeat_certify, (plan, about, period, body, forecast, rules._replace(sight=math.inf))),
-            ("longest certified", repeat_longest, (plan, body, forecast, rules, safety)),
-        ):
-            call(1, *args)
+        calls: tuple[tuple[str, Callable[..., Any], tuple[Any, ...]], ...] = (
+            ("tube", tube, (plan, left, period, bounds, start, True)),
+            ("certificate", certify, (plan, about, period, body, forecast, endless)),
+            ("longest certified", longest_certified, (plan, body, forecast, endless, safety, True, 0)),
+        )
+        for name, call, args in calls:
             times = []
-            for _ in range(5):
+            for _ in range(repeats):
                 began = time.perf_counter()
-                call(repeats, *args)
-                times.append((time.perf_counter() - began) / repeats * 1e6)
+                call(*args)
+                times.append((time.perf_counter() - began) * 1e6)
             worst[name] = max(worst[name], min(times))
     return worst
 

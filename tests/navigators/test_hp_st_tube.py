@@ -51,7 +51,7 @@ def test_no_run_ever_leaves_the_tube(benchmark: Any) -> None:
 def test_the_tube_is_not_loose(benchmark: Any) -> None:
     """An adversary that plans ahead comes near the bound after 20 periods, not after one only."""
     for row in benchmark.measure(plans=12, runs=4):
-        assert row["worst"]["radius at the end"] > 0.8, row["base"]
+        assert row["worst"]["radius at the end"] > 0.75, row["base"]
         assert row["median"]["radius at the end"] > 0.6, row["base"]
 
 

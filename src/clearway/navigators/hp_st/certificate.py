@@ -18,7 +18,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
+from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, stands, tube
 
 TOUCH = 1e-4
 """A gap below this counts as contact, m: advancement comes close to zero, but never there."""
@@ -73,16 +73,15 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
     Returns:
         The conflict that comes first.
     """
-    which, first = CLEAR, math.inf
-    for i in range(forecast.still.shape[0]):
-        t = _to_still(plan, tube, period, body, forecast.still[i], first)
+    which, first, still = CLEAR, math.inf, forecast.still
+    for i in range(still.shape[0]):
+        t = _to_still(plan, tube, period, body, still[i, 0], still[i, 1], still[i, 2], first)
         if t < first:
             which, first = i, t
-    if forecast.radius.shape[0] > 0:
-        for i in range(forecast.radius.shape[0]):
-            t = _to_mover(plan, tube, period, body, forecast, i, rules.acceleration, first)
-            if t < first:
-                which, first = forecast.still.shape[0] + i, t
+    for i in range(forecast.radius.shape[0]):
+        t = _to_mover(plan, tube, period, body, forecast, i, rules.acceleration, first)
+        if t < first:
+            which, first = still.shape[0] + i, t
     t = _leaves(plan, tube, period, rules.area)
     if t < first:
         which, first = AREA, t
@@ -110,9 +109,12 @@ def stopped_after(plan: Plan, k: int, limits: FloatArray, period: float) -> Plan
     velocity = plan.velocities[k]
     longest = max(abs(velocity[0]) / limits[3], abs(velocity[1]) / limits[6])
     commands = np.zeros((k + math.ceil(longest / period - 1e-9) + 1, 2))
-    commands[:k] = plan.commands[:k]
+    for j in range(k):
+        commands[j, 0], commands[j, 1] = plan.commands[j, 0], plan.commands[j, 1]
     start = np.empty(5)
-    start[:3], start[3:] = plan.states[0], plan.velocities[0]
+    for i in range(3):
+        start[i] = plan.states[0, i]
+    start[3], start[4] = plan.velocities[0, 0], plan.velocities[0, 1]
     return drive(start, commands, limits, period)
 
 
@@ -148,16 +150,16 @@ def longest_certified(
 
 @kernel
 def _to_still(
-    plan: Plan, tube: Tube, period: float, body: Footprint, disc: FloatArray, deadline: float
-) -> float:  # fmt: skip
-    """When the tube may first touch the disc (3,) x, y, R, before `deadline` [s]; inf: not."""
+    plan: Plan, tube: Tube, period: float, body: Footprint, ox: float, oy: float, size: float, deadline: float
+) -> float:
+    """When the tube may first touch the disc of radius `size` around (ox, oy), before `deadline` [s]; inf: not."""
     for j in range(len(plan.inputs)):
         if j * period >= deadline:
             break
         v, w = plan.inputs[j, 0], plan.inputs[j, 1]
         x, y, theta = plan.states[j, 0], plan.states[j, 1], plan.states[j, 2]
-        off = disc[2] + tube.around[j]
-        far = math.hypot(x - disc[0], y - disc[1]) - body.circumscribed - off
+        off = size + tube.around[j]
+        far = math.hypot(x - ox, y - oy) - body.circumscribed - off
         if far > abs(v) * period + TOUCH:
             continue
         off += body.lever * min(2.0, tube.turned[j])
@@ -165,7 +167,7 @@ def _to_still(
         t = 0.0
         while t <= period:
             px, py, turned = arc(x, y, theta, v, w, t)
-            g = gap(body.vertices, body.radius, px, py, turned, disc[0], disc[1]) - off
+            g = gap(body.vertices, body.radius, px, py, turned, ox, oy) - off
             if g <= TOUCH:
                 return j * period + t
             if rate <= 0.0:
@@ -183,13 +185,12 @@ def _to_mover(
     step, speed = forecast.step, forecast.speed[i]
     last = forecast.centre.shape[1] - 1
     sag = acceleration * step * step / 8.0
-    until = 0.0  # no contact before, s
     for j in range(len(plan.inputs)):
         v, w = plan.inputs[j, 0], plan.inputs[j, 1]
-        t, end = max(j * period, until), (j + 1) * period
+        t, end = j * period, (j + 1) * period
         if j * period >= deadline:
             break
-        if (v == 0.0 and w == 0.0 and plan.swings[j].max() == 0.0) or t > end:
+        if stands(plan, j):
             continue
         x, y, theta = plan.states[j, 0], plan.states[j, 1], plan.states[j, 2]
         plain = forecast.radius[i] + tube.around[j]
@@ -237,13 +238,13 @@ def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
     low_x, low_y = min(area[0], x0 - r0), min(area[1], y0 - r0)
     high_x, high_y = max(area[2], x0 + r0), max(area[3], y0 + r0)
     for j in range(len(plan.inputs)):
-        a, b = plan.states[j], plan.states[j + 1]
+        ax, ay, bx, by = plan.states[j, 0], plan.states[j, 1], plan.states[j + 1, 0], plan.states[j + 1, 1]
         off = tube.around[j] + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period)
         if (
-            min(a[0], b[0]) - off < low_x
-            or min(a[1], b[1]) - off < low_y
-            or max(a[0], b[0]) + off > high_x
-            or max(a[1], b[1]) + off > high_y
+            min(ax, bx) - off < low_x
+            or min(ay, by) - off < low_y
+            or max(ax, bx) + off > high_x
+            or max(ay, by) + off > high_y
         ):
             return j * period
     return math.inf
@@ -258,12 +259,11 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: float
     """
     x0, y0 = plan.states[0, 0], plan.states[0, 1]
     for j in range(len(plan.inputs)):
-        v, w = plan.inputs[j, 0], plan.inputs[j, 1]
-        a, b = plan.states[j], plan.states[j + 1]
-        out = max(math.hypot(a[0] - x0, a[1] - y0), math.hypot(b[0] - x0, b[1] - y0)) + tube.around[j] + tube.radius[0]
-        out += _bow(v, w, period) + body.circumscribed
-        moving = v != 0.0 or w != 0.0 or plan.swings[j].max() > 0.0
-        if out >= sight - (unseen * (j + 1) * period if moving else 0.0):
+        before = math.hypot(plan.states[j, 0] - x0, plan.states[j, 1] - y0)
+        after = math.hypot(plan.states[j + 1, 0] - x0, plan.states[j + 1, 1] - y0)
+        out = max(before, after) + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period) + tube.around[j]
+        out += tube.radius[0] + body.circumscribed
+        if out >= sight - (0.0 if stands(plan, j) else unseen * (j + 1) * period):
             return j * period
     return math.inf
 

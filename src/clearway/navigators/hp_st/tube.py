@@ -53,6 +53,13 @@ class Plan(NamedTuple):
     commands: FloatArray
 
 
+@kernel
+def stands(plan: Plan, j: int) -> bool:
+    """Whether the base stands all through period `j` of `plan`."""
+    still = plan.inputs[j, 0] == 0.0 and plan.inputs[j, 1] == 0.0
+    return bool(still and plan.swings[j, 0] == 0.0 and plan.swings[j, 1] == 0.0)
+
+
 class Tube(NamedTuple):
     """Bounds on where the robot is about a plan of M periods.
 
@@ -84,7 +91,8 @@ def drive(state: FloatArray, commands: FloatArray, limits: FloatArray, period: f
     n = len(commands)
     states, inputs, swings = np.empty((n + 1, 3)), np.empty((n, 2)), np.empty((n, 2))
     velocities, told = np.empty((n + 1, 2)), np.empty((n, 2))
-    states[0], velocities[0] = state[:3], state[3:5]
+    states[0, 0], states[0, 1], states[0, 2] = state[0], state[1], state[2]
+    velocities[0, 0], velocities[0, 1] = state[3], state[4]
     for j in range(n):
         told[j, 0] = min(max(commands[j, 0], limits[0]), limits[1])
         told[j, 1] = min(max(commands[j, 1], -limits[4]), limits[4])
@@ -135,15 +143,15 @@ def tube(
     radius, heading = np.empty(n + 1), np.empty(n + 1)
     around, turned = np.empty(n), np.empty(n)
     gains, margin = np.zeros((n, 2, 3)), np.zeros((n, 2))
-    parts = Parts(np.empty((2 * n, 3)), np.zeros((6 * n + 3, 3)))  # the set of all errors, as a sum
+    parts = Parts(np.zeros((2 * n, 3)), np.zeros((6 * n + 3, 3)))  # the set of all errors, as a sum
     discs, rods = 0, 3
     for i in range(3):
         parts.rods[i, i] = start[i]
     radius[0], heading[0] = math.hypot(start[0], start[1]), start[2]
-    poles, loop, b, row = np.array(POLES), np.eye(3), np.zeros((3, 2)), np.zeros(3)
+    poles, loop, b, row = np.array(POLES), np.empty((3, 3)), np.zeros((3, 2)), np.zeros(3)
     for j in range(n):
         v, w, k = plan.inputs[j, 0], plan.inputs[j, 1], gains[j]
-        still = v == 0.0 and w == 0.0 and plan.swings[j].max() == 0.0
+        still = stands(plan, j)
         if still and standing and disturbance[4] == 0.0:  # nothing moves it
             radius[j + 1], heading[j + 1], around[j], turned[j] = radius[j], heading[j], radius[j], heading[j]
             continue
@@ -153,12 +161,14 @@ def tube(
         b[0, 0], b[1, 0] = g_v * cos, g_v * sin
         b[0, 1], b[1, 1], b[2, 1] = g_w * cos - b_w * sin, g_w * sin + b_w * cos, c
 
-        if j > 0 and not still and room[j].max() > 0.0 and heading[j] + start[2] < math.pi:
-            k[:] = gain(plan.states[j, 2], v, w, c, False, poles, STEER * abs(v))
+        if j > 0 and not still and room[j, 0] + room[j, 1] > 0.0 and heading[j] + start[2] < math.pi:
+            wished = gain(plan.states[j, 2], v, w, c, False, poles, STEER * abs(v))
             for i in range(2):
-                wanted = _support(parts, discs, rods, k[i]) + _misread(k[i], start)
-                k[i] *= min(1.0, room[j, i] / wanted) if wanted > 0.0 else 1.0
+                wanted = _support(parts, discs, rods, wished[i]) + _misread(wished[i], start)
+                share = min(1.0, room[j, i] / wanted) if wanted > 0.0 else 1.0
                 margin[j, i] = min(wanted, room[j, i])
+                for m in range(3):
+                    k[i, m] = share * wished[i, m]
         d_v, d_w = margin[j, 0] + disturbance[2], margin[j, 1] + disturbance[3]
         row[0], row[1], row[2] = 0.5 * c * k[1, 0], 0.5 * c * k[1, 1], 1.0 + 0.5 * c * k[1, 2]
         d_phi = _support(parts, discs, rods, row) + 0.5 * c * (_misread(k[1], start) + disturbance[3])
@@ -174,19 +184,19 @@ def tube(
         loop[1, 2] += length * cos
         _carry(loop, parts.discs, 2 * discs)
         _carry(loop, parts.rods, rods)
-        parts.discs[2 * discs] = 0.0
-        parts.discs[2 * discs + 1] = 0.0
         parts.discs[2 * discs, 0] = parts.discs[2 * discs + 1, 1] = disturbance[0] + linear + bent
         discs += 1
         parts.rods[rods, 2] = disturbance[1]
         rods += 1
         for i in range(2):
             if disturbance[2 + i] > 0.0:
-                parts.rods[rods] = b[:, i] * disturbance[2 + i]
+                for m in range(3):
+                    parts.rods[rods, m] = b[m, i] * disturbance[2 + i]
                 rods += 1
         for m in range(3):  # what the feedback misreads
             if start[m] > 0.0 and not still:
-                parts.rods[rods] = (b[:, 0] * k[0, m] + b[:, 1] * k[1, m]) * start[m]
+                for i in range(3):
+                    parts.rods[rods, i] = (b[i, 0] * k[0, m] + b[i, 1] * k[1, m]) * start[m]
                 rods += 1
 
         radius[j + 1] = _radius(parts, discs, rods)
@@ -211,14 +221,16 @@ def _support(parts: Parts, discs: int, rods: int, row: FloatArray) -> float:
     """The largest row @ e over the first `discs` and `rods` of the sum."""
     most = 0.0
     for i in range(discs):
-        u, v = parts.discs[2 * i], parts.discs[2 * i + 1]
-        p = row[0] * u[0] + row[1] * u[1] + row[2] * u[2]
-        q = row[0] * v[0] + row[1] * v[1] + row[2] * v[2]
+        p, q = _along(row, parts.discs, 2 * i), _along(row, parts.discs, 2 * i + 1)
         most += math.sqrt(p * p + q * q)
     for i in range(rods):
-        u = parts.rods[i]
-        most += abs(row[0] * u[0] + row[1] * u[1] + row[2] * u[2])
+        most += abs(_along(row, parts.rods, i))
     return most
+
+
+@kernel
+def _along(row: FloatArray, axes: FloatArray, i: int) -> float:
+    return float(row[0] * axes[i, 0] + row[1] * axes[i, 1] + row[2] * axes[i, 2])
 
 
 @kernel
@@ -228,8 +240,8 @@ def _radius(parts: Parts, discs: int, rods: int) -> float:
     for a in range(DIRECTIONS):
         cos, sin, reach = _COS[a], _SIN[a], 0.0
         for i in range(discs):
-            u, v = parts.discs[2 * i], parts.discs[2 * i + 1]
-            p, q = cos * u[0] + sin * u[1], cos * v[0] + sin * v[1]
+            p = cos * parts.discs[2 * i, 0] + sin * parts.discs[2 * i, 1]
+            q = cos * parts.discs[2 * i + 1, 0] + sin * parts.discs[2 * i + 1, 1]
             reach += math.sqrt(p * p + q * q)
         for i in range(rods):
             reach += abs(cos * parts.rods[i, 0] + sin * parts.rods[i, 1])
