@@ -18,6 +18,7 @@ from pathlib import Path
 from types import FrameType, TracebackType
 from typing import Any, Protocol, TypeVar
 
+from clearway.campaigns.drawing import draw_ahead
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.campaigns.worker import Done, run_and_keep
 from clearway.errors import ClearwayError
@@ -71,14 +72,27 @@ def run_campaign(
         raise ClearwayError(f"{workers} is wrong: at least 1", field="workers")
     if not resume:
         refuse_results(Path(out))
+    workers = workers or os.cpu_count() or 1
+    with workers_ended():
+        draw_ahead(plan, workers, Path(out), tell, finished_in_turn)
     specs = plan.specs()
     check_plan(plan, specs)
     asked = _asked(plan, specs)
     run = machine() | {"started": now()}
     with TrialStore(Path(out), asked, len(specs), row_schema(), run=run, resume=resume) as store, stoppable(store):
         while missing := store.missing():
-            _run_all(plan, [specs[i] for i in missing], store, workers or os.cpu_count() or 1, tell)
+            _run_all(plan, [specs[i] for i in missing], store, workers, tell)
         return store.finish({"finished": now()})
+
+
+@contextmanager
+def workers_ended() -> Iterator[None]:
+    """Ends the worker processes when something goes wrong in it."""
+    try:
+        yield
+    except BaseException:
+        _stop_workers()
+        raise
 
 
 @contextmanager

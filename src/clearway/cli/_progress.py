@@ -20,7 +20,7 @@ class Progress:
         self.spoke = time.monotonic()
         self.found: int | None = None  # what was done already when it began (a campaign that goes on)
         self.pace: tuple[float, int] | None = None  # when the first of it was done, and how much that made
-        self.width = 0
+        self.width = self.last = 0
 
     def __enter__(self) -> Progress:
         return self
@@ -33,10 +33,11 @@ class Progress:
 
     def __call__(self, done: int, total: int, note: str = "") -> None:
         now = time.monotonic()
-        if self.found is None:
-            self.found = done
+        if self.found is None or done < self.last:  # less than before: other work
+            self.found, self.pace = done, None
         elif self.pace is None and done > self.found:
             self.pace = (now, done)  # the pace is taken from here: what came before was compiling
+        self.last = done
         if not self.live and done < total and now - self.spoke < 10 and not (note and done == self.found):
             return
         self.spoke = now

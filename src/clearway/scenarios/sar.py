@@ -24,7 +24,7 @@ from clearway.geometry.shapes import Circle
 from clearway.robots import Robot
 from clearway.robots.robot import RESCUE, load_robot
 from clearway.scenarios.motions import MotionSpec
-from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate
+from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, keep
 from clearway.scenarios.sar_rules import RADIUS, TASK, Layout
 from clearway.scenarios.scenario import (
     DiscSpec,
@@ -36,7 +36,7 @@ from clearway.scenarios.scenario import (
     OscillationSpec,
     Scenario,
 )
-from clearway.scenarios.suite import Selection, Suite, scenario_seed
+from clearway.scenarios.suite import Generator, Selection, Suite, scenario_seed
 
 FROZEN = 10
 """Scenarios of each case, as in paper B."""
@@ -58,14 +58,22 @@ def build(robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequ
                 f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
                 field="speeds",
             )
-    chosen = [CASES[name] for name in cases if not selection.batches or name in selection.batches]
     return [
         _scenario(suite, case, label, drawn, robot, speed, repetition, seed)
-        for case in chosen
+        for case in _chosen(cases, selection)
         for label, drawn in _drawn(case, selection.seeds)
         for speed in selection.speeds or (min(case.speed, robot.drive.v_max),)
         for repetition in range(1, (selection.repetitions or 1) + 1)
     ]
+
+
+def _chosen(cases: Sequence[str], selection: Selection) -> list[Case]:
+    return [CASES[name] for name in cases if not selection.batches or name in selection.batches]
+
+
+def _calls(selection: Selection, cases: Sequence[str]) -> list[tuple[Case, int]]:
+    """What `generate` is to be called with for the `selection`."""
+    return [(case, seed) for case in _chosen(cases, selection) for seed in range(*(selection.seeds or (0, 0)))]
 
 
 def _drawn(case: Case, seeds: tuple[int, int] | None) -> list[tuple[str, Drawn]]:
@@ -172,7 +180,8 @@ def write_frozen() -> None:
 def _suite(name: str, title: str, description: str, cases: tuple[str, ...]) -> Suite:
     configurations = tuple(f"scenario-{i}" for i in range(1, FROZEN + 1))
     make = partial(build, suite=name, cases=cases)
-    return Suite(name, title, description, cases, configurations, make, generated=True)
+    generator = Generator(partial(_calls, cases=cases), generate, keep)
+    return Suite(name, title, description, cases, configurations, make, generator=generator)
 
 
 SUITES = (

@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from clearway.errors import ClearwayError, unknown
 from clearway.robots import Robot
@@ -40,6 +41,20 @@ class Selection:
 
 
 @dataclass(frozen=True, slots=True)
+class Generator:
+    """How a suite's scenarios can be drawn ahead, by several processes: `make` draws what hasn't been.
+
+    Attributes:
+        calls: arguments of `draw`, for each scenario of a selection with `seeds`. draw: in any process; what it returns
+        travels. keep: takes that and the arguments, in the process that is going to make the scenarios.
+    """
+
+    calls: Callable[[Selection], Sequence[tuple[Any, ...]]]
+    draw: Callable[..., Any]
+    keep: Callable[..., None]
+
+
+@dataclass(frozen=True, slots=True)
 class Suite:
     """A named set of tests.
 
@@ -47,8 +62,8 @@ class Suite:
         batches: names, in the order in which they run. configurations: names.
         make: builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered;
         of the selection it heeds `plan`, `repetitions`, `worlds`, `seeds`.
-        file: where it was read from, None for one that comes with Clearway. generated: whether it has a generator, which
-        draws more scenarios from `Selection.seeds`.
+        file: where it was read from, None for one that comes with Clearway. generator: draws more scenarios from
+        `Selection.seeds`, if it has one.
     """
 
     name: str
@@ -58,7 +73,7 @@ class Suite:
     configurations: tuple[str, ...]
     make: Callable[[Robot, Selection, int], Sequence[Scenario]]
     file: str | None = None
-    generated: bool = False
+    generator: Generator | None = None
 
     def build(self, robot: Robot, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
         """The selected scenarios for `robot`, in the suite's order.
@@ -72,7 +87,7 @@ class Suite:
         chosen = selection or Selection()
         if chosen.repetitions is not None and chosen.repetitions < 1:
             raise ClearwayError(f"{chosen.repetitions} repetitions make no trial; at least 1", field="repetitions")
-        if chosen.seeds is not None and not self.generated:
+        if chosen.seeds is not None and self.generator is None:
             raise ClearwayError(f"the suite {self.name!r} has no generator that could draw from seeds", field="seeds")
         if chosen.seeds is not None and not 0 <= chosen.seeds[0] < chosen.seeds[1]:
             a, b = chosen.seeds
