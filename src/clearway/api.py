@@ -131,7 +131,7 @@ def run(
         worlds=tuple(worlds),
         plan=plan,
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
-        **({} if disturbance is None else {"disturbance": disturbance}),
+        disturbance=disturbance,
     )
     chosen, given = variants(
         _strings(navigators, "navigators"),

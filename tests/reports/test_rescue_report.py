@@ -121,7 +121,10 @@ def test_the_paper_s_runs_give_the_paper_s_tables(results: Results) -> None:
 
 def test_the_sum_has_intervals_the_limit_and_the_share_that_was_cut(results: Results) -> None:
     table = rescue.summary(Findings(results), "sar-case1")
-    first = table.rows[0]
+    assert [c.plain for c in table.rows[0]] == [
+        "clairvoyant's limit", NONE, "100 % by construction", NONE, NONE, NONE, "1", "1", NONE, NONE, NONE,
+    ]  # fmt: skip
+    first = table.rows[1]
     assert [c.text for c in first[:4]] == ["hp-tmpc", "1", "10/10", "10/10"]
     assert first[2].small.startswith("[69.2, 100.0]")  # Clopper and Pearson, 10 of 10
     assert first[6].text.startswith(f"{19.2 / 14.7:.3f}"[:4])
@@ -135,6 +138,19 @@ def test_causes_and_who_moved(results: Results) -> None:
     assert table is not None
     assert "iteration limit" in [c.name for c in table.columns]
     assert sum(int(row[1].text) for row in table.rows) == 8 + 3 + 10 + 10 + 10 + 10
+
+
+def test_failures_are_linked_to_their_replays(results: Results) -> None:
+    f = Findings(results)
+    table = rescue.failures(f, "sar-case2")
+    assert table is not None
+    by = {row[0].text: row for row in table.rows}
+    row = by["Search-and-rescue robot · hl-rrt · set-up 1"]
+    own = [r["trial"] for r in f.rows if (r["suite"], r["navigator"], r["setup"]) == ("sar-case2", "hl-rrt", "1")]
+    column = [c.name for c in table.columns].index("not known")
+    assert row[column].trials == tuple(own), "these trials were made without the base's accelerations"
+    text = write_report(results.path).read_text(encoding="utf-8")
+    assert f'<a href="#replay-{own[0]}" title="replay trial {own[0]}">{own[0]}</a>' in text
 
 
 def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
@@ -166,6 +182,7 @@ def test_a_privileged_navigator_and_scenarios_of_the_same_name_are_told_apart(tm
     table = rescue.by_scenario(f, "sar-confined", "2")
     assert [row[0].text for row in table.rows][:3] == ["a-1", "b-1", "2"]
     assert table.columns[1].name == "oracle (privileged) path (m)"
+    assert rescue.summary(f, "sar-confined").rows[1][0].text == "oracle (privileged)"
     assert f.name(f.systems[0]).endswith("oracle (privileged)")
 
 

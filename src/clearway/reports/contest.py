@@ -10,6 +10,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
+from clearway.reports import ablation
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.selection import System
@@ -20,11 +21,13 @@ MOST = 12
 
 
 def comparisons(f: Findings) -> list[tuple[System, System, Comparison]]:
-    """Every two systems that share a robot and met the same tests, the later against the earlier."""
-    if not 1 < len(f.systems) <= MOST:
+    """Every two systems that share a robot and met the same tests, the later against the earlier; variants without an
+    ingredient are compared in the ablation."""
+    systems = ablation.whole(f.systems)
+    if not 1 < len(systems) <= MOST:
         return []
     found = []
-    for a, b in combinations(f.systems, 2):
+    for a, b in combinations(systems, 2):
         if a.robot != b.robot or (a.navigator != b.navigator and a.setup != b.setup):
             continue
         try:

@@ -21,11 +21,17 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Text, a quieter second part, and whether it stands out."""
+    """Text, a quieter second part, whether it stands out, and numbers of trials, each a link to its replay."""
 
     text: str
     small: str = ""
     strong: bool = False
+    trials: tuple[int, ...] = ()
+
+    @property
+    def plain(self) -> str:
+        """All of it in a line."""
+        return " ".join([part for part in (self.text, *(f"#{n}" for n in self.trials), self.small) if part])
 
 
 Heads: TypeAlias = "list[Column | str]"

@@ -319,7 +319,7 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     ]  # fmt: skip
     if any(r["barn_score"] is not None for r in f.rows):
         labels.append(("barn_score", "score", "", 3))
-    labels.append(("reason", "reason", "", None))
+    labels += [("avoidable", "could it have been avoided?", "", None), ("reason", "reason", "", None)]
     if f.recorded:
         labels.insert([key for key, *_ in labels].index("verdict") + 1, ("to_confirm", "to confirm", "", None))
         labels += [("source", "source", "", None), ("note", "note", "", None)]
@@ -328,9 +328,11 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
         values = {r[key] for r in f.rows if r.get(key) is not None} if key != "verdict" else set(map(verdict, f.rows))
         if key == "reason":
             values = {r["reason"] or r["failure"] for r in f.rows} - {None, ""}
-        if key in ("to_confirm", "note"):
+        if key in ("to_confirm", "note", "avoidable"):
             values -= {""}
-        optional = ("navigator", "setup", "obstacle_speed", "size", "gap", "reason", "source", "to_confirm", "note")
+        optional = (
+            "navigator", "setup", "obstacle_speed", "size", "gap", "avoidable", "reason", "source", "to_confirm", "note",
+        )  # fmt: skip
         if key in optional and len(values) < 1 + (key in ("navigator", "source")):
             continue
         column: dict[str, Any] = {"key": key, "name": name, "unit": unit, "number": digits is not None}
@@ -340,7 +342,7 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
             column["choices"] = sorted(map(str, values))
         if key in INDICATORS:
             column["title"] = INDICATORS[key].title
-        if key in ("reason", "to_confirm", "note"):
+        if key in ("reason", "to_confirm", "note", "avoidable"):
             column["why" if key == "reason" else "words"] = True
         columns.append(column)
     return columns

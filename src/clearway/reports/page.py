@@ -26,6 +26,7 @@ from markupsafe import Markup, escape
 from clearway.errors import ClearwayError
 from clearway.indicators import INDICATORS
 from clearway.reports import (
+    ablation,
     charts,
     conditions,
     contest,
@@ -145,6 +146,7 @@ def build(results: Results, folder: Path) -> None:
         unrecorded=recordings.unrecorded(f),
         every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None and n in simulated],
         rescues=rescue.tables(f),
+        ablations=ablation.tables(f),
         duels=[g for g in (contest.table(duels), contest.indicator_table(duels)) if g is not None],
         verdicts=contest.verdicts(duels),
         paper_b=paper_b,
@@ -243,6 +245,9 @@ def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
     trial = f.results.trial(row["trial"])
     if reason := outcomes.why(row, trial.attempt):
         facts["reason"] = reason
+    facts |= {name: row[name] for name in ("cause", "avoidable") if row.get(name)}
+    if row.get("violations"):
+        facts["violated assumptions"] = f"{row['violations']}, see the events"
     if is_recorded(row):
         why = json.loads(row["not_computable"])
         if row["duration"]:  # else nothing was recorded, which is said once

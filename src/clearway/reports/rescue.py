@@ -6,14 +6,17 @@ from collections import Counter
 from collections.abc import Sequence
 from statistics import mean, stdev
 
-from clearway.reports import paper_b
+from clearway.indicators.avoidable import CLASSES
+from clearway.reports import ablation, paper_b
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
-from clearway.reports.selection import Row, System, distinct, is_recorded
+from clearway.reports.selection import Row, System, distinct, is_recorded, moving_at_contact
 from clearway.statistics import success_interval
 
 MOST_SCENARIOS = 20
 """Scenarios listed one by one; of more only the sum is shown."""
+MOST_LINKS = 12
+"""Failed trials of a system and kind that are linked to their replays; all of them are in the table of trials."""
 
 
 def suites(f: Findings) -> list[str]:
@@ -35,15 +38,14 @@ def tables(f: Findings) -> list[Grid]:
         if len(distinct(rows, "scenario")) <= MOST_SCENARIOS:
             out += [by_scenario(f, suite, setup) for setup in dict.fromkeys(r["setup"] for r in rows)]
         out.append(summary(f, suite))
-        if (why := causes(f, suite)) is not None:
-            out.append(why)
+        out += [g for g in (causes(f, suite), failures(f, suite)) if g is not None]
     return out
 
 
 def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
     """Path and time of every navigator in every scenario, mean and standard deviation, as the paper lays them out."""
     rows = [r for r in f.rows if (r["suite"], r["setup"]) == (suite, setup)]
-    systems = [s for s in f.systems if s.setup == setup and s.of(rows)]
+    systems = [s for s in ablation.whole(f.systems) if s.setup == setup and s.of(rows)]
     several = len({s.robot for s in systems}) > 1
     heads: Heads = [text("Scenario")]
     for s in systems:
@@ -83,10 +85,15 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
 
 
 def summary(f: Findings, suite: str) -> Grid:
-    """Success with exact intervals beside the paper's, path, time, and both relative to the clairvoyant's limit."""
+    """Success with exact intervals beside the paper's, path, time, and both relative to the clairvoyant's limit; that
+    limit and the privileged navigators first, as references."""
     rows = [r for r in f.rows if r["suite"] == suite]
     lines: Rows = []
-    for s in f.systems:
+    if any(r["CT_limit"] is not None for r in rows):
+        lines.append([
+            Cell("clairvoyant's limit", strong=True), NONE, Cell("100 %", "by construction"), *[NONE] * 3, "1", "1", *[NONE] * 3,
+        ])  # fmt: skip
+    for s in sorted(f.systems, key=lambda s: s.navigator not in f.privileged):
         own = s.of(rows)
         if not own:
             continue
@@ -102,13 +109,15 @@ def summary(f: Findings, suite: str) -> Grid:
             Cell(s.navigator + privileged, f.title(s.robot), strong=True), s.setup or NONE,
             Cell(f"{wins}/{len(own)}", span(100 * rate.low, 100 * rate.high, 1) + " %"), theirs,
             _pm(path), _pm(time), *(_pm(v, 3) for v in ratios), f"{num(mean(cut), 1)} %" if cut else NONE,
+            str(sum(moving_at_contact(r) for r in own)), _violations(own),
         ])  # fmt: skip
     heads: Heads = [text("Navigator"), text("Set-up"), "success", "paper", "path (m)", "time (s)", "path / limit", "time / limit",
-             "decisions cut"]  # fmt: skip
+             "decisions cut", "moving at contact", "violated assumptions"]  # fmt: skip
     return grid(
         f"{title(suite)}: successes with the exact 95 % interval; path and time of the successes, mean ± standard deviation, and "
         "relative to the best that a clairvoyant could do (holonomic, at the set speed, undisturbed); the share of decisions "
-        "that the budget cut short. A privileged navigator is told the obstacles' future.",
+        "that the budget cut short; trials with a contact while the robot moved; trials in which an assumption of the navigator's "
+        "guarantee was seen to be untrue, and how often. A privileged navigator is told the obstacles' future.",
         heads, lines,
     )  # fmt: skip
 
@@ -137,9 +146,52 @@ def causes(f: Findings, suite: str) -> Grid | None:
     )  # fmt: skip
 
 
+def failures(f: Findings, suite: str) -> Grid | None:
+    """Which failures could have been avoided, and by what; None if none failed."""
+    rows = [r for r in f.rows if r["suite"] == suite and r["success"] is False]
+    if not rows:
+        return None
+    kinds = [*CLASSES, *(k for k in _ELSE if any(_class(r) == k for r in rows))]
+    lines: Rows = []
+    for s in f.systems:
+        if not (own := s.of(rows)):
+            continue
+        linked = [_linked([r for r in own if _class(r) == k]) for k in kinds]
+        lines.append([Cell(f.name(s), strong=True), str(len(own)), *linked])
+    heads: Heads = [text("System"), "failures", *kinds]
+    return grid(
+        f"{title(suite)}: which failures could have been avoided, each trial a link to its replay. An escape is a manoeuvre of the "
+        "base, found by a search among obstacles whose future is known, that touches nothing until 1.5 s after the contact. Planner's "
+        "fault: 0.75 s before the contact there was one; escape existed when first seen: not then, but when the touched obstacle was "
+        "first seen, so better foresight was needed; seen too late: not even then.",
+        heads, lines,
+    )  # fmt: skip
+
+
+_ELSE = ("without contact", "not known")
+
+
+def _class(row: Row) -> str:
+    contact = str(row["failure"]).startswith("collision")
+    return row.get("avoidable") or _ELSE[contact]
+
+
+def _linked(rows: Sequence[Row]) -> Cell:
+    """How many, with links to the first of them."""
+    more = len(rows) - MOST_LINKS
+    numbers = tuple(r["trial"] for r in rows[:MOST_LINKS])
+    return Cell(str(len(rows)) if rows else NONE, f"and {more} more" if more > 0 else "", trials=numbers)
+
+
+def _violations(rows: Sequence[Row]) -> Cell:
+    """In how many trials an assumption was violated, and how often."""
+    counts = [n for r in rows if (n := r.get("violations"))]
+    return Cell(str(len(counts)), f"{sum(counts)} times" if counts else "")
+
+
 def text_summary(f: Findings) -> list[Grid]:
-    """What a terminal shows: the sums and the causes."""
-    found = [(summary(f, s), causes(f, s)) for s in suites(f)]
+    """What a terminal shows: the sums, the causes and what could have been avoided."""
+    found = [(summary(f, s), causes(f, s), failures(f, s)) for s in suites(f)]
     return [g for pair in found for g in pair if g is not None]
 
 

@@ -103,6 +103,11 @@ def is_recorded(row: Row) -> bool:
     return row.get("source") == "recorded"
 
 
+def moving_at_contact(row: Row) -> bool:
+    """Whether the robot moved when it touched something."""
+    return row.get("moved_at_contact") in ("robot", "both")
+
+
 def by_speed(speed: float | None) -> tuple[bool, float]:
     """Sorts set speeds, unknown ones last."""
     return speed is None, speed or 0.0

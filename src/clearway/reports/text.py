@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from clearway.indicators import HEADLINE, INDICATORS, TIMED
-from clearway.reports import contest, outcomes, rescue
+from clearway.reports import ablation, contest, outcomes, rescue
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
@@ -41,7 +41,7 @@ def numbers(results: Results) -> str:
     parts += [_text(g) for system in f.systems if (g := outcomes.significance(f, system))]
     correlated, notes = outcomes.correlations(f)
     parts += [_text(correlated), *notes] if correlated else []
-    parts += [_text(g) for g in rescue.tables(f)]
+    parts += [_text(g) for g in (*rescue.tables(f), *ablation.tables(f))]
     duels = contest.comparisons(f)
     parts += [_text(g) for g in (contest.table(duels), contest.indicator_table(duels)) if g]
     for system in f.systems:
@@ -51,16 +51,17 @@ def numbers(results: Results) -> str:
 
 
 def beside_published(results: Results) -> str:
-    """BARN beside the published runs and the rescue cases beside paper B, in sum, and what the navigators' comparison
-    shows; empty where there is none of it."""
+    """BARN beside the published runs and the rescue cases beside paper B, in sum, what each ingredient of a navigator
+    brings, and what the navigators' comparison shows; empty where there is none of it."""
     f = Findings(results)
     found = [b for system in f.systems if (b := barn(f, system))]
-    parts = [f"{_text(b.summary)}\n{b.agreement}" for b in found] + [_text(g) for g in rescue.text_summary(f)]
+    parts = [f"{_text(b.summary)}\n{b.agreement}" for b in found]
+    parts += [_text(g) for g in (*rescue.text_summary(f), *ablation.tables(f))]
     return "\n\n".join([*parts, "\n".join(contest.verdicts(contest.comparisons(f)))]).strip()
 
 
 def _text(table: Grid) -> str:
-    rows = [[f"{cell.text} {cell.small}".strip() for cell in row] for row in table.rows]
+    rows = [[cell.plain for cell in row] for row in table.rows]
     return f"{textwrap.fill(table.caption, 110)}\n{columns([c.name for c in table.columns], rows)}"
 
 
