@@ -57,7 +57,7 @@ class Watch:
         if self._pose is None:
             return ()
         state = np.concatenate([self._pose, self._velocity])
-        plan = drive(state, np.array([self._command]), self.limits, self.period)
+        plan = drive(state, np.array([self._command], dtype=np.float64), self.limits, self.period)
         off = math.hypot(pose[0] - plan.states[1, 0], pose[1] - plan.states[1, 1])
         turned = abs(turn_between(plan.states[1, 2], pose[2]))
         most, most_turned = self._bounds(plan.inputs[0], plan.swings[0])
