@@ -5,19 +5,19 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import numpy.typing as npt
 
 from clearway import contract
 from clearway.contract import Obstacles
 from clearway.errors import ClearwayError
-from clearway.forecasts.bounds import BENT, TOO_FAST, words
+from clearway.forecasts.bounds import HELD, words
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.models import models
 from clearway.forecasts.parameters import ForecastParameters
-from clearway.forecasts.tracks import MOVED, SEEN, SWAPPED, Limits, foresee, keep, match, move_on, room, take_in
+from clearway.forecasts.tracks import MOVED, NEW, SEEN, SWAPPED, Limits, advance, foresee, keep, room
 from clearway.geometry.shapes import FloatArray
 
 _ROOM = 32
+_ROUNDING = 1e-9  # s
 _EXACT = 1e-3
 """m, the deviation that a perfect forecast admits: truth is interpolated."""
 
@@ -50,7 +50,7 @@ class Forecaster:
 
     def reset(self) -> None:
         """Forget everything."""
-        self._t, self._n, self._fresh = math.nan, 0, -1
+        self._t, self._n = math.nan, 0
         self._tracks = room(self._models, _ROOM)
 
     def update(self, t: float, obstacles: Obstacles) -> tuple[Forecast, tuple[str, ...]]:
@@ -70,88 +70,53 @@ class Forecaster:
             self.reset()
         self._t = t
         seen = _finite(obstacles)
-        self._drop(t)
-        if dt > 0.0 and self._n:
-            move_on(self._tracks, self._n, self._models, self._limits, dt)
-        self._take(t, seen, told)
+        self._make_room(t, len(seen))
+        told += self._advance(t, dt, seen)
         return self._forecast(t, seen), tuple(told)
 
-    def _drop(self, t: float) -> None:
-        """Forget tracks that were not perceived, or not perceived as moving, for too long."""
-        stale = t - self._tracks.clock[: self._n, SEEN : MOVED + 1].min(axis=1) > self._p.memory + 1e-9
-        if stale.any():
-            rows = np.flatnonzero(~stale)
-            self._tracks, self._n = keep(self._tracks, rows, len(self._tracks.label)), len(rows)
+    def _make_room(self, t: float, new: int) -> None:
+        """Forget tracks that were not perceived, or not perceived as moving, for too long; have room for `new` ones."""
+        rows, capacity = self._n, len(self._tracks.label)
+        if rows:
+            last = self._tracks.clock[:rows, SEEN : MOVED + 1]
+            if t - last.min() > self._p.memory + _ROUNDING:
+                fresh = np.flatnonzero(t - last.min(axis=1) <= self._p.memory + _ROUNDING)
+                self._tracks, self._n = keep(self._tracks, fresh, capacity), len(fresh)
+        if self._n + new > capacity:
+            self._tracks = keep(self._tracks, np.arange(self._n), 2 * (self._n + new))
 
-    def _take(self, t: float, seen: Obstacles, told: list[str]) -> None:
-        tracks, n, m = self._tracks, self._n, len(seen)
-        if not m:
-            return
-        since = t - tracks.clock[:n, SEEN]
+    def _advance(self, t: float, dt: float, seen: Obstacles) -> list[str]:
+        m, p, tracks = len(seen), self._p, self._tracks
         row, what, amount = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64), np.empty(m)
-        place = np.ascontiguousarray(seen.position, dtype=np.float64)
-        error = np.ascontiguousarray(seen.error, dtype=np.float64)
-        label = np.ascontiguousarray(seen.identity, dtype=np.int64)
-        match(tracks, n, self._p.speed, place, error, label, since, row, what, amount)
-        begun = np.flatnonzero((row < 0) & seen.moving)
-        row[begun] = np.arange(n, n + len(begun))
-        if n + len(begun) > len(tracks.label):
-            tracks = self._tracks = keep(tracks, np.arange(n), 2 * (n + len(begun)))
-        if len(begun):
-            self._name(tracks.identity, n, label[begun])
-        self._n = n + len(begun)
-
-        used = np.flatnonzero(row >= 0)  # those that stand and have never moved have none
-        row, what, amount = row[used], what[used], amount[used]
-        place, error, label = place[used], error[used], label[used]
-        known = np.minimum(0.5 * seen.velocity_error[used], self._p.usual_speed)  # a bound is about two sigma
-        velocity = np.ascontiguousarray(seen.velocity[used], dtype=np.float64)
-        blind = ~(np.isfinite(velocity).all(axis=1) & (known < self._p.usual_speed))
-        velocity[blind], known[blind] = 0.0, self._p.usual_speed
-        apart = np.zeros(len(tracks.label))
-        apart[:n] = since
-        take_in(
-            tracks, self._models, self._limits, t, apart, place, error, velocity, np.maximum(known, 0.05), row, what
-        )
-        for k in np.flatnonzero((what == TOO_FAST) | (what == BENT)).tolist():
-            i, p = int(row[k]), self._p
-            name, since_i = int(tracks.identity[i]), float(apart[i])
-            told.append(words(int(what[k]), name, float(amount[k]), since_i, p.speed, p.acceleration))
-        told += [
-            f"obstacle {tracks.identity[row[k]]}: perceived under the identity {label[k]}"
-            for k in np.flatnonzero((what == SWAPPED) & (tracks.label[row] != label)).tolist()
-        ]
-        tracks.label[row] = label
-        tracks.size[row, 0], tracks.size[row, 1] = seen.radius[used], error
-        tracks.clock[row, SEEN] = t
-        moves = row[seen.moving[used]]
-        tracks.clock[moves, MOVED] = t
-
-    def _name(self, identity: npt.NDArray[np.int64], n: int, labels: npt.NDArray[np.int64]) -> None:
-        """Our identity of new tracks: perception's, unless another track has that."""
-        taken = set(identity[:n].tolist())
-        for k, label in enumerate(labels.tolist()):
-            if label in taken:
-                while self._fresh in taken:
-                    self._fresh -= 1
-                label = self._fresh
-            taken.add(label)
-            identity[n + k] = label
+        since = np.empty(len(tracks.label))
+        self._n = advance(
+            tracks, self._n, self._models, self._limits, t, dt, _floats(seen.position), _floats(seen.error),
+            _floats(seen.velocity), _floats(seen.velocity_error), _floats(seen.radius),
+            np.ascontiguousarray(seen.identity, dtype=np.int64), np.ascontiguousarray(seen.moving, dtype=np.bool_),
+            row, what, amount, since,
+        )  # fmt: skip
+        told = []
+        for j in np.flatnonzero((row >= 0) & (what != HELD) & (what != NEW)).tolist():
+            i, kind = int(row[j]), int(what[j])
+            name = int(tracks.identity[i])
+            if kind == SWAPPED:
+                told.append(f"obstacle {name}: perceived under the identity {int(seen.identity[j])}")
+            else:
+                told.append(words(kind, name, float(amount[j]), float(since[i]), p.speed, p.acceleration))
+        return told
 
     def _forecast(self, t: float, seen: Obstacles) -> Forecast:
-        tracks, k, h = self._tracks, self._count, self._p.hypotheses
-        clock = tracks.clock[: self._n]
-        rows = np.flatnonzero(clock[:, MOVED] == clock[:, SEEN])
-        n = len(rows)
+        n, k, h = self._n, self._count, self._p.hypotheses
         path, sigma, weight = np.empty((n, h, k + 1, 2)), np.empty((n, h, k + 1)), np.empty((n, h))
         centre, reach, speed = np.empty((n, k + 1, 2)), np.empty((n, k + 1)), np.empty(n)
-        if n:
-            foresee(
-                tracks, rows, self._models, self._limits, self._step, path, sigma, weight, centre, reach, speed
-            )  # fmt: skip
+        radius, identity, age = np.empty(n), np.empty(n, dtype=np.int64), np.empty(n)
+        n = foresee(
+            self._tracks, n, self._models, self._limits, t, path, sigma, weight, radius, centre, reach, speed, identity,
+            age,
+        )  # fmt: skip
         return Forecast(
-            self._step, _still(seen), path, sigma, weight, tracks.size[rows, 0], centre, reach, speed,
-            tracks.identity[rows], t - clock[rows, SEEN],
+            self._step, _still(seen), path[:n], sigma[:n], weight[:n], radius[:n], centre[:n], reach[:n], speed[:n],
+            identity[:n], age[:n],
         )  # fmt: skip
 
 
@@ -214,11 +179,16 @@ def _check(step: float, count: int) -> None:
         raise ClearwayError(f"{count!r} is no number of steps; it must not be negative", field="count")
 
 
+def _floats(a: FloatArray) -> FloatArray:
+    return np.ascontiguousarray(a, dtype=np.float64)
+
+
 def _finite(o: Obstacles) -> Obstacles:
-    """Those whose place, radius and error are finite (and not negative)."""
+    """Those whose place, radius and error are finite, and the error not negative."""
+    total = float(o.position.sum()) + float(o.radius.sum()) + float(o.error.sum())
+    if math.isfinite(total) and o.error.min(initial=0.0) >= 0.0:
+        return o  # nearly always
     good = np.isfinite(o.position).all(axis=1) & np.isfinite(o.radius) & (o.error >= 0.0) & np.isfinite(o.error)
-    if good.all():
-        return o
     return Obstacles(
         o.position[good], o.velocity[good], o.radius[good], o.error[good], o.velocity_error[good], o.identity[good],
         o.moving[good],
@@ -227,4 +197,6 @@ def _finite(o: Obstacles) -> Obstacles:
 
 def _still(seen: Obstacles) -> FloatArray:
     fixed = ~seen.moving
+    if not fixed.any():
+        return np.empty((0, 3))
     return np.column_stack([seen.position[fixed], seen.radius[fixed] + seen.error[fixed]])

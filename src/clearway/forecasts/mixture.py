@@ -173,12 +173,14 @@ def forecast(
         for h in range(used):
             worst = 0.0
             for j in range(n):
-                d = math.hypot(first[g, 0, j] - path[h, j, 0], first[g, 1, j] - path[h, j, 1])
+                dx, dy = first[g, 0, j] - path[h, j, 0], first[g, 1, j] - path[h, j, 1]
                 own = second[g, j] - 0.5 * (first[g, 0, j] ** 2 + first[g, 1, j] ** 2)
-                worst = max(worst, d / math.sqrt(max(sigma[h, j], own, 1e-6)))
+                d2, s2 = dx * dx + dy * dy, max(sigma[h, j], own, 1e-6)
+                if d2 > worst * s2:
+                    worst = d2 / s2
             if worst < nearest:
                 into, nearest = h, worst
-        if used == weight.shape[0] or (into >= 0 and nearest <= agree):  # sigma holds variances until the end
+        if used == weight.shape[0] or (into >= 0 and nearest <= agree * agree):  # sigma holds variances until the end
             total = weight[into] + w
             s = w / total
             for j in range(n):

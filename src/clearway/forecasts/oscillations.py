@@ -127,14 +127,15 @@ def forecast(
     w = math.sqrt(k)
     c1, s1 = math.cos(w * step), math.sin(w * step)
     c, s = 1.0, 0.0
+    per_w, per_k = 1.0 / w, 1.0 / k
     for j in range(path.shape[0]):
         t = j * step
-        f, g = s / w, (1.0 - c) / k
-        d = (0.5 * (t * c - f) * v + (0.5 * t * f - g) * a) / k
+        f, g = s * per_w, (1.0 - c) * per_k
+        d = (0.5 * (t * c - f) * v + (0.5 * t * f - g) * a) * per_k
         p = x + f * v + g * a
         own = (
             cov[0] + 2.0 * (f * cov[1] + g * cov[2] + d * cov[3]) + f * (f * cov[4] + 2.0 * (g * cov[5] + d * cov[6]))
-            + g * (g * cov[7] + 2.0 * d * cov[8]) + d * d * cov[9] + q * t**5 / 20.0
+            + g * (g * cov[7] + 2.0 * d * cov[8]) + d * d * cov[9] + 0.05 * q * t * t * t * t * t
         )  # fmt: skip
         path[j] += weight * p
         var[j] += 0.5 * weight * (own + p * p)

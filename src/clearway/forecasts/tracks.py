@@ -34,6 +34,7 @@ SWAPPED, NEW = 3, 4
 FIRST, SEEN, MOVED = 0, 1, 2
 
 
+_LEAST_VARIANCE = 0.05**2  # m^2/s^2: what a tracker says of a velocity may be a little wrong
 _SEEN_CHANGE = 0.1  # a probability below is no evidence
 
 
@@ -192,13 +193,13 @@ def _bound_anew(tracks: Tracks, i: int, limits: Limits, t: float, x: float, y: f
 @kernel
 def take_in(
     tracks: Tracks, models: Models, limits: Limits, t: float, dt: FloatArray, place: FloatArray, error: FloatArray,
-    velocity: FloatArray, deviation: FloatArray, row: np.ndarray, told: np.ndarray,
+    velocity: FloatArray, velocity_error: FloatArray, row: np.ndarray, told: np.ndarray,
 ) -> None:  # fmt: skip
-    """Give each measurement to its track; those that are new, or have jumped, begin anew.
+    """Give each measurement to its track, if it has one; those that are new, or have jumped, begin anew.
 
     Args:
-        dt: (C,) s since each track was perceived last; 0: has been at this very instant. velocity (m, 2), deviation
-        (m,) [m/s] along an axis: what is known of a new one's. told: as `match` says, updated.
+        dt: (C,) s since each track was perceived last; 0: has been at this very instant. velocity (m, 2),
+        velocity_error (m,) [m/s]: measured. told: as `match` says, updated.
     """
     bank, turns = tracks.osc.shape[2], tracks.turn.shape[1]
     fit, off = np.empty(OSCILLATION), np.empty(OSCILLATION)
@@ -206,12 +207,15 @@ def take_in(
     osc_fit, osc_off = np.empty((2, bank)), np.empty((2, bank))
     for j in range(row.shape[0]):
         i = row[j]
+        if i < 0:
+            continue
         x, y, e = place[j, 0], place[j, 1], error[j]
         r = 0.25 * e * e + 1e-6
         if told[j] == NEW or told[j] == TOO_FAST:
-            known = told[j] == NEW
-            vx, vy = (velocity[j, 0], velocity[j, 1]) if known else (0.0, 0.0)
-            fresh(tracks, i, models, x, y, vx, vy, r, deviation[j] ** 2 if known else limits.usual_speed**2)
+            vx, vy, vv = velocity[j, 0], velocity[j, 1], 0.25 * velocity_error[j] ** 2  # a bound is about two sigma
+            if told[j] == TOO_FAST or not (math.isfinite(vx + vy) and vv < limits.usual_speed**2):
+                vx, vy, vv = 0.0, 0.0, limits.usual_speed**2
+            fresh(tracks, i, models, x, y, vx, vy, r, max(vv, _LEAST_VARIANCE))
             tracks.clock[i, FIRST], tracks.changes[i] = t, 0.0
             _bound_anew(tracks, i, limits, t, x, y, e)
             continue
@@ -246,16 +250,88 @@ def take_in(
 
 
 @kernel
+def advance(
+    tracks: Tracks, count: int, models: Models, limits: Limits, t: float, dt: float, place: FloatArray,
+    error: FloatArray, velocity: FloatArray, velocity_error: FloatArray, radius: FloatArray, label: np.ndarray,
+    moving: np.ndarray, row: np.ndarray, told: np.ndarray, amount: FloatArray, since: FloatArray,
+) -> int:  # fmt: skip
+    """One period: move the tracks on by `dt` [s] to `t`, and take in what is perceived.
+
+    Args:
+        place (m, 2), error (m,) ...: the perceived obstacles, see `Obstacles`. There is room for all of them.
+        row, told, amount: (m,), see `match`; filled. since: (C,), filled: s since each track was perceived before.
+
+    Returns:
+        How many tracks there are now.
+    """
+    if dt > 0.0:
+        move_on(tracks, count, models, limits, dt)
+    for i in range(count):
+        since[i] = t - tracks.clock[i, SEEN]
+    match(tracks, count, limits.speed, place, error, label, since, row, told, amount)
+    known = count
+    for j in range(label.shape[0]):
+        if row[j] < 0 and moving[j]:
+            row[j], since[count] = count, 0.0
+            tracks.label[count] = label[j]
+            tracks.identity[count] = _unused(tracks.identity, count, label[j])
+            count += 1
+    take_in(tracks, models, limits, t, since, place, error, velocity, velocity_error, row, told)
+    for j in range(label.shape[0]):
+        i = row[j]
+        if i < 0:
+            continue
+        if tracks.label[i] != label[j]:
+            for k in range(known):  # who had this name gets the other's
+                if tracks.label[k] == label[j]:
+                    tracks.label[k] = tracks.label[i]
+            tracks.label[i] = label[j]
+        tracks.size[i, 0], tracks.size[i, 1] = radius[j], error[j]
+        tracks.clock[i, SEEN] = t
+        if moving[j]:
+            tracks.clock[i, MOVED] = t
+    return count
+
+
+@kernel
+def _unused(identity: np.ndarray, count: int, wanted: int) -> int:
+    """`wanted` if none of the first `count` identities is that, else the first negative number that none is."""
+    name, other = wanted, -1
+    while True:
+        free = True
+        for i in range(count):
+            if identity[i] == name:
+                free = False
+                break
+        if free:
+            return name
+        name, other = other, other - 1
+
+
+@kernel
 def foresee(
-    tracks: Tracks, rows: np.ndarray, models: Models, limits: Limits, step: float, path: FloatArray, sigma: FloatArray,
-    weight: FloatArray, centre: FloatArray, radius: FloatArray, fastest: FloatArray,
-) -> None:  # fmt: skip
-    """Fill the forecast of the tracks `rows` (n,); see `Forecast`: `radius` is its reach, `fastest` its speed."""
-    for k in range(rows.shape[0]):
-        i = rows[k]
+    tracks: Tracks, count: int, models: Models, limits: Limits, t: float, path: FloatArray, sigma: FloatArray,
+    weight: FloatArray, radius: FloatArray, centre: FloatArray, reach: FloatArray, speed: FloatArray,
+    identity: np.ndarray, age: FloatArray,
+) -> int:  # fmt: skip
+    """Fill the forecast at `t` [s] of those of the first `count` tracks that moved when they were perceived last; see
+    `Forecast`.
+
+    Returns:
+        How many these are.
+    """
+    n = 0
+    for i in range(count):
+        if tracks.clock[i, MOVED] < tracks.clock[i, SEEN]:
+            continue
+        disc = tracks.disc[i]
         rate = tracks.changes[i] / (tracks.clock[i, SEEN] - tracks.clock[i, FIRST] + limits.patience)
         forecast(
             models, tracks.family[i], tracks.stiff[i], tracks.mean[i], tracks.cov[i], tracks.turn[i], tracks.turn_cov[i],
-            tracks.osc[i], tracks.osc_cov[i], tracks.disc[i, 0], tracks.disc[i, 1], rate, limits.agree, limits.least, path[k], sigma[k], weight[k],
+            tracks.osc[i], tracks.osc_cov[i], disc[0], disc[1], rate, limits.agree, limits.least, path[n], sigma[n],
+            weight[n],
         )  # fmt: skip
-        fastest[k] = bounds.reach(tracks.disc[i], step, limits.speed, limits.acceleration, centre[k], radius[k])
+        speed[n] = bounds.reach(disc, models.step, limits.speed, limits.acceleration, centre[n], reach[n])
+        radius[n], identity[n], age[n] = tracks.size[i, 0], tracks.identity[i], t - tracks.clock[i, SEEN]
+        n += 1
+    return n
