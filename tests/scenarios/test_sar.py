@@ -17,7 +17,7 @@ from clearway.scenarios import sar_draws
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.motions import KNOT, states
 from clearway.scenarios.sar import FROZEN, freeze, frozen
-from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, inflated, static_path
+from clearway.scenarios.sar_draws import CASES, Case, Drawn, draw, generate, inflated, static_path
 from clearway.scenarios.sar_rules import Layout, closing_gap, length
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection, seed_range
@@ -271,3 +271,24 @@ def test_a_generator_that_finds_nothing_says_why_and_ends(monkeypatch: pytest.Mo
         generate(Case("crowd", 80, 80, closing_gap=False), 0)
     assert str(raised.value) == ("seeds: crowd, seed 0: none of 40 draws makes a solvable scenario (overlap 100.0 %)")
     assert sum(generate(CASES["case 1"], 1).refused.values()) < 40
+
+
+def test_no_oscillator_is_faster_than_stated() -> None:
+    """docs/decisions.md: 4.37 m/s and 1.213 m/s^2 in the plane, confined ones 2.02 m/s and 0.906 m/s^2. Corners of what is
+    drawn reach it (12.5 - 1.5 = 11 m on both axes), nothing drawn exceeds it."""
+    for confined, far, speed, acceleration in ((False, 11.0, 4.372, 1.2126), (True, 3.0, 2.0249, 0.9056)):
+        d = np.linspace(0.0, far, 2001)
+        k = 1.0 / (2.0 + d)
+        assert math.sqrt(2) * np.sqrt(k * d**2 + 0.25).max() == pytest.approx(speed, abs=1e-3)
+        assert math.sqrt(2) * np.sqrt((k * d) ** 2 + 0.25 * k).max() == pytest.approx(acceleration, abs=1e-3)
+        seen = 0.0
+        for case in CASES.values():
+            if case.confined != confined or case.misspecified:
+                continue
+            for attempt in range(200):
+                drawn = draw(case, np.uint64(7), attempt)
+                peak = np.sqrt(drawn.stiffness) * drawn.amplitude()
+                assert np.hypot(*peak.T).max() <= speed
+                assert np.hypot(*(np.sqrt(drawn.stiffness) * peak).T).max() <= acceleration
+                seen = max(seen, float(np.hypot(*peak.T).max()))
+        assert seen > 0.8 * speed
