@@ -169,6 +169,15 @@ def test_what_nobody_has_seen_may_come_from_the_rim() -> None:
     assert judge(STAND, expect(), FREE._replace(sight=0.3, unseen=100.0)).ok
 
 
+def test_what_is_not_a_number_is_never_certified() -> None:
+    nan = math.nan
+    assert not judge(AHEAD, expect([(nan, 0.0, 0.35)])).ok
+    for bad in (expect(centre=[(nan, 0.0)] * 4), expect(centre=[(9.0, 0.0)] * 4, reach=[nan] * 4)):
+        assert not judge(AHEAD, bad).ok
+        assert not judge(AHEAD, bad, FREE._replace(acceleration=1.0)).ok
+    assert not judge([(nan, 0.0)] * 3, expect(), FREE._replace(sight=3.0)).ok
+
+
 def test_a_corner_reaches_farther_than_a_side() -> None:
     square, beside = footprint(rectangle(0.6, 0.6)), expect([(0.54, 0.73, 0.35)])
     assert judge(AHEAD, beside, body=square).ok

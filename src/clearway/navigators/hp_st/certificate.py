@@ -143,7 +143,7 @@ def longest_certified(
         if refused.ok:
             refused = verdict
         # a conflict on the common part stays one for every k beyond it: the tube does not depend on what follows
-        k = min(k - 1, int(verdict.time / safety.period))
+        k = min(k - 1, int(verdict.time / safety.period + 1e-9))
         if k < least:
             return -1, whole, about, refused
 
@@ -168,7 +168,7 @@ def _to_still(
         while t <= period:
             px, py, turned = arc(x, y, theta, v, w, t)
             g = gap(body.vertices, body.radius, px, py, turned, ox, oy) - off
-            if g <= TOUCH:
+            if not g > TOUCH:  # NaN is no certificate
                 return j * period + t
             if rate <= 0.0:
                 break
@@ -198,36 +198,33 @@ def _to_mover(
         while t <= end:
             px, py, pt = arc(x, y, theta, v, w, t - j * period)
             k = min(int(t / step), last)
-            rate, lever = abs(v), 0.0
+            rate = abs(v)
             # the centre is within the disc of the instant before, grown by the way that it can have gone since
             cx, cy, since = forecast.centre[i, k, 0], forecast.centre[i, k, 1], t - k * step
             g = math.hypot(px - cx, py - cy) - body.circumscribed - forecast.reach[i, k] - speed * since - plain
-            if g <= (rate + speed) * (end - t):
-                lever = body.lever
-                rate += abs(w) * lever
-                off = plain + turned
-                g = gap(body.vertices, body.radius, px, py, pt, cx, cy) - forecast.reach[i, k] - speed * since - off
-                ahead = g / (rate + speed) if rate + speed > 0.0 else math.inf
-                if k < last:
-                    nx, ny, left = forecast.centre[i, k + 1, 0], forecast.centre[i, k + 1, 1], (k + 1) * step - t
-                    near = gap(body.vertices, body.radius, px, py, pt, nx, ny) - forecast.reach[i, k + 1]
-                    g = max(g, near - speed * left - off)
-                    if acceleration < math.inf:  # between: on the line that joins the two discs, but for the sag
-                        s = since / step
-                        mx, my = cx + s * (nx - cx), cy + s * (ny - cy)
-                        grown = forecast.reach[i, k + 1] - forecast.reach[i, k]
-                        line = gap(body.vertices, body.radius, px, py, pt, mx, my)
-                        line -= forecast.reach[i, k] + s * grown + sag + off
-                        closing = rate + (math.hypot(nx - cx, ny - cy) + max(0.0, grown)) / step
-                        g = max(g, line)
-                        if line > 0.0:
-                            ahead = max(ahead, min(line / closing, left) if closing > 0.0 else left)
-                if g <= TOUCH:
-                    return t
-                ahead = max(ahead, g / (rate + speed) if rate + speed > 0.0 else math.inf)
-                t += max(ahead, 1e-6)
-            else:
+            if g > (rate + speed) * (end - t):
                 break
+            rate += abs(w) * body.lever
+            off = plain + turned
+            g = gap(body.vertices, body.radius, px, py, pt, cx, cy) - forecast.reach[i, k] - speed * since - off
+            open_for = 0.0
+            if k < last:
+                nx, ny, left = forecast.centre[i, k + 1, 0], forecast.centre[i, k + 1, 1], (k + 1) * step - t
+                near = gap(body.vertices, body.radius, px, py, pt, nx, ny) - forecast.reach[i, k + 1]
+                g = max(g, near - speed * left - off)
+                if acceleration < math.inf:  # between: on the line that joins the two discs, but for the sag
+                    s = since / step
+                    grown = forecast.reach[i, k + 1] - forecast.reach[i, k]
+                    line = gap(body.vertices, body.radius, px, py, pt, cx + s * (nx - cx), cy + s * (ny - cy))
+                    line -= forecast.reach[i, k] + s * grown + sag + off
+                    closing = rate + (math.hypot(nx - cx, ny - cy) + max(0.0, grown)) / step
+                    g = max(g, line)
+                    if line > 0.0:
+                        open_for = min(line / closing, left) if closing > 0.0 else left
+            if not g > TOUCH:
+                return t
+            open_for = max(open_for, g / (rate + speed)) if rate + speed > 0.0 else end - t
+            t += max(open_for, 1e-6)
     return math.inf
 
 
@@ -240,12 +237,9 @@ def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
     for j in range(len(plan.inputs)):
         ax, ay, bx, by = plan.states[j, 0], plan.states[j, 1], plan.states[j + 1, 0], plan.states[j + 1, 1]
         off = tube.around[j] + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period)
-        if (
-            min(ax, bx) - off < low_x
-            or min(ay, by) - off < low_y
-            or max(ax, bx) + off > high_x
-            or max(ay, by) + off > high_y
-        ):
+        inside_x = min(ax, bx) - off >= low_x and max(ax, bx) + off <= high_x
+        inside_y = min(ay, by) - off >= low_y and max(ay, by) + off <= high_y
+        if not (inside_x and inside_y):
             return j * period
     return math.inf
 
@@ -263,7 +257,7 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: float
         after = math.hypot(plan.states[j + 1, 0] - x0, plan.states[j + 1, 1] - y0)
         out = max(before, after) + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period) + tube.around[j]
         out += tube.radius[0] + body.circumscribed
-        if out >= sight - (0.0 if stands(plan, j) else unseen * (j + 1) * period):
+        if not out < sight - (0.0 if stands(plan, j) else unseen * (j + 1) * period):
             return j * period
     return math.inf
 
