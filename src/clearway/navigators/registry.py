@@ -27,6 +27,8 @@ GROUP = "clearway.navigators"
 SHIPPED = {
     "move-base": "clearway.navigators.move_base:MoveBase",
     "hp-tmpc": "clearway.navigators.hp_tmpc:HpTmpc",
+    "hp-st": "clearway.navigators.hp_st:HpSt",
+    "hp-st-foresight": "clearway.navigators.hp_st:HpStForesight",
     "hl-rrt": "clearway.navigators.hl_rrt:HlRrt",
     "colregs-apf": "clearway.navigators.colregs_apf:ColregsApf",
     "colregs-apf-retuned": "clearway.navigators.colregs_apf:RetunedColregsApf",

@@ -1,0 +1,74 @@
+"""Ways of distinct topology among the ends of a search: left or right of an obstacle, before or after it, or waiting.
+
+Two ways from the same place are told apart by how far the bearing of each obstacle, seen from the robot, turns on the
+way: passing on the other side, or before instead of after, turns it the other way round.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.angles import turn_between
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.search import TOTAL, Crowd, IntArray, Tree
+
+
+@kernel
+def distinct(tree: Tree, crowd: Crowd, stride: int, layer: int, index: int, most: int, apart: float) -> IntArray:
+    """(P, 2) layer and node of the best end, then of the best of each other topology, P <= `most`.
+
+    Args:
+        layer, index: the best end (`leaf`). apart: rad; ways differ where the bearing of an obstacle turns by more.
+    """
+    ends = np.empty((most, 2), np.int64)
+    turns = np.empty((most, len(crowd.still) + len(crowd.radius)))
+    if index < 0 or most == 0:
+        return ends[:0]
+    ends[0, 0], ends[0, 1] = layer, index
+    _turns(tree, crowd, stride, layer, index, turns[0])
+    found = 1
+    last = len(tree.count) - 1
+    while last > 0 and tree.count[last] == 0:
+        last -= 1
+    if most == 1 or last == 0:
+        return ends[:1]
+    order = np.argsort(tree.nodes[last, : tree.count[last], TOTAL].copy())
+    for b in order:
+        if last == layer and b == index:
+            continue
+        _turns(tree, crowd, stride, last, b, turns[found])
+        new = True
+        for p in range(found):
+            widest = 0.0
+            for i in range(turns.shape[1]):
+                widest = max(widest, abs(turns[p, i] - turns[found, i]))
+            if widest <= apart:
+                new = False
+                break
+        if new:
+            ends[found, 0], ends[found, 1] = last, b
+            found += 1
+            if found == most:
+                break
+    return ends[:found]
+
+
+@kernel
+def _turns(tree: Tree, crowd: Crowd, stride: int, layer: int, index: int, out: FloatArray) -> None:
+    """How far the bearing of each obstacle turns on the way to a node, rad; those that stand first."""
+    out[:] = 0.0
+    s = len(crowd.still)
+    while layer > 0:
+        node, index = tree.nodes[layer, index], tree.parent[layer, index]
+        before = tree.nodes[layer - 1, index]
+        for i in range(len(out)):
+            if i < s:
+                ax, ay, bx, by = crowd.still[i, 0], crowd.still[i, 1], crowd.still[i, 0], crowd.still[i, 1]
+            else:
+                ax, ay = crowd.at[(layer - 1) * stride, i - s, 0], crowd.at[(layer - 1) * stride, i - s, 1]
+                bx, by = crowd.at[layer * stride, i - s, 0], crowd.at[layer * stride, i - s, 1]
+            out[i] += turn_between(math.atan2(ay - before[1], ax - before[0]), math.atan2(by - node[1], bx - node[0]))
+        layer -= 1

@@ -1,0 +1,113 @@
+"""Parameters of HP-ST, checked. `stand_ins.toml` holds the defaults; a robot's file may override any of them under
+`[navigators.hp-st]`."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from clearway.errors import ClearwayError, unknown
+from clearway.robots import Robot
+from clearway.stand_ins import stand_ins
+from clearway.validation import first_problem
+
+NAVIGATOR = "hp-st"
+"""Its name in the registry, in a robot's file and in the file of stand-ins."""
+
+INGREDIENTS = ("time-aware", "candidates", "horizon", "forecast", "certificate", "reverse", "time-to-go")
+"""What it can be run without, to see what each brings."""
+
+GUARANTEES = ("passive", "none")
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Share = Annotated[float, Field(gt=0, le=1)]
+
+
+class Parameters(BaseModel):
+    """Everything that HP-ST can be told about itself."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    layers: int = Field(ge=1, le=40, description="of the search")
+    step: Positive = Field(description="between two layers, s; rounded to control periods")
+    short: int = Field(ge=1, le=40, description="layers of the search without the ingredient `horizon`")
+    narrow: int = Field(ge=1, le=2000, description="nodes kept in a layer at first")
+    wide: int = Field(ge=1, le=2000, description="nodes kept where the narrow search finds no calm way")
+    calm: NonNegative = Field(description="a way that costs no more than this is calm, s")
+    fear: Positive = Field(description="what we'd give to avoid a contact, s")
+    fade: Share = Field(description="factor on that for each second ahead")
+    margin: NonNegative = Field(description="kept from what stands, m")
+    soft: Positive = Field(description="from this distance on nearness to what stands costs, m")
+    near: NonNegative = Field(description="what it costs at no distance, s/s")
+    swing: NonNegative = Field(description="cost of a change of the yaw rate, s per rad/s")
+    back: NonNegative = Field(description="cost of reversing, s/s")
+    own_spread: Positive = Field(description="standard deviation of the own position about the plan, m")
+    own_growth: NonNegative = Field(description="its growth, m/s")
+    most_spread: Positive = Field(description="no forecast counts as less certain than that, m")
+    candidates: int = Field(ge=1, le=8, description="ways of distinct topology that are tracked and compared")
+    apart: Positive = Field(
+        description="two ways whose bearings of an obstacle turn by more than that apart differ, rad"
+    )
+    keep: NonNegative = Field(description="another plan has to be better than the last one by this, s")
+    rounds: int = Field(ge=0, le=20, description="linearisations of the tracking problem, at most")
+    effort: Positive = Field(description="w_2 of the tracking problem")
+    heading_weight: NonNegative = Field(description="of the heading's error beside the position's, m/rad")
+    reverse: bool = Field(description="whether it may drive backwards, where the base can")
+    obstacle_speed: Positive = Field(description="assumed bound of the obstacles' speed, m/s")
+    obstacle_acceleration: Positive = Field(description="assumed bound of the obstacles' acceleration, m/s^2")
+    memory: NonNegative = Field(description="an obstacle out of view for longer is forgotten, s")
+    disturbance_position: NonNegative = Field(description="assumed bound of the displacement in a period, m")
+    disturbance_heading: NonNegative = Field(description="the same of the heading, rad")
+    disturbance_velocity: NonNegative = Field(description="the same of v, m/s")
+    disturbance_turn: NonNegative = Field(description="the same of omega, rad/s")
+    disturbed_at_rest: bool = Field(description="whether a robot that stands is disturbed too")
+    pose_error: NonNegative = Field(description="assumed bound of the estimated position's error, m")
+    heading_error: NonNegative = Field(description="the same of the heading, rad")
+    unseen_speed: NonNegative = Field(description="speed at which something unseen may enter the perceived circle, m/s")
+    scan_range: Positive = Field(description="perception radius of a robot with a lidar is at most this, m")
+
+
+def parameters_of(robot: Robot | None = None, **chosen: Any) -> Parameters:
+    """The stand-ins, overridden by the robot's file, overridden by what is `chosen` and not None.
+
+    Raises:
+        ClearwayError: one of them is wrong; the message names the robot, the field, the value and what would be right.
+    """
+    picked = {k: v for k, v in chosen.items() if v is not None}
+    given = (robot.navigators.get(NAVIGATOR, {}) if robot else {}) | picked
+    try:
+        return Parameters.model_validate(stand_ins(NAVIGATOR) | given)
+    except ValidationError as error:
+        problem = first_problem(error, Parameters)
+        name = (problem.field or "").split(".")[0]
+        if name in picked or robot is None or name not in given:
+            raise ClearwayError(problem.problem, file=NAVIGATOR, field=problem.field) from error
+        field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")
+        raise ClearwayError(problem.problem, file=f"robot {robot.name}", field=field) from error
+
+
+def ingredients_from(names: Collection[str] | str) -> frozenset[str]:
+    """Ingredients to leave out, from names or from a text such as reverse+candidates.
+
+    Raises:
+        ClearwayError: there is no such ingredient.
+    """
+    given = [n.strip() for n in (names.split("+") if isinstance(names, str) else names) if n.strip()]
+    for name in given:
+        if name not in INGREDIENTS:
+            raise unknown("ingredient", name, INGREDIENTS, field="without")
+    return frozenset(given)
+
+
+def guarantee_from(name: str) -> str:
+    """`name` if it is one of `GUARANTEES`.
+
+    Raises:
+        ClearwayError: it isn't.
+    """
+    if name not in GUARANTEES:
+        raise unknown("guarantee", str(name), GUARANTEES, field="guarantee")
+    return name

@@ -1,0 +1,77 @@
+"""The tracking problem of a way: paper B's (2)-(3) with rows by time, solved by HP+TMPC's Gauss-Newton method."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.search import Base, Crowd, Wishes
+from clearway.navigators.hp_tmpc.gauss_newton import refine
+from clearway.navigators.hp_tmpc.tracking import PENALTY, Problem, judge, project
+
+_SURE = 1.5  # standard deviations of a forecast that the rows keep clear of
+_LIKELY = 0.2  # hypotheses less probable than that make no rows
+_ITERATIONS = 30  # interior-point iterations for each linearisation
+
+
+@kernel
+def track(
+    crowd: Crowd, wishes: Wishes, start: FloatArray, states: FloatArray, commands: FloatArray, base: Base, area: FloatArray,
+    limits: FloatArray, period: float, rounds: int, effort: float, heading_weight: float,
+) -> FloatArray:  # fmt: skip
+    """A plan (N, 2) that tracks `states` (N + 1, 5), smoother and clear of the rows where it can be.
+
+    Args:
+        start: (5,). commands: (N, 2) that lead along `states`. limits: (7,), see `drive`. rounds: linearisations.
+    """
+    n = len(commands)
+    low, high = np.empty((n, 2)), np.empty((n, 2))
+    for j in range(2):
+        floor, top = (limits[0], limits[1]) if j == 0 else (-limits[4], limits[4])
+        grow, fall = limits[2 + 3 * j], limits[3 + 3 * j]
+        now = start[3 + j]
+        up, down = (grow, fall) if now >= 0.0 else (fall, grow)
+        for k in range(n):
+            t = (k + 1) * period
+            low[k, j], high[k, j] = max(floor, now - down * t), min(top, now + up * t)
+    m, s = len(crowd.radius), len(crowd.still)
+    rows, counts = np.empty((n, m + s, 3)), np.zeros(n, np.int64)
+    outer = base.foot.circumscribed
+    for k in range(n):
+        x, y = states[k + 1, 0], states[k + 1, 1]
+        for i in range(s):
+            need = crowd.still[i, 2] + outer + wishes.soft
+            if math.hypot(crowd.still[i, 0] - x, crowd.still[i, 1] - y) < need + 1.0:
+                rows[k, counts[k], 0], rows[k, counts[k], 1] = crowd.still[i, 0], crowd.still[i, 1]
+                rows[k, counts[k], 2] = need
+                counts[k] += 1
+        at = min(k + 1, len(crowd.at) - 1)
+        for i in range(m):
+            need = crowd.radius[i] + outer + _SURE * crowd.spread[at, i]
+            if crowd.chance[i] > _LIKELY and math.hypot(crowd.at[at, i, 0] - x, crowd.at[at, i, 1] - y) < need + 1.0:
+                rows[k, counts[k], 0], rows[k, counts[k], 1] = crowd.at[at, i, 0], crowd.at[at, i, 1]
+                rows[k, counts[k], 2] = need
+                counts[k] += 1
+    box = np.empty((n, 4))
+    for k in range(n):
+        for j in range(2):
+            box[k, j], box[k, 2 + j] = min(area[j], start[j]), max(area[2 + j], start[j])
+    discount = np.empty(n)
+    for k in range(n):
+        discount[k] = 0.95**k
+    problem = Problem(
+        start[:3].copy(), start[3:].copy(), states[1:, :3].copy(), commands, rows, counts, start[:2].copy(),
+        np.full(n, math.inf), box, low, high, np.full(n, math.inf), discount, effort, heading_weight, period, True, n,
+    )  # fmt: skip
+    plan = commands.copy()
+    project(problem, plan)
+    total, _, summed = judge(problem, plan)
+    merit = total + PENALTY * summed
+    for _ in range(rounds):
+        _, merit, more = refine(problem, plan, merit, _ITERATIONS)
+        if not more:
+            break
+    return plan
