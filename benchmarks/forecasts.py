@@ -76,7 +76,7 @@ def rescue(name: str, scenarios: int) -> Scene:
 
 
 def other(kind: str, n: int) -> Scene:
-    """Tracks of another kind of motion: damped, random, stop-and-go or turning; always in view, for 6 s."""
+    """Tracks of another kind of motion: straight, damped, random, stop-and-go or turning; always in view, for 6 s."""
     rng = np.random.default_rng(7)
     steps = SKIP * 40 + 80
     x, v = np.zeros((n, 2)), rng.normal(0.0, 0.7, (n, 2))
@@ -95,6 +95,8 @@ def other(kind: str, n: int) -> Scene:
         elif kind == "stop-and-go":
             goes ^= rng.random(n) < SAMPLE / 2.0
             a = np.clip(4.0 * (np.where(goes[:, None], pace, 0.0) - v), -1.2, 1.2)
+        elif kind == "straight":
+            a = np.zeros((n, 2))
         else:
             a = rate[:, None] * np.column_stack([-v[:, 1], v[:, 0]])
         a = a / np.maximum(np.hypot(*a.T) / 1.75, 1.0)[:, None]
@@ -215,7 +217,11 @@ def timing(counts: tuple[int, ...], updates: int) -> list[dict[str, Any]]:
     rows = []
     for n in counts:
         rng = np.random.default_rng(n)
-        place, swing, phase = rng.uniform(0.0, 14.0, (n, 2)), rng.normal(0.0, 1.0, (n, 2)), rng.uniform(0.0, 6.3, (n, 2))
+        place, swing, phase = (
+            rng.uniform(0.0, 14.0, (n, 2)),
+            rng.normal(0.0, 1.0, (n, 2)),
+            rng.uniform(0.0, 6.3, (n, 2)),
+        )
         w = np.sqrt(rng.uniform(0.05, 0.5, (n, 2)))
         forecaster, taken = Forecaster(ForecastParameters(), PERIOD, 0.1, 30), []
         noise = disc_noise((updates, n), n)
@@ -242,7 +248,7 @@ def main() -> None:
     n = 3 if args.smoke else args.scenarios
     p = ForecastParameters()
     scenes = {name: rescue(name, n) for name in ("case 1", "case 2", "case 2 confined")}
-    scenes |= {kind: other(kind, 5 * n) for kind in ("damped", "random", "stop-and-go", "turning")}
+    scenes |= {kind: other(kind, 5 * n) for kind in ("straight", "damped", "random", "stop-and-go", "turning")}
     found: dict[str, Any] = {name: measure(scene, p) for name, scene in scenes.items()}
     found["time"] = timing((16,) if args.smoke else (16, 64, 500), 20 if args.smoke else 100)
     if args.json:

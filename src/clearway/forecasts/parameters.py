@@ -38,7 +38,7 @@ class ForecastParameters(BaseModel):
     )
 
     noise_stopped: Positive = Field(default=1e-4, description="of the place of what stands, m^2/s")
-    noise_steady: Positive = Field(default=0.01, description="of acceleration at constant velocity, m^2/s^3")
+    noise_steady: Positive = Field(default=0.002, description="of acceleration at constant velocity, m^2/s^3")
     noise_free: Positive = Field(default=0.3, description="the same where velocity changes at random")
     noise_braking: Positive = Field(default=0.05, description="the same where velocity fades")
     noise_turn: Positive = Field(default=0.005, description="the same at constant turn")
