@@ -29,8 +29,9 @@ from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.streams import stream
-from clearway.scenarios.sar_draws import CASES, draw
+from clearway.geometry.streams import bits, stream
+from clearway.scenarios.sar_draws import CASES, draw, static_path
+from clearway.scenarios.sar_motions import misspecified
 from clearway.scenarios.sar_rules import GOAL, SAMPLE, START
 
 PERIOD, RANGE, RADIUS, ERROR = 0.15, 4.0, 0.35, 0.01
@@ -56,10 +57,16 @@ class Scene(NamedTuple):
 def rescue(name: str, scenarios: int) -> Scene:
     """Tracks of the obstacles of a rescue case."""
     case, way = CASES[name], GOAL - START
-    robot = START + np.minimum(0.9 * SAMPLE * np.arange(1000) / math.hypot(*way), 1.0)[:, None] * way
+    robot = START + np.minimum(0.9 * case.speed * SAMPLE * np.arange(1000) / math.hypot(*way), 1.0)[:, None] * way
     tracks, views, stiffness = [], [], []
     for seed in range(scenarios):
-        layout = draw(case, stream(seed, f"{name}, forecasts"), 0)
+        key = stream(seed, f"{name}, forecasts")
+        layout = draw(case, key, 0)
+        if case.misspecified:
+            path = static_path(layout)
+            if path is None:
+                continue
+            layout = misspecified(layout, path, np.uint64(bits(key, 0, case.numbers)))
         motion = layout.motion(40.0)[:, :, :2]
         for i in range(motion.shape[1]):
             near = np.hypot(*(motion[:400, i] - robot[:400]).T) <= RANGE + RADIUS
@@ -72,7 +79,8 @@ def rescue(name: str, scenarios: int) -> Scene:
             k = layout.stiffness[i]
             stiffness.append(np.broadcast_to(k, (2,)))
     short = min(len(x) for x in tracks)
-    return Scene(np.stack([x[:short] for x in tracks], axis=1), np.stack(views, axis=1), np.array(stiffness))
+    known = None if case.misspecified else np.array(stiffness)
+    return Scene(np.stack([x[:short] for x in tracks], axis=1), np.stack(views, axis=1), known)
 
 
 def other(kind: str, n: int) -> Scene:
@@ -247,7 +255,7 @@ def main() -> None:
     args = parser.parse_args()
     n = 3 if args.smoke else args.scenarios
     p = ForecastParameters()
-    scenes = {name: rescue(name, n) for name in ("case 1", "case 2", "case 2 confined")}
+    scenes = {name: rescue(name, n) for name in ("case 1", "case 2", "case 3", "misspecified")}
     scenes |= {kind: other(kind, 5 * n) for kind in ("straight", "damped", "random", "stop-and-go", "turning")}
     found: dict[str, Any] = {name: measure(scene, p) for name, scene in scenes.items()}
     found["time"] = timing((16,) if args.smoke else (16, 64, 500), 20 if args.smoke else 100)
