@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -107,6 +108,22 @@ def test_page_and_terminal_show_it(results: Results) -> None:
     assert "without reverse" in said
     assert "5 #12 #13 #14 #15 #16" in said
     assert "without reverse" in numbers(results)
+
+
+@pytest.mark.browser
+@pytest.mark.slow
+def test_a_failed_trial_opens_its_replay_by_one_click(browser: Any, results: Results) -> None:
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    browser.get(write_report(results.path).as_uri())
+    link = browser.find_element("css selector", '#rescue a[href="#replay-14"]')
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", link)
+    link.click()
+    opened = "return document.getElementById('player').dataset.trial === '14'"
+    WebDriverWait(browser, 20, poll_frequency=0.05).until(lambda b: b.execute_script(opened))
+    facts = browser.find_element("css selector", "#facts").text
+    assert "planner's fault" in facts
+    assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
 
 
 def test_without_variants_there_is_no_table(tmp_path: Path) -> None:

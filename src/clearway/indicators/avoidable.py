@@ -27,7 +27,7 @@ from clearway.trials import Body, Trial
 AFTER = 1.5
 """s past the contact that an escape has to last."""
 EARLIEST = 4.5
-"""s before the contact beyond which no escape is looked for: a robot that knows all has none only in tighter spots."""
+"""s before the contact: no escape is looked for from an earlier moment, which bounds the search."""
 TOO_LATE, FORESIGHT, PLANNER = "seen too late", "escape existed when first seen", "planner's fault"
 CLASSES = (TOO_LATE, FORESIGHT, PLANNER)
 

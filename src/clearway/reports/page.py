@@ -202,7 +202,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 drawn = charts.agreement(points, "success, published", "success, here", "Success per world")
                 keep("barn", f"barn-{slug}", f"{name}, success per world", drawn)
         for suite in rescue.suites(f):
-            for robot, navigator in dict.fromkeys((s.robot, s.navigator) for s in f.systems):
+            for robot, navigator in dict.fromkeys((s.robot, s.navigator) for s in ablation.whole(f.systems)):
                 rivals = [s for s in f.systems if (s.robot, s.navigator) == (robot, navigator)]
                 row = rescue.shown(f, suite, rivals[-1])
                 if row is None:
