@@ -42,7 +42,8 @@ def meet(
 def start(x: float, y: float, error: float, speed: float, disc: FloatArray, recent: FloatArray) -> None:
     """One place is known and no velocity: `disc` (6,) x, y, r, vx, vy, rv and `recent` (RECENT, 4) t, x, y, r, filled."""
     disc[0], disc[1], disc[2], disc[3], disc[4], disc[5] = x, y, error, 0.0, 0.0, speed
-    recent[:, 0] = math.nan
+    for i in range(RECENT):
+        recent[i, 0] = math.nan
 
 
 @kernel
@@ -84,10 +85,12 @@ def take(
             break
         disc[3], disc[4], disc[5] = meet(disc[3], disc[4], disc[5], vx, vy, rv)
     for i in range(RECENT - 1, 0, -1):
-        recent[i] = recent[i - 1]
+        for j in range(4):
+            recent[i, j] = recent[i - 1, j]
     recent[0, 0], recent[0, 1], recent[0, 2], recent[0, 3] = t, disc[0], disc[1], disc[2]
     if not good:
-        recent[1:, 0] = math.nan
+        for i in range(1, RECENT):
+            recent[i, 0] = math.nan
     return good
 
 

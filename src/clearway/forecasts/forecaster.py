@@ -152,7 +152,9 @@ class PerfectForecaster:
         for j in np.flatnonzero(seen.moving).tolist():
             off = np.where(there, np.hypot(now[:, 0] - seen.position[j, 0], now[:, 1] - seen.position[j, 1]), np.inf)
             if len(off) and np.isfinite(off.min()):
-                self._rows.setdefault(int(off.argmin()), int(seen.identity[j]))
+                row, name = int(off.argmin()), int(seen.identity[j])
+                if row not in self._rows:
+                    self._rows[row] = -1 - row if name in self._rows.values() else name
         rows = np.array([r for r in self._rows if there[r]], dtype=np.int64)
         n, k, h = len(rows), self._count, self._p.hypotheses
         future = np.stack([self._truth(t + j * self._step)[rows] for j in range(k + 1)], axis=1) if n else np.zeros(

@@ -13,7 +13,18 @@ import math
 import numpy as np
 
 from clearway.forecasts import oscillations
-from clearway.forecasts.models import BRAKING, FAMILIES, FREE, MANOEUVRE, OSCILLATION, STEADY, STOPPED, Models, renew
+from clearway.forecasts.models import (
+    BRAKING,
+    FAMILIES,
+    FREE,
+    MANOEUVRE,
+    OSCILLATION,
+    STEADY,
+    STOPPED,
+    Models,
+    put,
+    renew,
+)
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
@@ -47,7 +58,9 @@ def weigh(
             best = min(best, error[m])
     score[OSCILLATION] = 0.0
     for i in range(2):
-        top = osc_fit[i].max()
+        top = -math.inf
+        for b in range(bank):
+            top = max(top, osc_fit[i, b])
         total = 0.0
         for b in range(bank):
             stiff[i, b] *= math.exp(osc_fit[i, b] - top)
@@ -56,11 +69,15 @@ def weigh(
             score[OSCILLATION] += top + math.log(total)
         else:
             score[OSCILLATION] = -math.inf
-            stiff[i], total = models.likely, 1.0
+            put(models.likely, stiff[i])
+            total = 1.0
         for b in range(bank):
             stiff[i, b] = max(stiff[i, b] / total, 1e-9)
     if models.prior[OSCILLATION] > 0.0:
-        best = min(best, osc_error[0].min() + osc_error[1].min())
+        least_x, least_y = math.inf, math.inf
+        for b in range(bank):
+            least_x, least_y = min(least_x, osc_error[0, b]), min(least_y, osc_error[1, b])
+        best = min(best, least_x + least_y)
     for i in range(turns):
         score[FAMILIES + i] = turn_fit[i]
         if models.prior[FAMILIES + i] > 0.0:
@@ -84,7 +101,8 @@ def weigh(
         if family[f] < refuted and models.prior[f] > 0.0:
             renew(models, f, mean, cov, turn, turn_cov, osc, osc_cov)
             if f == OSCILLATION:
-                stiff[:] = models.likely
+                put(models.likely, stiff[0])
+                put(models.likely, stiff[1])
     return best, changed / total
 
 
@@ -158,7 +176,8 @@ def forecast(
             first[g, 1, j] += w * py
             second[g, j] += w * (own + 0.5 * (px * px + py * py))
 
-    weight[:] = 0.0
+    for h in range(weight.shape[0]):
+        weight[h] = 0.0
     used = 0
     for _ in range(GROUPS):
         g = 0
@@ -198,7 +217,9 @@ def forecast(
             used += 1
     if rate > 0.0:
         for j in range(n):
-            sigma[:used, j] += (1.0 - math.exp(-rate * j * models.step)) * models.grown[MANOEUVRE, j]
+            wider = (1.0 - math.exp(-rate * j * models.step)) * models.grown[MANOEUVRE, j]
+            for h in range(used):
+                sigma[h, j] += wider
     _finish(x, y, used, path, sigma, weight)
 
 
@@ -216,12 +237,15 @@ def _finish(x: float, y: float, used: int, path: FloatArray, sigma: FloatArray, 
                 sigma[i, j], sigma[top, j] = sigma[top, j], sigma[i, j]
                 for k in range(2):
                     path[i, j, k], path[top, j, k] = path[top, j, k], path[i, j, k]
-    weight[:used] /= weight[:used].sum()
+    total = 0.0
+    for h in range(used):
+        total += weight[h]
     for h in range(weight.shape[0]):
-        if h >= used:
-            path[h], sigma[h] = path[0], sigma[0]  # not used, but finite
-            continue
         for j in range(sigma.shape[1]):
-            path[h, j, 0] += x
-            path[h, j, 1] += y
-            sigma[h, j] = math.sqrt(max(sigma[h, j], 1e-8))
+            if h >= used:  # not used, but finite
+                path[h, j, 0], path[h, j, 1], sigma[h, j] = path[0, j, 0], path[0, j, 1], sigma[0, j]
+            else:
+                path[h, j, 0] += x
+                path[h, j, 1] += y
+                sigma[h, j] = math.sqrt(max(sigma[h, j], 1e-8))
+        weight[h] /= total

@@ -110,10 +110,18 @@ def _square(s: FloatArray) -> FloatArray:
 
 
 @kernel
+def put(source: FloatArray, target: FloatArray) -> None:
+    """Copy numbers (n,); a loop compiles faster than an assignment of slices."""
+    for i in range(source.shape[0]):
+        target[i] = source[i]
+
+
+@kernel
 def transitions(noise: FloatArray, manoeuvre: FloatArray, dt: float, move: FloatArray, spread: FloatArray) -> None:
-    """Fill what `dt` [s] does to the linear models: state transitions `move` (5, 3, 3) and noise `spread` (5, 6): xx, xv, xa, vv, va, aa."""
-    move[:], spread[:] = 0.0, 0.0
-    move[:, 0, 0] = 1.0
+    """Fill what `dt` [s] does to the linear models: state transitions `move` (5, 3, 3) and noise `spread` (5, 6): xx, xv, xa,
+    vv, va, aa; both zero before."""
+    for m in range(OSCILLATION):
+        move[m, 0, 0] = 1.0
     spread[STOPPED, 0] = noise[0] * dt
     for m in (STEADY, FREE, BRAKING):
         q = noise[m]
@@ -146,7 +154,7 @@ def begin(
         mean[0, m, 0], mean[0, m, 1], mean[0, m, 2] = x, vx, 0.0
         mean[1, m, 0], mean[1, m, 1], mean[1, m, 2] = y, vy, 0.0
         cov[m, 0], cov[m, 1], cov[m, 2], cov[m, 3], cov[m, 4], cov[m, 5] = r, 0.0, 0.0, vv, 0.0, 0.0
-    mean[:, STOPPED, 1], cov[STOPPED, 3] = 0.0, 0.0
+    mean[0, STOPPED, 1], mean[1, STOPPED, 1], cov[STOPPED, 3] = 0.0, 0.0, 0.0
     cov[MANOEUVRE, 5] = sigma * sigma
     for i in range(turn.shape[0]):
         turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = x, y, vx, vy
@@ -258,14 +266,16 @@ def renew(
     """
     other = FREE if family == MANOEUVRE else MANOEUVRE
     if family == STOPPED:
-        mean[:, STOPPED, 0], cov[STOPPED, 0] = mean[:, other, 0], cov[other, 0]
+        mean[0, STOPPED, 0], mean[1, STOPPED, 0], cov[STOPPED, 0] = mean[0, other, 0], mean[1, other, 0], cov[other, 0]
     elif family < OSCILLATION:
-        mean[:, family], cov[family] = mean[:, other], cov[other]
+        put(mean[0, other], mean[0, family])
+        put(mean[1, other], mean[1, family])
+        put(cov[other], cov[family])
         if family == MANOEUVRE:
             cov[family, 5] = models.manoeuvre[0] ** 2
         else:
+            mean[0, family, 2], mean[1, family, 2] = 0.0, 0.0
             cov[family, 2], cov[family, 4], cov[family, 5] = 0.0, 0.0, 0.0
-            mean[:, family, 2] = 0.0
     elif family == OSCILLATION:
         for i in range(2):
             x, v, a = mean[i, other, 0], mean[i, other, 1], mean[i, other, 2]

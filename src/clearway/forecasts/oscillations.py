@@ -34,7 +34,8 @@ def begin(
     for b in range(stiffness.shape[0]):
         k = stiffness[b]
         state[b, 0], state[b, 1], state[b, 2], state[b, 3] = x, v, 0.0, k
-        cov[b] = 0.0
+        for j in range(10):
+            cov[b, j] = 0.0
         cov[b, 0], cov[b, 4], cov[b, 7], cov[b, 9] = r, vv, (k * reach[b]) ** 2, (spread * k) ** 2
 
 
@@ -47,7 +48,8 @@ def renew(
     for b in range(stiffness.shape[0]):
         k = stiffness[b]
         state[b, 0], state[b, 1], state[b, 2], state[b, 3] = x, v, a, k
-        cov[b] = 0.0
+        for j in range(10):
+            cov[b, j] = 0.0
         cov[b, 0], cov[b, 1], cov[b, 2], cov[b, 4], cov[b, 5], cov[b, 7] = (
             like[0], like[1], like[2], like[3], like[4], like[5],
         )  # fmt: skip
@@ -87,7 +89,7 @@ def correct(z: float, r: float, state: FloatArray, cov: FloatArray, fit: FloatAr
     """Take a measured position with variance `r` [m^2] into the filters of one axis.
 
     Args:
-        fit: (B,), filled: logarithm of each one's likelihood, less a constant. error: (B,), squared deviations, added to.
+        fit: (B,), filled: logarithm of each one's likelihood, less a constant. error: (B,), squared deviations, filled.
     """
     for i in range(state.shape[0]):
         xx, xv, xa, xk = cov[i, 0], cov[i, 1], cov[i, 2], cov[i, 3]
@@ -107,7 +109,7 @@ def correct(z: float, r: float, state: FloatArray, cov: FloatArray, fit: FloatAr
         keep = r / s
         for j in range(4):
             cov[i, j] *= keep
-        error[i] += e * e / s
+        error[i] = e * e / s
         fit[i] = -0.5 * math.log(s) - 0.5 * e * e / s
 
 

@@ -24,6 +24,7 @@ from clearway.forecasts.models import (
     correct_turns,
     predict,
     predict_turns,
+    put,
     transitions,
 )
 from clearway.geometry.compiled import kernel
@@ -117,9 +118,9 @@ def match(
     """
     m = label.shape[0]
     taken, missed = np.zeros(count, dtype=np.uint8), np.zeros(count, dtype=np.uint8)
-    own = np.full(m, -1, dtype=np.int64)
+    own = np.empty(m, dtype=np.int64)
     for j in range(m):
-        row[j], told[j], amount[j] = -1, NEW, 0.0
+        own[j], row[j], told[j], amount[j] = -1, -1, NEW, 0.0
         for i in range(count):
             if tracks.label[i] == label[j] and not taken[i]:
                 own[j] = i
@@ -158,7 +159,7 @@ def match(
 @kernel
 def move_on(tracks: Tracks, count: int, models: Models, limits: Limits, dt: float) -> None:
     """Move the tracks on by `dt` [s] > 0."""
-    move, spread = np.empty((OSCILLATION, 3, 3)), np.empty((OSCILLATION, 6))
+    move, spread = np.zeros((OSCILLATION, 3, 3)), np.zeros((OSCILLATION, 6))
     transitions(models.noise, models.manoeuvre, dt, move, spread)
     for i in range(count):
         predict(move, spread, tracks.mean[i], tracks.cov[i])
@@ -180,8 +181,8 @@ def fresh(
         oscillations.begin(
             models.stiffness, models.spread, models.reach, z, v, r, vv, tracks.osc[i, axis], tracks.osc_cov[i, axis]
         )
-        tracks.stiff[i, axis] = models.likely
-    tracks.family[i] = models.prior
+        put(models.likely, tracks.stiff[i, axis])
+    put(models.prior, tracks.family[i])
 
 
 @kernel
@@ -223,7 +224,6 @@ def take_in(
             continue
         correct(x, y, r, tracks.mean[i], tracks.cov[i], fit, off)
         correct_turns(x, y, r, tracks.turn[i], tracks.turn_cov[i], turn_fit, turn_off)
-        osc_off[:] = 0.0
         for axis in range(2):
             z = x if axis == 0 else y
             oscillations.correct(z, r, tracks.osc[i, axis], tracks.osc_cov[i, axis], osc_fit[axis], osc_off[axis])
