@@ -21,20 +21,20 @@ def nobody(t: float) -> np.ndarray:
     return np.zeros((0, 4))
 
 
-def task_of(forecast, start=(1.75, 1.75, 0.785)) -> Task:
-    return Task(period=RESCUE.period, speed_limit=1.0, start=np.array(start), area=AREA, forecast=forecast)
+def task_of(forecast, start=(1.75, 1.75, 0.785), speed=1.0) -> Task:
+    return Task(period=RESCUE.period, speed_limit=speed, start=np.array(start), area=AREA, forecast=forecast)
 
 
-def drive(forecast, start=(1.75, 1.75, 0.785), goal=(12.25, 12.25, 0.0), seconds=40.0, noise=0.0, seed=0):
+def drive(forecast, start=(1.75, 1.75, 0.785), goal=(12.25, 12.25, 0.0), seconds=40.0, noise=0.0, seed=0, speed=1.0):
     """Until the goal is reached or the time is over: time, least gap to a disc, statuses; the base is disturbed."""
     oracle, rng = Oracle(), np.random.default_rng(seed)
-    oracle.reset(task_of(forecast, start), RESCUE, np.random.default_rng(0))
+    oracle.reset(task_of(forecast, start, speed), RESCUE, np.random.default_rng(0))
     aim = Goal(np.array(goal), 0.2, math.pi)
     pose, velocity, t, gap, said = np.array(start, dtype=float), np.zeros(2), 0.0, math.inf, set()
     while t < seconds and math.hypot(*(pose - aim.pose)[:2]) > 0.2:
         command = oracle.step(Observation(t, pose.copy(), velocity, pose.copy(), aim))
         assert isinstance(command, Command)
-        assert 0.0 <= command.v <= 1.0 + 1e-9
+        assert abs(command.v) <= speed + 1e-9
         assert abs(command.omega) <= RESCUE.drive.omega_max + 1e-9
         said.add(command.status)
         for _ in range(15):
@@ -52,6 +52,14 @@ def drive(forecast, start=(1.75, 1.75, 0.785), goal=(12.25, 12.25, 0.0), seconds
 def test_an_empty_square_is_crossed_about_as_fast_as_it_can_be() -> None:
     t, _, said = drive(nobody)
     assert t < 1.06 * 14.65
+    assert said == {"following"}
+
+
+@pytest.mark.parametrize("speed", [0.6, 0.4])
+def test_a_slow_one_looks_farther_ahead(speed: float) -> None:
+    """The way takes 24 s and 37 s."""
+    t, _, said = drive(nobody, speed=speed)
+    assert t < 1.06 * 14.65 / speed
     assert said == {"following"}
 
 

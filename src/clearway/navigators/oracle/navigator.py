@@ -33,7 +33,8 @@ RETRY = 1.0
 """After a search without result, s."""
 
 _SAMPLE = 0.05  # s, of the forecast
-_WINDOW = 40.0  # s, that it is asked for at a time
+_AHEAD = 20.0  # s, that a way may take at least; it is asked for twice that at a time
+_DETOUR = 1.3  # times the straight way's time, that a way may take
 _FAMILIES = 150  # so much is looked at in one search
 _LOOK = 2.0  # s, that the drive is foreseen
 
@@ -67,6 +68,7 @@ class Oracle:
         self._goal: Goal | None = None
         self._way: FloatArray | None = None
         self._sought, self._since, self._searches = -math.inf, 0.0, 0
+        self._ahead = _AHEAD
         self._scenes: list[Scene] = []
         self._pose = np.asarray(task.start, dtype=np.float64)
         self._status = ""
@@ -86,7 +88,7 @@ class Oracle:
         gap = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
         if gap <= 0.5 * goal.xy_tolerance:
             return self._turn(pose, goal)
-        if not self._scenes or t > self._since + 0.5 * _WINDOW:
+        if not self._scenes or t > self._since + self._ahead:
             self._look_ahead(goal, t)
         command = self._follow(pose, t)
         if command is None:
@@ -130,7 +132,7 @@ class Oracle:
         self._sought, self._way = t, None
         for scene in self._scenes:
             self._searches += 1
-            self._way = fastest(scene, pose[:2].copy(), t, t + 0.5 * _WINDOW, _FAMILIES)
+            self._way = fastest(scene, pose[:2].copy(), t, t + self._ahead, _FAMILIES)
             if self._way is not None:
                 return
 
@@ -141,9 +143,11 @@ class Oracle:
 
     def _look_ahead(self, goal: Goal, t: float) -> None:
         """Ask for the next stretch of the future."""
-        self._since = t
+        straight = math.dist(goal.pose[:2], self._pose[:2]) / (PACE * float(self._limits[0]))
+        self._since, self._ahead = t, max(_AHEAD, _DETOUR * straight)
         first = math.floor(t / _SAMPLE)
-        samples = np.array([self._forecast((first + k) * _SAMPLE) for k in range(round(_WINDOW / _SAMPLE) + 1)])
+        count = round(2.0 * self._ahead / _SAMPLE) + 1
+        samples = np.array([self._forecast((first + k) * _SAMPLE) for k in range(count)])
         samples = samples.reshape(len(samples), -1, 4)
         there = np.isfinite(samples).all(axis=2) & (samples[:, :, 3] > 0.5)
         at = np.where(there[:, :, None], samples[:, :, :2], np.nan)
