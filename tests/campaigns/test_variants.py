@@ -32,6 +32,18 @@ def test_guarantees_are_run_apart_each_with_and_without() -> None:
     assert split_options(chosen[1])[1] == {"guarantee": "none", "without": "waits"}
 
 
+def test_a_privileged_reference_keeps_all_its_ingredients() -> None:
+    knows = TRIES.replace(":Tries", ":Knows")
+    chosen, _ = variants([TRIES, knows], {}, without=["waits"], guarantees=["none"])
+    assert chosen == (
+        f"{TRIES}[guarantee=none]",
+        f"{TRIES}[guarantee=none,without=waits]",
+        f"{knows}[guarantee=none]",
+    )
+    with pytest.raises(ClearwayError, match="none of the navigators has ingredients"):
+        variants([knows], {}, without=["waits"])
+
+
 def test_brackets_that_are_there_stay_and_nothing_is_left_out_twice() -> None:
     one, other = f"{TRIES}[guarantee=passive]", f"{TRIES}[without=speed]"
     chosen, _ = variants([one, other], {}, without=["waits"])

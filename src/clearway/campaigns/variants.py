@@ -27,7 +27,7 @@ def variants(
     Args:
         navigators: names or addresses, with or without options behind them. options: of their constructors.
         without: ingredients. Beside each navigator that knows one, the variant without it is run; one that leaves
-            something out already, or that has no ingredients, runs as it is.
+            something out already, that has no ingredients, or that is privileged (a reference), runs as it is.
         guarantees: each navigator that offers guarantees is run once with each of these, instead of as it stands.
 
     Raises:
@@ -38,7 +38,7 @@ def variants(
         (GUARANTEE, list(guarantees), "GUARANTEES"),
         (WITHOUT, list(without), "INGREDIENTS"),
     ):
-        known = {name: frozenset(getattr(navigator_class(name), attribute, ())) for name in chosen}
+        known = {name: _known(name, attribute) for name in chosen}
         _refuse_unknown(option, asked, known)
         made: dict[str, None] = {}
         for name in chosen:
@@ -57,6 +57,13 @@ def variants(
                     given[variant] = given[name]
         chosen = list(made)
     return tuple(chosen), {name: given[name] for name in given if name in chosen or name in options}
+
+
+def _known(name: str, attribute: str) -> frozenset[str]:
+    made = navigator_class(name)
+    if attribute == "INGREDIENTS" and getattr(made, "privileged", False):
+        return frozenset()
+    return frozenset(getattr(made, attribute, ()))
 
 
 def _refuse_unknown(option: str, asked: Iterable[str], known: Mapping[str, frozenset[str]]) -> None:

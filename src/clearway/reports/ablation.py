@@ -83,7 +83,7 @@ def table(f: Findings, suite: str) -> Grid | None:
             ]  # fmt: skip
             lines.append([
                 Cell(f.name(full), strong=True), f"without {without}", str(c.pairs), *counts,
-                *(_difference(differences.get(name), relative) for name in (path, time)), str(_moving(variant.of(rows))),
+                *(_difference(differences.get(name), c.pairs, relative) for name in (path, time)), str(_moving(variant.of(rows))),
             ])  # fmt: skip
     over = " / limit" if relative else ""
     units = ("", "") if relative else (" (m)", " (s)")
@@ -120,12 +120,13 @@ def _mean(rows: list[Row], name: str, relative: bool) -> str:
     return num(sum(values) / len(values), 3 if relative else 2) if values else NONE
 
 
-def _difference(row: Any, relative: bool) -> Cell:
+def _difference(row: Any, pairs: int, relative: bool) -> Cell:
     if row is None or not row["n"]:
         return Cell(NONE)
     digits = 3 if relative else 2
     interval = span(row["boot_low"], row["boot_high"], digits)
-    return Cell(num(row["mean_difference"], digits), f"{interval} n {row['n']}".strip())
+    fewer = f"n {row['n']}" if row["n"] < pairs else ""
+    return Cell(num(row["mean_difference"], digits), f"{interval} {fewer}".strip())
 
 
 def _moving(rows: list[Row]) -> int:

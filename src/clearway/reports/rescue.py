@@ -93,7 +93,7 @@ def summary(f: Findings, suite: str) -> Grid:
         lines.append([
             Cell("clairvoyant's limit", strong=True), NONE, Cell("100 %", "by construction"), *[NONE] * 3, "1", "1", *[NONE] * 3,
         ])  # fmt: skip
-    for s in sorted(f.systems, key=lambda s: s.navigator not in f.privileged):
+    for s in sorted(ablation.whole(f.systems), key=lambda s: s.navigator not in f.privileged):
         own = s.of(rows)
         if not own:
             continue
@@ -113,6 +113,8 @@ def summary(f: Findings, suite: str) -> Grid:
         ])  # fmt: skip
     heads: Heads = [text("Navigator"), text("Set-up"), "success", "paper", "path (m)", "time (s)", "path / limit", "time / limit",
              "decisions cut", "moving at contact", "violated assumptions"]  # fmt: skip
+    told = [i for i in range(len(heads)) if any(line[i] != NONE for line in lines)]
+    heads, lines = [heads[i] for i in told], [[line[i] for i in told] for line in lines]
     return grid(
         f"{title(suite)}: successes with the exact 95 % interval; path and time of the successes, mean ± standard deviation, and "
         "relative to the best that a clairvoyant could do (holonomic, at the set speed, undisturbed); the share of decisions "
