@@ -37,15 +37,14 @@ def test_a_filter_is_the_batch_solution_and_its_likelihoods_are_exact(model: int
         [prior],
         [np.eye(3)],
     )  # covariance of the state at each instant, and its transition from the one before
-    score = 0.0
     for i, t in enumerate(TIMES):
         if i:
             m.transitions(bank.noise, bank.manoeuvre, t - TIMES[i - 1], move, spread)
             m.predict(move, spread, mean, cov)
             joint.append(move[model] @ joint[-1] @ move[model].T + square(spread[model]))
             crossed.append(move[model].copy())
-        m.correct(*Z[i], R, mean, cov, fit, error)
-        score += fit[model]
+        m.correct(0, *Z[i], R, mean, cov, fit, error)
+    score = fit[model]
     n = len(TIMES)
     big = np.zeros((3 * n, 3 * n))
     for i in range(n):
@@ -70,7 +69,7 @@ def test_a_turning_filter_is_the_batch_solution() -> None:
     for i, t in enumerate(TIMES):
         if i:
             m.predict_turns(np.array([w]), 0.0, t - TIMES[i - 1], turn, turn_cov)
-        m.correct_turns(*Z[i], R, turn, turn_cov, fit, error)
+        m.correct_turns(0, *Z[i], R, turn, turn_cov, fit, error)
     t = TIMES - TIMES[-1]  # least squares over the state now
     g = (np.exp(1j * w * t) - 1.0) / (1j * w)
     rows = np.column_stack([np.ones(len(t)), g])
@@ -123,7 +122,7 @@ def test_with_its_stiffness_known_an_oscillation_is_the_batch_solution() -> None
     for i, t in enumerate(TIMES):
         if i:
             oscillations.predict(t - TIMES[i - 1], 0.0, state, cov)
-        oscillations.correct(Z[i, 0], R, state, cov, fit, error)
+        oscillations.correct(0, Z[i, 0], R, state, cov, fit, error)
     first = np.column_stack([np.ones(6), np.sin(w * TIMES) / w, (1.0 - np.cos(w * TIMES)) / k])
     prior = np.diag([1.0, 1.0 / 4.0, 1.0 / (3.0 * k) ** 2])
     at_first = np.linalg.solve(first.T @ first / R + prior, first.T @ Z[:, 0] / R)
@@ -137,12 +136,11 @@ def test_the_stiffness_is_found() -> None:
     state, cov = np.zeros((len(bank), 4)), np.zeros((len(bank), 10))
     spread = 0.5 * math.log(bank[1] / bank[0])
     oscillations.begin(bank, spread, np.full(len(bank), 3.0), 1.5, 0.0, 1e-4, 2.0, state, cov)
-    fit, error, total = np.zeros(len(bank)), np.zeros(len(bank)), np.zeros(len(bank))
+    fit, error = np.zeros(len(bank)), np.zeros(len(bank))
     for i in range(1, 40):
         oscillations.predict(0.15, 1e-7, state, cov)
-        oscillations.correct(1.5 * math.cos(w * 0.15 * i), 2.5e-5, state, cov, fit, error)
-        total += fit
-    assert state[total.argmax(), 3] == pytest.approx(k, rel=0.01)
+        oscillations.correct(0, 1.5 * math.cos(w * 0.15 * i), 2.5e-5, state, cov, fit, error)
+    assert state[fit.argmax(), 3] == pytest.approx(k, rel=0.01)
 
 
 def test_the_forecast_of_a_linear_model_is_its_prediction() -> None:
@@ -153,3 +151,33 @@ def test_the_forecast_of_a_linear_model_is_its_prediction() -> None:
     for model in (m.STOPPED, m.STEADY, m.FREE):
         assert bank.grown[model, 4] == pytest.approx(spread[model, 0])
     assert (np.diff(bank.grown, axis=1) > 0.0).all()
+
+
+def test_a_measured_velocity_is_taken_in_as_the_formula_says() -> None:
+    mean, cov, turn, turn_cov = np.zeros((2, 5, 3)), np.zeros((5, 6)), np.zeros((1, 4)), np.zeros((1, 4))
+    m.begin(P.manoeuvre, 0.0, 0.0, 0.5, 0.1, 0.01, 2.0, mean, cov, turn, turn_cov)
+    bank, move, spread = m.models(P, 0.1, 1), np.zeros((5, 3, 3)), np.zeros((5, 6))
+    m.transitions(bank.noise, bank.manoeuvre, 0.3, move, spread)
+    m.predict(move, spread, mean, cov)
+    m.predict_turns(np.array([0.7]), 0.01, 0.3, turn, turn_cov)
+    model = m.MANOEUVRE
+    p, x, seen, r = square(cov[model]), mean[:, model].copy(), (0.8, -0.2), 0.04
+    gain = p[:, 1] / (p[1, 1] + r)
+    z, v = turn[0, 0] + 1j * turn[0, 1], turn[0, 2] + 1j * turn[0, 3]
+    q = np.array([[turn_cov[0, 0], turn_cov[0, 2] + 1j * turn_cov[0, 3]], [turn_cov[0, 2] - 1j * turn_cov[0, 3], turn_cov[0, 1]]])  # fmt: skip
+    m.correct(1, *seen, r, mean, cov, np.zeros(5), np.zeros(5))
+    m.correct_turns(1, *seen, r, turn, turn_cov, np.zeros(1), np.zeros(1))
+    np.testing.assert_allclose(mean[:, model], x + np.outer(np.array(seen) - x[:, 1], gain), atol=1e-12)
+    np.testing.assert_allclose(square(cov[model]), p - np.outer(gain, p[1]), atol=1e-12)
+    g = q[:, 1] / (q[1, 1].real + r)
+    new = np.array([z, v]) + g * (seen[0] + 1j * seen[1] - v)
+    left = q - np.outer(g, q[1])
+    np.testing.assert_allclose(turn[0], [new[0].real, new[0].imag, new[1].real, new[1].imag], atol=1e-12)
+    np.testing.assert_allclose(turn_cov[0], [left[0, 0].real, left[1, 1].real, left[0, 1].real, left[0, 1].imag], atol=1e-12)  # fmt: skip
+
+    state, other = np.array([[0.1, 0.4, 0.3, 0.2]]), np.diag([0.01, 0.5, 0.2, 0.01]) + 0.002
+    packed, column = other[np.triu_indices(4)][None].copy(), other[:, 1] / (other[1, 1] + r)
+    expected = state[0] + column * (0.9 - 0.4)
+    oscillations.correct(1, 0.9, r, state, packed, np.zeros(1), np.zeros(1))
+    np.testing.assert_allclose(state[0], expected, atol=1e-12)
+    np.testing.assert_allclose(packed[0], (other - np.outer(column, other[1]))[np.triu_indices(4)], atol=1e-12)

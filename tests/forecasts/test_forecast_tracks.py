@@ -16,8 +16,8 @@ from clearway.forecasts.parameters import ForecastParameters
 T = 0.15
 
 
-def forecaster(**changes: float) -> Forecaster:
-    return Forecaster(ForecastParameters(**changes), T, 0.1, 10)
+def forecaster(**changes: float | bool) -> Forecaster:
+    return Forecaster(ForecastParameters(**changes), T, 0.1, 10)  # type: ignore[arg-type]
 
 
 def sound(f: Forecast) -> None:
@@ -275,3 +275,19 @@ def test_a_perfect_forecast_of_what_vanishes_holds_it() -> None:
     assert (f.path[0, 0] == [8.0, 8.0]).all()
     f, _ = it.update(2.0, obstacles(np.zeros((0, 2))))
     assert len(f.identity) == 0
+
+
+@pytest.mark.parametrize(("velocities", "least", "most"), [(True, 0.0, 0.1), (False, 0.3, 9.0)])
+def test_a_lidar_that_sees_another_part_of_a_body_does_not_change_its_velocity(
+    velocities: bool, least: float, most: float
+) -> None:
+    it = forecaster(velocities=velocities)
+    for i in range(21):
+        aside = 0.2 if i == 20 else 0.0  # the middle of what is seen has jumped
+        o = obstacles([[0.6 * T * i, aside]], error=0.04)
+        o.velocity[0], o.velocity_error[0] = (0.6, 0.0), 0.1
+        f, told = it.update(T * i, o)
+    assert len(told) == 1
+    assert "accelerates" in told[0]
+    path = np.einsum("h,hkc->kc", f.weight[0], f.path[0])
+    assert least <= np.hypot(*(path[10] - path[0] - [0.6, 0.0])) <= most

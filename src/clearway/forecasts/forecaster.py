@@ -44,7 +44,16 @@ class Forecaster:
         self._step, self._count = float(step), int(count)
         self._models = models(p, self._step, self._count)
         self._limits = Limits(
-            p.speed, p.acceleration, p.usual_speed, p.switching, p.refuted, p.surprise, p.agree, p.least, p.patience
+            p.speed,
+            p.acceleration,
+            p.usual_speed,
+            p.switching,
+            p.refuted,
+            p.surprise,
+            p.agree,
+            p.least,
+            p.patience,
+            p.velocities,
         )
         self.reset()
 

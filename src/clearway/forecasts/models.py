@@ -203,55 +203,56 @@ def predict_turns(rates: FloatArray, q: float, dt: float, turn: FloatArray, turn
 
 @kernel
 def correct(
-    x: float, y: float, r: float, mean: FloatArray, cov: FloatArray, fit: FloatArray, error: FloatArray
+    what: int, zx: float, zy: float, r: float, mean: FloatArray, cov: FloatArray, fit: FloatArray, error: FloatArray
 ) -> None:
-    """Take a position (x, y) with variance `r` [m^2] along an axis into one track's axis filters.
+    """Take what was measured, with variance `r` along an axis, into one track's axis filters.
 
     Args:
-        fit: (5,), filled: logarithm of each model's likelihood, less a constant.
-        error: (5,), filled: squared deviations, both axes together.
+        what: 0: a position (zx, zy) [m], 1: a velocity [m/s].
+        fit: (5,), added to: logarithm of each model's likelihood, less a constant.
+        error: (5,), added to: squared deviations, both axes together.
     """
     for m in range(cov.shape[0]):
-        s = cov[m, 0] + r
-        k0, k1, k2 = cov[m, 0] / s, cov[m, 1] / s, cov[m, 2] / s
-        error[m] = 0.0
+        xx, xv, xo, vv, vo, oo = cov[m, 0], cov[m, 1], cov[m, 2], cov[m, 3], cov[m, 4], cov[m, 5]
+        px, pv, po = (xx, xv, xo) if what == 0 else (xv, vv, vo)
+        s = (px if what == 0 else pv) + r
+        kx, kv, ko = px / s, pv / s, po / s
+        off = 0.0
         for i in range(2):
-            e = (x if i == 0 else y) - mean[i, m, 0]
-            mean[i, m, 0] += k0 * e
-            mean[i, m, 1] += k1 * e
-            mean[i, m, 2] += k2 * e
-            error[m] += e * e / s
-        fit[m] = -math.log(s) - 0.5 * error[m]
-        xv, xo = cov[m, 1], cov[m, 2]
-        cov[m, 3] -= k1 * xv
-        cov[m, 4] -= k1 * xo
-        cov[m, 5] -= k2 * xo
-        keep = r / s
-        cov[m, 0] *= keep
-        cov[m, 1] *= keep
-        cov[m, 2] *= keep
+            e = (zx if i == 0 else zy) - mean[i, m, what]
+            mean[i, m, 0] += kx * e
+            mean[i, m, 1] += kv * e
+            mean[i, m, 2] += ko * e
+            off += e * e / s
+        cov[m, 0], cov[m, 1], cov[m, 2] = xx - kx * px, xv - kx * pv, xo - kx * po
+        cov[m, 3], cov[m, 4], cov[m, 5] = vv - kv * pv, vo - kv * po, oo - ko * po
+        fit[m] += -math.log(s) - 0.5 * off
+        error[m] += off
 
 
 @kernel
 def correct_turns(
-    x: float, y: float, r: float, turn: FloatArray, turn_cov: FloatArray, fit: FloatArray, error: FloatArray
-) -> None:
-    """The same for one track's turning filters; fit, error: (R,), filled."""
+    what: int, zx: float, zy: float, r: float, turn: FloatArray, turn_cov: FloatArray, fit: FloatArray,
+    error: FloatArray,
+) -> None:  # fmt: skip
+    """The same for one track's turning filters; fit, error: (R,), added to."""
     for i in range(turn.shape[0]):
-        zz, re, im = turn_cov[i, 0], turn_cov[i, 2], turn_cov[i, 3]
-        s = zz + r
-        ex, ey = x - turn[i, 0], y - turn[i, 1]
-        kz, kr, ki = zz / s, re / s, -im / s  # the gain of v is conj(P_zv) / s
-        turn[i, 0] += kz * ex
-        turn[i, 1] += kz * ey
-        turn[i, 2] += kr * ex - ki * ey
-        turn[i, 3] += ki * ex + kr * ey
-        turn_cov[i, 1] -= (re * re + im * im) / s
-        turn_cov[i, 0] *= r / s
-        turn_cov[i, 2] *= r / s
-        turn_cov[i, 3] *= r / s
-        error[i] = (ex * ex + ey * ey) / s
-        fit[i] = -math.log(s) - 0.5 * error[i]
+        zz, vv, re, im = turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3]
+        s = (zz if what == 0 else vv) + r
+        ex, ey = zx - turn[i, 2 * what], zy - turn[i, 2 * what + 1]
+        zr, zi, vr, vi = (zz, 0.0, re, -im) if what == 0 else (re, im, vv, 0.0)  # covariances with what is measured
+        zr, zi, vr, vi = zr / s, zi / s, vr / s, vi / s
+        turn[i, 0] += zr * ex - zi * ey
+        turn[i, 1] += zi * ex + zr * ey
+        turn[i, 2] += vr * ex - vi * ey
+        turn[i, 3] += vi * ex + vr * ey
+        keep = 1.0 - (zz if what == 0 else vv) / s
+        turn_cov[i, 0] = zz - s * (zr * zr + zi * zi)
+        turn_cov[i, 1] = vv - s * (vr * vr + vi * vi)
+        turn_cov[i, 2], turn_cov[i, 3] = re * keep, im * keep
+        off = (ex * ex + ey * ey) / s
+        fit[i] += -math.log(s) - 0.5 * off
+        error[i] += off
 
 
 @kernel

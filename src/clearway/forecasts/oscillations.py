@@ -85,32 +85,32 @@ def predict(dt: float, q: float, state: FloatArray, cov: FloatArray) -> None:
 
 
 @kernel
-def correct(z: float, r: float, state: FloatArray, cov: FloatArray, fit: FloatArray, error: FloatArray) -> None:
-    """Take a measured position with variance `r` [m^2] into the filters of one axis.
+def correct(
+    what: int, z: float, r: float, state: FloatArray, cov: FloatArray, fit: FloatArray, error: FloatArray
+) -> None:
+    """Take what was measured, with variance `r`, into the filters of one axis.
 
     Args:
-        fit: (B,), filled: logarithm of each one's likelihood, less a constant. error: (B,), squared deviations, filled.
+        what: 0: a position [m], 1: a velocity [m/s]. fit: (B,), added to: logarithm of each one's likelihood, less a
+        constant. error: (B,), added to: squared deviations.
     """
     for i in range(state.shape[0]):
-        xx, xv, xa, xk = cov[i, 0], cov[i, 1], cov[i, 2], cov[i, 3]
-        s = xx + r
-        e = z - state[i, 0]
-        kx, kv, ka, kk = xx / s, xv / s, xa / s, xk / s
+        xx, xv, xa, xk, vv, va, vk = cov[i, 0], cov[i, 1], cov[i, 2], cov[i, 3], cov[i, 4], cov[i, 5], cov[i, 6]
+        px, pv, pa, pk = (xx, xv, xa, xk) if what == 0 else (xv, vv, va, vk)
+        s = (px if what == 0 else pv) + r
+        e = z - state[i, what]
+        kx, kv, ka, kk = px / s, pv / s, pa / s, pk / s
         state[i, 0] += kx * e
         state[i, 1] += kv * e
         state[i, 2] += ka * e
         state[i, 3] = min(max(state[i, 3] + kk * e, SOFTEST), STIFFEST)
-        cov[i, 4] -= kv * xv
-        cov[i, 5] -= kv * xa
-        cov[i, 6] -= kv * xk
-        cov[i, 7] -= ka * xa
-        cov[i, 8] -= ka * xk
-        cov[i, 9] -= kk * xk
-        keep = r / s
-        for j in range(4):
-            cov[i, j] *= keep
-        error[i] = e * e / s
-        fit[i] = -0.5 * math.log(s) - 0.5 * e * e / s
+        cov[i, 0], cov[i, 1], cov[i, 2], cov[i, 3] = xx - kx * px, xv - kx * pv, xa - kx * pa, xk - kx * pk
+        cov[i, 4], cov[i, 5], cov[i, 6] = vv - kv * pv, va - kv * pa, vk - kv * pk
+        cov[i, 7] -= ka * pa
+        cov[i, 8] -= ka * pk
+        cov[i, 9] -= kk * pk
+        fit[i] += -0.5 * math.log(s) - 0.5 * e * e / s
+        error[i] += e * e / s
 
 
 @kernel

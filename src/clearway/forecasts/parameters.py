@@ -37,6 +37,9 @@ class ForecastParameters(BaseModel):
         default=(0.3, 0.7, 1.4), min_length=1, max_length=8, description="rad/s, both ways"
     )
 
+    velocities: bool = Field(default=False, description="measured velocities are taken in, too: a lidar's tracker sees"
+                             " more of them than its places tell, a camera's difference of two places does not")  # fmt: skip
+
     noise_stopped: Positive = Field(default=1e-4, description="of the place of what stands, m^2/s")
     noise_steady: Positive = Field(default=0.002, description="of acceleration at constant velocity, m^2/s^3")
     noise_free: Positive = Field(default=0.3, description="the same where velocity changes at random")

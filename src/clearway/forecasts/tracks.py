@@ -17,6 +17,7 @@ from clearway.forecasts.bounds import BENT, HELD, RECENT, TOO_FAST
 from clearway.forecasts.mixture import forecast, weigh
 from clearway.forecasts.models import (
     FAMILIES,
+    MANOEUVRE,
     OSCILLATION,
     Models,
     begin,
@@ -36,6 +37,7 @@ FIRST, SEEN, MOVED = 0, 1, 2
 
 
 _LEAST_VARIANCE = 0.05**2  # m^2/s^2: what a tracker says of a velocity may be a little wrong
+_SHIFTED = 12.0  # squared deviations: 1 in 400
 _SEEN_CHANGE = 0.1  # a probability below is no evidence
 
 
@@ -102,6 +104,7 @@ class Limits(NamedTuple):
     agree: float
     least: float
     patience: float
+    velocities: bool
 
 
 @kernel
@@ -192,6 +195,31 @@ def _bound_anew(tracks: Tracks, i: int, limits: Limits, t: float, x: float, y: f
 
 
 @kernel
+def _follow_shift(
+    tracks: Tracks, i: int, x: float, y: float, r: float, vx: float, vy: float, velocity_error: float
+) -> None:
+    """Move the filters of track `i` to a place that can't be its motion's, where its measured velocity is as expected.
+
+    A lidar sees now more, now less of a body: the middle of what it sees jumps, its velocity does not.
+    """
+    mean, var = tracks.mean[i, :, MANOEUVRE], tracks.cov[i, MANOEUVRE]
+    dx, dy = x - mean[0, 0], y - mean[1, 0]
+    if not dx * dx + dy * dy > _SHIFTED * (var[0] + r):
+        return
+    if not math.hypot(vx - mean[0, 1], vy - mean[1, 1]) <= velocity_error + 2.0 * math.sqrt(var[3]):
+        return
+    for m in range(OSCILLATION):
+        tracks.mean[i, 0, m, 0] += dx
+        tracks.mean[i, 1, m, 0] += dy
+    for m in range(tracks.turn.shape[1]):
+        tracks.turn[i, m, 0] += dx
+        tracks.turn[i, m, 1] += dy
+    for b in range(tracks.osc.shape[2]):
+        tracks.osc[i, 0, b, 0] += dx
+        tracks.osc[i, 1, b, 0] += dy
+
+
+@kernel
 def take_in(
     tracks: Tracks, models: Models, limits: Limits, t: float, dt: FloatArray, place: FloatArray, error: FloatArray,
     velocity: FloatArray, velocity_error: FloatArray, row: np.ndarray, told: np.ndarray,
@@ -222,11 +250,24 @@ def take_in(
             continue
         if dt[i] <= 0.0:
             continue
-        correct(x, y, r, tracks.mean[i], tracks.cov[i], fit, off)
-        correct_turns(x, y, r, tracks.turn[i], tracks.turn_cov[i], turn_fit, turn_off)
-        for axis in range(2):
-            z = x if axis == 0 else y
-            oscillations.correct(z, r, tracks.osc[i, axis], tracks.osc_cov[i, axis], osc_fit[axis], osc_off[axis])
+        if limits.velocities:
+            _follow_shift(tracks, i, x, y, r, velocity[j, 0], velocity[j, 1], velocity_error[j])
+        for m in range(OSCILLATION):
+            fit[m], off[m] = 0.0, 0.0
+        for m in range(turns):
+            turn_fit[m], turn_off[m] = 0.0, 0.0
+        for b in range(bank):
+            osc_fit[0, b], osc_fit[1, b], osc_off[0, b], osc_off[1, b] = 0.0, 0.0, 0.0, 0.0
+        for what in range(2):
+            zx, zy, rz = x, y, r
+            if what == 1:
+                zx, zy, rz = velocity[j, 0], velocity[j, 1], max(0.25 * velocity_error[j] ** 2, _LEAST_VARIANCE)
+                if not (limits.velocities and math.isfinite(zx + zy + rz)):
+                    continue
+            correct(what, zx, zy, rz, tracks.mean[i], tracks.cov[i], fit, off)
+            correct_turns(what, zx, zy, rz, tracks.turn[i], tracks.turn_cov[i], turn_fit, turn_off)
+            oscillations.correct(what, zx, rz, tracks.osc[i, 0], tracks.osc_cov[i, 0], osc_fit[0], osc_off[0])
+            oscillations.correct(what, zy, rz, tracks.osc[i, 1], tracks.osc_cov[i, 1], osc_fit[1], osc_off[1])
         rate = tracks.changes[i] / (t - tracks.clock[i, FIRST] + limits.patience)
         stay = math.exp(-(limits.switching + rate) * dt[i])
         best, changed = weigh(
