@@ -9,7 +9,6 @@ from typing import ClassVar
 import numpy as np
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
-from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.footprint import footprint
@@ -20,7 +19,6 @@ from clearway.navigators.hp_st.field import Field, make_field
 from clearway.navigators.hp_st.parameters import (
     GUARANTEES,
     INGREDIENTS,
-    Parameters,
     guarantee_from,
     ingredients_from,
     parameters_of,
@@ -110,7 +108,7 @@ class HpSt:
         self._watch = Watch(limits, task.period, disturbance, start)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
-            constant_velocity_only="forecast" in without,
+            constant_velocity_only="forecast" in without, velocities=robot.camera is None,
         )  # fmt: skip
         self._forecaster = self._make_forecaster(task, known, periods)
         self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(2))
