@@ -1,11 +1,12 @@
-"""How long one decision of HP+TMPC takes: tracker, plan, belts, tightening, tracking problem, ancillary gain.
+"""How long one decision takes: of HP+TMPC (tracker, plan, belts, tightening, tracking problem, ancillary gain) or of HP-ST
+(tracker, forecasts, search, tracking problems, certificate).
 
 Obstacles (half of them standing, the others like those of case 2) in the square of the rescue cases, denser the more
 there are; the robot perceives them within its 4 m and drives from corner to corner as in a trial. One core, warm. The
 time is the thread's own, so that other work on the machine doesn't count; the share of it that the tracker took stands
 beside. `obstacles` are in the square, `seen` is how many are perceived on average.
 
-    python benchmarks/hp_tmpc_decision.py [--decisions N] [--repeats N] [--json] [--smoke]
+    python benchmarks/decision.py [--navigator hp-tmpc|hp-st] [--decisions N] [--repeats N] [--json] [--smoke]
 """
 
 from __future__ import annotations
@@ -13,20 +14,30 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from collections.abc import Callable
+from functools import partial
 from time import thread_time
 from typing import Any
 
 import numpy as np
 
-from clearway.contract import Goal, Observation, Obstacles, Sensing, Task
+from clearway.contract import Goal, Navigator, Observation, Obstacles, Sensing, Task
 from clearway.geometry.motion import step_arc
 from clearway.geometry.oscillator import trajectory
 from clearway.navigators import HpTmpc
+from clearway.navigators.hp_st import HpSt
 from clearway.perception import make_tracker
 from clearway.robots import load_robot
 
-GRID = [(16, 5), (16, 10), (16, 15), (16, 20), (8, 5), (64, 5), (256, 5)]
-"""Obstacles and N^P."""
+Make = Callable[[], Navigator]
+
+
+def lines(navigator: str) -> list[tuple[int, str, Make]]:
+    """Obstacles, what it is told, and how to make it."""
+    if navigator == "hp-st":
+        return [(n, g, partial(HpSt, guarantee=g)) for g in ("none", "passive") for n in (16, 8, 64, 256)]
+    grid = [(16, 5), (16, 10), (16, 15), (16, 20), (8, 5), (64, 5), (256, 5)]
+    return [(n, f"N^P = {h}", partial(HpTmpc, prediction_horizon=h)) for n, h in grid]
 
 
 def world(n: int, steps: int, seed: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
@@ -43,12 +54,12 @@ def world(n: int, steps: int, seed: int) -> tuple[np.ndarray[Any, Any], np.ndarr
     return tracks, np.full(n, min(0.35, 1.4 / math.sqrt(n)))
 
 
-def measure(n: int, horizon: int, decisions: int, seed: int) -> tuple[list[float], list[float], float]:
+def measure(n: int, make: Make, decisions: int, seed: int) -> tuple[list[float], list[float], float]:
     """Seconds of each decision, of the tracker in it, and how many obstacles were seen on average."""
     robot = load_robot("rescue")
     assert robot.camera is not None
     tracks, radius = world(n, decisions, seed)
-    navigator, tracker = HpTmpc(prediction_horizon=horizon), make_tracker("difference", robot)
+    navigator, tracker = make(), make_tracker("difference", robot)
     pose, corners = np.array((1.75, 1.75, 0.8)), [(12.25, 12.25), (1.75, 1.75)]
     task = Task(robot.period, 1.0, pose, area=(0.25, 0.25, 13.75, 13.75))
     navigator.reset(task, robot, np.random.default_rng(seed))
@@ -82,36 +93,40 @@ def measure(n: int, horizon: int, decisions: int, seed: int) -> tuple[list[float
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--navigator", choices=("hp-tmpc", "hp-st"), help="both, if not given")
     parser.add_argument("--decisions", type=int, default=2000, help="of each line")
     parser.add_argument("--repeats", type=int, default=3, help="the least of them counts, decision by decision")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--smoke", action="store_true", help="a small run")
     options = parser.parse_args()
     decisions, repeats = (60, 1) if options.smoke else (options.decisions, options.repeats)
-    measure(16, 5, 20, 0)  # compiles
     rows = []
-    for n, horizon in GRID:
-        runs = [measure(n, horizon, decisions, 3) for _ in range(repeats)]
-        times = np.min([r[0] for r in runs], axis=0)
-        rows.append(
-            {
-                "obstacles": n,
-                "seen": runs[0][2],
-                "horizon": horizon,
-                "median": 1e3 * float(np.median(times)),
-                "p99": 1e3 * float(np.quantile(times, 0.99)),
-                "max": 1e3 * float(times.max()),
-                "tracker": 1e3 * float(np.median(np.min([r[1] for r in runs], axis=0))),
-            }
-        )
+    for name in (options.navigator,) if options.navigator else ("hp-tmpc", "hp-st"):
+        measure(16, lines(name)[0][2], 20, 0)  # compiles
+        for n, told, make in lines(name):
+            measure(n, make, 5, 0)
+            runs = [measure(n, make, decisions, 3) for _ in range(repeats)]
+            times = np.min([r[0] for r in runs], axis=0)
+            rows.append(
+                {
+                    "navigator": name,
+                    "obstacles": n,
+                    "seen": runs[0][2],
+                    "options": told,
+                    "median": 1e3 * float(np.median(times)),
+                    "p99": 1e3 * float(np.quantile(times, 0.99)),
+                    "max": 1e3 * float(times.max()),
+                    "tracker": 1e3 * float(np.median(np.min([r[1] for r in runs], axis=0))),
+                }
+            )
     if options.json:
         print(json.dumps(rows, indent=1))
         return
-    print("obstacles   seen   N^P   median      p99      max   of it tracker (median)")
+    print("navigator  options   obstacles   seen   median       p99       max   of it tracker (median)")
     for r in rows:
         print(
-            f"{r['obstacles']:9d} {r['seen']:6.1f} {r['horizon']:5d} {r['median']:5.3f} ms {r['p99']:5.2f} ms"
-            f" {r['max']:5.2f} ms {r['tracker']:15.3f} ms"
+            f"{r['navigator']:10s} {r['options']:8s} {r['obstacles']:10d} {r['seen']:6.1f} {r['median']:5.3f} ms"
+            f" {r['p99']:6.2f} ms {r['max']:6.2f} ms {r['tracker']:15.3f} ms"
         )
 
 
