@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from clearway.contract import Goal
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
@@ -16,6 +18,12 @@ PATIENCE = 2.0
 
 GAIN = 0.01
 """What counts as nearer, as a share of the tolerances: less is the estimate's noise."""
+
+BEGIN = 0.6
+"""Share of the goal's distance tolerance: once it is so near, a planner that ends with a turn begins with it."""
+
+CLOSER = 0.01
+"""What counts as nearer to one that does its best to come nearer: m, or rad."""
 
 
 class Arrival:
@@ -49,3 +57,42 @@ class Arrival:
 
 def _share(error: float, tolerance: float) -> float:
     return error / tolerance if tolerance > 0.0 else math.inf if error > 0.0 else 0.0
+
+
+class Approach:
+    """Judges arrival for a robot that drives to the goal's place and then turns to its heading on the spot.
+
+    Within the tolerance it tries to come nearer until it hasn't by `CLOSER` for `PATIENCE` in all; then that counts.
+
+    Args:
+        period: between two judgements, s. begin: share of the distance tolerance within which the turn begins.
+
+    Attributes:
+        turning: whether only the heading is left, until the robot is pushed off.
+    """
+
+    def __init__(self, period: float, begin: float = BEGIN) -> None:
+        self._period, self._begin = period, begin
+        self.turning = False
+
+    def reset(self, goal: Goal) -> None:
+        """A new goal: forget how near the last one was."""
+        self._goal, self.turning = goal, False
+        self._nearest, self._idle = np.full(2, math.inf), 0.0
+
+    def reached(self, pose: FloatArray) -> bool:
+        """Whether it has arrived at the estimated `pose` (3,), which is `SHARE` of both tolerances from the goal, or as
+        near as it can come within them; sets `turning`."""
+        goal = self._goal
+        heading_counts = goal.yaw_tolerance < math.pi
+        off = abs(turn_between(pose[2], goal.pose[2])) if heading_counts else 0.0
+        now = np.array((math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1]), off))
+        if now[0] <= goal.xy_tolerance:
+            which = int(self.turning)
+            if now[which] < self._nearest[which] - CLOSER:
+                self._nearest[which], self._idle = now[which], 0.0
+            else:
+                self._idle += self._period
+        arrival, begin = (SHARE, self._begin) if self._idle < PATIENCE else (1.0, 1.0)
+        self.turning = heading_counts and now[0] <= goal.xy_tolerance * (arrival if self.turning else begin)
+        return bool(now[0] <= arrival * goal.xy_tolerance and off <= arrival * goal.yaw_tolerance)

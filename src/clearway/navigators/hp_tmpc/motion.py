@@ -26,6 +26,19 @@ def spin(error: float, now: float, most: float, faster: float, slower: float, c:
     return min(max(rate, now - down * c), now + up * c)
 
 
+def stop_and_turn(
+    error: float, v: float, omega: float, most: float, rates: FloatArray, c: float
+) -> tuple[float, float]:
+    """The next v [m/s] and omega [rad/s] of a robot that brakes and turns by `error` [rad] on the spot.
+
+    Args:
+        v, omega: now. most: bound on omega. rates: (4,) growth and decline of |v| [m/s^2] and |omega| [rad/s^2]; may be
+        infinite. c: control period, s.
+    """
+    v = math.copysign(max(abs(v) - min(rates[1], abs(v) / c) * c, 0.0), v)
+    return v, spin(error, omega, most, rates[2], rates[3], c)
+
+
 @kernel
 def turn_first(points: FloatArray, inputs: FloatArray, theta: float, beyond: float, rate: float, c: float) -> int:
     """Begin a reference with a turn on the spot where it leads off in too different a direction, in place.

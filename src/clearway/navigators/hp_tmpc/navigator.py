@@ -14,6 +14,7 @@ from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Tas
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.geometry.streams import stream
+from clearway.navigators.arrival import Approach
 from clearway.navigators.hp_tmpc.belts import Reference, reference_speed
 from clearway.navigators.hp_tmpc.decision import (
     AGE,
@@ -30,7 +31,7 @@ from clearway.navigators.hp_tmpc.decision import (
 )
 from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, begin, conclude, search_on
 from clearway.navigators.hp_tmpc.genetic import genetic
-from clearway.navigators.hp_tmpc.motion import spin
+from clearway.navigators.hp_tmpc.motion import stop_and_turn
 from clearway.navigators.hp_tmpc.parameters import (
     NAVIGATOR,
     Parameters,
@@ -46,14 +47,6 @@ from clearway.robots import Robot
 
 _Discs: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.NDArray[np.bool_]]
 """Position, velocity (n, 2), radius, error, moving (n,) of the obstacles."""
-
-
-ARRIVAL, BEGIN = 0.7, 0.6
-"""Shares of the goal's tolerances: it says that it has arrived within the first, and turns to the goal's heading once
-it is within the second of the goal's place. The estimate errs: at the edge the true pose is often outside."""
-
-PATIENCE, CLOSER = 2.0, 0.01
-"""Within the tolerance it tries to come nearer until it hasn't by 1 cm (or rad / 100) for 2 s in all; then that counts."""
 
 
 class HpTmpc:
@@ -108,7 +101,7 @@ class HpTmpc:
         self._seconds = task.budget.seconds
         self._iterations = task.budget.iterations
         self._goal: Goal | None = None
-        self._thought, self._turning = None, False
+        self._thought, self._approach = None, Approach(task.period)
         self._planned: Reference | None = None
         self._discs: _Discs | None = None
         self.correction, self.spectral_radius = 0.0, 0.0
@@ -125,11 +118,11 @@ class HpTmpc:
         if observation.goal is not self._goal:
             first, self._goal = self._goal is None, observation.goal
             self._memory.clock[AGE] = -1
-            self._turning, self._nearest, self._idle = False, np.full(2, math.inf), 0.0
+            self._approach.reset(observation.goal)
             if first:
                 self._memory.input[:] = np.nan_to_num(observation.velocity, posinf=0.0, neginf=0.0)
-        arrived = self._judge(pose)
-        if self._turning:
+        arrived = self._approach.reached(pose)
+        if self._approach.turning:
             return self._turn(turn_between(pose[2], goal[2]), arrived)
         discs = self._discs = _arrays(observation)
         draw, self._stopped = self._rng.random(), False
@@ -149,7 +142,7 @@ class HpTmpc:
         """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
         thought, memory = self._thought, self._memory
         if thought is None:
-            return Diagnostics(status="turning" if self._turning else "")
+            return Diagnostics(status="turning" if self._approach.turning else "")
         polylines = {"horizon": thought.states[:, :2].copy()}
         polylines["plan"] = memory.path[: memory.clock[CORNERS]].copy()
         circles = {}
@@ -205,30 +198,12 @@ class HpTmpc:
         self._stopped = self._seconds is not None and solution.status == ITERATION_LIMIT
         return solution
 
-    def _judge(self, pose: FloatArray) -> bool:
-        """Whether it has arrived; sets `_turning`: whether only the heading is left, until the robot is pushed off."""
-        goal = self._goal
-        assert goal is not None
-        heading_counts = goal.yaw_tolerance < math.pi
-        off = abs(turn_between(pose[2], goal.pose[2])) if heading_counts else 0.0
-        now = np.array((math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1]), off))
-        if now[0] <= goal.xy_tolerance:
-            which = int(self._turning)
-            if now[which] < self._nearest[which] - CLOSER:
-                self._nearest[which], self._idle = now[which], 0.0
-            else:
-                self._idle += self._settings.period
-        arrival, begin = (ARRIVAL, BEGIN) if self._idle < PATIENCE else (1.0, 1.0)
-        self._turning = heading_counts and now[0] <= goal.xy_tolerance * (arrival if self._turning else begin)
-        return bool(now[0] <= arrival * goal.xy_tolerance and off <= arrival * goal.yaw_tolerance)
-
     def _turn(self, error: float, arrived: bool) -> Command:
         """Stop, and turn by `error` [rad] on the spot."""
         settings, memory = self._settings, self._memory
-        c, faster, slower = settings.period, settings.rates[2], settings.rates[3]
-        v = memory.input[0]
-        v = math.copysign(max(abs(v) - min(settings.rates[1], abs(v) / c) * c, 0.0), v)
-        rate = spin(error, memory.input[1], settings.high[1], faster, slower, c)
+        v, rate = stop_and_turn(
+            error, memory.input[0], memory.input[1], settings.high[1], settings.rates, settings.period
+        )
         memory.input[:] = v, rate
         memory.clock[AGE] = -1
         memory.plan[:] = 0.0
