@@ -13,6 +13,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.candidates import distinct
 from clearway.navigators.hp_st.certificate import Rules, Safety, Verdict, longest_certified
 from clearway.navigators.hp_st.field import Field, look
+from clearway.navigators.hp_st.homing import home
 from clearway.navigators.hp_st.search import (
     COST,
     Base,
@@ -143,8 +144,9 @@ def weigh(
     cost, total = 0.0, -1.0
     single = Wishes(
         c, 1, wishes.fear, wishes.fade, wishes.margin, wishes.soft, wishes.near, wishes.swing, wishes.back, wishes.reach,
-        wishes.union,
+        wishes.union, wishes.stop,
     )  # fmt: skip
+    fall = base.rates[1]
     states[0] = start
     for k in range(n):
         x, y, theta = plan.states[k, 0], plan.states[k, 1], plan.states[k, 2]
@@ -166,13 +168,18 @@ def weigh(
         if plan.inputs[k, 0] < 0.0:
             cost += wishes.back * c
         gx, gy = field.goal[0] - x, field.goal[1] - y
+        if wishes.stop:
+            left, v = math.hypot(gx - dx, gy - dy), plan.velocities[k + 1, 0]
+            if left <= wishes.reach and v * v <= 2.0 * fall * wishes.reach:
+                total = (k + 1) * c + abs(v) / fall + left / base.high
+            continue
         share = min(max((gx * dx + gy * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
         if math.hypot(gx - share * dx, gy - share * dy) <= wishes.reach:
             total = k * c + max(math.hypot(gx, gy) - wishes.reach, 0.0) / base.high
     if total < 0.0:
         x, y, theta = states[n, 0], states[n, 1], states[n, 2]
         far, ux, uy = look(field, x, y)
-        total = n * c + time_to_go(base, far, ux * math.cos(theta) + uy * math.sin(theta), states[n, 3])
+        total = n * c + time_to_go(base, far, ux * math.cos(theta) + uy * math.sin(theta), states[n, 3], wishes.stop)
     return total + cost, cost
 
 
@@ -206,7 +213,7 @@ def decide(
         nodes += int(tree.count.sum())
 
     ends = distinct(tree, crowd, stride, layer, index, settings.candidates, settings.apart)
-    most = len(ends) + 1
+    most = len(ends) + (2 if wishes.stop else 1)
     commands, states = np.zeros((most, n, 2)), np.empty((most, n + 1, 5))
     total, cost = np.full(most, math.inf), np.full(most, math.inf)
     tried, risk_tried = np.empty((n + 1, 5)), 0.0
@@ -227,6 +234,12 @@ def decide(
                 total[p], cost[p] = value, risk_tried
                 commands[p] = better
                 states[p] = tried
+    if wishes.stop:
+        p = len(ends)
+        home(start, base, field, safety.limits, settings.period, wishes.reach, commands[p])
+        total[p], cost[p] = weigh(
+            settings, base, crowd, field, area, wishes, start, safety.limits, commands[p], states[p]
+        )
     last = most - 1
     if memory.age[1] > 0.0:
         commands[last] = memory.plan
@@ -234,7 +247,7 @@ def decide(
             settings, base, crowd, field, area, wishes, start, safety.limits, commands[last], states[last]
         )
         total[last] -= settings.keep
-    ways = states[: len(ends), :, :2].copy()
+    ways = states[:last, :, :2].copy()
 
     order = np.argsort(total)
     none = Verdict(True, -1, math.inf)
@@ -244,9 +257,7 @@ def decide(
         np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, 2, 3)), np.zeros((0, 2))
     )  # fmt: skip
     if total[choice] == math.inf:
-        return Thought(
-            commands[last], states[last], math.inf, STOPPED, -1, plan, about, none, ways, len(ends), -1, nodes
-        )
+        return Thought(commands[last], states[last], math.inf, STOPPED, -1, plan, about, none, ways, last, -1, nodes)
     standing = memory.age[0] >= 2.0
     if settings.certified:
         for o in range(most):
@@ -260,11 +271,11 @@ def decide(
                 break
         if certified < 1:
             return Thought(
-                commands[order[0]], states[order[0]], cost[order[0]], STORED, -1, plan, about, none, ways, len(ends), -1,
+                commands[order[0]], states[order[0]], cost[order[0]], STORED, -1, plan, about, none, ways, last, -1,
                 nodes,
             )  # fmt: skip
     status = KEPT if choice == last else PLANNED
     return Thought(
-        commands[choice], states[choice], cost[choice], status, certified, plan, about, none, ways, len(ends),
+        commands[choice], states[choice], cost[choice], status, certified, plan, about, none, ways, last,
         choice if choice < last else -1, nodes,
     )  # fmt: skip

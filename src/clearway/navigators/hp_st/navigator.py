@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Collection
 from typing import ClassVar
@@ -9,11 +10,14 @@ from typing import ClassVar
 import numpy as np
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
+from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.certificate import Rules, Safety
+from clearway.navigators.arrival import BEGIN, Approach
+from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.decision import STATUSES, STOPPED, STORED, Memory, Settings, Thought, decide
 from clearway.navigators.hp_st.field import Field, make_field
 from clearway.navigators.hp_st.parameters import (
@@ -24,12 +28,19 @@ from clearway.navigators.hp_st.parameters import (
     parameters_of,
 )
 from clearway.navigators.hp_st.search import Base, Wishes
-from clearway.navigators.hp_st.tube import drive
+from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.navigators.hp_st.violations import Watch
+from clearway.navigators.hp_tmpc.motion import stop_and_turn
 from clearway.robots import Robot
 
-ARRIVAL, REACH = 0.7, 0.6
-"""Shares of the goal's tolerance: it says that it has arrived within the first, and plans to come within the second."""
+REACH = 0.6
+"""Share of the goal's distance tolerance within which it plans to come: true poses err."""
+
+CLOSE = 0.15
+"""The same of a robot that stops at its goal, and share within which it begins to turn: DE is one of the indicators."""
+
+REFRESH = 0.3
+"""What a lidar shows of what stands changes with every scan: so often the distances to the goal are made anew, s."""
 
 CONTROLS = np.array(
     [(1, 0), (1, 1), (1, -1), (1, 0.4), (1, -0.4), (0.5, 0), (0.5, 1), (0.5, -1), (0, 0), (0, 1), (0, -1),
@@ -87,8 +98,9 @@ class HpSt:
         )  # fmt: skip
         self._wishes = Wishes(
             stride * task.period, stride, p.fear, p.fade, p.margin, p.soft, p.near, p.swing, p.back, 0.1,
-            0 if "time-aware" not in without else periods,
+            0 if "time-aware" not in without else periods, bool(np.isfinite(rates[:2]).all()),
         )  # fmt: skip
+        self._drifts = robot.camera is None and task.area is None
         self._area = np.array(task.area or (-math.inf, -math.inf, math.inf, math.inf), np.float64)
         disturbance = np.array(
             (p.disturbance_position, p.disturbance_heading, p.disturbance_velocity, p.disturbance_turn,
@@ -114,9 +126,13 @@ class HpSt:
         self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(2))
         self._goal: Goal | None = None
         self._field: Field | None = None
-        self._known = b""
-        self._thought, self._forecast = None, None
-        self._stored: tuple[Thought, int] | None = None
+        self._known, self._age = b"", 0
+        self._refresh = 1 if robot.camera else max(1, round(REFRESH / task.period))
+        self._thought = None
+        self._forecast: Forecast | None = None
+        self._approach = Approach(task.period, CLOSE if self._wishes.stop else BEGIN)
+        self._stored: tuple[Plan, Tube, int] | None = None
+        self._frame = _Frame(np.zeros(3), np.zeros(3))
 
     def _make_forecaster(
         self, task: Task, parameters: ForecastParameters, count: int
@@ -129,62 +145,96 @@ class HpSt:
         Raises:
             ValueError: the pose or the goal is not finite.
         """
-        pose, goal = _finite("pose", observation.pose), _finite("goal.pose", observation.goal.pose)
-        memory, seen = self._memory, observation.obstacles
+        given, aim = _finite("pose", observation.pose), _finite("goal.pose", observation.goal.pose)
+        seen = _NOTHING if observation.obstacles is None else observation.obstacles
+        pose, goal = given, aim
+        if self._drifts:
+            pose = _finite("odom_pose", observation.odom_pose)
+            self._frame = _Frame(given, pose)
+            goal, seen = self._frame.into(aim), self._frame.obstacles(seen)
+        memory = self._memory
         if observation.goal is not self._goal:
             self._goal = observation.goal
+            self._approach.reset(observation.goal)
             memory.age[1] = 0.0
         violated = self._watch.seen(observation.t, pose, observation.velocity)
-        self._forecast, more = self._forecaster.update(observation.t, _NOTHING if seen is None else seen)
-        self._see(goal, pose)
-        assert self._field is not None
-        wishes = self._wishes._replace(reach=REACH * observation.goal.xy_tolerance)
-        thought = self._thought = decide(
-            self._settings, self._base, memory, self._forecast, self._field, self._area, wishes, self._rules,
-            self._safety, pose,
-        )  # fmt: skip
-        v, omega = self._commit(thought, pose)
+        self._forecast, more = self._forecaster.update(observation.t, seen)
+        arrived = self._approach.reached(given)
+        if self._approach.turning:
+            v, omega, status = self._turn(turn_between(given[2], aim[2]), pose)
+        else:
+            self._see(goal, pose)
+            assert self._field is not None
+            share = CLOSE if self._wishes.stop else REACH
+            thought = self._thought = decide(
+                self._settings, self._base, memory, self._forecast, self._field, self._area,
+                self._wishes._replace(reach=share * observation.goal.xy_tolerance), self._rules, self._safety, pose,
+            )  # fmt: skip
+            v, omega = self._commit(thought, pose)
+            status = STATUSES[thought.status]
+        moved = memory.velocity.any() or v != 0.0 or omega != 0.0
+        memory.age[0] = 0.0 if moved else memory.age[0] + 1.0
+        memory.velocity[:] = self._drive(pose, v, omega).velocities[1]
         self._watch.told(observation.t, pose, v, omega)
-        arrived = math.hypot(pose[0] - goal[0], pose[1] - goal[1]) <= ARRIVAL * observation.goal.xy_tolerance
-        return Command(v, omega, arrived, status=STATUSES[thought.status], violated=violated + more)
+        return Command(v, omega, arrived, status=status, violated=violated + more)
+
+    def _drive(self, pose: FloatArray, v: float, omega: float) -> Plan:
+        """A period of motion from `pose`, as the base moves now."""
+        start = np.concatenate((pose, self._memory.velocity))
+        return drive(start, np.array([[v, omega]]), self._safety.limits, self._period)
+
+    def _turn(self, error: float, pose: FloatArray) -> tuple[float, float, str]:
+        """Turn to the goal's heading on the spot, where that is certified."""
+        memory, base = self._memory, self._base
+        before = memory.velocity
+        v, omega = stop_and_turn(error, float(before[0]), float(before[1]), base.turn, base.rates, self._period)
+        memory.age[1], self._thought = 0.0, None
+        if self._settings.certified:
+            assert self._forecast is not None
+            certified, plan, about, _ = longest_certified(
+                self._drive(pose, v, omega), base.foot, self._forecast, self._rules, self._safety,
+                bool(memory.age[0] >= 2.0), 1,
+            )  # fmt: skip
+            if certified < 1:
+                return *self._remainder(pose), STATUSES[STORED]
+            self._stored = plan, about, 1
+        return v, omega, "turning"
 
     def _commit(self, thought: Thought, pose: FloatArray) -> tuple[float, float]:
         """The command of this period, and what is remembered for the next."""
         memory = self._memory
         if thought.status in (STORED, STOPPED):
-            v, omega = self._remainder(pose)
             memory.age[1] = 0.0
-        else:
-            v, omega = thought.commands[0].tolist()
-            if self._settings.certified:
-                self._stored = thought, 1
-            memory.plan[:-1] = thought.commands[1:]
-            memory.plan[-1] = thought.commands[-1]
-            memory.age[1] = 1.0
-        moved = memory.velocity.any() or v != 0.0 or omega != 0.0
-        memory.age[0] = 0.0 if moved else memory.age[0] + 1.0
-        plan = drive(np.concatenate((pose, memory.velocity)), np.array([[v, omega]]), self._safety.limits, self._period)
-        memory.velocity[:] = plan.velocities[1]
+            return self._remainder(pose)
+        if self._settings.certified:
+            self._stored = thought.stored, thought.tube, 1
+        memory.plan[:-1] = thought.commands[1:]
+        memory.plan[-1] = thought.commands[-1]
+        memory.age[1] = 1.0
+        v, omega = thought.commands[0].tolist()
         return v, omega
 
     def _remainder(self, pose: FloatArray) -> tuple[float, float]:
         """The next command of the last certified plan, which ends at rest; rest, if there is none left."""
         if self._stored is None:
             return 0.0, 0.0
-        thought, k = self._stored
-        plan = thought.stored
+        plan, about, k = self._stored
         if k >= len(plan.commands):
             return 0.0, 0.0
-        self._stored = thought, k + 1
+        self._stored = plan, about, k + 1
         off = pose - plan.states[k]
         off[2] = math.remainder(off[2], 2.0 * math.pi)
-        v, omega = (plan.commands[k] + thought.tube.gains[k] @ off).tolist()
+        v, omega = (plan.commands[k] + about.gains[k] @ off).tolist()
         return v, omega
 
     def _see(self, goal: FloatArray, pose: FloatArray) -> None:
         """Distances to the goal, anew where what stands or the goal has changed."""
         assert self._forecast is not None
-        still = self._forecast.still
+        self._age += 1
+        old, still = self._field, self._forecast.still
+        same = old is not None and np.abs(old.goal - goal[:2]).max() < _SAME
+        if same and self._age < self._refresh:
+            return
         area = self._area
         if not np.isfinite(area).all():
             low, high = np.minimum(pose[:2], goal[:2]) - 4.0, np.maximum(pose[:2], goal[:2]) + 4.0
@@ -193,11 +243,27 @@ class HpSt:
         if key != self._known:
             discs = still.copy()
             discs[:, 2] += self._base.foot.circumscribed + self._p.margin
-            self._field, self._known = make_field(goal, discs, area), key
+            self._field, self._known, self._age = make_field(goal, discs, area), key, 0
 
     def diagnostics(self) -> Diagnostics:
-        """Polylines `plan`, `way 1`, ...; circles `obstacles`; the tube along the certified plan."""
-        return Diagnostics()
+        """Polylines `plan`, `way 1`, ...; circles `obstacles`, `forecast` and `reach`; the tube along the certified plan."""
+        thought, forecast, frame = self._thought, self._forecast, self._frame
+        circles, polylines, tube = {}, {}, None
+        if forecast is not None:
+            size = forecast.radius[:, None]
+            at = [k * (forecast.reach.shape[1] - 1) // 3 for k in (1, 2, 3)]
+            now = _discs(forecast.centre[:, :1], size)
+            circles["obstacles"] = frame.back(np.concatenate((forecast.still, now)))
+            circles["forecast"] = frame.back(_discs(forecast.path[:, 0, at], size))
+            circles["reach"] = frame.back(_discs(forecast.centre[:, at[:1]], size + forecast.reach[:, at[:1]]))
+        if thought is not None:
+            polylines = {f"way {p + 1}": frame.back(way) for p, way in enumerate(thought.ways)}
+            polylines["plan"] = frame.back(thought.states[:, :2])
+        if self._stored is not None:
+            plan, about, _ = self._stored
+            tube = frame.back(np.column_stack((plan.states[:, :2], self._base.foot.circumscribed + about.radius)))
+        status = STATUSES[thought.status] if thought is not None else "turning" if self._approach.turning else ""
+        return Diagnostics(polylines, circles, tube, status=status, iterations=thought.nodes if thought else 0)
 
 
 class HpStForesight(HpSt):
@@ -212,6 +278,38 @@ class HpStForesight(HpSt):
         return PerfectForecaster(parameters, task.forecast, task.period, count)
 
 
+class _Frame:
+    """From the map into the odometry's frame and back: smooth there, while the map's jumps as localisation corrects itself.
+
+    Obstacles are perceived from the robot, so a wrong estimate moves them with it: in this frame they, the stored plan
+    and what is watched don't jump; the goal does, as it must.
+    """
+
+    def __init__(self, pose: FloatArray, odom: FloatArray) -> None:
+        self._pose, self._odom = pose, odom
+        self._turned = float(odom[2] - pose[2])
+        c, s = math.cos(self._turned), math.sin(self._turned)
+        self._rotation = np.array(((c, s), (-s, c)))
+
+    def into(self, pose: FloatArray) -> FloatArray:
+        """A pose (3,) of the map."""
+        place = (pose[:2] - self._pose[:2]) @ self._rotation + self._odom[:2]
+        return np.array((*place, wrap(float(pose[2]) + self._turned)))
+
+    def obstacles(self, seen: Obstacles) -> Obstacles:
+        """Obstacles of the map."""
+        place = (seen.position - self._pose[:2]) @ self._rotation + self._odom[:2]
+        return dataclasses.replace(seen, position=place, velocity=seen.velocity @ self._rotation)
+
+    def back(self, points: FloatArray) -> FloatArray:
+        """Points (n, 2), or discs (n, 3), in the map; those that are finite."""
+        out = np.array(points, np.float64)
+        out[:, :2] = (out[:, :2] - self._odom[:2]) @ self._rotation.T + self._pose[:2]
+        return np.asarray(out[np.isfinite(out).all(axis=1)])
+
+
+_SAME = 1e-3  # m, a goal that has moved by less hasn't moved
+
 _NOTHING = Obstacles(
     np.zeros((0, 2)),
     np.zeros((0, 2)),
@@ -221,6 +319,11 @@ _NOTHING = Obstacles(
     np.zeros(0, np.int64),
     np.zeros(0, np.bool_),
 )
+
+
+def _discs(places: FloatArray, radius: FloatArray) -> FloatArray:
+    """(n, 3) of places (m, k, 2) and their radii, (m, 1) or (m, k)."""
+    return np.column_stack((places.reshape(-1, 2), np.broadcast_to(radius, places.shape[:2]).reshape(-1)))
 
 
 def _finite(name: str, pose: FloatArray) -> FloatArray:

@@ -71,7 +71,7 @@ class Wishes(NamedTuple):
         think again. margin: kept from what stands, m. soft: from that on nearness costs, m. near: s per s at the margin.
         swing: s per rad/s of change of the yaw rate. back: s per s of reversing. reach: radius around the goal that
         ends the way, m. union: so many of the first instants count at any time (0: each at its own), the belts of a
-        planner that is blind to time.
+        planner that is blind to time. stop: whether it has to stop at the goal.
     """
 
     step: float
@@ -85,6 +85,7 @@ class Wishes(NamedTuple):
     back: float
     reach: float
     union: int
+    stop: bool = False
 
 
 class Tree(NamedTuple):
@@ -104,33 +105,49 @@ class Tree(NamedTuple):
 
 
 @kernel
-def time_to_go(base: Base, far: float, cos_off: float, v: float) -> float:
+def time_to_go(base: Base, far: float, cos_off: float, v: float, stop: bool) -> float:
     """How long it takes to a goal `far` [m] away past what stands, s, forwards or backwards, whichever is faster.
 
     Args:
-        cos_off: cosine of the angle between the heading and the way. v: speed now, m/s. A turn by a at full speed on an
-        arc loses (a - sin a) / turn; what is lost to speeding up is added.
+        cos_off: cosine of the angle between the heading and the way. v: speed now, m/s. stop: whether it has to stop there.
+        A turn by a at full speed on an arc loses (a - sin a) / turn; what is lost to speeding up and braking is added.
     """
-    return _to_go(base.low, base.high, base.turn, base.rates[0], far, cos_off, v)
+    fall = base.rates[1] if stop else math.inf
+    return _to_go(base.low, base.high, base.turn, base.rates[0], fall, far, cos_off, v)
 
 
 @kernel
-def _to_go(low: float, high: float, turn: float, rate: float, far: float, cos_off: float, v: float) -> float:
+def _to_go(
+    low: float, high: float, turn: float, rate: float, fall: float, far: float, cos_off: float, v: float
+) -> float:
     cos_off = min(max(cos_off, -1.0), 1.0)
     a = abs(cos_off)  # Abramowitz and Stegun 4.4.45: within 7e-5 rad, at a third of the time
     off = math.sqrt(1.0 - a) * (1.5707288 + a * (-0.2121144 + a * (0.0742610 - a * 0.0187293)))
     if cos_off < 0.0:
         off = math.pi - off
     lost = off - math.sqrt(1.0 - a * a)
-    best = far / high + lost / turn
-    if rate < math.inf:
-        best += max(high - v, 0.0) ** 2 / (2.0 * rate * high)
+    best = _along(high, rate, fall, far, v) + lost / turn
     if low < 0.0:
-        back = -far / low + (math.pi - 2.0 * off + lost) / turn
-        if rate < math.inf:
-            back -= max(v - low, 0.0) ** 2 / (2.0 * rate * low)
-        best = min(best, back)
+        best = min(best, _along(-low, rate, fall, far, -v) + (math.pi - 2.0 * off + lost) / turn)
     return best
+
+
+@kernel
+def _along(high: float, rate: float, fall: float, far: float, v: float) -> float:
+    """The same on a line, for one who drives towards the goal with `v`, at most with `high`."""
+    lost = 0.0
+    if fall < math.inf:
+        stop = 0.5 * v * v / fall
+        if v > 0.0 and stop > far:  # beyond it, and back
+            return v / fall + math.sqrt(2.0 * (stop - far) * (1.0 / rate + 1.0 / fall))
+        if v < high and far < 0.5 * (high * high - v * abs(v)) / rate + 0.5 * high * high / fall:  # never that fast
+            top2 = max((far + 0.5 * v * abs(v) / rate) / (0.5 / rate + 0.5 / fall), 0.0)
+            top = math.sqrt(top2)
+            return max(top - v, 0.0) / rate + top / fall
+        lost = 0.5 * high / fall
+    if rate < math.inf:
+        lost += max(high - v, 0.0) ** 2 / (2.0 * rate * high)
+    return far / high + lost
 
 
 @kernel
@@ -177,6 +194,7 @@ def search(
     margin, soft, nearness = wishes.margin, wishes.soft, wishes.near * wishes.step / wishes.fear
     stride = wishes.stride
     free, reach2 = rates.min() == math.inf, wishes.reach**2
+    fall = rates[1] if wishes.stop else math.inf
     hinted = 0  # the node that follows the hint, while it lasts
     best_goal = math.inf
     for k in range(layers):
@@ -223,7 +241,7 @@ def search(
                 cost = node[COST] + wishes.swing * abs(w_end - node[OMEGA]) + (wishes.back * dt if v < 0.0 else 0.0)
                 far1, ux, uy = look_at(distance, hidden, origin_, resolution, target, x, y)
                 along = ux * (cos0 * c2 - sin0 * s2) + uy * (sin0 * c2 + cos0 * s2)
-                total = (k + 1) * dt + _to_go(low, high, yaw, rates[0], far1, along, v_end) + cost
+                total = (k + 1) * dt + _to_go(low, high, yaw, rates[0], fall, far1, along, v_end) + cost
                 if total >= best_goal:
                     continue
                 theta = wrap(theta0 + 2.0 * h)
@@ -250,7 +268,12 @@ def search(
                 gx, gy = target[0] - x0, target[1] - y0
                 share = min(max((gx * dx + gy * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
                 arrives = (gx - share * dx) ** 2 + (gy - share * dy) ** 2 <= reach2
-                if arrives:
+                if arrives and fall < math.inf:  # it has to be able to stop there, and does
+                    left = math.sqrt((target[0] - x) ** 2 + (target[1] - y) ** 2)
+                    arrives = left <= wishes.reach and v_end * v_end <= 2.0 * fall * wishes.reach
+                    if arrives:
+                        total = (k + 1) * dt + cost + abs(v_end) / fall + left / high
+                elif arrives:
                     total = k * dt + cost + max(far - wishes.reach, 0.0) / high
                 if total >= best_goal:
                     continue
@@ -354,11 +377,13 @@ def meet(
         if d2 >= reach * reach:
             continue
         room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - body
-        if room < margin:
-            before = cx * cx + cy * cy
-            bound = outer + body + margin
-            if (cx - dx) ** 2 + (cy - dy) ** 2 <= before or before >= bound * bound:  # out of the margin it may go
-                return -1.0
+        if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
+            then = _room(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
+            room = min(room, then)
+            if room < margin:
+                now = _room(vertices, rim, theta, cx, cy, cx * cx + cy * cy) - body
+                if then <= now or now >= margin:  # out of the margin it may go
+                    return -1.0
         if room < soft:
             risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
     for n in range(movers):
