@@ -1,0 +1,48 @@
+"""Ways are told apart by how they pass an obstacle, and only by that."""
+
+from __future__ import annotations
+
+import numpy as np
+from space_time_scenes import OTHER, finder, line
+
+
+def test_left_and_right_of_what_stands() -> None:
+    found = finder()
+    found.look((4.0, 0.0), still=[(1.5, 0.05, OTHER)])
+    ways = found.ways()
+    sides = [float(np.sign(w[np.argmin(np.abs(w[:, 0] - 1.5)), 1] - 0.05)) for w in ways if w[-1, 0] > 1.8]
+    assert len(ways) >= 2
+    assert {-1.0, 1.0} == set(sides)
+
+
+def test_before_and_after_what_crosses() -> None:
+    """Where both take about as long; where they don't, the search keeps the better one alone."""
+    both = 0
+    for y in (-1.6, -1.65, -1.7, -1.75, -1.8):
+        found, mover = finder(), line(1.5, y, 0.0, 1.0)
+        found.look((4.0, 0.0), movers=[mover])
+        first = []
+        for way in found.ways():
+            crossing = np.flatnonzero(way[:, 0] >= 1.5)
+            if len(crossing):
+                first.append(bool(mover(crossing[0] * found.wishes.step)[1] < way[crossing[0], 1]))
+        assert len(set(first)) == len(first)  # no order twice
+        both += set(first) == {True, False}
+    assert both > 0
+
+
+def test_in_the_open_there_is_one() -> None:
+    found = finder()
+    found.look((2.5, 0.3))
+    assert len(found.ways()) == 1
+    found.look((2.5, 0.3), still=[(-3.0, 3.0, OTHER)])
+    assert len(found.ways()) == 1
+
+
+def test_no_more_than_asked_for() -> None:
+    found = finder()
+    found.look((4.0, 0.0), still=[(1.3, 0.3, OTHER), (1.3, -0.6, 0.2)])
+    assert len(found.ways(1)) == 1
+    assert len(found.ways(2)) == 2
+    first = [w.tolist() for w in found.ways(1)] + [found.best()[0].tolist()]
+    assert first[0] == first[1]
