@@ -196,7 +196,8 @@ def _floats(a: FloatArray) -> FloatArray:
 
 def _finite(o: Obstacles) -> Obstacles:
     """Those whose place, radius and error are finite, and the error not negative."""
-    total = float(o.position.sum()) + float(o.radius.sum()) + float(o.error.sum())
+    with np.errstate(invalid="ignore"):  # inf - inf
+        total = float(o.position.sum()) + float(o.radius.sum()) + float(o.error.sum())
     if math.isfinite(total) and o.error.min(initial=0.0) >= 0.0:
         return o  # nearly always
     good = np.isfinite(o.position).all(axis=1) & np.isfinite(o.radius) & (o.error >= 0.0) & np.isfinite(o.error)
