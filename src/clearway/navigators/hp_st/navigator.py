@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
@@ -225,7 +226,8 @@ class HpSt:
         off = pose - plan.states[k]
         off[2] = math.remainder(off[2], 2.0 * math.pi)
         v, omega = (plan.commands[k] + about.gains[k] @ off).tolist()
-        return v, omega
+        base = self._base  # beyond its limits only where it was pushed farther than is assumed
+        return min(max(v, base.low), base.high), min(max(omega, -base.turn), base.turn)
 
     def _see(self, goal: FloatArray, pose: FloatArray) -> None:
         """Distances to the goal, anew where what stands or the goal has changed."""
@@ -274,7 +276,8 @@ class HpStForesight(HpSt):
     def _make_forecaster(
         self, task: Task, parameters: ForecastParameters, count: int
     ) -> Forecaster | PerfectForecaster:
-        assert task.forecast is not None
+        if task.forecast is None:
+            raise ClearwayError("hp-st-foresight needs the true future of the obstacles, and this task has none")
         return PerfectForecaster(parameters, task.forecast, task.period, count)
 
 
