@@ -18,9 +18,10 @@ from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st import HpSt
 from clearway.navigators.hp_st.candidates import distinct
-from clearway.navigators.hp_st.decision import Settings, crowd_of
+from clearway.navigators.hp_st.contact import Base, Crowd, crowd_of
+from clearway.navigators.hp_st.decision import Settings
 from clearway.navigators.hp_st.field import make_field
-from clearway.navigators.hp_st.search import Base, Crowd, Tree, Wishes, leaf, search, trace
+from clearway.navigators.hp_st.search import Tree, Wishes, leaf, search, trace
 from clearway.robots import Robot, load_robot
 
 RESCUE = load_robot("rescue")

@@ -16,7 +16,7 @@ def test_left_and_right_of_what_stands() -> None:
 
 
 def test_before_and_after_what_crosses() -> None:
-    """Where both take about as long; where they don't, the search keeps the better one alone."""
+    """The better one first; what waits, or turns back, does not cross at all."""
     both = 0
     for y in (-1.6, -1.65, -1.7, -1.75, -1.8):
         found, mover = finder(), line(1.5, y, 0.0, 1.0)
@@ -26,9 +26,8 @@ def test_before_and_after_what_crosses() -> None:
             crossing = np.flatnonzero(way[:, 0] >= 1.5)
             if len(crossing):
                 first.append(bool(mover(crossing[0] * found.wishes.step)[1] < way[crossing[0], 1]))
-        assert len(set(first)) == len(first)  # no order twice
         both += set(first) == {True, False}
-    assert both > 0
+    assert both >= 4
 
 
 def test_in_the_open_there_is_one() -> None:

@@ -106,7 +106,9 @@ def test_a_square_body_keeps_its_corners_clear_and_comes_nearer_than_a_disc_arou
     found, angle = finder(robot, speed=0.6), rng.uniform(-3.0, 3.0)
     foot, disc = found.base.foot, (0.66 * math.cos(angle), 0.66 * math.sin(angle), 0.2)
     heading = rng.uniform(-3.0, 3.0)
-    tree = found.look((2.0 * math.cos(angle), 2.0 * math.sin(angle)), (0.0, 0.0, heading, 0.0, 0.0), still=[disc])
+    tree = found.look(
+        (2.0 * math.cos(angle), 2.0 * math.sin(angle)), (0.0, 0.0, heading, 0.0, 0.0), still=[disc], beam=160
+    )
     at = np.array([after[:3] for _, _, after in steps(tree)])
     gaps = [gap(foot.vertices, foot.radius, *pose, *disc[:2]) - disc[2] for pose in at]
     assert min(gaps) >= found.wishes.margin - 1e-9

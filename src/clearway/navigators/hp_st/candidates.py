@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from clearway.geometry.angles import turn_between
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.search import TOTAL, Crowd, IntArray, Tree
+from clearway.navigators.hp_st.contact import Crowd
+from clearway.navigators.hp_st.search import TOTAL, IntArray, Tree
 
 
 @kernel
@@ -70,5 +70,6 @@ def _turns(tree: Tree, crowd: Crowd, stride: int, layer: int, index: int, out: F
             else:
                 ax, ay = crowd.at[(layer - 1) * stride, i - s, 0], crowd.at[(layer - 1) * stride, i - s, 1]
                 bx, by = crowd.at[layer * stride, i - s, 0], crowd.at[layer * stride, i - s, 1]
-            out[i] += turn_between(math.atan2(ay - before[1], ax - before[0]), math.atan2(by - node[1], bx - node[0]))
+            ax, ay, bx, by = ax - before[0], ay - before[1], bx - node[0], by - node[1]
+            out[i] += math.atan2(ax * by - ay * bx, ax * bx + ay * by)
         layer -= 1

@@ -12,19 +12,17 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.candidates import distinct
 from clearway.navigators.hp_st.certificate import Rules, Safety, Verdict, longest_certified
+from clearway.navigators.hp_st.contact import BELT, Base, Crowd, belts_of, crowd_of, meet, near
 from clearway.navigators.hp_st.field import Field, look
 from clearway.navigators.hp_st.homing import home
 from clearway.navigators.hp_st.search import (
     COST,
-    Base,
-    Crowd,
     Wishes,
     leaf,
-    meet,
-    neighbours,
     search,
     time_to_go,
     trace,
+    worth,
 )
 from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
@@ -41,7 +39,6 @@ class Settings(NamedTuple):
         period: s. periods: N, of a plan. layers, narrow, wide, calm: of the search. controls: (C, 2) see `search`.
         candidates, apart, keep, rounds, effort, heading_weight: see `parameters`. spread: (3,) own standard deviation
         [m], its growth [m/s], and the most that any may be [m]. certified: whether a plan needs a certificate.
-        to_go: whether plans are compared by the time that they leave to go.
     """
 
     period: float
@@ -59,7 +56,6 @@ class Settings(NamedTuple):
     heading_weight: float
     spread: FloatArray
     certified: bool
-    to_go: bool
 
 
 class Memory(NamedTuple):
@@ -100,30 +96,6 @@ class Thought(NamedTuple):
 
 
 @kernel
-def crowd_of(forecast: Forecast, spread: FloatArray) -> Crowd:
-    """The forecast as the search sees it: one disc for each hypothesis, its doubt and the robot's own together."""
-    n, most, instants = forecast.path.shape[0], forecast.path.shape[1], forecast.path.shape[2]
-    m = 0
-    for i in range(n):
-        for h in range(most):
-            if forecast.weight[i, h] > 0.0:
-                m += 1
-    at, sigma, chance, radius = np.empty((instants, m, 2)), np.empty((instants, m)), np.empty(m), np.empty(m)
-    j = 0
-    for i in range(n):
-        for h in range(most):
-            if not forecast.weight[i, h] > 0.0:
-                continue
-            chance[j], radius[j] = forecast.weight[i, h], forecast.radius[i]
-            for k in range(instants):
-                at[k, j, 0], at[k, j, 1] = forecast.path[i, h, k, 0], forecast.path[i, h, k, 1]
-                own = spread[0] + spread[1] * k * forecast.step
-                sigma[k, j] = min(math.sqrt(forecast.sigma[i, h, k] ** 2 + own * own), spread[2])
-            j += 1
-    return Crowd(forecast.still, at, sigma, chance, radius)
-
-
-@kernel
 def weigh(
     settings: Settings, base: Base, crowd: Crowd, field: Field, area: FloatArray, wishes: Wishes, start: FloatArray,
     limits: FloatArray, commands: FloatArray, states: FloatArray,
@@ -138,14 +110,12 @@ def weigh(
     """
     n, c = len(commands), settings.period
     plan = drive(start, commands, limits, c)
-    near_still = np.empty(len(crowd.still), np.int64)
-    near_moving = np.empty(2 * len(crowd.radius) * (len(crowd.at) + 1), np.int64)
+    still, foot, fastest = crowd.still, base.foot, max(base.high, -base.low)
+    belts = np.empty((len(crowd.radius) * (len(crowd.at) + 1), BELT))
+    stills, movers = np.empty((len(still), 3)), np.empty((len(belts), BELT))
     nearness = wishes.near * c / wishes.fear
     cost, total = 0.0, -1.0
-    single = Wishes(
-        c, 1, wishes.fear, wishes.fade, wishes.margin, wishes.soft, wishes.near, wishes.swing, wishes.back, wishes.reach,
-        wishes.union, wishes.stop,
-    )  # fmt: skip
+    first, _, _ = look(field, start[0], start[1])
     fall = base.rates[1]
     states[0] = start
     for k in range(n):
@@ -155,11 +125,11 @@ def weigh(
         states[k + 1, 3:] = plan.velocities[k + 1]
         if total >= 0.0:
             continue
-        stills, movers = neighbours(crowd, base, single, k, x, y, near_still, near_moving)
+        moving = belts_of(crowd, k, 1, wishes.union, belts)
+        s, m = near(still, belts, moving, x, y, foot.circumscribed + fastest * c, wishes.soft, stills, movers)
         risk = meet(
-            crowd.still, crowd.at, crowd.spread, crowd.chance, crowd.radius, base.foot.vertices, base.foot.radius,
-            base.foot.circumscribed, wishes.margin, wishes.soft, nearness, 1, near_still, stills, near_moving, movers,
-            x, y, theta, dx, dy, plan.inputs[k, 1] * c,
+            stills, s, movers, m, foot.vertices, foot.radius, foot.circumscribed, wishes.margin, wishes.soft, nearness,
+            theta, dx, dy, plan.inputs[k, 1] * c,
         )  # fmt: skip
         if risk < 0.0:
             risk = 1.0
@@ -171,15 +141,16 @@ def weigh(
         if wishes.stop:
             left, v = math.hypot(gx - dx, gy - dy), plan.velocities[k + 1, 0]
             if left <= wishes.reach and v * v <= 2.0 * fall * wishes.reach:
-                total = (k + 1) * c + abs(v) / fall + left / base.high
+                total = worth(wishes, first, (k + 1) * c, 0.0, abs(v) / fall + left / base.high)
             continue
         share = min(max((gx * dx + gy * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
         if math.hypot(gx - share * dx, gy - share * dy) <= wishes.reach:
-            total = k * c + max(math.hypot(gx, gy) - wishes.reach, 0.0) / base.high
+            total = worth(wishes, first, k * c, 0.0, max(math.hypot(gx, gy) - wishes.reach, 0.0) / base.high)
     if total < 0.0:
         x, y, theta = states[n, 0], states[n, 1], states[n, 2]
         far, ux, uy = look(field, x, y)
-        total = n * c + time_to_go(base, far, ux * math.cos(theta) + uy * math.sin(theta), states[n, 3], wishes.stop)
+        left = time_to_go(base, far, ux * math.cos(theta) + uy * math.sin(theta), states[n, 3], wishes.stop)
+        total = worth(wishes, first, n * c, far, left)
     return total + cost, cost
 
 

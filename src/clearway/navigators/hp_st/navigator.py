@@ -19,6 +19,7 @@ from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.arrival import BEGIN, Approach
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
+from clearway.navigators.hp_st.contact import Base
 from clearway.navigators.hp_st.decision import STATUSES, STOPPED, STORED, Memory, Settings, Thought, decide
 from clearway.navigators.hp_st.field import Field, make_field
 from clearway.navigators.hp_st.parameters import (
@@ -28,7 +29,7 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
     parameters_of,
 )
-from clearway.navigators.hp_st.search import Base, Wishes
+from clearway.navigators.hp_st.search import Wishes
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.navigators.hp_st.violations import Watch
 from clearway.navigators.hp_tmpc.motion import stop_and_turn
@@ -39,6 +40,9 @@ REACH = 0.6
 
 CLOSE = 0.15
 """The same of a robot that stops at its goal, and share within which it begins to turn: DE is one of the indicators."""
+
+PACE = 0.5
+"""Share of the top speed at which the reference goes that is tracked without time to go: paper B's."""
 
 REFRESH = 0.3
 """What a lidar shows of what stands changes with every scan: so often the distances to the goal are made anew, s."""
@@ -95,11 +99,12 @@ class HpSt:
             candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=p.rounds,
             effort=p.effort, heading_weight=p.heading_weight,
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
-            certified=self._guarantee == "passive" and "certificate" not in without, to_go="time-to-go" not in without,
+            certified=self._guarantee == "passive" and "certificate" not in without,
         )  # fmt: skip
         self._wishes = Wishes(
             stride * task.period, stride, p.fear, p.fade, p.margin, p.soft, p.near, p.swing, p.back, 0.1,
             0 if "time-aware" not in without else periods, bool(np.isfinite(rates[:2]).all()),
+            0.0 if "time-to-go" not in without else PACE * top, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
         self._area = np.array(task.area or (-math.inf, -math.inf, math.inf, math.inf), np.float64)

@@ -17,9 +17,9 @@ import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
-from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.contact import BELT, Base, Crowd, belts_of, meet, near
 from clearway.navigators.hp_st.field import Field, look_at
 
 IntArray = npt.NDArray[np.int64]
@@ -28,39 +28,10 @@ X, Y, THETA, V, OMEGA, COST, TOTAL = range(7)
 """Columns of a node: pose, speeds, what it cost so far beyond time, and that with time and time to go, s."""
 
 _HEADINGS = 16
-_FAR = 3.5  # standard deviations beyond which a contact is not counted with
-_PER = 32  # entries of the table below per standard deviation
-_TAIL = np.array([0.5 * math.erfc((i / _PER - _FAR) * math.sqrt(0.5)) for i in range(int(2 * _FAR * _PER) + 2)])
-"""Probability of being less than z standard deviations away, from z = -_FAR on."""
-
-
-class Base(NamedTuple):
-    """What the base can do, and its outline.
-
-    Attributes:
-        low, high: m/s. turn: rad/s. rates: (4,) growth and decline of |v| [m/s^2] and |omega| [rad/s^2]; may be inf.
-    """
-
-    low: float
-    high: float
-    turn: float
-    rates: FloatArray
-    foot: Footprint
-
-
-class Crowd(NamedTuple):
-    """Obstacles as the search sees them.
-
-    Attributes:
-        still: (s, 3) x, y, R. at: (K + 1, m, 2) centres of the hypotheses at the instants. spread: (K + 1, m) standard
-        deviation of each, m. chance: (m,) of each hypothesis. radius: (m,) m.
-    """
-
-    still: FloatArray
-    at: FloatArray
-    spread: FloatArray
-    chance: FloatArray
-    radius: FloatArray
+_SECTORS = 17
+"""Eight directions from the start in two rings, and what has hardly left it."""
+_SHARE = 20
+"""Of each sector a node is kept for each so many of the beam, and at least one."""
 
 
 class Wishes(NamedTuple):
@@ -86,6 +57,8 @@ class Wishes(NamedTuple):
     reach: float
     union: int
     stop: bool = False
+    pace: float = 0.0
+    sectors: bool = True
 
 
 class Tree(NamedTuple):
@@ -151,6 +124,18 @@ def _along(high: float, rate: float, fall: float, far: float, v: float) -> float
 
 
 @kernel
+def worth(wishes: Wishes, first: float, t: float, far: float, left: float) -> float:
+    """What it counts to be `far` [m] from the goal `t` [s] from now, s.
+
+    With time to go that is the time gone and that `left` [s]. Without (`Wishes.pace` > 0) it is what tracking a reference
+    counts, as in paper B: how far the place is, either way, from one that goes at the pace from `first` [m] on.
+    """
+    if wishes.pace > 0.0:
+        return abs(far - max(first - wishes.pace * t, 0.0)) / wishes.pace
+    return t + left
+
+
+@kernel
 def search(
     start: FloatArray, base: Base, crowd: Crowd, field: Field, area: FloatArray, wishes: Wishes, layers: int, beam: int,
     controls: FloatArray, hint: FloatArray,
@@ -161,27 +146,15 @@ def search(
         area: (4,) where the robot's centre may be. controls: (C, 2) v and omega as shares of the limits. hint: (k, 2)
             v [m/s] and omega [rad/s] layer by layer of the last plan: its nodes are among those that are tried.
     """
-    nodes, parent = np.empty((layers + 1, beam, 7)), np.zeros((layers + 1, beam), np.int64)
-    control, count = np.zeros((layers + 1, beam, 2)), np.zeros(layers + 1, np.int64)
+    quota = max(1, beam // _SHARE)
+    size = beam + _SECTORS * quota
+    if not wishes.sectors:
+        beam, quota = size, 0
+    nodes, parent = np.empty((layers + 1, size, 7)), np.zeros((layers + 1, size), np.int64)
+    control, count = np.zeros((layers + 1, size, 2)), np.zeros(layers + 1, np.int64)
     goal = np.array((-1.0, -1.0, math.inf))
-    dt = wishes.step
-    nodes[0, 0, :5] = start
-    nodes[0, 0, COST] = 0.0
-    nodes[0, 0, TOTAL] = 0.0
-    count[0] = 1
-    cell = 0.5 * max(base.high, -base.low) * dt
-    half = layers * 2 + 2
-    wide = 2 * half + 1
-    owner = np.full(wide * wide * _HEADINGS * 3, -1, np.int32)
-    most = beam * (len(controls) + 3)
-    child, origin, command = np.empty((most, 7)), np.empty(most, np.int64), np.empty((most, 2))
-    place = np.empty(most, np.int64)
-    near_still, near_moving = (
-        np.empty(len(crowd.still), np.int64),
-        np.empty(2 * len(crowd.radius) * (len(crowd.at) + 1), np.int64),
-    )
     # taken out of their tuples once: inside the loop that would cost more than the sums
-    distance, hidden, origin_, resolution, target = (
+    distance, hidden, corner, resolution, target = (
         field.distance,
         field.hidden,
         field.origin,
@@ -190,25 +163,54 @@ def search(
     )
     low, high, yaw, rates = base.low, base.high, base.turn, base.rates
     vertices, rim, outer = base.foot.vertices, base.foot.radius, base.foot.circumscribed
-    still, at, spread, chance, radius = crowd.still, crowd.at, crowd.spread, crowd.chance, crowd.radius
     margin, soft, nearness = wishes.margin, wishes.soft, wishes.near * wishes.step / wishes.fear
-    stride = wishes.stride
-    free, reach2 = rates.min() == math.inf, wishes.reach**2
+    stride, dt, swing, pace = wishes.stride, wishes.step, wishes.swing, wishes.pace
+    free, reach, per_high = rates.min() == math.inf, wishes.reach, 1.0 / high
     fall = rates[1] if wishes.stop else math.inf
+
+    nodes[0, 0, :5] = start
+    nodes[0, 0, COST] = 0.0
+    nodes[0, 0, TOTAL] = 0.0
+    count[0] = 1
+    first, _, _ = look_at(distance, hidden, corner, resolution, target, start[X], start[Y])
+    fastest = max(high, -low)
+    per_cell = 2.0 / (fastest * dt)
+    half = layers * 2 + 2
+    wide = 2 * half + 1
+    most = size * (len(controls) + 3)
+    child, origin, command = np.empty((most, 7)), np.empty(most, np.int32), np.empty((most, 2))
+    cell, slot, sector = np.empty(most, np.int32), np.empty(most, np.int32), np.empty(most, np.int8)
+    mask = 1
+    while mask < 2 * most:
+        mask *= 2
+    owner = np.full(mask, -1, np.int32)  # the children by the cell that they are in: open addressing
+    mask -= 1
+    belts = np.empty((len(crowd.radius) * (len(crowd.at) + 1), BELT))
+    stills, movers = np.empty((len(crowd.still), 3)), np.empty((len(belts), BELT))
     hinted = 0  # the node that follows the hint, while it lasts
     best_goal = math.inf
     for k in range(layers):
         found = 0
         weight = wishes.fear * wishes.fade ** (k * dt)
         next_hinted = -1
+        begun, ended = k * dt, (k + 1) * dt
+        near_start = (0.3 * ended * fastest) ** 2
+        moving = belts_of(crowd, k * stride, stride, wishes.union, belts)
         for b in range(count[k]):
-            node = nodes[k, b]
-            x0, y0, theta0 = node[X], node[Y], node[THETA]
+            x0, y0, theta0, v0, w0 = (
+                nodes[k, b, X],
+                nodes[k, b, Y],
+                nodes[k, b, THETA],
+                nodes[k, b, V],
+                nodes[k, b, OMEGA],
+            )
+            cost0 = nodes[k, b, COST]
             cos0, sin0 = math.cos(theta0), math.sin(theta0)
-            far, ux, uy = look_at(distance, hidden, origin_, resolution, target, x0, y0)
+            far, ux, uy = look_at(distance, hidden, corner, resolution, target, x0, y0)
+            gx, gy = target[0] - x0, target[1] - y0
             off = math.atan2(cos0 * uy - sin0 * ux, cos0 * ux + sin0 * uy)
             inside = _inside(area, x0, y0)
-            stills, movers = neighbours(crowd, base, wishes, k * stride, x0, y0, near_still, near_moving)
+            s, m = near(crowd.still, belts, moving, x0, y0, outer + fastest * dt, soft, stills, movers)
             extra = 2 if b == hinted and k < len(hint) else 1
             for c in range(len(controls) + 1 + extra):
                 if c < len(controls):
@@ -225,8 +227,8 @@ def search(
                 if free:
                     v_end, v, w_end, w = v_goal, v_goal, w_goal, w_goal
                 else:
-                    v_end, v = ramp(node[V], v_goal, rates[0], rates[1], dt)
-                    w_end, w = ramp(node[OMEGA], w_goal, rates[2], rates[3], dt)
+                    v_end, v = ramp(v0, v_goal, rates[0], rates[1], dt)
+                    w_end, w = ramp(w0, w_goal, rates[2], rates[3], dt)
                 # the arc, by series: half the turn of a step is small
                 h = 0.5 * w * dt
                 h2 = h * h
@@ -238,44 +240,46 @@ def search(
                 if inside and not _inside(area, x, y):
                     continue
                 c2, s2 = ch * ch - sh * sh, 2.0 * sh * ch
-                cost = node[COST] + wishes.swing * abs(w_end - node[OMEGA]) + (wishes.back * dt if v < 0.0 else 0.0)
-                far1, ux, uy = look_at(distance, hidden, origin_, resolution, target, x, y)
+                cost = cost0 + swing * abs(w_end - w0) + (wishes.back * dt if v < 0.0 else 0.0)
+                far1, ux, uy = look_at(distance, hidden, corner, resolution, target, x, y)
                 along = ux * (cos0 * c2 - sin0 * s2) + uy * (sin0 * c2 + cos0 * s2)
-                total = (k + 1) * dt + _to_go(low, high, yaw, rates[0], fall, far1, along, v_end) + cost
-                if total >= best_goal:
+                left = _to_go(low, high, yaw, rates[0], fall, far1, along, v_end)
+                total = worth(wishes, first, ended, far1, left) + cost
+                if total >= best_goal and pace == 0.0:
                     continue
                 theta = wrap(theta0 + 2.0 * h)
-                i = int(math.floor((x - start[0]) / cell + 0.5)) + half
-                j = int(math.floor((y - start[1]) / cell + 0.5)) + half
+                i = int((x - start[X]) * per_cell + (half + 0.5))
+                j = int((y - start[Y]) * per_cell + (half + 0.5))
                 if i < 0 or j < 0 or i >= wide or j >= wide:
                     continue
-                t = int((theta + math.pi) / (2.0 * math.pi) * _HEADINGS) % _HEADINGS
-                s = 0 if v_end < -0.02 else (1 if v_end < 0.02 else 2)
-                slot = ((i * wide + j) * _HEADINGS + t) * 3 + s
-                rival = owner[slot]
+                turned = min(int((theta + math.pi) * (_HEADINGS / (2.0 * math.pi))), _HEADINGS - 1)
+                place = ((i * wide + j) * _HEADINGS + turned) * 3 + (0 if v_end < -0.02 else (1 if v_end < 0.02 else 2))
+                at = (place * 40503 >> 4) & mask
+                rival = owner[at]
+                while rival >= 0 and cell[rival] != place:
+                    at = (at + 1) & mask
+                    rival = owner[at]
                 follows = c == len(controls) + 2
                 if rival >= 0 and child[rival, TOTAL] <= total and not follows:
                     continue
                 risk = meet(
-                    still, at, spread, chance, radius, vertices, rim, outer, margin, soft, nearness, stride, near_still,
-                    stills, near_moving, movers, x0, y0, theta0, dx, dy, 2.0 * h,
+                    stills, s, movers, m, vertices, rim, outer, margin, soft, nearness, theta0, dx, dy, 2.0 * h
                 )  # fmt: skip
                 if risk < 0.0:
                     continue
                 cost += weight * risk
                 total += weight * risk
                 # the goal on the way
-                gx, gy = target[0] - x0, target[1] - y0
                 share = min(max((gx * dx + gy * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
-                arrives = (gx - share * dx) ** 2 + (gy - share * dy) ** 2 <= reach2
+                arrives = (gx - share * dx) ** 2 + (gy - share * dy) ** 2 <= reach * reach
                 if arrives and fall < math.inf:  # it has to be able to stop there, and does
-                    left = math.sqrt((target[0] - x) ** 2 + (target[1] - y) ** 2)
-                    arrives = left <= wishes.reach and v_end * v_end <= 2.0 * fall * wishes.reach
+                    rest = math.sqrt((gx - dx) ** 2 + (gy - dy) ** 2)
+                    arrives = rest <= reach and v_end * v_end <= 2.0 * fall * reach
                     if arrives:
-                        total = (k + 1) * dt + cost + abs(v_end) / fall + left / high
+                        total = worth(wishes, first, ended, 0.0, abs(v_end) / fall + rest * per_high) + cost
                 elif arrives:
-                    total = k * dt + cost + max(far - wishes.reach, 0.0) / high
-                if total >= best_goal:
+                    total = worth(wishes, first, begun, 0.0, max(far - reach, 0.0) * per_high) + cost
+                if total >= best_goal and (arrives or pace == 0.0):
                     continue
                 if rival >= 0 and not follows:
                     if child[rival, TOTAL] <= total:
@@ -283,34 +287,38 @@ def search(
                     n = rival
                 else:
                     n = found
+                    cell[n], slot[n] = place, at
                     if rival < 0:
-                        owner[slot] = n
-                    place[n] = slot
+                        owner[at] = n
                     found += 1
                 child[n, X], child[n, Y], child[n, THETA], child[n, V], child[n, OMEGA] = x, y, theta, v_end, w_end
                 child[n, COST], child[n, TOTAL] = cost, total
                 origin[n], command[n, 0], command[n, 1] = b, v_goal, w_goal
+                sector[n] = _sector(x - start[X], y - start[Y], near_start)
                 if follows:
                     next_hinted = n
                 if arrives:
                     best_goal = total
                     goal[0], goal[1], goal[2] = k + 1.0, float(n), total
         for n in range(found):
-            owner[place[n]] = -1
-        keep = min(found, beam)
-        limit = math.inf
+            owner[slot[n]] = -1
+        keep = min(found, size)
+        limit = np.full(_SECTORS, math.inf)
         if found > beam:
-            limit = np.partition(child[:found, TOTAL].copy(), beam - 1)[beam - 1]
+            limit[:] = _limits(child, sector, found, beam, quota)
         m = 0
         hinted = -1
         for turn in range(2):  # first those that must be kept: the hint's node and an arrival
             for n in range(found):
                 arrival = goal[0] == k + 1.0 and float(n) == goal[1]
-                if (n == next_hinted or arrival) != (turn == 0) or m >= keep or (turn == 1 and child[n, TOTAL] > limit):
+                if (n == next_hinted or arrival) != (turn == 0) or m >= keep:
                     continue
-                nodes[k + 1, m] = child[n]
+                if turn == 1 and child[n, TOTAL] > limit[sector[n]]:
+                    continue
+                for i in range(7):
+                    nodes[k + 1, m, i] = child[n, i]
                 parent[k + 1, m] = origin[n]
-                control[k + 1, m] = command[n]
+                control[k + 1, m, 0], control[k + 1, m, 1] = command[n, 0], command[n, 1]
                 if n == next_hinted:
                     hinted = m
                 if arrival:
@@ -325,89 +333,44 @@ def search(
 
 
 @kernel
+def _sector(dx: float, dy: float, near2: float) -> int:
+    """In which of `_SECTORS` a place lies, seen from the start."""
+    if dx * dx + dy * dy < near2:
+        return _SECTORS - 1
+    steep = abs(dy) > abs(dx)
+    ring = 8 if dx * dx + dy * dy > 4.9 * near2 else 0
+    return ring + (4 if dx < 0.0 else 0) + (2 if dy < 0.0 else 0) + (1 if steep else 0)
+
+
+@kernel
+def _limits(child: FloatArray, sector: IntArray, found: int, beam: int, quota: int) -> FloatArray:
+    """(_SECTORS,) up to which total a child of each sector stays: the best `beam`, and of each sector the best `quota`."""
+    totals = np.empty(found)
+    for n in range(found):
+        totals[n] = child[n, TOTAL]
+    whole = np.partition(totals, beam - 1)[beam - 1]
+    limits = np.full(_SECTORS, whole)
+    if quota > 0:
+        best, have = np.empty((_SECTORS, quota)), np.zeros(_SECTORS, np.int64)
+        for n in range(found):
+            total, g = totals[n], sector[n]
+            if have[g] == quota and total >= best[g, quota - 1]:
+                continue
+            at = min(have[g], quota - 1)
+            while at > 0 and best[g, at - 1] > total:
+                best[g, at] = best[g, at - 1]
+                at -= 1
+            best[g, at] = total
+            have[g] = min(have[g] + 1, quota)
+        for g in range(_SECTORS):
+            if have[g] > 0:
+                limits[g] = max(whole, best[g, have[g] - 1])
+    return limits
+
+
+@kernel
 def _inside(area: FloatArray, x: float, y: float) -> bool:
     return area[0] <= x <= area[2] and area[1] <= y <= area[3]
-
-
-@kernel
-def neighbours(
-    crowd: Crowd, base: Base, wishes: Wishes, k: int, x: float, y: float, still: IntArray, moving: IntArray
-) -> tuple[int, int]:
-    """What a robot at (x, y) can meet in the step from instant k on, into `still` (indices) and `moving` (pairs of
-    instant and index): how many of each."""
-    own = base.foot.circumscribed + max(base.high, -base.low) * wishes.step
-    n = 0
-    for i in range(len(crowd.still)):
-        reach = crowd.still[i, 2] + own + wishes.soft
-        if (crowd.still[i, 0] - x) ** 2 + (crowd.still[i, 1] - y) ** 2 < reach * reach:
-            still[n] = i
-            n += 1
-    first, last = k, k
-    if wishes.union > 0:
-        first, last = 0, min(wishes.union, len(crowd.at) - 1) - wishes.stride
-    m = 0
-    for at in range(first, last + 1, wishes.stride):
-        end = at + wishes.stride
-        for i in range(len(crowd.radius)):
-            ax, ay, bx, by = crowd.at[at, i, 0], crowd.at[at, i, 1], crowd.at[end, i, 0], crowd.at[end, i, 1]
-            reach = crowd.radius[i] + own + _FAR * crowd.spread[end, i] + 0.5 * math.hypot(bx - ax, by - ay)
-            if (0.5 * (ax + bx) - x) ** 2 + (0.5 * (ay + by) - y) ** 2 < reach * reach:
-                moving[2 * m], moving[2 * m + 1] = at, i
-                m += 1
-    return n, m
-
-
-@kernel
-def meet(
-    still: FloatArray, at: FloatArray, spread: FloatArray, chance: FloatArray, radius: FloatArray, vertices: FloatArray,
-    rim: float, outer: float, margin: float, soft: float, nearness: float, stride: int, near_still: IntArray,
-    stills: int, near_moving: IntArray, movers: int, x0: float, y0: float, theta: float, dx: float, dy: float, turn: float,
-) -> float:  # fmt: skip
-    """Risk of one step of a robot: probability of contact with what moves, and what nearness to what stands costs; -1:
-    it runs into what stands."""
-    long2 = max(dx * dx + dy * dy, 1e-12)
-    risk = 0.0
-    for n in range(stills):
-        i = near_still[n]
-        cx, cy, body = still[i, 0] - x0, still[i, 1] - y0, still[i, 2]
-        reach = body + outer + soft
-        share = min(max((cx * dx + cy * dy) / long2, 0.0), 1.0)
-        ex, ey = cx - share * dx, cy - share * dy
-        d2 = ex * ex + ey * ey
-        if d2 >= reach * reach:
-            continue
-        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - body
-        if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
-            then = _room(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
-            room = min(room, then)
-            if room < margin:
-                now = _room(vertices, rim, theta, cx, cy, cx * cx + cy * cy) - body
-                if then <= now or now >= margin:  # out of the margin it may go
-                    return -1.0
-        if room < soft:
-            risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
-    for n in range(movers):
-        k, i = near_moving[2 * n], near_moving[2 * n + 1]
-        ax, ay = at[k, i, 0] - x0, at[k, i, 1] - y0
-        ux, uy = at[k, i, 0] - at[k + stride, i, 0] + dx, at[k, i, 1] - at[k + stride, i, 1] + dy
-        sigma = spread[k + stride, i]
-        reach = radius[i] + outer + _FAR * sigma
-        share = min(max((ax * ux + ay * uy) / max(ux * ux + uy * uy, 1e-12), 0.0), 1.0)
-        ex, ey = ax - share * ux, ay - share * uy
-        d2 = ex * ex + ey * ey
-        if d2 >= reach * reach:
-            continue
-        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - radius[i]
-        risk += chance[i] * _TAIL[int(max(room / sigma + _FAR, 0.0) * _PER)]
-    return risk
-
-
-@kernel
-def _room(vertices: FloatArray, rim: float, theta: float, ex: float, ey: float, d2: float) -> float:
-    """From the footprint at a heading to a point that lies at (ex, ey) from it; d2: that distance squared."""
-    if len(vertices) == 1:
-        return math.sqrt(d2) - rim
-    return gap(vertices, rim, 0.0, 0.0, theta, ex, ey)
 
 
 @kernel

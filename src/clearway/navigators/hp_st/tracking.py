@@ -8,7 +8,8 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.search import Base, Crowd, Wishes
+from clearway.navigators.hp_st.contact import Base, Crowd
+from clearway.navigators.hp_st.search import Wishes
 from clearway.navigators.hp_tmpc.gauss_newton import refine
 from clearway.navigators.hp_tmpc.tracking import PENALTY, Problem, judge, project
 

@@ -1,0 +1,205 @@
+"""What a step of the robot risks: contact with what stands, which is excluded, and with what moves, by probability."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.forecasts.forecast import Forecast
+from clearway.geometry.compiled import kernel
+from clearway.geometry.footprint import Footprint, gap
+from clearway.geometry.shapes import FloatArray
+
+_FAR = 3.5  # standard deviations beyond which a contact is not counted with
+_PER = 32  # entries of the table below per standard deviation
+_TAIL = np.array([0.5 * math.erfc((i / _PER - _FAR) * math.sqrt(0.5)) for i in range(int(2 * _FAR * _PER) + 2)])
+"""Probability of being less than z standard deviations away, from z = -_FAR on."""
+
+BELT = 9
+"""Columns of `belts_of`."""
+
+
+class Base(NamedTuple):
+    """What the base can do, and its outline.
+
+    Attributes:
+        low, high: m/s. turn: rad/s. rates: (4,) growth and decline of |v| [m/s^2] and |omega| [rad/s^2]; may be inf.
+    """
+
+    low: float
+    high: float
+    turn: float
+    rates: FloatArray
+    foot: Footprint
+
+
+class Crowd(NamedTuple):
+    """Obstacles as the search sees them: a disc for each hypothesis of each, at each instant of the forecast.
+
+    Attributes:
+        still: (s, 3) x, y, R. at: (K + 1, m, 2) centres of the hypotheses at the instants. spread: (K + 1, m) standard
+        deviation of each, m. chance: (m,) of each hypothesis. radius: (m,) m.
+    """
+
+    still: FloatArray
+    at: FloatArray
+    spread: FloatArray
+    chance: FloatArray
+    radius: FloatArray
+
+
+@kernel
+def crowd_of(forecast: Forecast, spread: FloatArray) -> Crowd:
+    """The forecast as the search sees it.
+
+    Args:
+        spread: (3,) standard deviation of the robot's own place [m], its growth [m/s], and the most that counts [m].
+    """
+    n, most, instants = forecast.path.shape[0], forecast.path.shape[1], forecast.path.shape[2]
+    m = 0
+    for i in range(n):
+        for h in range(most):
+            if forecast.weight[i, h] > 0.0:
+                m += 1
+    at, sigma, chance, radius = np.empty((instants, m, 2)), np.empty((instants, m)), np.empty(m), np.empty(m)
+    path, doubt, weight, size = forecast.path, forecast.sigma, forecast.weight, forecast.radius
+    j = 0
+    for i in range(n):
+        for h in range(most):
+            if not weight[i, h] > 0.0:
+                continue
+            chance[j], radius[j] = weight[i, h], size[i]
+            for k in range(instants):
+                at[k, j, 0], at[k, j, 1] = path[i, h, k, 0], path[i, h, k, 1]
+                own = spread[0] + spread[1] * k * forecast.step
+                sigma[k, j] = min(math.sqrt(doubt[i, h, k] ** 2 + own * own), spread[2])
+            j += 1
+    return Crowd(forecast.still, at, sigma, chance, radius)
+
+
+@kernel
+def belts_of(crowd: Crowd, k: int, stride: int, union: int, belts: FloatArray) -> int:
+    """What moves from instant k to k + `stride`, into `belts` (M, BELT).
+
+    Columns: where each begins, by how much it moves (x, y) [m], radius, standard deviation [m], probability, and the
+    radius around it, then around its middle, that hold all that counts, m. What lies beyond the crowd's last instant stays there.
+
+    Args:
+        union: so many of the first instants count at any time, the belts of a planner that is blind to time; 0: each
+        at its own.
+
+    Returns:
+        How many there are.
+    """
+    at, spread, radius, chance = crowd.at, crowd.spread, crowd.radius, crowd.chance
+    top = len(at) - 1
+    first, last = k, k
+    if union > 0:
+        first, last = 0, max(min(union, top) - stride, 0)
+    m = 0
+    for a in range(first, last + 1, stride):
+        begin, end = min(a, top), min(a + stride, top)
+        for i in range(len(radius)):
+            dx, dy = at[end, i, 0] - at[begin, i, 0], at[end, i, 1] - at[begin, i, 1]
+            sigma = spread[end, i]
+            belts[m, 0], belts[m, 1], belts[m, 2], belts[m, 3] = at[begin, i, 0], at[begin, i, 1], dx, dy
+            belts[m, 4], belts[m, 5], belts[m, 6] = radius[i], sigma, chance[i]
+            belts[m, 7] = radius[i] + _FAR * sigma
+            belts[m, 8] = belts[m, 7] + 0.5 * math.sqrt(dx * dx + dy * dy)
+            m += 1
+    return m
+
+
+@kernel
+def near(
+    still: FloatArray, belts: FloatArray, count: int, x: float, y: float, own: float, soft: float, stills: FloatArray,
+    movers: FloatArray,
+) -> tuple[int, int]:  # fmt: skip
+    """What a robot at (x, y) can meet in a step: into `stills` (s, 3) and `movers` (M, BELT), relative to (x, y).
+
+    Args:
+        belts: the first `count` rows count. own: circumscribed radius and the longest way in a step together, m.
+        soft: what stands counts within that, m.
+
+    Returns:
+        How many of each.
+    """
+    n, m = 0, 0
+    for i in range(len(still)):
+        dx, dy = still[i, 0] - x, still[i, 1] - y
+        reach = still[i, 2] + own + soft
+        if dx * dx + dy * dy < reach * reach:
+            stills[n, 0], stills[n, 1], stills[n, 2] = dx, dy, still[i, 2]
+            n += 1
+    for i in range(count):
+        dx, dy = belts[i, 0] - x, belts[i, 1] - y
+        mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
+        reach = belts[i, 8] + own
+        if mx * mx + my * my < reach * reach:
+            movers[m, 0], movers[m, 1] = dx, dy
+            for j in range(2, 8):
+                movers[m, j] = belts[i, j]
+            m += 1
+    return n, m
+
+
+@kernel
+def meet(
+    stills: FloatArray, n: int, movers: FloatArray, m: int, vertices: FloatArray, rim: float, outer: float, margin: float,
+    soft: float, nearness: float, theta: float, dx: float, dy: float, turn: float,
+) -> float:  # fmt: skip
+    """Risk of a step by (dx, dy) with a `turn` from heading `theta`: probability of contact with what moves, and what
+    nearness to what stands costs; -1: it runs into what stands.
+
+    Args:
+        stills, n, movers, m: as `near` fills them. vertices, rim, outer: of the footprint. margin, soft [m], nearness: see `Wishes`.
+    """
+    risk = 0.0
+    if n > 0:
+        per = 1.0 / max(dx * dx + dy * dy, 1e-12)
+        for i in range(n):
+            cx, cy, body = stills[i, 0], stills[i, 1], stills[i, 2]
+            reach = body + outer + soft
+            share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
+            ex, ey = cx - share * dx, cy - share * dy
+            d2 = ex * ex + ey * ey
+            if d2 >= reach * reach:
+                continue
+            room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - body
+            if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
+                then = _room(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
+                room = min(room, then)
+                if room < margin:
+                    now = _room(vertices, rim, theta, cx, cy, cx * cx + cy * cy) - body
+                    if then <= now or now >= margin:  # out of the margin it may go
+                        return -1.0
+            if room < soft:
+                risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
+    for i in range(m):
+        ax, ay = movers[i, 0], movers[i, 1]
+        ux, uy = dx - movers[i, 2], dy - movers[i, 3]
+        reach = movers[i, 7] + outer
+        along, long2 = ax * ux + ay * uy, ux * ux + uy * uy
+        if along <= 0.0:  # nearest at the start
+            share = 0.0
+        elif along >= long2:
+            share = 1.0
+        else:
+            share = along / long2
+        ex, ey = ax - share * ux, ay - share * uy
+        d2 = ex * ex + ey * ey
+        if d2 >= reach * reach:
+            continue
+        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - movers[i, 4]
+        risk += movers[i, 6] * _TAIL[int(max(room / movers[i, 5] + _FAR, 0.0) * _PER)]
+    return risk
+
+
+@kernel
+def _room(vertices: FloatArray, rim: float, theta: float, ex: float, ey: float, d2: float) -> float:
+    """From the footprint at a heading to a point that lies at (ex, ey) from it; d2: that distance squared."""
+    if len(vertices) == 1:
+        return math.sqrt(d2) - rim
+    return gap(vertices, rim, 0.0, 0.0, theta, ex, ey)
