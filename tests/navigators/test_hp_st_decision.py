@@ -1,0 +1,110 @@
+"""What a decision is worth while the assumptions hold: at a contact the robot stands."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from space_time_scenes import OTHER, OWN, PERIOD, Drive, begun, drive, obstacles
+
+from clearway.geometry.shapes import FloatArray
+
+BOUND = 1.25
+"""Assumed of the obstacles' acceleration, m/s^2; of their speed 4.4 m/s."""
+SEEN = 4.0
+
+
+class Pursuers:
+    """Discs that come at the robot as fast as the assumed bounds let them; perceived within 4 m."""
+
+    def __init__(self, seed: int, count: int) -> None:
+        rng = np.random.default_rng(seed)
+        angle, far = rng.uniform(0.0, math.tau, count), rng.uniform(2.2, 6.0, count)
+        self.at = np.column_stack([3.0 + far * np.cos(angle), far * np.sin(angle)])
+        self.at[np.hypot(*self.at.T) < 2.2] += 4.0
+        self.velocity = rng.uniform(-0.5, 0.5, (count, 2))
+        self.rng, self.t = rng, 0.0
+
+    def move(self, t: float, pose: FloatArray) -> bool:
+        """Whether one touches a robot at `pose`, having moved on to `t`."""
+        dt = t - self.t
+        self.t = t
+        to = pose[:2] - self.at
+        push = 0.99 * BOUND * to / np.hypot(*to.T)[:, None]
+        after = self.velocity + push * dt
+        speed = np.hypot(*after.T)
+        slow = speed > 3.0  # the bound is 4.4
+        after[slow] = self.velocity[slow]
+        self.at = self.at + 0.5 * (self.velocity + after) * dt
+        self.velocity = after
+        return bool((np.hypot(*(self.at - pose[:2]).T) < OWN + OTHER).any())
+
+    def look(self, t: float, pose: FloatArray) -> Any:
+        near = np.flatnonzero(np.hypot(*(self.at - pose[:2]).T) - OTHER <= SEEN)
+        angle, far = self.rng.uniform(0.0, math.tau, len(near)), 0.01 * np.sqrt(self.rng.random(len(near)))
+        error = np.column_stack([far * np.cos(angle), far * np.sin(angle)])
+        return obstacles(self.at[near] + error, names=near)
+
+
+SEEDS = range(10)
+
+
+def pursued(guarantee: str, seed: int) -> Drive:
+    crowd = Pursuers(seed, 8)
+    return drive(begun(guarantee=guarantee), (6.0, 0.0), crowd.look, 80, push=0.01, seed=seed, touches=crowd.move)
+
+
+def test_at_a_contact_it_stands() -> None:
+    """Whoever is pursued by all that keeps to the bounds can't get away for ever, but doesn't move then."""
+    contacts, driven = 0, 0.0
+    for seed in SEEDS:
+        went = pursued("passive", seed)
+        assert went.violated == []
+        driven += sum(abs(c.v) for c in went.commands) * PERIOD
+        if went.contact is not None:
+            contacts += 1
+            assert (went.contact.v, went.contact.omega) == (0.0, 0.0)
+    assert contacts >= 4
+    assert driven > 20.0  # m: it doesn't just stand
+
+
+def test_without_a_guarantee_it_moves_at_contacts() -> None:
+    """In the same scenes: so the test above says something."""
+    contacts = [went.contact for seed in SEEDS if (went := pursued("none", seed)).contact is not None]
+    assert sum(c.v != 0.0 for c in contacts) >= 2
+
+
+@pytest.mark.parametrize("factor", [1.0, 2.0])
+def test_more_disturbance_than_assumed_is_said(factor: float) -> None:
+    went = drive(begun(), (6.0, 1.0), periods=60, push=0.01 * factor, seed=3)
+    assert went.arrived
+    assert bool(went.violated) == (factor > 1.0)
+
+
+def test_an_obstacle_that_is_too_fast_is_said() -> None:
+    went = drive(begun(), (6.0, 0.0), lambda t, pose: obstacles([(-6.0 + 6.0 * t, 3.5)]), 15)
+    assert any("obstacle 0" in text and "4.4 m/s" in text for text in went.violated)
+
+
+def test_nothing_is_certified_where_something_may_come_at_once_and_it_stays() -> None:
+    """Touching all round: no motion is safe, so it stands, although the goal is near."""
+    ring = [(0.72 * math.cos(a), 0.72 * math.sin(a)) for a in np.linspace(0.0, math.tau, 9)[:-1]]
+    went = drive(begun(), (3.0, 0.0), lambda t, pose: obstacles(ring), 10)
+    assert {(c.v, c.omega) for c in went.commands} == {(0.0, 0.0)}
+    assert {c.status for c in went.commands} <= {"stored", "stopped", "planned", "kept"}
+
+
+def test_it_evades_what_comes_at_it_at_rest() -> None:
+    """It stands at its goal's side, waiting; a disc comes that would touch it."""
+    gaps = []
+
+    def coming(t: float, pose: FloatArray) -> Any:
+        at = (-3.0 + 1.0 * t, 0.02)
+        gaps.append(math.dist(at, pose[:2]))
+        return obstacles([at])
+
+    went = drive(begun(guarantee="none"), (8.0, 0.0), coming, 60, start=(0.0, 0.0, math.pi / 2))
+    assert min(gaps) > OWN + OTHER
+    assert went.contact is None
