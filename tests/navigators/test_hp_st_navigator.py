@@ -1,0 +1,203 @@
+"""HP-ST as a navigator: whole trials in the real world, what each ingredient changes, and what it says to wrong options."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from space_time_scenes import OTHER, PERIOD, begun, drive, goal, line, observation, obstacles
+
+from clearway.campaigns.pilot import compose
+from clearway.contract import Task
+from clearway.errors import ClearwayError
+from clearway.navigators.conformance import check_navigator
+from clearway.navigators.hp_st import HpSt, HpStForesight
+from clearway.navigators.hp_st.decision import STATUSES
+from clearway.navigators.registry import make_navigator
+from clearway.perception import make_localiser, make_tracker
+from clearway.robots import load_robot
+from clearway.scenarios.suite import Selection
+from clearway.scenarios.suites import load_suite
+from clearway.trials import Outcome, Trial
+from clearway.world import simulate
+
+RESCUE = load_robot("rescue")
+TRIALS = (("sar-case1", 0), ("sar-case1", 4), ("sar-case2", 1), ("sar-case3", 0))
+
+
+@cache
+def trial(suite: str, index: int, guarantee: str, factor: float | None = None) -> Trial:
+    """A frozen scenario of a suite, driven as a run does it."""
+    navigator = HpSt(guarantee)
+    pilot = compose(navigator, make_localiser("truth", RESCUE), "truth", tracker=make_tracker("difference", RESCUE))
+    scenario = load_suite(suite).build(RESCUE, Selection(disturbance=factor))[index]
+    return simulate(scenario, RESCUE, pilot, navigator="hp-st", localisation="truth", map=None)
+
+
+def said(trial: Trial, kind: str) -> set[str]:
+    return {e.detail for e in trial.events if e.kind == kind}
+
+
+@pytest.mark.parametrize("guarantee", HpSt.GUARANTEES)
+@pytest.mark.parametrize(("suite", "index"), TRIALS)
+def test_whole_trials(suite: str, index: int, guarantee: str) -> None:
+    ran = trial(suite, index, guarantee)
+    assert ran.outcome in (Outcome.REACHED, Outcome.COLLISION)
+    assert ran.velocity is not None
+    assert np.abs(ran.velocity[:, 0]).max() > 0.9 * ran.attempt.speed_limit  # it has driven
+    assert said(ran, "status") <= set(STATUSES)
+    if guarantee == "passive":
+        # the suites push a robot that stands, too, which isn't assumed of them
+        assert all(text.endswith("assumed at most 0.0000") for text in said(ran, "assumption"))
+        assert all(text.endswith("robot at 0.000 m/s") for text in said(ran, "contact"))
+
+
+@pytest.mark.parametrize("index", [0, 4])
+def test_nothing_is_said_while_the_assumptions_hold(index: int) -> None:
+    assert said(trial("sar-case1", index, "passive"), "assumption") == set()
+
+
+def test_the_same_seed_the_same_trial() -> None:
+    ran, again = (run("sar-case3", 0, "passive") for run in (trial, trial.__wrapped__))
+    assert np.array_equal(again.pose, ran.pose)
+    assert np.array_equal(again.command, ran.command)
+
+
+def test_most_of_them_arrive_about_as_fast_as_a_clairvoyant() -> None:
+    ran = [trial(*which, guarantee) for which in TRIALS for guarantee in HpSt.GUARANTEES]
+    reached = [r for r in ran if r.outcome is Outcome.REACHED]
+    assert len(reached) >= 7
+    shares = [r.t[-1] / r.attempt.limit_time for r in reached if r.attempt.limit_time is not None]
+    assert min(shares) >= 0.99
+    assert np.median(shares) < 1.12
+
+
+def test_twice_the_disturbance_is_said() -> None:
+    texts = said(trial("sar-case1", 0, "passive", 2.0), "assumption")
+    assert texts
+    assert any(text.startswith("disturbance: ended 0.01") for text in texts)
+
+
+@pytest.mark.parametrize(
+    ("robot", "guarantee"), [("rescue", "passive"), ("rescue", "none"), ("tiago", "none"), ("hosbot", "none")]
+)
+def test_it_conforms(robot: str, guarantee: str) -> None:
+    """With the default, `passive`, tests/conformance asks it of the two of the hospital."""
+    findings = check_navigator(lambda: HpSt(guarantee), load_robot(robot))
+    unmet = [f"{f.name}: {f.detail}" for f in findings if not f.passed]
+    assert [u for u in unmet if "control period" not in u] == []
+
+
+def crossing(t: float, pose: Any) -> Any:
+    return obstacles([line(2.5, -2.2, 0.0, 0.8)(t), line(3.6, 2.6, 0.0, -0.7)(t)])
+
+
+@pytest.mark.parametrize("without", ["", *HpSt.INGREDIENTS, "+".join(HpSt.INGREDIENTS)])
+def test_it_runs_without_each_ingredient(without: str) -> None:
+    went = drive(begun(without=without, within=(-2.0, -4.0, 8.0, 4.0)), (5.0, 0.0), crossing, 60, push=0.005)
+    assert all(math.isfinite(c.v) and math.isfinite(c.omega) for c in went.commands)
+    assert went.poses[-1][0] > 1.0
+
+
+def test_without_reverse_no_command_is_negative() -> None:
+    behind = (-3.0, 0.0)
+    assert min(c.v for c in drive(begun(), behind, periods=20).commands) == -1.0
+    assert min(c.v for c in drive(begun(without="reverse"), behind, periods=20).commands) >= 0.0
+
+
+def test_without_horizon_it_looks_a_third_as_far() -> None:
+    def looks(without: str) -> int:
+        navigator = begun(without=without)
+        navigator.step(observation(0.0, (0.0, 0.0, 0.0), goal(9.0, 0.0), obstacles()))
+        return len(navigator.diagnostics().polylines["plan"]) - 1
+
+    assert looks("") * PERIOD == pytest.approx(3.0)
+    assert looks("horizon") * PERIOD == pytest.approx(0.9)
+
+
+def test_without_candidates_there_is_one_way() -> None:
+    def ways(without: str) -> int:
+        navigator = begun(without=without)
+        seen = obstacles([(1.5, 0.05)], moving=False, error=0.0)
+        navigator.step(observation(0.0, (0.0, 0.0, 0.0), goal(4.0, 0.0), seen))
+        return sum(name.startswith("way") for name in navigator.diagnostics().polylines)
+
+    assert ways("") >= 2
+    assert ways("candidates") == 1
+
+
+def test_without_a_certificate_it_drives_where_with_one_it_waits() -> None:
+    """Something near has just come into view: it may rest, or come at 4.4 m/s."""
+
+    def first(**options: Any) -> tuple[float, float]:
+        command = begun(**options).step(observation(0.0, (0.0, 0.0, 0.0), goal(4.0, 0.0), obstacles([(0.8, 0.0)])))
+        return command.v, command.omega
+
+    assert first() == (0.0, 0.0)
+    assert first(without="certificate") == first(guarantee="none") != (0.0, 0.0)
+
+
+def test_without_forecast_a_swing_is_a_straight_line() -> None:
+    """The plan's end differs once an oscillation has been seen long enough."""
+
+    def plans(without: str) -> Any:
+        navigator = begun(without=without, guarantee="none")
+        for k in range(20):
+            at = 1.2 * math.cos(0.7 * k * PERIOD)
+            navigator.step(observation(k * PERIOD, (0.0, 0.0, 0.0), goal(6.0, 0.0), obstacles([(2.2, at)])))
+        return navigator.diagnostics().circles["forecast"]
+
+    known, straight = plans(""), plans("forecast")
+    assert not np.allclose(known, straight)
+    steps = np.diff(straight[:, :2], axis=0)  # equal steps: constant velocity
+    assert steps[0] == pytest.approx(steps[1], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"guarantee": "pasive"}, "guarantee: unknown guarantee 'pasive'; did you mean 'passive'?"),
+        ({"without": "revers"}, "without: unknown ingredient 'revers'; did you mean 'reverse'?"),
+        ({"without": "reverse+horizn"}, "without: unknown ingredient 'horizn'; did you mean 'horizon'?"),
+        ({"layers": 0}, "hp-st: layers: "),
+        ({"layers": 2.5}, "hp-st: layers: "),
+        ({"fear": math.nan}, "hp-st: fear: "),
+        ({"fade": 1.5}, "hp-st: fade: "),
+        ({"margins": 0.1}, "hp-st: margins: "),
+        ({"reverse": "perhaps"}, "hp-st: reverse: "),
+        ({"obstacle_speed": -1.0}, "hp-st: obstacle_speed: "),
+    ],
+)
+def test_wrong_options(options: dict[str, Any], says: str) -> None:
+    with pytest.raises(ClearwayError) as raised:
+        make_navigator("hp-st", **options)
+    assert str(raised.value).startswith(says)
+    value = next(iter(options.values()))
+    assert says.startswith("hp-st: margins") or str(value).split("+")[-1] in str(raised.value)
+
+
+def test_foresight_needs_the_truth() -> None:
+    with pytest.raises(ClearwayError, match="hp-st-foresight"):
+        HpStForesight().reset(Task(PERIOD, 1.0, np.zeros(3)), RESCUE, np.random.default_rng(0))
+
+
+def test_foresight_knows_of_a_turn_that_nobody_could_expect() -> None:
+    """It comes straight at the way, and goes back before it: whoever knows drives on at full speed."""
+
+    def at(t: float) -> tuple[float, float]:
+        return 3.0, -2.2 + (1.2 * t if t < 1.0 else 1.2 - 1.2 * (t - 1.0))
+
+    def truth(t: float) -> Any:
+        return np.array([[*at(t), OTHER, 1.0]])
+
+    times = []
+    for navigator in (HpSt("none"), HpStForesight("none")):
+        navigator.reset(Task(PERIOD, 1.0, np.zeros(3), forecast=truth), RESCUE, np.random.default_rng(0))
+        went = drive(navigator, (5.0, 0.0), lambda t, pose: obstacles([at(t)]), 80)
+        assert went.arrived
+        times.append(len(went.commands))
+    assert times[1] * PERIOD < 5.2
+    assert times[1] <= times[0]
