@@ -66,13 +66,14 @@ class Approach:
 
     Args:
         period: between two judgements, s. begin: share of the distance tolerance within which the turn begins.
+        heading: share of the heading's tolerance within which the turn ends.
 
     Attributes:
         turning: whether only the heading is left, until the robot is pushed off.
     """
 
-    def __init__(self, period: float, begin: float = BEGIN) -> None:
-        self._period, self._begin = period, begin
+    def __init__(self, period: float, begin: float = BEGIN, heading: float = SHARE) -> None:
+        self._period, self._begin, self._heading = period, begin, heading
         self.turning = False
 
     def reset(self, goal: Goal) -> None:
@@ -93,6 +94,7 @@ class Approach:
                 self._nearest[which], self._idle = now[which], 0.0
             else:
                 self._idle += self._period
-        arrival, begin = (SHARE, self._begin) if self._idle < PATIENCE else (1.0, 1.0)
+        patient = self._idle < PATIENCE
+        arrival, begin, heading = (SHARE, self._begin, self._heading) if patient else (1.0, 1.0, 1.0)
         self.turning = heading_counts and now[0] <= goal.xy_tolerance * (arrival if self.turning else begin)
-        return bool(now[0] <= arrival * goal.xy_tolerance and off <= arrival * goal.yaw_tolerance)
+        return bool(now[0] <= arrival * goal.xy_tolerance and off <= heading * goal.yaw_tolerance)

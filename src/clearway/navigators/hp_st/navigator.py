@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import time
 from collections.abc import Collection
 from typing import ClassVar
 
@@ -20,7 +21,20 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.arrival import BEGIN, Approach
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.contact import Base
-from clearway.navigators.hp_st.decision import STATUSES, STOPPED, STORED, Memory, Settings, Thought, decide
+from clearway.navigators.hp_st.decision import (
+    STATUSES,
+    STOPPED,
+    STORED,
+    Memory,
+    Settings,
+    Thought,
+    choose,
+    decide,
+    find,
+    gather,
+    pose_scene,
+    widen,
+)
 from clearway.navigators.hp_st.field import Field, make_field
 from clearway.navigators.hp_st.parameters import (
     GUARANTEES,
@@ -95,6 +109,7 @@ class HpSt:
         self._base = Base(low, top, d.omega_max, rates, footprint(robot.shape))
         self._settings = Settings(
             period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, calm=p.calm,
+            budget=_ENDLESS if task.budget.iterations is None else task.budget.iterations,
             controls=CONTROLS if low < 0.0 else CONTROLS[:11].copy(),
             candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=p.rounds,
             effort=p.effort, heading_weight=p.heading_weight,
@@ -136,6 +151,7 @@ class HpSt:
         self._refresh = 1 if robot.camera else max(1, round(REFRESH / task.period))
         self._thought = None
         self._forecast: Forecast | None = None
+        self._seconds = task.budget.seconds
         self._approach = Approach(task.period, CLOSE if self._wishes.stop else BEGIN)
         self._stored: tuple[Plan, Tube, int] | None = None
         self._frame = _Frame(np.zeros(3), np.zeros(3))
@@ -151,6 +167,7 @@ class HpSt:
         Raises:
             ValueError: the pose or the goal is not finite.
         """
+        began = time.perf_counter()
         given, aim = _finite("pose", observation.pose), _finite("goal.pose", observation.goal.pose)
         seen = _NOTHING if observation.obstacles is None else observation.obstacles
         pose, goal = given, aim
@@ -158,7 +175,7 @@ class HpSt:
             pose = _finite("odom_pose", observation.odom_pose)
             self._frame = _Frame(given, pose)
             goal, seen = self._frame.into(aim), self._frame.obstacles(seen)
-        memory = self._memory
+        memory, cut = self._memory, False
         if observation.goal is not self._goal:
             self._goal = observation.goal
             self._approach.reset(observation.goal)
@@ -170,19 +187,37 @@ class HpSt:
             v, omega, status = self._turn(turn_between(given[2], aim[2]), pose)
         else:
             self._see(goal, pose)
-            assert self._field is not None
             share = CLOSE if self._wishes.stop else REACH
-            thought = self._thought = decide(
-                self._settings, self._base, memory, self._forecast, self._field, self._area,
-                self._wishes._replace(reach=share * observation.goal.xy_tolerance), self._rules, self._safety, pose,
-            )  # fmt: skip
+            wishes = self._wishes._replace(reach=share * observation.goal.xy_tolerance)
+            thought = self._thought = self._think(wishes, pose, began)
+            cut = thought.cut
             v, omega = self._commit(thought, pose)
             status = STATUSES[thought.status]
         moved = memory.velocity.any() or v != 0.0 or omega != 0.0
         memory.age[0] = 0.0 if moved else memory.age[0] + 1.0
         memory.velocity[:] = self._drive(pose, v, omega).velocities[1]
         self._watch.told(observation.t, pose, v, omega)
-        return Command(v, omega, arrived, status=status, violated=violated + more)
+        return Command(v, omega, arrived, status=status, cut=cut, violated=violated + more)
+
+    def _think(self, wishes: Wishes, pose: FloatArray, began: float) -> Thought:
+        """Decide; where there is a deadline, what comes after the first search is left out once it is over."""
+        assert self._forecast is not None
+        assert self._field is not None
+        settings, memory, forecast = self._settings, self._memory, self._forecast
+        if self._seconds is None:
+            return decide(
+                settings, self._base, memory, forecast, self._field, self._area, wishes, self._rules, self._safety, pose
+            )
+        scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, wishes, self._safety, pose)
+        found, end = find(scene, memory, settings.narrow, 0), began + self._seconds
+        late = time.perf_counter() >= end
+        if late:
+            found = found._replace(cut=found.cut or not found.calm)
+        else:
+            found = widen(scene, memory, found)
+            late = time.perf_counter() >= end
+        ways = gather(scene, memory, found, 0 if late else settings.rounds)
+        return choose(scene, memory, forecast, self._rules, found._replace(cut=found.cut or late), ways)
 
     def _drive(self, pose: FloatArray, v: float, omega: float) -> Plan:
         """A period of motion from `pose`, as the base moves now."""
@@ -315,6 +350,8 @@ class _Frame:
         out[:, :2] = (out[:, :2] - self._odom[:2]) @ self._rotation.T + self._pose[:2]
         return np.asarray(out[np.isfinite(out).all(axis=1)])
 
+
+_ENDLESS = 2**62  # nodes
 
 _SAME = 1e-3  # m, a goal that has moved by less hasn't moved
 
