@@ -58,6 +58,9 @@ CLOSE = 0.15
 PACE = 0.5
 """Share of the top speed at which the reference goes that is tracked without time to go: paper B's."""
 
+FACED = 0.3
+"""Share of the heading's tolerance within which its turn ends: the estimate errs by up to the whole of it."""
+
 REFRESH = 0.3
 """What a lidar shows of what stands changes with every scan: so often the distances to the goal are made anew, s."""
 
@@ -152,7 +155,7 @@ class HpSt:
         self._thought = None
         self._forecast: Forecast | None = None
         self._seconds = task.budget.seconds
-        self._approach = Approach(task.period, CLOSE if self._wishes.stop else BEGIN)
+        self._approach = Approach(task.period, CLOSE if self._wishes.stop else BEGIN, FACED)
         self._stored: tuple[Plan, Tube, int] | None = None
         self._frame = _Frame(np.zeros(3), np.zeros(3))
 
