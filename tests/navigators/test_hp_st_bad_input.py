@@ -236,6 +236,15 @@ def test_a_robot_that_is_carried_away(guarantee: str) -> None:
     assert told >= 8
 
 
+def test_corrections_of_the_stored_plan_keep_to_the_limits() -> None:
+    """Carried 2 m to the left, to where something has just come so near that nothing new is certified."""
+    navigator = begun()
+    assert answer(navigator, 0, obstacles()).v == 1.0
+    command = answer(navigator, 1, obstacles([(0.95, 2.0)]), (0.15, 2.0, 0.8))
+    assert command.status == "stored"
+    assert abs(command.omega) == RESCUE.drive.omega_max
+
+
 # limits
 
 

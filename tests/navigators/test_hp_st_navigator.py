@@ -129,6 +129,13 @@ def test_without_candidates_there_is_one_way() -> None:
     assert ways("candidates") == 1
 
 
+def test_without_time_to_go_it_tracks_half_the_speed() -> None:
+    """As paper B's reference does, 3 m: with it, all but the goal's radius at 1 m/s."""
+    seconds = {w: PERIOD * len(drive(begun(without=w), (3.0, 0.0)).commands) for w in ("", "time-to-go")}
+    assert seconds[""] < 3.3
+    assert 4.5 < seconds["time-to-go"] < 6.6
+
+
 def test_without_a_certificate_it_drives_where_with_one_it_waits() -> None:
     """Something near has just come into view: it may rest, or come at 4.4 m/s."""
 
