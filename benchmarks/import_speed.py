@@ -246,7 +246,7 @@ def main() -> int:
     parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--keep", type=Path, help="a folder for the files; those that are there are not made anew")
     parser.add_argument("--json", action="store_true")
-    parser.add_argument("--smoke", action="store_true", help="tiny files: only to see that it runs")
+    parser.add_argument("--smoke", action="store_true", help="four formats, tiny files: only to see that it runs")
     parser.add_argument("--make", nargs=2, help=argparse.SUPPRESS)
     parser.add_argument("--one", help=argparse.SUPPRESS)
     parser.add_argument("--path", type=Path, help=argparse.SUPPRESS)
@@ -254,6 +254,7 @@ def main() -> int:
     options = parser.parse_args()
     if options.smoke:
         options.minutes, options.markers, options.megabytes, options.rounds = 0.05, 9, 1.0, 1
+        options.formats = options.formats or "c3d,vicon,tum,bag: mcap"
     if options.one:
         return one(options.one, options.path, options.peer)
     frames = max(2, round(options.minutes * 60 * RATE))
