@@ -15,15 +15,7 @@ from clearway.navigators.hp_st.certificate import Rules, Safety, Verdict, longes
 from clearway.navigators.hp_st.contact import BELT, Base, Crowd, belts_of, crowd_of, meet, near
 from clearway.navigators.hp_st.field import Field, look
 from clearway.navigators.hp_st.homing import home
-from clearway.navigators.hp_st.search import (
-    COST,
-    Wishes,
-    leaf,
-    search,
-    time_to_go,
-    trace,
-    worth,
-)
+from clearway.navigators.hp_st.search import COST, Tree, Wishes, leaf, nodes_of, search, time_to_go, trace, worth
 from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 
@@ -36,9 +28,9 @@ class Settings(NamedTuple):
     """What doesn't change during a trial.
 
     Attributes:
-        period: s. periods: N, of a plan. layers, narrow, wide, calm: of the search. controls: (C, 2) see `search`.
-        candidates, apart, keep, rounds, effort, heading_weight: see `parameters`. spread: (3,) own standard deviation
-        [m], its growth [m/s], and the most that any may be [m]. certified: whether a plan needs a certificate.
+        period: s. periods: N, of a plan. layers, narrow, wide, calm: of the search. budget: nodes that it may have.
+        controls: (C, 2) see `search`. candidates, apart, keep, rounds, effort, heading_weight: see `parameters`.
+        spread: (3,) see `crowd_of`. certified: whether a plan needs a certificate.
     """
 
     period: float
@@ -47,6 +39,7 @@ class Settings(NamedTuple):
     narrow: int
     wide: int
     calm: float
+    budget: int
     controls: FloatArray
     candidates: int
     apart: float
@@ -59,7 +52,7 @@ class Settings(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What passes from one decision to the next; the kernels write into it.
+    """What passes from one decision to the next.
 
     Attributes:
         plan: (N, 2) commands of the last plan, from now on. velocity: (2,) v, omega that the base drives now. age: (2,)
@@ -71,6 +64,44 @@ class Memory(NamedTuple):
     age: FloatArray
 
 
+class Scene(NamedTuple):
+    """What a decision is about: the robot at `start` (5,) x, y, theta, v, omega, what surrounds it, and what it wants."""
+
+    settings: Settings
+    base: Base
+    crowd: Crowd
+    field: Field
+    area: FloatArray
+    wishes: Wishes
+    safety: Safety
+    start: FloatArray
+
+
+class Found(NamedTuple):
+    """A search's tree, its best end, whether that is calm, how many nodes were spent, and whether the budget cut it."""
+
+    tree: Tree
+    layer: int
+    node: int
+    calm: bool
+    spent: int
+    cut: bool
+
+
+class Ways(NamedTuple):
+    """Plans to choose from; the last of them is the last decision's.
+
+    Attributes:
+        commands: (P, N, 2), states: (P, N + 1, 5) where they lead. total: (P,) s by `weigh`, inf: there is none.
+        cost: (P,) the risk in it.
+    """
+
+    commands: FloatArray
+    states: FloatArray
+    total: FloatArray
+    cost: FloatArray
+
+
 class Thought(NamedTuple):
     """A decision and how it was found.
 
@@ -78,7 +109,8 @@ class Thought(NamedTuple):
         commands: (N, 2) of the plan that was chosen, states: (N + 1, 5) where it leads. cost: what it risks, s.
         status: index into STATUSES. certified: how many of its periods may be driven before the robot would have to
         brake; -1: none (or nobody asked). stored: the plan so stopped. tube: about it. verdict: on what was refused.
-        ways: (P, N + 1, 2) of all candidates, count of them, choice among them (-1: the last plan). nodes: of the search.
+        ways: (P, N + 1, 2) of all new candidates. choice: among them (-1: the last plan, or none). nodes: of the
+        search. cut: whether the budget ended it.
     """
 
     commands: FloatArray
@@ -90,26 +122,24 @@ class Thought(NamedTuple):
     tube: Tube
     verdict: Verdict
     ways: FloatArray
-    count: int
     choice: int
     nodes: int
+    cut: bool
 
 
 @kernel
-def weigh(
-    settings: Settings, base: Base, crowd: Crowd, field: Field, area: FloatArray, wishes: Wishes, start: FloatArray,
-    limits: FloatArray, commands: FloatArray, states: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
-    """What a plan costs by the yardstick of the search: time gone and to go, and what it risks, s.
+def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float, float]:
+    """What a plan costs by the yardstick of the search, s.
 
     Args:
-        start: (5,). commands: (N, 2). states: (N + 1, 5), filled.
+        commands: (N, 2). states: (N + 1, 5), filled.
 
     Returns:
-        Both together, and the risk alone.
+        Time gone and to go (see `worth`) and risk together, and the risk alone.
     """
-    n, c = len(commands), settings.period
-    plan = drive(start, commands, limits, c)
+    wishes, base, crowd, field, start = scene.wishes, scene.base, scene.crowd, scene.field, scene.start
+    n, c = len(commands), scene.settings.period
+    plan = drive(start, commands, scene.safety.limits, c)
     still, foot, fastest = crowd.still, base.foot, max(base.high, -base.low)
     belts = np.empty((len(crowd.radius) * (len(crowd.at) + 1), BELT))
     stills, movers = np.empty((len(still), 3)), np.empty((len(belts), BELT))
@@ -155,98 +185,147 @@ def weigh(
 
 
 @kernel
+def pose_scene(
+    settings: Settings, base: Base, memory: Memory, forecast: Forecast, field: Field, area: FloatArray, wishes: Wishes,
+    safety: Safety, pose: FloatArray,
+) -> Scene:  # fmt: skip
+    """What the decision at `pose` (3,) is about."""
+    start = np.empty(5)
+    start[0], start[1], start[2] = pose[0], pose[1], pose[2]
+    start[3], start[4] = memory.velocity[0], memory.velocity[1]
+    return Scene(settings, base, crowd_of(forecast, settings.spread), field, area, wishes, safety, start)
+
+
+@kernel
+def find(scene: Scene, memory: Memory, beam: int, spent: int) -> Found:
+    """Search with up to `beam` nodes a layer, fewer where what the budget leaves after `spent` nodes asks for it."""
+    settings, wishes = scene.settings, scene.wishes
+    width = beam
+    while width > 1 and settings.layers * nodes_of(width) > settings.budget - spent:
+        width -= 1
+    tree = search(
+        scene.start, scene.base, scene.crowd, scene.field, scene.area, wishes, settings.layers, width,
+        settings.controls, _hint(scene, memory),
+    )  # fmt: skip
+    layer, index = leaf(tree)
+    calm = index >= 0 and layer > 0 and tree.nodes[layer, index, COST] <= settings.calm
+    return Found(tree, layer, index, calm, spent + int(tree.count.sum()), width < beam)
+
+
+@kernel
+def widen(scene: Scene, memory: Memory, found: Found) -> Found:
+    """Search wider, where no calm way has been found and the budget leaves more than there was."""
+    settings = scene.settings
+    if found.calm or found.cut:
+        return found
+    if settings.layers * nodes_of(settings.narrow) >= settings.budget - found.spent:
+        return Found(found.tree, found.layer, found.node, found.calm, found.spent, True)
+    return find(scene, memory, settings.wide, found.spent)
+
+
+@kernel
+def _hint(scene: Scene, memory: Memory) -> FloatArray:
+    """(L, 2) what the last plan does in each layer; none if there is no plan."""
+    settings, stride, n = scene.settings, scene.wishes.stride, scene.settings.periods
+    if not memory.age[1] > 0.0:
+        return np.zeros((0, 2))
+    hint, plan = np.zeros((settings.layers, 2)), memory.plan
+    at_once = scene.base.rates.min() == math.inf
+    for k in range(settings.layers):
+        for i in range(2):
+            if at_once:
+                for j in range(stride):
+                    hint[k, i] += plan[min(k * stride + j, n - 1), i] / stride
+            else:
+                hint[k, i] = plan[min((k + 1) * stride, n) - 1, i]
+    return hint
+
+
+@kernel
+def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
+    """The best way that was found, the best of each other topology, the way home, and the last plan.
+
+    The best of the new ones is tracked: `rounds` linearisations, at most.
+    """
+    settings, wishes, base, limits, n = (
+        scene.settings,
+        scene.wishes,
+        scene.base,
+        scene.safety.limits,
+        scene.settings.periods,
+    )
+    tree, stride = found.tree, wishes.stride
+    ends = distinct(tree, scene.crowd, stride, found.layer, found.node, settings.candidates, settings.apart)
+    count = len(ends) + (1 if wishes.stop else 0)
+    commands, states = np.zeros((count + 1, n, 2)), np.empty((count + 1, n + 1, 5))
+    total, cost = np.full(count + 1, math.inf), np.full(count + 1, math.inf)
+    for p in range(len(ends)):
+        _, told = trace(tree, ends[p, 0], ends[p, 1])
+        for k in range(min(len(told) * stride, n)):
+            commands[p, k, 0], commands[p, k, 1] = told[k // stride, 0], told[k // stride, 1]
+    if wishes.stop:
+        home(scene.start, base, scene.field, limits, settings.period, wishes.reach, commands[count - 1])
+    best = 0
+    for p in range(count):
+        total[p], cost[p] = weigh(scene, commands[p], states[p])
+        if total[p] < total[best]:
+            best = p
+    if memory.age[1] > 0.0:
+        commands[count] = memory.plan
+        total[count], cost[count] = weigh(scene, commands[count], states[count])
+        total[count] -= settings.keep
+    if rounds > 0 and total[best] < total[count]:
+        better = track(
+            scene.crowd, wishes, scene.start, states[best], commands[best], base, scene.area, limits, settings.period,
+            rounds, settings.effort, settings.heading_weight,
+        )  # fmt: skip
+        tried = np.empty((n + 1, 5))
+        value, risk = weigh(scene, better, tried)
+        if value < total[best]:
+            total[best], cost[best] = value, risk
+            commands[best], states[best] = better, tried
+    return Ways(commands, states, total, cost)
+
+
+@kernel
+def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found: Found, ways: Ways) -> Thought:
+    """The best of the ways; where certificates are asked for, the best that has one for its first period at least."""
+    settings, safety, foot = scene.settings, scene.safety, scene.base.foot
+    last = len(ways.total) - 1
+    shown = ways.states[:last, :, :2].copy()
+    first = int(np.argmin(ways.total))
+    choice, certified = first, -1
+    plan = drive(scene.start, ways.commands[choice], safety.limits, settings.period)
+    about = Tube(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, 2, 3)), np.zeros((0, 2)))
+    verdict = Verdict(True, -1, math.inf)
+    left = ways.total.copy()
+    status = STOPPED if left[first] == math.inf else PLANNED
+    while settings.certified and left[choice] < math.inf:
+        plan = drive(scene.start, ways.commands[choice], safety.limits, settings.period)
+        certified, plan, about, verdict = longest_certified(
+            plan, foot, forecast, rules, safety, memory.age[0] >= 2.0, 1
+        )  # fmt: skip
+        if certified >= 1:
+            break
+        left[choice] = math.inf
+        choice = int(np.argmin(left))
+    if status != STOPPED and settings.certified and certified < 1:
+        status, choice = STORED, first
+    if status == PLANNED and choice == last:
+        status = KEPT
+    return Thought(
+        ways.commands[choice], ways.states[choice], ways.cost[choice], status, certified, plan, about, verdict, shown,
+        choice if status == PLANNED else -1, found.spent, found.cut,
+    )  # fmt: skip
+
+
+@kernel
 def decide(
     settings: Settings, base: Base, memory: Memory, forecast: Forecast, field: Field, area: FloatArray, wishes: Wishes,
     rules: Rules, safety: Safety, pose: FloatArray,
 ) -> Thought:  # fmt: skip
     """Decide what to drive from `pose` (3,)."""
-    n, stride = settings.periods, wishes.stride
-    crowd = crowd_of(forecast, settings.spread)
-    start = np.empty(5)
-    start[:3] = pose
-    start[3:] = memory.velocity
-    hint = np.zeros((0, 2))
-    if memory.age[1] > 0.0:
-        hint = np.empty((settings.layers, 2))
-        for k in range(settings.layers):
-            last = min((k + 1) * stride, n) - 1
-            hint[k, 0], hint[k, 1] = memory.plan[last, 0], memory.plan[last, 1]
-            if base.rates.min() == math.inf:
-                hint[k] = 0.0
-                for j in range(stride):
-                    hint[k] += memory.plan[min(k * stride + j, n - 1)] / stride
-    tree = search(start, base, crowd, field, area, wishes, settings.layers, settings.narrow, settings.controls, hint)
-    layer, index = leaf(tree)
-    nodes = int(tree.count.sum())
-    if index < 0 or tree.nodes[layer, index, COST] > settings.calm or layer == 0:
-        tree = search(start, base, crowd, field, area, wishes, settings.layers, settings.wide, settings.controls, hint)
-        layer, index = leaf(tree)
-        nodes += int(tree.count.sum())
-
-    ends = distinct(tree, crowd, stride, layer, index, settings.candidates, settings.apart)
-    most = len(ends) + (2 if wishes.stop else 1)
-    commands, states = np.zeros((most, n, 2)), np.empty((most, n + 1, 5))
-    total, cost = np.full(most, math.inf), np.full(most, math.inf)
-    tried, risk_tried = np.empty((n + 1, 5)), 0.0
-    for p in range(len(ends)):
-        _, told = trace(tree, ends[p, 0], ends[p, 1])
-        for k in range(min(len(told) * stride, n)):
-            commands[p, k] = told[k // stride]
-        total[p], cost[p] = weigh(
-            settings, base, crowd, field, area, wishes, start, safety.limits, commands[p], states[p]
-        )
-        if settings.rounds > 0:
-            better = track(
-                crowd, wishes, start, states[p], commands[p], base, area, safety.limits, settings.period, settings.rounds,
-                settings.effort, settings.heading_weight,
-            )  # fmt: skip
-            value, risk_tried = weigh(settings, base, crowd, field, area, wishes, start, safety.limits, better, tried)
-            if value < total[p]:
-                total[p], cost[p] = value, risk_tried
-                commands[p] = better
-                states[p] = tried
-    if wishes.stop:
-        p = len(ends)
-        home(start, base, field, safety.limits, settings.period, wishes.reach, commands[p])
-        total[p], cost[p] = weigh(
-            settings, base, crowd, field, area, wishes, start, safety.limits, commands[p], states[p]
-        )
-    last = most - 1
-    if memory.age[1] > 0.0:
-        commands[last] = memory.plan
-        total[last], cost[last] = weigh(
-            settings, base, crowd, field, area, wishes, start, safety.limits, commands[last], states[last]
-        )
-        total[last] -= settings.keep
-    ways = states[:last, :, :2].copy()
-
-    order = np.argsort(total)
-    none = Verdict(True, -1, math.inf)
-    choice, certified = order[0], -1
-    plan = drive(start, commands[choice], safety.limits, settings.period)
-    about = Tube(
-        np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, 2, 3)), np.zeros((0, 2))
-    )  # fmt: skip
-    if total[choice] == math.inf:
-        return Thought(commands[last], states[last], math.inf, STOPPED, -1, plan, about, none, ways, last, -1, nodes)
-    standing = memory.age[0] >= 2.0
-    if settings.certified:
-        for o in range(most):
-            p = order[o]
-            if total[p] == math.inf:
-                break
-            plan = drive(start, commands[p], safety.limits, settings.period)
-            certified, plan, about, none = longest_certified(plan, base.foot, forecast, rules, safety, standing, 1)
-            if certified >= 1:
-                choice = p
-                break
-        if certified < 1:
-            return Thought(
-                commands[order[0]], states[order[0]], cost[order[0]], STORED, -1, plan, about, none, ways, last, -1,
-                nodes,
-            )  # fmt: skip
-    status = KEPT if choice == last else PLANNED
-    return Thought(
-        commands[choice], states[choice], cost[choice], status, certified, plan, about, none, ways, last,
-        choice if choice < last else -1, nodes,
-    )  # fmt: skip
+    scene = pose_scene(settings, base, memory, forecast, field, area, wishes, safety, pose)
+    found = widen(scene, memory, find(scene, memory, settings.narrow, 0))
+    ways = gather(scene, memory, found, settings.rounds)
+    return choose(scene, memory, forecast, rules, found, ways)
