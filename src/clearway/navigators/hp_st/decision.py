@@ -143,7 +143,6 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     still, foot, fastest = crowd.still, base.foot, max(base.high, -base.low)
     belts = np.empty((len(crowd.radius) * (len(crowd.at) + 1), BELT))
     stills, movers = np.empty((len(still), 3)), np.empty((len(belts), BELT))
-    nearness = wishes.near * c / wishes.fear
     cost, total = 0.0, -1.0
     first, _, _ = look(field, start[0], start[1])
     fall = base.rates[1]
@@ -155,6 +154,8 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         states[k + 1, 3:] = plan.velocities[k + 1]
         if total >= 0.0:
             continue
+        weight = wishes.fear * wishes.fade ** (k * c)
+        nearness = wishes.near * wishes.step / weight
         moving = belts_of(crowd, k, 1, wishes.union, belts)
         s, m = near(still, belts, moving, x, y, foot.circumscribed + fastest * c, wishes.soft, stills, movers)
         risk = meet(
@@ -163,7 +164,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         )  # fmt: skip
         if risk < 0.0:
             risk = 1.0
-        cost += wishes.fear * wishes.fade ** (k * c) * risk * c / wishes.step
+        cost += weight * risk * c / wishes.step
         cost += wishes.swing * abs(plan.velocities[k + 1, 1] - plan.velocities[k, 1])
         if plan.inputs[k, 0] < 0.0:
             cost += wishes.back * c

@@ -173,7 +173,7 @@ def search(
     )
     low, high, yaw, rates = base.low, base.high, base.turn, base.rates
     vertices, rim, outer = base.foot.vertices, base.foot.radius, base.foot.circumscribed
-    margin, soft, nearness = wishes.margin, wishes.soft, wishes.near * wishes.step / wishes.fear
+    margin, soft = wishes.margin, wishes.soft
     stride, dt, swing, pace = wishes.stride, wishes.step, wishes.swing, wishes.pace
     free, reach, per_high = rates.min() == math.inf, wishes.reach, 1.0 / high
     fall = rates[1] if wishes.stop else math.inf
@@ -202,6 +202,7 @@ def search(
     for k in range(layers):
         found = 0
         weight = wishes.fear * wishes.fade ** (k * dt)
+        nearness = wishes.near * dt / weight  # what stands will not be gone later: that is not to be put off
         next_hinted = -1
         begun, ended = k * dt, (k + 1) * dt
         near_start = (0.3 * ended * fastest) ** 2
