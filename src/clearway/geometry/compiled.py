@@ -1,8 +1,9 @@
 """How Clearway compiles its hot path: one decorator, so that every kernel is compiled alike.
 
-Kernels are compiled at their first call and cached beside the source. Numba looks only at the kernel's own file to
-tell whether the cache still holds; here it also looks at every file of Clearway that this file imports, at any depth.
-An edit in a kernel that others call, or a `git pull`, thus never leaves stale machine code behind.
+Kernels are compiled at their first call and cached beside the source. Numba looks only at the kernel's own file, at its
+time and size, to tell whether the cache still holds; here it looks at the text of that file and of every file of
+Clearway that it imports, at any depth. An edit in a kernel that others call thus never leaves stale machine code
+behind, and a fresh checkout of the same text compiles nothing again.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ def kernel(function: _F) -> _F:
     file: Any = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     source = Path(function.__code__.co_filename)
     if hasattr(file, "_source_stamp") and source.is_relative_to(_PACKAGE):
-        file._source_stamp = (file._source_stamp, fingerprint(source))
+        file._source_stamp = fingerprint(source)
     return cast(_F, compiled)
 
 
