@@ -215,16 +215,16 @@ def shares(
 
 @kernel
 def chase(
-    path: FloatArray, h: float, body: Footprint, mover: FloatArray, rim: float, acceleration: float, speed: float,
+    path: FloatArray, h: float, body: Footprint, moving_obstacle: FloatArray, rim: float, acceleration: float, speed: float,
     manner: int, key: np.uint64, run: int,
 ) -> float:  # fmt: skip
     """The least gap [m] while the robot's wheels move to a disc that does what it can to touch it.
 
     Args:
-        path: of `follow`, `h` s apart. mover: (4,) x, y, vx, vy at first. rim: its radius, m. acceleration, speed: its
+        path: of `follow`, `h` s apart. moving_obstacle: (4,) x, y, vx, vy at first. rim: its radius, m. acceleration, speed: its
         bounds. manner: 0: straight at the robot; 1: to where it will be soon; 2: any one way; 3: zigzag.
     """
-    x, y, vx, vy = mover[0], mover[1], mover[2], mover[3]
+    x, y, vx, vy = moving_obstacle[0], moving_obstacle[1], moving_obstacle[2], moving_obstacle[3]
     any_way = 2.0 * math.pi * uniform(key, run, 11)
     ahead = 1.5 * uniform(key, run, 12)
     least, n = math.inf, len(path)
@@ -330,15 +330,25 @@ def certificates(
                 shift, slide = rng.normal(size=2), rng.normal(size=2)
                 v0 = velocity[i] + slip * slide / np.hypot(*slide)
                 v0 *= min(1.0, pursuit[1] / np.hypot(*v0))
-                mover = np.concatenate([at[i] + off * shift / np.hypot(*shift), v0])
+                moving_obstacle = np.concatenate([at[i] + off * shift / np.hypot(*shift), v0])
                 g = chase(
-                    path, period / n, body, mover, 0.35, *(beyond * np.array(pursuit)), (run + i) % 4, key, number
+                    path,
+                    period / n,
+                    body,
+                    moving_obstacle,
+                    0.35,
+                    *(beyond * np.array(pursuit)),
+                    (run + i) % 4,
+                    key,
+                    number,
                 )
                 seen["moving"] = min(seen["moving"], g)
             angle = rng.uniform(0, 6.28) if run % 2 else math.atan2(path[-1, 1], path[-1, 0])
             rim = (rules.sight + 0.35) * np.array([math.cos(angle), math.sin(angle)]) + path[0, :2]
-            mover = np.concatenate([rim, -beyond * rules.unseen * np.array([math.cos(angle), math.sin(angle)])])
-            g = chase(path, period / n, body, mover, 0.35, 1e9, beyond * rules.unseen, 0, key, number)
+            moving_obstacle = np.concatenate(
+                [rim, -beyond * rules.unseen * np.array([math.cos(angle), math.sin(angle)])]
+            )
+            g = chase(path, period / n, body, moving_obstacle, 0.35, 1e9, beyond * rules.unseen, 0, key, number)
             seen["unseen"] = min(seen["unseen"], g)
     return seen
 

@@ -11,7 +11,7 @@ import time
 
 import numpy as np
 
-from clearway.geometry.space_time import TARGET, SpaceTimePath, shortest
+from clearway.clairvoyant.space_time import TARGET, SpaceTimePath, shortest
 from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.sar import frozen
 from clearway.scenarios.sar_draws import CASES, Case, inflated
@@ -45,7 +45,7 @@ def main() -> None:
             spent.append(time.perf_counter() - began)
             errors.append(way.error)
             print(
-                f"{case}, {drawn.seed}: time {way.time:7.3f} s (stored {drawn.limit.time:7.3f} s)  "
+                f"{case}, {drawn.seed}: time {way.time:7.3f} s (stored {drawn.optimal.time:7.3f} s)  "
                 f"path {way.length:7.3f} m  error {100 * way.error:5.3f} %  in {1e3 * spent[-1]:6.1f} ms"
             )
         print(

@@ -50,8 +50,8 @@ def report(case: Case, drawn: Sequence[Drawn], seconds: float) -> None:
     peaks = np.concatenate([np.hypot(*d.layout.motion(120.0)[:, :, 2:].transpose(2, 0, 1)).max(0) for d in drawn])
     leaving = np.concatenate([rules.leavers(d.layout) for d in drawn])
     static = [(rules.length(p) - rules.TOLERANCE) / case.speed for p in paths if p is not None]
-    later = np.array([d.limit.time for d in drawn]) - static
-    error = 100 * np.array([d.limit.error for d in drawn])
+    later = np.array([d.optimal.time for d in drawn]) - static
+    error = 100 * np.array([d.optimal.error for d in drawn])
     median, p90 = np.quantile(peaks, [0.5, 0.9])
     print(f"{case.name}: {len(drawn)} scenarios, {case.static} static + {case.moving} moving, {seconds:.2f} s each")
     print(f"  draws refused          {100 * (1 - len(drawn) / draws):5.1f} % of {draws}"

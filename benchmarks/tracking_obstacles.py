@@ -30,7 +30,7 @@ from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
-from clearway.world.bodies import bodies_of, movers_of
+from clearway.world.bodies import bodies_of, moving_obstacles_of
 from clearway.world.tracks import tracks
 from clearway.world.world import World
 
@@ -86,7 +86,7 @@ def arena(count: int, periods: int, seed: int, robot: Robot) -> list[Step]:
 def hospital(scenario: Scenario, robot: Robot, periods: int) -> Iterator[Step]:
     """The robot winds along the line while the other one moves as the test has it."""
     plan = load_plan(scenario.plan)
-    way = tracks(movers_of(scenario), [leg.name for leg in scenario.legs])
+    way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs])
     start = np.array(scenario.start)
     world = World(robot, start, scenario.speed, bodies_of(plan.fixtures, scenario), way, scenario.seed)
     world.begin_leg(0, 0.0)
@@ -94,13 +94,13 @@ def hospital(scenario: Scenario, robot: Robot, periods: int) -> Iterator[Step]:
     localiser.reset(
         Task(robot.period, scenario.speed, start, map=plan.map), robot, np.random.default_rng(scenario.seed)
     )
-    before = world.movers.copy()
+    before = world.moving_obstacles.copy()
     for k in range(periods):
         t, state = k * robot.period, world.state
         sensing = Sensing(t, state[5:8], state[8:10], world.sense(), None, GOAL, state[0:3])
-        velocity = (world.movers - before)[:, :2] / robot.period
-        yield Step(sensing, localiser.update(sensing), world.movers[:, :2].copy(), velocity)
-        before = world.movers.copy()
+        velocity = (world.moving_obstacles - before)[:, :2] / robot.period
+        yield Step(sensing, localiser.update(sensing), world.moving_obstacles[:, :2].copy(), velocity)
+        before = world.moving_obstacles.copy()
         if world.advance(0.25, 0.6 * math.sin(0.8 * t), t)[1] is not None:
             return
 

@@ -52,7 +52,7 @@ def clearway(steps: int) -> Callable[[], float]:
             rows += [(t, x, y, 0.0), (t + 2 * LANE_END / speed, -x, y, 0.0)]
             t, x = t + 2 * LANE_END / speed, -x
         knots.append(np.array(rows))
-        bodies.append(Body("disc", "mover", Circle(RADIUS), None))
+        bodies.append(Body("disc", "moving obstacle", Circle(RADIUS), None))
     robot = Robot.model_validate({
         "name": "r", "title": "R", "d_base": 0.4, "footprint": {"kind": "circle", "radius": RADIUS}, "period": PERIOD,
         "drive": {"v_max": 1, "v_min": -1, "acceleration": 1, "deceleration": 1, "omega_max": 2,

@@ -15,7 +15,7 @@ import pyarrow as pa
 
 from clearway.indicators import row_schema
 from clearway.recordings.formats.table_spec import TableSpec
-from clearway.recordings.lab.plan import Plan
+from clearway.recordings.lab.test_plan import Plan
 from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema, schema_of, suite_schema
 
 LABELS = {

@@ -89,7 +89,7 @@ class Budget:
     seconds: float | None = None
 
 
-Forecast: TypeAlias = Callable[[float], FloatArray]
+ObstacleOracle: TypeAlias = Callable[[float], FloatArray]
 """For a privileged navigator only: time [s] -> (n, 4) true x, y, radius [m] and presence (1 or 0) of each obstacle."""
 
 
@@ -102,7 +102,7 @@ class Task:
         start: (3,) where the robot is believed to stand, map frame (placed by hand: the truth differs a little).
         map: what is known of the floor, or None. area: x_min, y_min, x_max, y_max [m] of where the robot's centre may
         be, None: anywhere. budget: per control period.
-        time_limit: seconds for each leg. forecast: the truth, for privileged navigators only.
+        time_limit: seconds for each leg. obstacle_oracle: the truth, for privileged navigators only.
     """
 
     period: float
@@ -112,7 +112,7 @@ class Task:
     area: tuple[float, float, float, float] | None = None
     budget: Budget = field(default_factory=Budget)
     time_limit: float = float("inf")
-    forecast: Forecast | None = None
+    obstacle_oracle: ObstacleOracle | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,7 +202,7 @@ class Navigator(Protocol):
     """Decides. Register it under the entry-point group `clearway.navigators`, or name it `my_pkg:MyNavigator`.
 
     `needs` says what observations must hold. A navigator may also have `diagnostics() -> Diagnostics`, asked for
-    now and then, and `privileged = True`, which gives it `Task.forecast` and a label in every table.
+    now and then, and `privileged = True`, which gives it `Task.obstacle_oracle` and a label in every table.
     """
 
     needs: ClassVar[frozenset[Need]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from clearway.campaigns.setup import read_setup
+from clearway.campaigns.thinking_budget import read_thinking_budget
 from clearway.contract import Budget
 from clearway.errors import ClearwayError
 
@@ -23,9 +23,9 @@ from clearway.errors import ClearwayError
     ],
 )
 def test_what_it_means(text: str, name: str, budget: Budget) -> None:
-    setup = read_setup(text)
+    setup = read_thinking_budget(text)
     assert (setup.name, setup.budget) == (name, budget)
-    assert read_setup(name) == setup
+    assert read_thinking_budget(name) == setup
 
 
 @pytest.mark.parametrize(
@@ -33,5 +33,5 @@ def test_what_it_means(text: str, name: str, budget: Budget) -> None:
 )
 def test_what_is_none(text: str) -> None:
     with pytest.raises(ClearwayError, match="is no set-up; write 1 or 2") as found:
-        read_setup(text)
+        read_thinking_budget(text)
     assert found.value.field == "setup"

@@ -81,9 +81,9 @@ def fixed(shape: Shape, x: float, y: float, theta: float = 0.0) -> Thing:
 def test_min_clearance_takes_the_nearest_and_skips_the_absent() -> None:
     path = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
     bodies = [fixed(Circle(0.5), 2, 2), Thing(Circle(0.1), None), fixed(rectangle(1, 1), -3, 0)]
-    movers = np.array([[[0, 1.0, 0]], [[math.nan] * 3], [[2, 0.5, 0]]])
-    expected = [0.5, 5**0.5 - 0.9, 0.0]  # the mover; the disc; the mover again: 0.5 - 0.4 - 0.1
-    assert min_clearance(Circle(0.4), path, bodies, movers) == pytest.approx(expected)
+    moving_obstacles = np.array([[[0, 1.0, 0]], [[math.nan] * 3], [[2, 0.5, 0]]])
+    expected = [0.5, 5**0.5 - 0.9, 0.0]  # the moving obstacle; the disc; the moving obstacle again: 0.5 - 0.4 - 0.1
+    assert min_clearance(Circle(0.4), path, bodies, moving_obstacles) == pytest.approx(expected)
     assert min_clearance(Circle(0.4), path, [], np.zeros((3, 0, 3))).tolist() == [math.inf] * 3
 
 
@@ -101,25 +101,25 @@ def test_path_clearance_misses_no_minimum(
     begin: FloatArray,
     end: FloatArray,
 ) -> None:
-    """Against 200 samples an interval; a mover crosses as well."""
+    """Against 200 samples an interval; a moving obstacle crosses as well."""
     bodies = [Thing(s, p * [2, 2, 1]) for s, p in things] + [Thing(Circle(0.2), None)]
     path = [np.array([0.0, 0, 0])]
     for v, omega in twists:
         path.append(step_arc(path[-1], v, omega, 1.0))
     n, fine = len(path), 200
     share = np.linspace(0, 1, n)[:, None, None]
-    mover = begin * (1 - share) + end * share
-    mover[..., 2] = 0.0
-    coarse = path_clearance(foot, np.array(path), bodies, mover)
+    moving_obstacle = begin * (1 - share) + end * share
+    moving_obstacle[..., 2] = 0.0
+    coarse = path_clearance(foot, np.array(path), bodies, moving_obstacle)
     for i, (v, omega) in enumerate(twists):
         s = np.linspace(0, 1, fine + 1)
         dense = np.array([step_arc(path[i], v, omega, x) for x in s])
-        between = mover[i] * (1 - s)[:, None, None] + mover[i + 1] * s[:, None, None]
+        between = moving_obstacle[i] * (1 - s)[:, None, None] + moving_obstacle[i + 1] * s[:, None, None]
         seen = min_clearance(foot, dense, bodies, between).min()
         assert coarse[i] <= seen + 1e-3 + 1e-9
         # and it is no lower than what lies between two of the dense samples can be
         assert coarse[i] >= seen - (abs(v) + 4 * abs(omega) + 6) / fine
-    assert closest_approach(foot, np.array(path), bodies, mover) == pytest.approx(coarse.min(), abs=1e-3)
+    assert closest_approach(foot, np.array(path), bodies, moving_obstacle) == pytest.approx(coarse.min(), abs=1e-3)
 
 
 def test_path_clearance_sees_what_lies_between_two_samples() -> None:

@@ -10,7 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from clearway.geometry.packing import boxes, pack, place
-from clearway.geometry.raycast import Beams, Scene, beams, cast_movers, scene, sweep
+from clearway.geometry.raycast import Beams, Scene, beams, cast_moving, scene, sweep
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, rectangle
 
 lidars = st.sampled_from(
@@ -111,14 +111,14 @@ def test_ranges_outside_the_sensors_are_no_return() -> None:
 
 
 @given(poses, st.lists(poses, min_size=3, max_size=3))
-def test_movers_are_seen_where_they_stand(sensor: FloatArray, at: list[FloatArray]) -> None:
+def test_moving_obstacles_are_seen_where_they_stand(sensor: FloatArray, at: list[FloatArray]) -> None:
     lidar = beams(181, -1.5, 1.5, 0.0, 20.0)
     shapes = [rectangle(1, 0.5), Circle(0.3), Polygon(((-0.5, 0.0), (0.5, 0.2)))]
     local = scene(shapes)
     there = np.array(at)
     there[1] = math.nan  # absent
     got = np.full(181, np.inf)
-    cast_movers(local.segments, local.segment_owner, local.circles, local.circle_owner, there, *map(float, sensor),
+    cast_moving(local.segments, local.segment_owner, local.circles, local.circle_owner, there, *map(float, sensor),
                 lidar.directions, lidar.angle_min, lidar.increment, lidar.range_max, got)  # fmt: skip
     expected = sweep(scene([shapes[0], shapes[2]], there[[0, 2]]), lidar, sensor)
     finite = np.isfinite(got) == np.isfinite(expected)

@@ -18,7 +18,9 @@ def leg(name, start, goal, **changes):
     return replace(Leg(name, start, goal, xy_tolerance=0.2, yaw_tolerance=0.2), **changes)
 
 
-def shuttle(*, speed=0.5, acceleration=0.5, stop=(4.9, 0.1), dt=0.1, bodies=(), movers=None, **changes) -> Trial:
+def shuttle(
+    *, speed=0.5, acceleration=0.5, stop=(4.9, 0.1), dt=0.1, bodies=(), moving_obstacles=None, **changes
+) -> Trial:
     """Forth, turn, back on the line A-B at trapezoidal speed; stops at x = stop[0], then at x = stop[1].
 
     With the defaults each leg takes 1 s to speed up (0.25 m), 1 s to stop and 4.3 m / 0.5 m/s = 8.6 s between:
@@ -60,7 +62,7 @@ def shuttle(*, speed=0.5, acceleration=0.5, stop=(4.9, 0.1), dt=0.1, bodies=(), 
     none = np.empty((len(t), 0, 3))
     trial = Trial(
         replace(attempt, **fields), t, pose, velocity, pose + np.array([0.03, 0.04, -0.02]), velocity, number,
-        none if movers is None else movers(t), tuple(spans), (), Outcome.REACHED,
+        none if moving_obstacles is None else moving_obstacles(t), tuple(spans), (), Outcome.REACHED,
     )  # fmt: skip
     return replace(trial, **changes)
 
@@ -84,5 +86,5 @@ def moved(trial: Trial, dx: float, dy: float, turn: float) -> Trial:
     bodies = tuple(b if b.pose is None else replace(b, pose=by(b.pose)) for b in attempt.bodies)
     return replace(
         trial, attempt=replace(attempt, legs=legs, bodies=bodies), pose=by(trial.pose),
-        estimate=None if trial.estimate is None else by(trial.estimate), movers=by(trial.movers),
+        estimate=None if trial.estimate is None else by(trial.estimate), moving_obstacles=by(trial.moving_obstacles),
     )  # fmt: skip

@@ -22,17 +22,17 @@ def contact(discs: np.ndarray, *, sight: float | None = 4.0, bodies: tuple[Body,
     """A disc of 0.25 m that stands at the origin, heading along x, until one of the `discs` (n, m, 2) of 0.35 m is there."""
     n, m = discs.shape[:2]
     robot = np.zeros((n, 3))
-    movers = tuple(Body(f"d{k}", "mover", Circle(0.35), None) for k in range(m))
+    moving_obstacles = tuple(Body(f"d{k}", "moving obstacle", Circle(0.35), None) for k in range(m))
     leg = Leg("way", robot[0], np.array([9.0, 0.0, 0.0]), 0.2, np.inf)
     attempt = Attempt(
-        Labels("own", "own", "own", 1.0), "rescue", "some", "truth", Circle(0.25), (leg,), bodies + movers, 1.0, PERIOD,
+        Labels("own", "own", "own", 1.0), "rescue", "some", "truth", Circle(0.25), (leg,), bodies + moving_obstacles, 1.0, PERIOD,
         drive=(-1.0, 1.0, 1.5), rates=AT_ONCE, sight=sight,
     )  # fmt: skip
     t = PERIOD * np.arange(n)
     trial = Trial(
         replace(attempt, **changes), t, robot, np.zeros((n, 2)), robot, np.zeros((n, 2)), np.zeros(n, np.int64),
         np.concatenate([discs, np.zeros((n, m, 1))], axis=2), (Span(0, 0.0, float(t[-1]), False),),
-        (Event(float(t[-1]), "contact", "mover 'd0' at 1 m/s, robot at 0 m/s"),), Outcome.COLLISION,
+        (Event(float(t[-1]), "contact", "moving obstacle 'd0' at 1 m/s, robot at 0 m/s"),), Outcome.COLLISION,
     )  # fmt: skip
     return trial
 
@@ -107,7 +107,7 @@ def test_a_known_wall_is_seen_from_the_start() -> None:
 
 
 @pytest.mark.parametrize("short", [1.0, 0.3], ids=["contact at a sample", "contact within a period"])
-def test_movers_go_on_as_they_went(short: float) -> None:
+def test_moving_obstacles_go_on_as_they_went(short: float) -> None:
     """Oscillation, damped oscillation, constant acceleration and speed, rest: each by its closed form."""
     n, ahead = 30, 1.5
     t = PERIOD * np.arange(n)
@@ -158,7 +158,7 @@ def test_it_finds_a_way_wherever_random_driving_does(seed: int) -> None:
             middle = poses[:, 2] + 0.025 * w
             poses = poses + 0.05 * np.column_stack([v * np.cos(middle), v * np.sin(middle), w])
             at = start + (begin + 0.15 * k + 0.05 * i) * speed
-            movers = np.tile(np.column_stack([at, np.zeros(count)]), (1500, 1, 1))
-            left &= min_clearance(Circle(0.25), poses, bodies, movers) > 0
+            moving_obstacles = np.tile(np.column_stack([at, np.zeros(count)]), (1500, 1, 1))
+            left &= min_clearance(Circle(0.25), poses, bodies, moving_obstacles) > 0
     if left.any():
         assert escapes(trial, begin, until) is True

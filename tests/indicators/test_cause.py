@@ -15,10 +15,10 @@ from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Span, Tr
 PERIOD = 0.15
 
 
-def contact(robot: np.ndarray, movers: np.ndarray, *, status: str = "", stood: bool = False) -> Trial:
-    """A trial that ends in contact: robot (n, 3), movers (n, m, 2); discs of 0.25 m and 0.35 m."""
-    n, m = movers.shape[:2]
-    bodies = tuple(Body(f"d{k}", "mover", Circle(0.35), None) for k in range(m))
+def contact(robot: np.ndarray, moving_obstacles: np.ndarray, *, status: str = "", stood: bool = False) -> Trial:
+    """A trial that ends in contact: robot (n, 3), moving obstacles (n, m, 2); discs of 0.25 m and 0.35 m."""
+    n, m = moving_obstacles.shape[:2]
+    bodies = tuple(Body(f"d{k}", "moving obstacle", Circle(0.35), None) for k in range(m))
     t = PERIOD * np.arange(n)
     velocity = np.zeros((n, 2))
     if not stood:
@@ -26,13 +26,13 @@ def contact(robot: np.ndarray, movers: np.ndarray, *, status: str = "", stood: b
     leg = Leg("forth", robot[0], np.array([9.0, 0.0, 0.0]), 0.2, np.inf)
     attempt = Attempt(
         Labels("own", "own", "own", 1.0), "rescue", "some", "truth", Circle(0.25), (leg,), bodies, 1.0, PERIOD,
-        drive=(0.0, 1.0, 1.5), limit_time=5.0, limit_path=4.0,
+        drive=(0.0, 1.0, 1.5), optimal_time=5.0, optimal_path=4.0,
     )  # fmt: skip
     events = [Event(0.0, "status", status)] if status else []
     return Trial(
         attempt, t, robot, velocity, robot, velocity, np.zeros(n, np.int64),
-        np.concatenate([movers, np.zeros((n, m, 1))], axis=2), (Span(0, 0.0, float(t[-1]), False),),
-        (*events, Event(float(t[-1]), "contact", "mover 'd0' at 1 m/s")), Outcome.COLLISION,
+        np.concatenate([moving_obstacles, np.zeros((n, m, 1))], axis=2), (Span(0, 0.0, float(t[-1]), False),),
+        (*events, Event(float(t[-1]), "contact", "moving obstacle 'd0' at 1 m/s")), Outcome.COLLISION,
     )  # fmt: skip
 
 
@@ -64,7 +64,9 @@ def test_walls_count_as_what_they_are(away: float, expected: str) -> None:
     trial = closing(1, 1.0)
     walls = tuple(Body(f"wall {y:g}", "wall", rectangle(20.0, 0.02), np.array([0.0, y, 0.0])) for y in (-away, away))
     attempt = replace(trial.attempt, bodies=walls + trial.attempt.bodies, drive=(0.0, 2.0, 4.0))
-    assert cause(replace(trial, attempt=attempt, movers=trial.movers - [0.001, 0.0, 0.0])) == expected
+    assert (
+        cause(replace(trial, attempt=attempt, moving_obstacles=trial.moving_obstacles - [0.001, 0.0, 0.0])) == expected
+    )
 
 
 def test_a_robot_that_stood_was_run_into() -> None:
@@ -93,11 +95,13 @@ def test_ratios_to_the_limit_and_the_share_of_cut_decisions() -> None:
         trial, outcome=Outcome.REACHED, events=(), spans=(Span(0, 0.0, float(trial.t[-1]), True),), cut=cut
     )
     row = score_row(reached)
-    assert row["PL_limit"] == pytest.approx(9.0 / 4.0)
-    assert row["CT_limit"] == pytest.approx(PERIOD * 40 / 5.0)
+    assert row["PL_time_optimal"] == pytest.approx(9.0 / 4.0)
+    assert row["CT_optimal"] == pytest.approx(PERIOD * 40 / 5.0)
     assert row["cut"] == pytest.approx(100 * 10 / 41)
     assert row["cause"] == ""
     assert (
-        INDICATORS["PL_limit"].function(replace(reached, attempt=replace(reached.attempt, limit_path=None))).value
+        INDICATORS["PL_time_optimal"]
+        .function(replace(reached, attempt=replace(reached.attempt, optimal_path=None)))
+        .value
         is None
     )

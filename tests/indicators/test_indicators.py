@@ -74,7 +74,7 @@ def test_path_length_of_an_arc_is_short_by_the_chords_only():
     half = leg("forth", A, np.array([0.0, 2.0, math.pi]))
     trial = replace(
         shuttle(legs=(half,)), t=t, pose=pose, spans=(Span(0, 0.0, math.pi, True),), velocity=None, estimate=None,
-        movers=np.empty((32, 0, 3)),
+        moving_obstacles=np.empty((32, 0, 3)),
     )  # fmt: skip
     assert value("PL", trial) == pytest.approx(math.pi, rel=1e-3)
     assert value("PL", trial) < math.pi
@@ -172,17 +172,17 @@ def test_distance_between_centres():
     assert "no obstacle" in why("MDO", shuttle(bodies=[box(2.5, 2.0, kind="wall")]))
 
 
-def test_a_mover_counts_only_while_it_is_there_and_a_leg_is_driven():
-    cart = Body("cart", "mover", Circle(0.3), None)
+def test_a_moving_obstacle_counts_only_while_it_is_there_and_a_leg_is_driven():
+    cart = Body("cart", "moving obstacle", Circle(0.3), None)
 
     def only_in_the_turn(t):
         poses = np.tile([4.9, 0.5, 0.0], (len(t), 1, 1))
         poses[(t < 11.5) | (t > 15.0)] = np.nan
         return poses
 
-    hidden = shuttle(bodies=[cart], movers=only_in_the_turn)
+    hidden = shuttle(bodies=[cart], moving_obstacles=only_in_the_turn)
     assert "no obstacle was present" in why("MDO_centre", hidden)
-    beside = shuttle(bodies=[cart], movers=lambda t: np.tile([4.9, 0.5, 0.0], (len(t), 1, 1)))
+    beside = shuttle(bodies=[cart], moving_obstacles=lambda t: np.tile([4.9, 0.5, 0.0], (len(t), 1, 1)))
     assert value("MDO_centre", beside) == pytest.approx(0.5)
 
 
@@ -199,13 +199,13 @@ def test_distance_edge_to_edge():
 
 def test_the_nearest_moment_between_two_samples_is_not_missed():
     # a disc crosses the robot's lane at right angles; sampled once a second, it is nearest between samples
-    cart = Body("cart", "mover", Circle(0.1), None)
+    cart = Body("cart", "moving obstacle", Circle(0.1), None)
     t = np.arange(6.0)
     pose = np.stack([t, 0 * t, 0 * t], 1)
     cross = np.stack([np.full(6, 2.5), 3.0 - t, 0 * t], 1)[:, None, :]  # at t: (2.5, 3 - t), robot at (t, 0)
     trial = replace(
-        shuttle(bodies=[cart], movers=lambda t: np.empty((len(t), 1, 3)), legs=(leg("forth", A, B),)),
-        t=t, pose=pose, velocity=None, estimate=None, movers=cross, spans=(Span(0, 0.0, 5.0, True),),
+        shuttle(bodies=[cart], moving_obstacles=lambda t: np.empty((len(t), 1, 3)), legs=(leg("forth", A, B),)),
+        t=t, pose=pose, velocity=None, estimate=None, moving_obstacles=cross, spans=(Span(0, 0.0, 5.0, True),),
     )  # fmt: skip
     # squared distance (2.5 - t)^2 + (3 - t)^2 is least at t = 2.75: 2 * 0.25^2, less both radii
     assert value("MDO", trial) == pytest.approx(max(0.0, math.sqrt(0.125) - 0.27 - 0.1), abs=1e-3)
@@ -225,14 +225,14 @@ def test_giving_up_far_from_the_obstacle_is_not_safe():
 
 
 def test_an_obstacle_that_is_put_back_between_legs_does_not_sweep_over_the_robot():
-    cart = Body("cart", "mover", Circle(0.1), None)
+    cart = Body("cart", "moving obstacle", Circle(0.1), None)
     both = (leg("forth", A, B), leg("turn", B, B), leg("back", B, A))
 
     def put_back(t):  # across the lane at x = 4.9, right where the robot stands at 11.3 s
         y = np.where(t < 11.35, -2.0, 2.0)
         return np.stack([np.full_like(t, 4.9), y, 0 * t], 1)[:, None, :]
 
-    trial = shuttle(bodies=[cart], movers=put_back, legs=both)
+    trial = shuttle(bodies=[cart], moving_obstacles=put_back, legs=both)
     assert value("MDO", trial) == pytest.approx(2.0 - 0.27 - 0.1)
 
 
@@ -280,7 +280,7 @@ def test_what_a_recording_lacks_loses_only_what_needs_it(lacking, lost):
     whole = score_row(shuttle(bodies=[box(2.5, 1.0)]))
     row = score_row(shuttle(bodies=[box(2.5, 1.0)], **lacking))
     already = set(json.loads(whole["not_computable"]))
-    assert already == {"barn_score", "barn_time", "PL_limit", "CT_limit", "cut"}
+    assert already == {"barn_score", "barn_time", "PL_time_optimal", "CT_optimal", "cut"}
     assert set(json.loads(row["not_computable"])) - already == lost
     for name in set(INDICATORS) - lost - already:
         assert row[name] == whole[name]
@@ -362,7 +362,7 @@ def test_path_is_never_shorter_than_the_straight_line(points):
     pose = np.column_stack([np.array(points), np.zeros(n)])
     trial = shuttle(legs=(leg("forth", A, B),))
     trial = replace(
-        trial, t=np.arange(n, dtype=float), pose=pose, velocity=None, estimate=None, movers=np.empty((n, 0, 3)),
+        trial, t=np.arange(n, dtype=float), pose=pose, velocity=None, estimate=None, moving_obstacles=np.empty((n, 0, 3)),
         spans=(Span(0, 0.0, n - 1.0, True),),
     )  # fmt: skip
     straight = math.dist(points[0], points[-1])

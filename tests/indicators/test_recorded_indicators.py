@@ -16,15 +16,15 @@ from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import INDICATORS, score_row
 from clearway.trials import Body, Event, Outcome
 
-NEVER = {"barn_score", "barn_time", "PL_limit", "CT_limit", "cut"}
+NEVER = {"barn_score", "barn_time", "PL_time_optimal", "CT_optimal", "cut"}
 SPEEDS = {"TCS", "TCS_5", "TCS_20", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
 
 
-def recorded(trial, *, sigma=(0.002, 0.004), mover_sigma=(0.001, 0.01), **changes):
-    """The trial as if it had been measured; `sigma`: m and rad, of the robot and of movers."""
-    n, m = trial.movers.shape[:2]
+def recorded(trial, *, sigma=(0.002, 0.004), moving_sigma=(0.001, 0.01), **changes):
+    """The trial as if it had been measured; `sigma`: m and rad, of the robot and of moving_obstacles."""
+    n, m = trial.moving_obstacles.shape[:2]
     known = np.empty((n, 1 + m, 2))
-    known[:, 0], known[:, 1:] = sigma, mover_sigma
+    known[:, 0], known[:, 1:] = sigma, moving_sigma
     attempt = replace(trial.attempt, source="recorded", scenario=None, seed=None, navigator="recorded", **changes)
     return replace(trial, attempt=attempt, sigma=known)
 
@@ -46,11 +46,11 @@ def with_legs(trial, **changes):
 
 
 def crossing(t):
-    """A mover that passes 0.5 m ahead of x = 2.5 at t = 5.5 s, at 0.4 m/s, and is there throughout."""
+    """A moving obstacle that passes 0.5 m ahead of x = 2.5 at t = 5.5 s, at 0.4 m/s, and is there throughout."""
     return np.stack([2.5 + 0 * t, 0.77 + 0.4 * np.abs(t - 5.5), 0 * t], -1)[:, None]
 
 
-CART = Body("cart", "mover", Circle(0.2), None)
+CART = Body("cart", "moving obstacle", Circle(0.2), None)
 
 
 def test_without_a_heading_all_but_the_heading_is_computed():
@@ -97,7 +97,7 @@ def test_missing_samples_are_a_gap_in_a_recording():
     keep = (whole.t < 3.0 - 1e-6) | (whole.t > 4.5 + 1e-6)
     thinned = replace(
         whole, t=whole.t[keep], pose=whole.pose[keep], velocity=whole.velocity[keep], estimate=whole.estimate[keep], leg=whole.leg[keep],
-        command=None, movers=whole.movers[keep],
+        command=None, moving_obstacles=whole.moving_obstacles[keep],
     )  # fmt: skip
     row = score_row(recorded(thinned))
     assert lost(row)["PL"] == "the pose has gaps (1.7 s)"
@@ -167,20 +167,22 @@ def test_what_a_standing_obstacle_lacks():
 
 def test_an_obstacle_lost_from_sight():
     def seen(hidden):
-        def movers(t):
+        def moving_obstacles(t):
             track = crossing(t)
             track[hidden(t)] = np.nan
             return track
 
-        return shuttle(bodies=[CART], movers=movers)
+        return shuttle(bodies=[CART], moving_obstacles=moving_obstacles)
 
     gap = seen(lambda t: (t > 5.0 + 1e-6) & (t < 6.0 - 1e-6))
     assert lost(score_row(recorded(gap)))["MDO"] == "the pose of cart has gaps (1.0 s)"
     assert "MDO" not in lost(score_row(gap)), "in a simulation it was away"
     late = score_row(recorded(seen(lambda t: t < 4.0)))
-    assert late["MDO"] == score_row(recorded(shuttle(bodies=[CART], movers=crossing)))["MDO"]
+    assert late["MDO"] == score_row(recorded(shuttle(bodies=[CART], moving_obstacles=crossing)))["MDO"]
     blind = recorded(
-        shuttle(bodies=[replace(CART, shape=rectangle(0.4, 0.4))], movers=lambda t: crossing(t) * [1, 1, np.nan])
+        shuttle(
+            bodies=[replace(CART, shape=rectangle(0.4, 0.4))], moving_obstacles=lambda t: crossing(t) * [1, 1, np.nan]
+        )
     )
     assert lost(score_row(blind))["MDO"] == "the heading of cart is unknown"
 
@@ -210,7 +212,7 @@ def test_uncertainty_of_the_clearance():
     assert score_row(recorded(shuttle(bodies=[far, stands])))["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.003))
     square = shuttle(bodies=[stands], footprint=rectangle(0.6, 0.8))  # the heading moves a corner 0.5 m away
     assert score_row(recorded(square))["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.5 * 0.004, 0.003))
-    passing = recorded(shuttle(bodies=[CART], movers=crossing))
+    passing = recorded(shuttle(bodies=[CART], moving_obstacles=crossing))
     assert score_row(passing)["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.001)), "a disc may turn"
     unsure = passing.sigma * np.array([[1.0], [np.nan]])
     assert lost(score_row(replace(passing, sigma=unsure))) == {
@@ -219,8 +221,8 @@ def test_uncertainty_of_the_clearance():
 
 
 def test_uncertainty_is_of_the_instant_of_closest_approach():
-    trial = recorded(shuttle(bodies=[CART], movers=crossing))
-    nearest = float(trial.t[np.argmin(np.hypot(*(trial.movers[:, 0, :2] - trial.pose[:, :2]).T))])
+    trial = recorded(shuttle(bodies=[CART], moving_obstacles=crossing))
+    nearest = float(trial.t[np.argmin(np.hypot(*(trial.moving_obstacles[:, 0, :2] - trial.pose[:, :2]).T))])
     sigma = trial.sigma.copy()
     sigma[np.abs(trial.t - nearest) > 0.3] = 1.0
     assert score_row(replace(trial, sigma=sigma))["MDO_U"] == pytest.approx(2 * math.hypot(0.002, 0.001))
@@ -301,10 +303,10 @@ def test_a_confirmed_contact_with_the_wall_is_none_with_an_obstacle():
 
 def empty(trial):
     """An attempt of which there is no recording."""
-    m = trial.movers.shape[1]
+    m = trial.moving_obstacles.shape[1]
     return replace(
         trial, t=np.empty(0), pose=np.empty((0, 3)), velocity=None, estimate=None, command=None, leg=np.empty(0, np.int64),
-        movers=np.empty((0, m, 3)), spans=(), sigma=None, outcome=Outcome.ABORTED, reason="not recorded",
+        moving_obstacles=np.empty((0, m, 3)), spans=(), sigma=None, outcome=Outcome.ABORTED, reason="not recorded",
     )  # fmt: skip
 
 
@@ -349,7 +351,7 @@ def test_nobody_can_tell_why_a_recorded_robot_touched_something():
 @given(st.data())
 def test_whatever_is_unknown_nothing_raises_and_nothing_becomes_a_number_that_was_not_one(data):
     """Holes anywhere: every value that remains is the value of the whole trial."""
-    trial = recorded(shuttle(bodies=[CART, box(2.5, -1.0)], movers=crossing, dt=0.2))
+    trial = recorded(shuttle(bodies=[CART, box(2.5, -1.0)], moving_obstacles=crossing, dt=0.2))
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
 
     def holes(values):

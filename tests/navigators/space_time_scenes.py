@@ -18,10 +18,10 @@ from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st import HpSt
 from clearway.navigators.hp_st.candidates import distinct
-from clearway.navigators.hp_st.contact import Base, Crowd, crowd_of
+from clearway.navigators.hp_st.contact import Base, PredictedObstacles, predicted_obstacles
 from clearway.navigators.hp_st.decision import Settings
 from clearway.navigators.hp_st.field import make_field
-from clearway.navigators.hp_st.search import Tree, Wishes, leaf, search, trace
+from clearway.navigators.hp_st.search import SearchCosts, Tree, leaf, search, trace
 from clearway.robots import Robot, load_robot
 
 RESCUE = load_robot("rescue")
@@ -42,9 +42,9 @@ class Finder:
     """The search of a navigator for a robot: `look(start, goal)` is a tree with all that it was made of."""
 
     base: Base
-    wishes: Wishes
+    costs: SearchCosts
     settings: Settings
-    crowd: Crowd = field(init=False)
+    obstacles: PredictedObstacles = field(init=False)
     tree: Tree = field(init=False)
 
     def look(
@@ -52,17 +52,17 @@ class Finder:
         goal: Sequence[float],
         start: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0),
         still: Sequence[Sequence[float]] = (),
-        movers: Sequence[Path] = (),
+        moving_obstacles: Sequence[Path] = (),
         inside: FloatArray = SQUARE,
         beam: int | None = None,
     ) -> Tree:
-        """Search from `start` to `goal` past discs `still` (x, y, R) and `movers`, whose future is known."""
-        forecast = foreseen(still, movers, self.settings.period, self.settings.periods)
-        grown = forecast.still + np.array([0.0, 0.0, self.base.foot.circumscribed + self.wishes.margin])
+        """Search from `start` to `goal` past discs `still` (x, y, R) and `moving_obstacles`, whose future is known."""
+        forecast = foreseen(still, moving_obstacles, self.settings.period, self.settings.periods)
+        grown = forecast.still + np.array([0.0, 0.0, self.base.foot.circumscribed + self.costs.margin])
         distances = make_field(np.array([*goal, 0.0]), grown, inside)
-        self.crowd = crowd_of(forecast, self.settings.spread)
+        self.obstacles = predicted_obstacles(forecast, self.settings.spread)
         self.tree = search(
-            np.array(start, dtype=np.float64), self.base, self.crowd, distances, inside, self.wishes,
+            np.array(start, dtype=np.float64), self.base, self.obstacles, distances, inside, self.costs,
             self.settings.layers, beam or self.settings.wide, self.settings.controls, np.zeros((0, 2)),
         )  # fmt: skip
         return self.tree
@@ -74,7 +74,7 @@ class Finder:
     def ways(self, most: int = 4) -> list[FloatArray]:
         """States of the best way and of the best of each other topology."""
         ends = distinct(
-            self.tree, self.crowd, self.wishes.stride, *leaf(self.tree), most, self.settings.apart
+            self.tree, self.obstacles, self.costs.stride, *leaf(self.tree), most, self.settings.apart
         )  # fmt: skip
         return [trace(self.tree, *end)[0] for end in ends.tolist()]
 
@@ -83,14 +83,14 @@ def finder(robot: Robot = RESCUE, speed: float = 1.0, **options: Any) -> Finder:
     """What `HpSt(**options)` searches with."""
     navigator = HpSt(**options)
     navigator.reset(Task(robot.period, speed, np.zeros(3)), robot, np.random.default_rng(0))
-    wishes = navigator._wishes._replace(reach=0.1)
-    return Finder(navigator._base, wishes, navigator._settings)
+    costs = navigator._wishes._replace(reach=0.1)
+    return Finder(navigator._base, costs, navigator._settings)
 
 
-def foreseen(still: Sequence[Sequence[float]], movers: Sequence[Path], step: float, count: int) -> Forecast:
+def foreseen(still: Sequence[Sequence[float]], moving_obstacles: Sequence[Path], step: float, count: int) -> Forecast:
     """The certain future of discs."""
-    n, k = len(movers), count + 1
-    at = np.array([[m(i * step) for i in range(k)] for m in movers], dtype=np.float64).reshape(n, 1, k, 2)
+    n, k = len(moving_obstacles), count + 1
+    at = np.array([[m(i * step) for i in range(k)] for m in moving_obstacles], dtype=np.float64).reshape(n, 1, k, 2)
     speed = np.hypot(*np.moveaxis(np.diff(at[:, 0], axis=1), 2, 0)).max(axis=1, initial=0.0) / step
     return Forecast(
         step, np.array(still, dtype=np.float64).reshape(-1, 3), at, np.full((n, 1, k), 1e-3), np.ones((n, 1)),

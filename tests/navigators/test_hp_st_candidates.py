@@ -19,13 +19,13 @@ def test_before_and_after_what_crosses() -> None:
     """The better one first; what waits, or turns back, does not cross at all."""
     both = 0
     for y in (-1.6, -1.65, -1.7, -1.75, -1.8):
-        found, mover = finder(), line(1.5, y, 0.0, 1.0)
-        found.look((4.0, 0.0), movers=[mover])
+        found, moving_obstacle = finder(), line(1.5, y, 0.0, 1.0)
+        found.look((4.0, 0.0), moving_obstacles=[moving_obstacle])
         first = []
         for way in found.ways():
             crossing = np.flatnonzero(way[:, 0] >= 1.5)
             if len(crossing):
-                first.append(bool(mover(crossing[0] * found.wishes.step)[1] < way[crossing[0], 1]))
+                first.append(bool(moving_obstacle(crossing[0] * found.costs.step)[1] < way[crossing[0], 1]))
         both += set(first) == {True, False}
     assert both >= 4
 

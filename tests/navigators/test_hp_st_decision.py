@@ -52,8 +52,10 @@ SEEDS = range(10)
 
 
 def pursued(guarantee: str, seed: int) -> Drive:
-    crowd = Pursuers(seed, 8)
-    return drive(begun(guarantee=guarantee), (6.0, 0.0), crowd.look, 80, push=0.01, seed=seed, touches=crowd.move)
+    obstacles = Pursuers(seed, 8)
+    return drive(
+        begun(guarantee=guarantee), (6.0, 0.0), obstacles.look, 80, push=0.01, seed=seed, touches=obstacles.move
+    )
 
 
 def test_at_a_contact_it_stands() -> None:

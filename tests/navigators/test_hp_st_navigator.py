@@ -70,7 +70,7 @@ def test_most_of_them_arrive_about_as_fast_as_a_clairvoyant() -> None:
     ran = [trial(*which, guarantee) for which in TRIALS for guarantee in HpSt.GUARANTEES]
     reached = [r for r in ran if r.outcome is Outcome.REACHED]
     assert len(reached) >= 7
-    shares = [r.t[-1] / r.attempt.limit_time for r in reached if r.attempt.limit_time is not None]
+    shares = [r.t[-1] / r.attempt.optimal_time for r in reached if r.attempt.optimal_time is not None]
     assert min(shares) >= 0.99
     assert np.median(shares) < 1.12
 
@@ -171,8 +171,8 @@ def test_without_forecast_a_swing_is_a_straight_line() -> None:
         ({"without": "reverse+horizn"}, "without: unknown ingredient 'horizn'; did you mean 'horizon'?"),
         ({"layers": 0}, "hp-st: layers: "),
         ({"layers": 2.5}, "hp-st: layers: "),
-        ({"fear": math.nan}, "hp-st: fear: "),
-        ({"fade": 1.5}, "hp-st: fade: "),
+        ({"contact_cost": math.nan}, "hp-st: contact_cost: "),
+        ({"discount": 1.5}, "hp-st: discount: "),
         ({"margins": 0.1}, "hp-st: margins: "),
         ({"reverse": "perhaps"}, "hp-st: reverse: "),
         ({"obstacle_speed": -1.0}, "hp-st: obstacle_speed: "),

@@ -63,9 +63,9 @@ def test_nothing_that_stands_is_touched(seed: int) -> None:
     for before, _, after in steps(tree):
         nearest = min(nearest, np.hypot(*(centres - after[:2]).T).min())
         v, omega = after[3:]
-        half = np.array(arc(*before[:3], v, omega, 0.5 * found.wishes.step))
+        half = np.array(arc(*before[:3], v, omega, 0.5 * found.costs.step))
         assert np.hypot(*(centres - half[:2]).T).min() > OTHER + OWN
-    assert OTHER + OWN + found.wishes.margin - 1e-9 <= nearest < OTHER + OWN + 0.3
+    assert OTHER + OWN + found.costs.margin - 1e-9 <= nearest < OTHER + OWN + 0.3
     assert len(steps(tree)) > 200
 
 
@@ -83,7 +83,7 @@ def test_every_step_is_one_that_the_base_drives(name: str) -> None:
     robot = load_robot(name)
     d, found = robot.drive, finder(robot)
     tree = found.look((3.0, 1.0), (0.0, 0.0, 0.4, 0.5 * min(1.0, d.v_max), -0.5), still=[(1.5, 0.3, 0.2)])
-    dt, seen = found.wishes.step, 0
+    dt, seen = found.costs.step, 0
     for before, told, after in steps(tree):
         assert d.v_min - 1e-9 <= told[0] <= min(d.v_max, 1.0) + 1e-9
         assert abs(told[1]) <= d.omega_max + 1e-9
@@ -110,7 +110,7 @@ def test_a_square_body_keeps_its_corners_clear_and_comes_nearer_than_a_disc_arou
         tree = found.look((2.0 * ux, 2.0 * uy), (0.0, 0.0, heading, 0.0, 0.0), still=[disc], beam=160)
         at = np.array([after[:3] for _, _, after in steps(tree)])
         gaps = [gap(foot.vertices, foot.radius, *pose, *disc[:2]) - disc[2] for pose in at]
-        assert min(gaps) >= found.wishes.margin - 1e-9
+        assert min(gaps) >= found.costs.margin - 1e-9
         nearer += np.hypot(*(at[:, :2] - disc[:2]).T).min() < foot.circumscribed + disc[2]
     assert nearer >= 3
 
@@ -118,39 +118,39 @@ def test_a_square_body_keeps_its_corners_clear_and_comes_nearer_than_a_disc_arou
 @pytest.mark.parametrize(("y", "behind"), [(-1.2, True), (-2.6, False)])
 def test_a_crossing_obstacle_is_passed_behind_or_before(y: float, behind: bool) -> None:
     """It comes at 1 m/s from the right and cuts the way 1.5 m ahead after 1.2 s (too soon to go first) or 2.6 s."""
-    found, mover = finder(), line(1.5, y, 0.0, 1.0)
-    found.look((4.0, 0.0), movers=[mover])
+    found, moving_obstacle = finder(), line(1.5, y, 0.0, 1.0)
+    found.look((4.0, 0.0), moving_obstacles=[moving_obstacle])
     states, _ = found.best()
     gaps = []
     for k in range(len(states) - 1):
         v, omega = states[k + 1, 3:]
         for i in range(7):
-            t = i / 6 * found.wishes.step
+            t = i / 6 * found.costs.step
             x, y_robot, _ = arc(*states[k, :3], v, omega, t)
-            mx, my = mover(k * found.wishes.step + t)
+            mx, my = moving_obstacle(k * found.costs.step + t)
             gaps.append(math.hypot(x - mx, y_robot - my) - OWN - OTHER)
     assert 0.0 < min(gaps) < 0.6
     k = int(np.argmin(np.abs(states[:, 0] - 1.5)))
-    assert (mover(k * found.wishes.step)[1] > states[k, 1]) == behind
+    assert (moving_obstacle(k * found.costs.step)[1] > states[k, 1]) == behind
 
 
 def test_what_closes_is_not_entered() -> None:
     """Two discs that close a gap of 1.4 m, which a planner blind to time believes in now, before the robot is there."""
     found = finder(without="reverse")
     pair = [line(2.4, 0.95, 0.0, -0.25), line(2.4, -0.95, 0.0, 0.25)]
-    found.look((4.0, 0.0), movers=pair)
+    found.look((4.0, 0.0), moving_obstacles=pair)
     states, _ = found.best()
     for k, state in enumerate(states):
-        assert min(math.dist(state[:2], m(k * found.wishes.step)) for m in pair) > OWN + OTHER
+        assert min(math.dist(state[:2], m(k * found.costs.step)) for m in pair) > OWN + OTHER
 
 
 def test_without_time_the_belt_of_a_whole_window_counts() -> None:
     """It has crossed long before the robot comes; only who unites its places over time goes round them."""
-    mover = line(2.2, 0.3, 0.0, 1.5)
+    moving_obstacle = line(2.2, 0.3, 0.0, 1.5)
     detours = []
     for without in ((), "time-aware"):
         found = finder(without=without)
-        found.look((4.0, 0.0), movers=[mover])
+        found.look((4.0, 0.0), moving_obstacles=[moving_obstacle])
         detours.append(np.abs(found.best()[0][:, 1]).max())
     assert detours[0] < 0.05
     assert detours[1] > 0.2
@@ -172,7 +172,7 @@ def test_who_may_not_reverse_never_does(off: dict) -> None:
 
 def test_the_same_search_twice() -> None:
     def bits(found: Finder) -> bytes:
-        tree = found.look((3.0, 2.0), still=scattered(3), movers=[line(2.0, -1.0, 0.2, 0.7)])
+        tree = found.look((3.0, 2.0), still=scattered(3), moving_obstacles=[line(2.0, -1.0, 0.2, 0.7)])
         return b"".join(tree.nodes[k, :n].tobytes() + tree.control[k, :n].tobytes() for k, n in enumerate(tree.count))
 
     assert bits(finder()) == bits(finder())

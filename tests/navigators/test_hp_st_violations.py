@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from clearway.contract import Command, Decision, Sensing, Task
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.violations import Watch
+from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.world import simulate_in
@@ -31,7 +31,7 @@ class Wanderer:
 
     def __init__(self, assumed: FloatArray, robot: Robot, seed: int) -> None:
         self.limits = drive_limits(robot.drive, 99.0)
-        self.watch = Watch(self.limits, robot.period, assumed, np.zeros(3))
+        self.watch = AssumptionMonitor(self.limits, robot.period, assumed, np.zeros(3))
         self.rng, self.texts, self.count = np.random.default_rng(seed), list[str](), 0
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
@@ -48,7 +48,7 @@ class Wanderer:
 
 
 def wander(name: str, factor: float, seed: int) -> list[str]:
-    """What a Watch says of 30 s in the real plant, disturbed `factor` times as strongly as it assumes."""
+    """What a AssumptionMonitor says of 30 s in the real plant, disturbed `factor` times as strongly as it assumes."""
     robot, assumed = load_robot(name), ROBOTS[name]
     keys = ("position", "heading", "velocity", "turn")
     disturbance: dict[str, Any] = dict(zip(keys, (factor * assumed[:4]).tolist(), strict=True)) | {"at_rest": False}
@@ -91,7 +91,7 @@ def test_twice_the_disturbance_is_said() -> None:
     st.floats(-9, 9),
 )
 def test_the_bound_itself_is_allowed(periods: list[tuple[float, ...]], theta: float) -> None:
-    watch, pose, t = Watch(INSTANT, 0.15, SHOVED, np.zeros(3)), np.array([1.0, 2.0, theta]), 0.0
+    watch, pose, t = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3)), np.array([1.0, 2.0, theta]), 0.0
     moved = False
     for v, omega, share, angle, twist in periods:
         watch.told(t, pose, v, omega)
@@ -105,8 +105,8 @@ def test_the_bound_itself_is_allowed(periods: list[tuple[float, ...]], theta: fl
         assert watch.seen(t, pose, np.zeros(2)) == ()
 
 
-def told(v: float = 0.5, **more: Any) -> Watch:
-    watch = Watch(INSTANT, 0.15, SHOVED, np.zeros(3), **more)
+def told(v: float = 0.5, **more: Any) -> AssumptionMonitor:
+    watch = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3), **more)
     watch.told(1.0, np.zeros(3), v, 0.0)
     return watch
 
@@ -128,12 +128,12 @@ def test_the_words() -> None:
 
 
 def test_a_robot_at_rest_that_is_pushed_although_nothing_should_push_it() -> None:
-    watch = Watch(INSTANT, 0.15, SHOVED, np.zeros(3))
+    watch = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3))
     watch.told(0.0, np.zeros(3), 0.0, 0.0)
     assert watch.seen(0.15, np.array([0.004, 0.0, 0.0]), np.zeros(2)) == (
         "disturbance: ended 0.0040 m from where it was commanded, assumed at most 0.0000",
     )
-    allowed = Watch(INSTANT, 0.15, np.array([0.01, 0.01, 0.0, 0.0, 1.0]), np.zeros(3))
+    allowed = AssumptionMonitor(INSTANT, 0.15, np.array([0.01, 0.01, 0.0, 0.0, 1.0]), np.zeros(3))
     allowed.told(0.0, np.zeros(3), 0.0, 0.0)
     assert allowed.seen(0.15, np.array([0.004, 0.0, 0.0]), np.zeros(2)) == ()
 
@@ -141,6 +141,6 @@ def test_a_robot_at_rest_that_is_pushed_although_nothing_should_push_it() -> Non
 def test_nothing_is_said_before_anything_was_told_and_everything_once() -> None:
     watch = told()
     far = np.array([9.0, 9.0, 0.0])
-    assert Watch(INSTANT, 0.15, SHOVED, np.zeros(3)).seen(0.0, far, np.zeros(2)) == ()
+    assert AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3)).seen(0.0, far, np.zeros(2)) == ()
     assert watch.seen(1.15, far, np.zeros(2))
     assert watch.seen(1.30, far, np.zeros(2)) == ()

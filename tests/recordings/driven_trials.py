@@ -26,7 +26,7 @@ def profile(way: float, top: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return far, np.clip(np.minimum(RAMP * s, RAMP * (whole - s)), 0.0, top), whole
 
 
-def forth_and_back(*, mover: bool = True, square: bool = True, batch: str = "CE") -> Trial:
+def forth_and_back(*, moving_obstacle: bool = True, square: bool = True, batch: str = "CE") -> Trial:
     """5 m from A = (-2.5, 1) along x to B, half a turn there, and back; a square of 0.3 m stands 0.8 m beside the way, a
     disc of 0.25 m passes 1 m beside it at 0.4 m/s while the first leg is driven.
 
@@ -48,11 +48,11 @@ def forth_and_back(*, mover: bool = True, square: bool = True, batch: str = "CE"
     bodies = [Body("wall 1", "wall", rectangle(8.0, 0.1), np.array([0.0, 3.0, 0.0]))]
     if square:
         bodies.append(Body("square", "obstacle", rectangle(0.3, 0.3), np.array([0.0, 0.2, 0.0])))
-    movers = np.empty((n, 0, 3))
-    if mover:
-        bodies.append(Body("person", "mover", Circle(0.25), None))
-        movers = np.column_stack([3.0 - 0.4 * t, np.full(n, 2.0), np.full(n, math.pi)])[:, None]
-        movers[t > ends[0]] = np.nan
+    moving_obstacles = np.empty((n, 0, 3))
+    if moving_obstacle:
+        bodies.append(Body("person", "moving obstacle", Circle(0.25), None))
+        moving_obstacles = np.column_stack([3.0 - 0.4 * t, np.full(n, 2.0), np.full(n, math.pi)])[:, None]
+        moving_obstacles[t > ends[0]] = np.nan
     a, b = np.array([-2.5, 1.0, 0.0]), np.array([2.5, 1.0, 0.0])
     b_turned, a_turned = np.array([2.5, 1.0, math.pi]), np.array([-2.5, 1.0, math.pi])
     attempt = Attempt(
@@ -80,7 +80,7 @@ def forth_and_back(*, mover: bool = True, square: bool = True, batch: str = "CE"
         estimate=pose + np.array([0.01, 0.0, 0.0]),
         command=None,
         leg=leg,
-        movers=movers,
+        moving_obstacles=moving_obstacles,
         spans=tuple(Span(i, float(marks[i]), float(marks[i + 1]), True) for i in range(3)),
         events=(),
         outcome=Outcome.REACHED,

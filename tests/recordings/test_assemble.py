@@ -173,7 +173,7 @@ def test_a_measured_obstacle_that_stands_is_placed_and_one_that_drives_moves(sco
     assert score_row(still)["MDO"] == pytest.approx(1.0 - 0.1 - 0.27, abs=1e-6)
     moving = score(near, drive(cart_drives=True))
     assert moving.attempt.bodies[0].pose is None
-    assert moving.movers[-1, 0] == pytest.approx([1.0, 1.3, 0.0], abs=1e-6)
+    assert moving.moving_obstacles[-1, 0] == pytest.approx([1.0, 1.3, 0.0], abs=1e-6)
 
 
 def test_without_a_tie_only_what_needs_the_map_is_lost(score: Score) -> None:

@@ -9,8 +9,8 @@ import pytest
 from driven import Knots, driven
 
 from clearway.errors import ClearwayError
+from clearway.recordings.alignment import clocks
 from clearway.recordings.motion.motion import Motion, Quality
-from clearway.recordings.ties import clocks
 
 TRIAL: Knots = [
     (0, 0, 0), (2, 0, 0), (2.6, 0.6, 0), (5, 0.6, 0.1), (7, 0.5, -0.3), (9.5, 0.6, 0.1), (10.4, 0, 0), (11, 0, 0),

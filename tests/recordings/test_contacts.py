@@ -89,23 +89,26 @@ def test_one_event_per_body_and_episode() -> None:
     assert {e.detail.split("'")[1] for e in events} == {"box", "other"}
 
 
-def test_movers_that_are_absent_or_without_outline_are_skipped() -> None:
+def test_moving_obstacles_that_are_absent_or_without_outline_are_skipped() -> None:
     t, pose = approach(0.0, back=False)
     n = len(t)
-    movers = np.zeros((n, 3, 3))
-    movers[:, 0] = [0.5, 0.0, 0.0]
-    movers[:, 1] = np.nan
-    movers[-1:, 1] = [0.5, 0.0, np.nan]  # of a disc no heading is needed
-    movers[:, 2] = [0.5, 0.0, np.nan]
-    person, cart = Body("person", "mover", Circle(0.25), None), Body("cart", "mover", rectangle(0.4, 0.4), None)
-    ghost = Body("ghost", "mover", Circle(0.0), None, outlined=False)
+    moving_obstacles = np.zeros((n, 3, 3))
+    moving_obstacles[:, 0] = [0.5, 0.0, 0.0]
+    moving_obstacles[:, 1] = np.nan
+    moving_obstacles[-1:, 1] = [0.5, 0.0, np.nan]  # of a disc no heading is needed
+    moving_obstacles[:, 2] = [0.5, 0.0, np.nan]
+    person, cart = (
+        Body("person", "moving obstacle", Circle(0.25), None),
+        Body("cart", "moving obstacle", rectangle(0.4, 0.4), None),
+    )
+    ghost = Body("ghost", "moving obstacle", Circle(0.0), None, outlined=False)
     sigma = np.full((n, 4, 2), 0.001)
     made = attempt(Circle(0.3), person, replace(person, name="late"), cart)
-    events = assess(made, t, pose, movers, sigma)
+    events = assess(made, t, pose, moving_obstacles, sigma)
     assert [(e.kind, e.detail.split("'")[1]) for e in events] == [("contact", "person"), ("contact", "late")]
     assert events[1].t == t[-1]
-    assert assess(attempt(Circle(0.3), ghost), t, pose, movers[:, :1], sigma[:, :2]) == ()
-    assert assess(attempt(None, person), t, pose, movers[:, :1], sigma[:, :2]) == ()
+    assert assess(attempt(Circle(0.3), ghost), t, pose, moving_obstacles[:, :1], sigma[:, :2]) == ()
+    assert assess(attempt(None, person), t, pose, moving_obstacles[:, :1], sigma[:, :2]) == ()
 
 
 def test_without_uncertainty_nothing_is_certain() -> None:

@@ -73,7 +73,7 @@ def test_csv_is_read_again_by_what_stands_beside_it(trial, tmp_path):
     assert list(tracks) == ["robot", "estimate", "square_300", "person_500"]
     np.testing.assert_allclose(tracks["robot"].position[:, :2], trial.pose[:, :2], atol=1e-12)
     np.testing.assert_array_equal(tracks["robot"].twist, trial.velocity)
-    assert np.isnan(tracks["person_500"].position[:, 0]).sum() == np.isnan(trial.movers[:, 0, 0]).sum()
+    assert np.isnan(tracks["person_500"].position[:, 0]).sum() == np.isnan(trial.moving_obstacles[:, 0, 0]).sum()
 
 
 def test_tum_true_and_estimate_apart(trial, tmp_path):
@@ -126,7 +126,7 @@ def test_nothing_is_overwritten(trial, tmp_path, to):
     files = export(trial, to, path, which="true")
     before = [f.read_bytes() for f in files]
     with pytest.raises(ClearwayError, match="there already"):
-        export(forth_and_back(mover=False), to, path, which="true")
+        export(forth_and_back(moving_obstacle=False), to, path, which="true")
     assert [f.read_bytes() for f in files] == before
 
 
@@ -137,7 +137,7 @@ def test_same_seed_same_file(trial, tmp_path):
 
 
 def test_several_go_into_a_folder_under_telling_names(trial, tmp_path):
-    files = export_trials(Shelf(trial, forth_and_back(mover=False)), (0, 1), "csv", tmp_path / "out")
+    files = export_trials(Shelf(trial, forth_and_back(moving_obstacle=False)), (0, 1), "csv", tmp_path / "out")
     assert [f.name for f in files if f.suffix == ".csv"] == [
         "0000-CE-complex-v0.6-o0.4-s0.3-r1.csv", "0001-CE-complex-v0.6-o0.4-s0.3-r1.csv"
     ]  # fmt: skip
@@ -206,7 +206,7 @@ def test_what_was_not_said_is_as_it_was():
 
 def test_an_attempt_that_was_not_recorded_has_nothing_to_export(trial, tmp_path):
     empty = replace(trial, t=np.zeros(1), pose=np.full((1, 3), np.nan), velocity=None, estimate=None,
-                    movers=np.full((1, 1, 3), np.nan), leg=np.zeros(1, dtype=int), spans=())  # fmt: skip
+                    moving_obstacles=np.full((1, 1, 3), np.nan), leg=np.zeros(1, dtype=int), spans=())  # fmt: skip
     with pytest.raises(ClearwayError, match="not recorded"):
         export(empty, "csv", tmp_path / "x.csv")
 

@@ -48,12 +48,14 @@ MOVED = (("[-2.5, 0.0", "[-2.5, 1.0"), ("[2.5, 0.0", "[2.5, 1.0"), ("[0.0, 2.0]"
 """The made-up robot drives 1 m beside the line of the hall: here A and B lie there."""
 
 
-def with_a_mover(folder: Path, *, tied: bool) -> Path:
-    """The plan of a trial with a mover, filled in; `tied`: the mover was recorded at rest on A, as the sheet asks."""
+def with_a_moving_obstacle(folder: Path, *, tied: bool) -> Path:
+    """The plan of a trial with a moving obstacle, filled in; `tied`: the moving obstacle was recorded at rest on A, as the sheet asks."""
     trial = forth_and_back(square=False, batch="MO")
     a = trial.attempt.legs[0].start
-    on_a = [replace(b, kind="obstacle", pose=a) if b.kind == "mover" else b for b in trial.attempt.bodies]
-    rested = replace(trial, attempt=replace(trial.attempt, bodies=tuple(on_a)), movers=np.empty((len(trial.t), 0, 3)))
+    on_a = [replace(b, kind="obstacle", pose=a) if b.kind == "moving obstacle" else b for b in trial.attempt.bodies]
+    rested = replace(
+        trial, attempt=replace(trial.attempt, bodies=tuple(on_a)), moving_obstacles=np.empty((len(trial.t), 0, 3))
+    )
     written(folder / "survey.csv", survey(trial))
     written(folder / "static_A.csv", synthetic.held(trial, a))
     written(folder / "straight.csv", synthetic.straight(trial, a))
@@ -74,8 +76,8 @@ def with_a_mover(folder: Path, *, tied: bool) -> Path:
     return folder / "plan.toml"
 
 
-def test_a_mover_that_rested_on_a_has_its_shape_where_it_is(tmp_path: Path):
-    plan = with_a_mover(tmp_path, tied=True)
+def test_a_moving_obstacle_that_rested_on_a_has_its_shape_where_it_is(tmp_path: Path):
+    plan = with_a_moving_obstacle(tmp_path, tied=True)
     assert problems_of(plan) == []
     found = score_row(assemble(Lab(plan), 0))
     truth = score_row(forth_and_back(square=False, batch="MO"))
@@ -83,15 +85,15 @@ def test_a_mover_that_rested_on_a_has_its_shape_where_it_is(tmp_path: Path):
     assert found["MDO"] == pytest.approx(truth["MDO"], abs=0.01)
 
 
-def test_a_mover_that_nothing_ties_is_found_by_check_and_has_no_clearance(tmp_path: Path):
-    plan = with_a_mover(tmp_path, tied=False)
+def test_a_moving_obstacle_that_nothing_ties_is_found_by_check_and_has_no_clearance(tmp_path: Path):
+    plan = with_a_moving_obstacle(tmp_path, tied=False)
     (problem,) = problems_of(plan)
     assert problem.field == "bodies.hosbot"
     assert score_row(assemble(Lab(plan), 0))["MDO"] is None
 
 
 def test_files_and_names_are_all_that_is_left_to_fill_in(tmp_path: Path):
-    trial = forth_and_back(mover=False, square=False, batch="NO")
+    trial = forth_and_back(moving_obstacle=False, square=False, batch="NO")
     a = trial.attempt.legs[0].start
     written(tmp_path / "survey.csv", survey(trial))
     written(tmp_path / "static_A.csv", synthetic.held(trial, a))

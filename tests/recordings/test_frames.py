@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
 from clearway.geometry.frames import compose
+from clearway.recordings.alignment import frames
 from clearway.recordings.motion.motion import Motion, Quality
-from clearway.recordings.ties import frames
 
 FRAME = np.array([1.2, -0.7, 2.1])
 HOLDS = np.array([[0.3, 0.4, 0.1], [5.2, 0.1, -3.0], [2.0, -1.5, 1.0], [-1.0, 3.0, 2.0]])

@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from clearway.errors import ClearwayError
+from clearway.recordings.alignment.clocks import Offset
 from clearway.recordings.formats import formats
 from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.lab import Lab
 from clearway.recordings.lab.surroundings import obstacles
 from clearway.recordings.protocol.toml_text import toml
 from clearway.recordings.recording import Points, Recording
-from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Trial
 
 RATE = 50.0
@@ -132,7 +132,7 @@ def test_markers_that_nothing_ties_find_no_leg_by_its_goal(scored: Scored) -> No
     assert trial.spans[0].reached
 
 
-def test_unsure_clocks_make_a_mover_of_another_source_unsure(tmp_path: Path) -> None:
+def test_unsure_clocks_make_a_moving_obstacle_of_another_source_unsure(tmp_path: Path) -> None:
     """It drives at up to 0.63 m/s; 20 ms are 13 mm then, and nothing while it stands."""
     for name in ("robot.csv", "cart.csv"):
         capture(tmp_path / name, ahead((0.0, 1.0, 0.5), 2.0))

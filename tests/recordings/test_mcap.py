@@ -26,7 +26,7 @@ def yaw(q: np.ndarray) -> np.ndarray:
     return np.unwrap(2 * np.arctan2(q[:, 2], q[:, 3]))
 
 
-def test_poses_goals_and_movers_come_back(tmp_path: Path) -> None:
+def test_poses_goals_and_moving_obstacles_come_back(tmp_path: Path) -> None:
     trial = forth_and_back()
     recording = there_and_back(tmp_path / "a.mcap", trial)
     assert recording.epoch == EPOCH
@@ -42,9 +42,9 @@ def test_poses_goals_and_movers_come_back(tmp_path: Path) -> None:
     np.testing.assert_allclose(odom.position[0], 0, atol=1e-12)
     np.testing.assert_allclose(odom.twist, trial.velocity, atol=1e-12)
     person = recording.tracks["/obstacles/person/pose"]
-    seen = np.isfinite(trial.movers[:, 0, 0])
+    seen = np.isfinite(trial.moving_obstacles[:, 0, 0])
     np.testing.assert_allclose(person.t, trial.t[seen], atol=1e-9)
-    np.testing.assert_allclose(person.position[:, :2], trial.movers[seen, 0, :2], atol=1e-12)
+    np.testing.assert_allclose(person.position[:, :2], trial.moving_obstacles[seen, 0, :2], atol=1e-12)
     goals = recording.goals["/goal_pose"]
     np.testing.assert_allclose(goals.t, [s.start for s in trial.spans], atol=1e-9)
     np.testing.assert_allclose(goals.pose, [leg.goal for leg in trial.attempt.legs], atol=1e-12)
@@ -61,7 +61,7 @@ def test_scans_meet_the_shapes(tmp_path: Path) -> None:
     hits = hits[np.isfinite(hits).all(axis=1)]
     wall = np.abs(hits[:, 1] - 2.95) < 1e-5
     square = (np.abs(hits - [0.0, 0.2]).max(axis=1) - 0.15) < 1e-5
-    person = np.abs(np.hypot(*(hits - trial.movers[i, 0, :2]).T) - 0.25) < 1e-5
+    person = np.abs(np.hypot(*(hits - trial.moving_obstacles[i, 0, :2]).T) - 0.25) < 1e-5
     assert (wall | square | person).all()
     assert wall.any()
     assert square.any()
@@ -100,13 +100,13 @@ def test_what_is_unknown_is_left_out(tmp_path: Path) -> None:
 
 def test_plans_events_and_names_that_ros_does_not_know(tmp_path: Path) -> None:
     trial = forth_and_back()
-    bodies = (*trial.attempt.bodies, Body("person", "mover", trial.attempt.bodies[-1].shape, None),
-              Body("2nd cart", "mover", trial.attempt.bodies[-1].shape, None))  # fmt: skip
+    bodies = (*trial.attempt.bodies, Body("person", "moving obstacle", trial.attempt.bodies[-1].shape, None),
+              Body("2nd cart", "moving obstacle", trial.attempt.bodies[-1].shape, None))  # fmt: skip
     line = np.array([[0.0, 1.0], [2.0, 3.0]])
     trial = replace(
         trial,
         attempt=replace(trial.attempt, bodies=bodies),
-        movers=np.repeat(trial.movers, 3, axis=1),
+        moving_obstacles=np.repeat(trial.moving_obstacles, 3, axis=1),
         events=(Event(2.0, "contact", "wall"), Event(1.0, "status", "ok")),
         snapshots=(Snapshot(0.5, Diagnostics({"global plan": line, "best tree": line + 1})),),
     )

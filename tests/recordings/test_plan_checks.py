@@ -15,7 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.recordings import formats
 from clearway.recordings.lab import checks
 from clearway.recordings.lab.checks import problems_of, summary
-from clearway.recordings.lab.plan import is_test_plan, seen_from
+from clearway.recordings.lab.test_plan import is_test_plan, seen_from
 from clearway.recordings.protocol.protocol import skeleton
 from clearway.recordings.recording import Points, Recording
 from clearway.scenarios.suites import Selection
@@ -218,13 +218,13 @@ class TestTies:
         assert problems_of(lab(('file = "first.csv"', 'file = ""'))) == []
 
 
-MOVER = '[bodies.cart]\nshape = { kind = "square", edge = 0.3 }\nmarkers = "cart:"\n\n[[trial]]  # 1 of'
+MOVING = '[bodies.cart]\nshape = { kind = "square", edge = 0.3 }\nmarkers = "cart:"\n\n[[trial]]  # 1 of'
 
 
-def test_a_mover_with_a_shape_that_nothing_ties(lab: Lab):
-    said = only(lab(("[[trial]]  # 1 of", MOVER)))
+def test_a_moving_obstacle_with_a_shape_that_nothing_ties(lab: Lab):
+    said = only(lab(("[[trial]]  # 1 of", MOVING)))
     assert "bodies.cart: has a shape and markers, but nothing that ties them: MDO" in said
-    tied = MOVER.replace('"cart:"', '"cart:"\nstatic = { file = "none.csv", pose = "A" }')
+    tied = MOVING.replace('"cart:"', '"cart:"\nstatic = { file = "none.csv", pose = "A" }')
     assert problems_of(lab(("[[trial]]  # 1 of", tied))) == []  # no trial has it yet
     there = ("repetition = 1", 'repetition = 1\nobstacles = [{ body = "cart" }]')
     found = [str(p) for p in problems_of(lab(("[[trial]]  # 1 of", tied), there))]

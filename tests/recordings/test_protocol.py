@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.plan import Plan, load_plan
+from clearway.recordings.lab.test_plan import TestPlan, load_plan
 from clearway.recordings.protocol.lab_trials import behind, key, scenarios, setup
 from clearway.recordings.protocol.line import Line
 from clearway.recordings.protocol.protocol import parsed, skeleton, write_new
@@ -27,7 +27,7 @@ def whole() -> str:
 
 
 @pytest.fixture(scope="module")
-def plan(whole: str) -> Plan:
+def plan(whole: str) -> TestPlan:
     return parsed(whole)
 
 
@@ -42,12 +42,12 @@ class TestHospital:
         counts = {b: sum(t.batch == b for t in plan.trials) for b in ("NO", "SO", "MO", "CE")}
         assert counts == {"NO": 9, "SO": 252, "MO": 27, "CE": 48}
 
-    def test_every_scenario_is_there_once_by_its_labels(self, plan: Plan):
+    def test_every_scenario_is_there_once_by_its_labels(self, plan: TestPlan):
         made = load_suite("hospital").build(load_robot("tiago"))
         assert {key(t, t.speed) for t in plan.trials} == {key(s.labels, s.speed) for s in made}
         assert len({key(t, t.speed) for t in plan.trials}) == 336
 
-    def test_static_obstacles_stand_where_the_scenario_puts_them(self, plan: Plan):
+    def test_static_obstacles_stand_where_the_scenario_puts_them(self, plan: TestPlan):
         made = {key(s.labels, s.speed): s for s in load_suite("hospital").build(load_robot("tiago"))}
         for trial in plan.trials:
             scenario = made[key(trial, trial.speed)]
@@ -56,21 +56,23 @@ class TestHospital:
                 assert shape == obstacle.shape
                 if obstacle.pose is None:
                     assert placed.pose is None
-                    mover = plan.bodies[placed.body]
-                    assert mover.markers == "hosbot:"
-                    assert mover.static is not None  # else nobody could tell where on its markers the shape is
-                    assert (mover.static.file, mover.static.pose) == ("static_hosbot.csv", "A")
+                    moving_obstacle = plan.bodies[placed.body]
+                    assert moving_obstacle.markers == "hosbot:"
+                    assert (
+                        moving_obstacle.static is not None
+                    )  # else nobody could tell where on its markers the shape is
+                    assert (moving_obstacle.static.file, moving_obstacle.static.pose) == ("static_hosbot.csv", "A")
                 else:
                     assert placed.pose == pytest.approx(obstacle.pose, abs=1e-7)
 
-    def test_a_perpendicular_gate_by_hand(self, plan: Plan):
+    def test_a_perpendicular_gate_by_hand(self, plan: TestPlan):
         # paper A: d_3 = 2 d_base = 1.08 m between the edges of two squares of 0.60 m: centres 0.84 m from the line
         gate = [t for t in plan.trials if (t.configuration, t.size, t.gap) == ("perpendicular", 0.6, 2.0)]
         assert len(gate) == 9
         for t in gate:
             assert sorted(o.pose[1] for o in t.obstacles if o.pose) == pytest.approx([-0.84, 0.84])
 
-    def test_time_limits_follow_the_speed(self, plan: Plan):
+    def test_time_limits_follow_the_speed(self, plan: TestPlan):
         # three times the nominal 5 m and 20 s; the turn three times pi at 2.094 rad/s and 20 s
         for speed, limit in ((0.2, 95.0), (0.6, 45.0), (1.0, 35.0)):
             for t in [t for t in plan.trials if t.speed == speed]:
@@ -79,7 +81,7 @@ class TestHospital:
                 assert [leg.time_limit for leg in legs] == pytest.approx([limit, 24.5, limit])
                 assert [leg.scored for leg in legs] == [True, False, True]
 
-    def test_poses_tolerances_and_reference(self, plan: Plan):
+    def test_poses_tolerances_and_reference(self, plan: TestPlan):
         a, b, turned = (np.array(plan.poses[n]) for n in ("A", "B", "A_turned"))
         assert math.dist(a[:2], b[:2]) == pytest.approx(5.0)
         assert math.remainder(turned[2] - a[2], math.tau) == pytest.approx(math.pi, abs=1e-7)
@@ -89,7 +91,7 @@ class TestHospital:
         assert plan.test.robot == "tiago"
         assert plan.test.plan is None  # a lab is not the hall of the simulation
 
-    def test_obstacles_are_carried_as_rarely_as_the_order_of_batches_allows(self, plan: Plan):
+    def test_obstacles_are_carried_as_rarely_as_the_order_of_batches_allows(self, plan: TestPlan):
         made = scenarios("hospital", "tiago")
         assert [key(t, t.speed) for t in plan.trials] == [key(s.labels, s.speed) for s in made]
         changes = 1 + sum(setup(p) != setup(q) for p, q in pairwise(made))
@@ -115,7 +117,7 @@ class TestHospital:
         assert plan.test.yaw_tolerance == load_robot("hosbot").tolerances.yaw
         assert len(plan.trials) == 16
 
-    def test_the_scenarios_behind_a_plan_are_found_again(self, plan: Plan):
+    def test_the_scenarios_behind_a_plan_are_found_again(self, plan: TestPlan):
         found = behind(plan, Path())
         assert {s.name for s in found} == {s.name for s in load_suite("hospital").build(load_robot("tiago"))}
         assert behind(plan.model_copy(update={"test": plan.test.model_copy(update={"suite": "own"})}), Path()) == []

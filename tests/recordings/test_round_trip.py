@@ -81,7 +81,7 @@ def test_a_contact_that_was_seen_stays_one(tmp_path, trial):
     span = replace(trial.spans[0], end=float(trial.t[k]), reached=False)
     crashed = replace(
         trial, t=trial.t[: k + 1], pose=trial.pose[: k + 1], velocity=trial.velocity[: k + 1],
-        estimate=trial.estimate[: k + 1], leg=trial.leg[: k + 1], movers=trial.movers[: k + 1], spans=(span,),
+        estimate=trial.estimate[: k + 1], leg=trial.leg[: k + 1], moving_obstacles=trial.moving_obstacles[: k + 1], spans=(span,),
         outcome=Outcome.COLLISION,
     )  # fmt: skip
     results, rows = scored(tmp_path, [trial, crashed], "c3d", spans=True)

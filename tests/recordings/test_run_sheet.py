@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.plan import Plan
+from clearway.recordings.lab.test_plan import TestPlan
 from clearway.recordings.protocol.lab_trials import scenarios
 from clearway.recordings.protocol.protocol import parsed, skeleton
 from clearway.recordings.protocol.run_sheet import sheet_of, write_sheet
@@ -73,7 +73,7 @@ def test_five_boxes_a_trial(sheet: str):
     assert page.boxes == 5 * 336 + 9 + 6  # and one an obstacle, one a line of the checklist
 
 
-def test_where_things_stand_and_how_the_mover_goes(sheet: str):
+def test_where_things_stand_and_how_the_moving_obstacle_goes(sheet: str):
     assert "square-60cm-2: 2.5 m from A towards B, 0.84 m to the left" in sheet
     assert "2.5 | 0.84</text>" in sheet
     assert "forth: hosbot from 6 | 0 to \N{MINUS SIGN}1 | 0" in sheet
@@ -87,7 +87,7 @@ def test_hours_of_driving_by_hand(sheet: str):
     assert "about 2 minutes of driving" in short  # 2 x (10 m / 0.2 m/s + 6.14 s) = 112 s
 
 
-def test_a_mover_is_recorded_at_rest_before_the_trials(sheet: str):
+def test_a_moving_obstacle_is_recorded_at_rest_before_the_trials(sheet: str):
     assert re.search(r"hosbot at rest, 10 s, on A, looking along A to B \(static_hosbot\.csv\)", sheet)
     assert not re.search(r"hosbot at rest", sheet_of(parsed(skeleton(selection=Selection(batches=("SO",))))))
 
@@ -141,7 +141,7 @@ def test_names_that_are_markup_stay_text(tmp_path: Path):
 
 
 def test_a_plan_without_poses_or_legs():
-    plan = Plan.model_validate({"trial": [{"file": "a.csv", "note": "x"}, {}]})
+    plan = TestPlan.model_validate({"trial": [{"file": "a.csv", "note": "x"}, {}]})
     page = sheet_of(plan)
     assert numbers(page) == [1, 2]
     assert Page(page).wrong == []
@@ -149,7 +149,7 @@ def test_a_plan_without_poses_or_legs():
 
 
 def test_nothing_is_overwritten(tmp_path: Path):
-    plan = Plan.model_validate({"trial": [{}]})
+    plan = TestPlan.model_validate({"trial": [{}]})
     write_sheet(plan, tmp_path / "sheet.html")
     with pytest.raises(ClearwayError, match="there already"):
         write_sheet(plan, tmp_path / "sheet.html")

@@ -17,7 +17,7 @@ from clearway.recordings.exports.synthetic import (
     captured,
     held,
     marker_sets,
-    mover_at,
+    moving_obstacle_at,
     robot_at,
     straight,
 )
@@ -95,7 +95,7 @@ def test_between_samples_the_robot_drives_the_formula(trial):
 
 
 def test_heading_is_interpolated_across_pi():
-    trial = forth_and_back(mover=False)
+    trial = forth_and_back(moving_obstacle=False)
     pose = trial.pose.copy()
     pose[:, 2] = np.arctan2(np.sin(trial.pose[:, 2] + 1.0), np.cos(trial.pose[:, 2] + 1.0))
     turned = replace(trial, pose=pose, velocity=None)
@@ -111,20 +111,20 @@ def test_robot_that_still_drives_at_the_end_brakes(trial):
         t=trial.t[: k + 1],
         pose=trial.pose[: k + 1],
         velocity=trial.velocity[: k + 1],
-        movers=trial.movers[: k + 1],
+        moving_obstacles=trial.moving_obstacles[: k + 1],
     )
     end = robot_at(cut, np.array([cut.t[-1], cut.t[-1] + 10.0]))
     assert end[1, 0] - end[0, 0] == pytest.approx(0.6**2 / 2)
 
 
-def test_mover_is_absent_when_the_trial_says_so(trial):
+def test_moving_obstacle_is_absent_when_the_trial_says_so(trial):
     end = trial.spans[0].end
-    track = mover_at(trial, 0, np.array([-1.0, 1.25, end - 0.05, end + 0.15]))
+    track = moving_obstacle_at(trial, 0, np.array([-1.0, 1.25, end - 0.05, end + 0.15]))
     np.testing.assert_allclose(track[:3, 0], [3.4, 2.5, 3.0 - 0.4 * (end - 0.05)])
     assert np.isnan(track[3]).all()
-    jumped = trial.movers.copy()
+    jumped = trial.moving_obstacles.copy()
     jumped[10:] += [3.0, 0.0, 0.0]
-    track = mover_at(replace(trial, movers=jumped), 0, np.array([0.9, 0.95, 1.0]))
+    track = moving_obstacle_at(replace(trial, moving_obstacles=jumped), 0, np.array([0.9, 0.95, 1.0]))
     assert np.isfinite(track[:, 0]).tolist() == [True, False, True]
 
 

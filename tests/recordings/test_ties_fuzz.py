@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, rectangle
+from clearway.recordings.alignment import clocks, frames
 from clearway.recordings.lab import contacts
 from clearway.recordings.lab.legs import find_legs
 from clearway.recordings.motion.motion import Motion, Quality
-from clearway.recordings.ties import clocks, frames
 from clearway.trials import Attempt, Body, Labels, Leg
 
 NUMBER = st.one_of(st.floats(-10, 10), st.sampled_from([np.nan, 0.0, 1e6, 1e-9]))
@@ -86,7 +86,10 @@ def test_frames(pairs: list[tuple[float, ...]], motion: Motion) -> None:
 @given(motions(), st.sampled_from([Circle(0.3), rectangle(0.5, 0.4)]))
 def test_contacts(motion: Motion, footprint: Circle) -> None:
     n = len(motion.t)
-    bodies = Body("a", "obstacle", rectangle(0.3, 0.3), np.array([0.5, 0, 0])), Body("b", "mover", Circle(0.2), None)
+    bodies = (
+        Body("a", "obstacle", rectangle(0.3, 0.3), np.array([0.5, 0, 0])),
+        Body("b", "moving obstacle", Circle(0.2), None),
+    )
     attempt = Attempt(
         Labels("own", "own", "own", None), "r", "n", "l", footprint, (), bodies, None, 0.1, source="recorded"
     )

@@ -45,7 +45,7 @@ def measured(trial: Trial, number: int = 0) -> Trial:
     attempt = replace(
         a, source="recorded", navigator="recorded", localisation="recorded", plan="", scenario=None, seed=None, bodies=bodies
     )  # fmt: skip
-    n, m = trial.movers.shape[:2]
+    n, m = trial.moving_obstacles.shape[:2]
     sigma = np.empty((n, 1 + m, 2))
     sigma[:] = SIGMA, TURN
     return replace(
@@ -62,9 +62,9 @@ def gapped(trial: Trial, start: float = 3.0, end: float = 3.8) -> Trial:
 
 def blind(trial: Trial) -> Trial:
     """No heading of anything."""
-    pose, movers = trial.pose.copy(), trial.movers.copy()
-    pose[:, 2] = movers[:, :, 2] = np.nan
-    return replace(trial, pose=pose, movers=movers, estimate=None)
+    pose, moving_obstacles = trial.pose.copy(), trial.moving_obstacles.copy()
+    pose[:, 2] = moving_obstacles[:, :, 2] = np.nan
+    return replace(trial, pose=pose, moving_obstacles=moving_obstacles, estimate=None)
 
 
 def aimless(trial: Trial) -> Trial:
@@ -95,7 +95,7 @@ def unsure(trial: Trial) -> Trial:
 def unrecorded(trial: Trial) -> Trial:
     return replace(
         trial, attempt=replace(trial.attempt, bodies=()), t=np.zeros(1), pose=np.full((1, 3), np.nan), velocity=None, estimate=None,
-        leg=np.zeros(1, np.int64), movers=np.empty((1, 0, 3)), spans=(), events=(), sigma=None, outcome=Outcome.ABORTED,
+        leg=np.zeros(1, np.int64), moving_obstacles=np.empty((1, 0, 3)), spans=(), events=(), sigma=None, outcome=Outcome.ABORTED,
         reason="attempted, not recorded", provenance={"number": trial.provenance["number"], "conditions": CONDITIONS, "note": "drove into the bed"},
     )  # fmt: skip
 

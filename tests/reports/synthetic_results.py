@@ -27,19 +27,19 @@ def glide(scenario: Scenario, robot: Robot, *, fail: bool = False) -> Trial:
     rng = np.random.default_rng(scenario.seed % 2**32)
     plan = load_plan(scenario.plan)
     fixed = [Body(f.name, f.kind, f.shape, f.pose) for f in plan.fixtures]
-    movers = []
+    moving_obstacles = []
     for o in scenario.obstacles:
         if isinstance(o.shape, SquareSpec):
             fixed.append(Body(o.name, "obstacle", rectangle(o.shape.edge, o.shape.edge), np.array(o.pose)))
         else:
             assert isinstance(o.shape, RobotBodySpec)
-            movers.append(Body(o.name, "mover", load_robot(o.shape.robot).shape, None))
+            moving_obstacles.append(Body(o.name, "moving obstacle", load_robot(o.shape.robot).shape, None))
     legs, at = [], np.array(scenario.start)
     for leg in scenario.legs:
         xy, yaw = leg.xy_tolerance or robot.tolerances.xy, leg.yaw_tolerance or robot.tolerances.yaw
         legs.append(Leg(leg.name, at, np.array(leg.goal), xy, yaw, leg.scored, leg.time_limit))
         at = np.array(leg.goal)
-    big = scenario.labels.size or (0.5 if movers else 0.0)
+    big = scenario.labels.size or (0.5 if moving_obstacles else 0.0)
     detour = (big + 0.8 * robot.d_base + 0.1 * rng.random()) * (0.0 if scenario.labels.batch == "NO" else 1.0)
     poses, speeds, index, spans, t = [], [], [], [], 0.0
     for k, leg in enumerate(legs):
@@ -60,7 +60,7 @@ def glide(scenario: Scenario, robot: Robot, *, fail: bool = False) -> Trial:
         spans = [replace(s, end=min(s.end, last), reached=s.end <= last) for s in spans if s.start < last]
         outcome, reason = Outcome.COLLISION, "touched square 1"
         events = (Event(float(time[-1]), "contact", "square 1"),)
-    tracks = np.full((n, len(movers), 3), np.nan)
+    tracks = np.full((n, len(moving_obstacles), 3), np.nan)
     for column, o in enumerate(o for o in scenario.obstacles if o.runs):
         for span in spans:
             for run in (r for r in o.runs if r.leg == legs[span.leg].name):
@@ -75,7 +75,7 @@ def glide(scenario: Scenario, robot: Robot, *, fail: bool = False) -> Trial:
     )
     labels = Labels(**scenario.labels.model_dump(), speed=scenario.speed)
     attempt = Attempt(
-        labels, robot.name, "move-base", scenario.localisation, robot.shape, tuple(legs), (*fixed, *movers),
+        labels, robot.name, "move-base", scenario.localisation, robot.shape, tuple(legs), (*fixed, *moving_obstacles),
         scenario.speed, PERIOD, scenario.reference_length, scenario.plan, scenario.name, scenario.seed,
     )  # fmt: skip
     return Trial(

@@ -12,7 +12,7 @@ import pytest
 
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
-from clearway.reports import ablation, contest, rescue, write_report
+from clearway.reports import ablation, head_to_head, rescue, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE
 from clearway.reports.selection import System
@@ -29,20 +29,20 @@ def trial(navigator: str, number: int, time: float, *, fails: bool = False, assu
     n = 21 if fails else 41
     t = np.linspace(0.0, time, 41)[:n]
     pose = np.column_stack([np.linspace(0.0, 10.0, 41)[:n], np.zeros(n), np.zeros(n)])
-    movers = np.full((n, 1, 3), 50.0)
+    moving_obstacles = np.full((n, 1, 3), 50.0)
     if fails:
-        movers[:, 0] = pose[-1] + np.outer(0.6 + np.linspace(3.0, 0.0, n), [1.0, 0.0, 0.0])
+        moving_obstacles[:, 0] = pose[-1] + np.outer(0.6 + np.linspace(3.0, 0.0, n), [1.0, 0.0, 0.0])
     leg = Leg("way", pose[0], np.array([10.0, 0.0, 0.0]), 0.2, math.inf)
     attempt = Attempt(
         Labels("sar-case1", "case 1", f"seed-{number}", 1.0), "rescue", navigator, "truth", Circle(0.25), (leg,),
-        (Body("moving-1", "mover", Circle(0.35), None),), 1.0, 0.15, scenario=f"case-1-{number}", seed=number, limit_time=10.0,
-        limit_path=10.0, drive=(-1.0, 1.0, 1.5), rates=(np.inf,) * 4, sight=4.0,
+        (Body("moving-1", "moving obstacle", Circle(0.35), None),), 1.0, 0.15, scenario=f"case-1-{number}", seed=number, optimal_time=10.0,
+        optimal_path=10.0, drive=(-1.0, 1.0, 1.5), rates=(np.inf,) * 4, sight=4.0,
     )  # fmt: skip
     velocity, end = np.tile([0.5, 0.0], (n, 1)), float(t[-1])
     events = [Event(0.0, "assumption", "obstacle 1: faster than 4.4 m/s")] * assumptions
-    events += [Event(end, "contact", "mover 'moving-1' at 0.3 m/s, robot at 0.5 m/s")] if fails else []
+    events += [Event(end, "contact", "moving obstacle 'moving-1' at 0.3 m/s, robot at 0.5 m/s")] if fails else []
     return Trial(
-        attempt, t, pose, velocity, pose, velocity, np.zeros(n, np.int64), movers, (Span(0, 0.0, end, not fails),),
+        attempt, t, pose, velocity, pose, velocity, np.zeros(n, np.int64), moving_obstacles, (Span(0, 0.0, end, not fails),),
         tuple(events), Outcome.COLLISION if fails else Outcome.REACHED, "contact" if fails else "",
     )  # fmt: skip
 
@@ -85,7 +85,7 @@ def test_what_the_ingredient_brings(results: Results) -> None:
 
 def test_variants_are_not_compared_with_everybody(results: Results) -> None:
     f = Findings(results)
-    assert [(a.navigator, b.navigator) for a, b, _ in contest.comparisons(f)] == [(FULL, OTHER)]
+    assert [(a.navigator, b.navigator) for a, b, _ in head_to_head.comparisons(f)] == [(FULL, OTHER)]
 
 
 def test_failures_have_their_class_and_assumptions_are_counted(results: Results) -> None:

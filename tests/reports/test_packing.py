@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from clearway.geometry.distance import clearance
 from clearway.geometry.shapes import Polygon
-from clearway.reports.packing import LONGEST, Packer, Shelf, clearance_over_time, pack_columns, simplify
+from clearway.reports.replay_encoding import LONGEST, Packer, Shelf, clearance_over_time, pack_columns, simplify
 from clearway.trials.store import Results
 
 
@@ -75,7 +75,7 @@ def test_a_trial_comes_back(results: Results) -> None:
     back = unpack(packed["samples"])
     np.testing.assert_allclose(np.c_[back["x"], back["y"]], trial.pose[:, :2], atol=6e-4)
     np.testing.assert_allclose(np.remainder(back["a"] - trial.pose[:, 2] + 1, 2 * np.pi), 1, atol=1e-4)
-    np.testing.assert_allclose(np.c_[back["m0x"], back["m0y"]], trial.movers[:, 0, :2], atol=6e-4)
+    np.testing.assert_allclose(np.c_[back["m0x"], back["m0y"]], trial.moving_obstacles[:, 0, :2], atol=6e-4)
     np.testing.assert_array_equal(back["leg"], trial.leg)
     thoughts = json.loads(zlib.decompress(base64.b64decode(packed["thoughts"])))
     assert [t["t"] for t in thoughts] == [round(s.t, 3) for s in trial.snapshots]
@@ -104,7 +104,7 @@ def test_a_long_trial_is_thinned_but_ends_where_it_ended(results: Results) -> No
     at = np.linspace(0, len(trial.t) - 1, n).astype(int)
     long = replace(
         trial, t=np.arange(n) * 0.01, pose=trial.pose[at], velocity=None, estimate=None, command=None,
-        leg=trial.leg[at], movers=trial.movers[at],
+        leg=trial.leg[at], moving_obstacles=trial.moving_obstacles[at],
     )  # fmt: skip
     packed = Packer().pack(long, 0, {})["samples"]
     assert packed["n"] <= LONGEST + 1

@@ -16,7 +16,7 @@ from synthetic_results import glide
 from clearway.geometry.shapes import Circle
 from clearway.reports import conditions, figure, outcomes, recordings, write_replay, write_report
 from clearway.reports.findings import Findings
-from clearway.reports.packing import Packer, broken, clearance_over_time
+from clearway.reports.replay_encoding import Packer, broken, clearance_over_time
 from clearway.reports.selection import label, representative, with_uncertainty
 from clearway.reports.text import headline, numbers
 from clearway.robots import load_robot
@@ -67,7 +67,7 @@ def test_what_could_not_be_computed_is_counted(recorded: Results) -> None:
     rows = {name: row for row in found.rows for name in row[0].text.split(", ")}
     assert rows["PL"][1].text == "15 of 20"
     assert rows["PL"][2].text == "the pose has gaps (3); not recorded (2)"
-    assert not {"barn_score", "PL_limit", "cut"} & set(rows)
+    assert not {"barn_score", "PL_time_optimal", "cut"} & set(rows)
     told = [json.loads(r["not_computable"]) for r in f.rows]
     for name, row in rows.items():
         assert row[1].text == f"{sum(name not in t for t in told)} of 20"
@@ -176,7 +176,12 @@ def test_a_whole_directory_of_attempts_without_a_recording(tmp_path: Path) -> No
     assert "of 20 attempts there is no recording" in page
     empty = measured(next(iter(results)))
     none = replace(
-        empty, t=np.empty(0), pose=np.empty((0, 3)), leg=np.empty(0, np.int64), movers=np.empty((0, 0, 3)), sigma=None
+        empty,
+        t=np.empty(0),
+        pose=np.empty((0, 3)),
+        leg=np.empty(0, np.int64),
+        moving_obstacles=np.empty((0, 0, 3)),
+        sigma=None,
     )
     assert Packer().pack(none, 0, {})["samples"]["n"] == 0
 
@@ -201,7 +206,7 @@ def test_clearance_over_time_of_what_is_known(crossing: Trial) -> None:
     assert np.isnan(clearance_over_time(shapeless(measured(crossing)))).all()  # type: ignore[arg-type]
     flat = measured(crossing)
     turned = replace(flat, attempt=replace(flat.attempt, bodies=tuple(b for b in flat.attempt.bodies if b.pose is not None)),
-                     movers=np.empty((len(flat.t), 0, 3)), sigma=flat.sigma[:, :1])  # fmt: skip
+                     moving_obstacles=np.empty((len(flat.t), 0, 3)), sigma=flat.sigma[:, :1])  # fmt: skip
     np.testing.assert_allclose(clearance_over_time(blind(turned)), clearance_over_time(turned), atol=1e-9)  # type: ignore[arg-type]
 
 
@@ -210,7 +215,9 @@ def test_clearance_over_time_from_people_who_look_nowhere(crossing: Trial) -> No
     discs = tuple(replace(b, shape=Circle(0.2)) for b in seen.attempt.bodies)
     looking = replace(seen, attempt=replace(seen.attempt, bodies=discs))
     placed = tuple(b if b.pose is None else replace(b, pose=np.array([*b.pose[:2], np.nan])) for b in discs)
-    nowhere = replace(seen, attempt=replace(seen.attempt, bodies=placed), movers=seen.movers * [1.0, 1.0, np.nan])
+    nowhere = replace(
+        seen, attempt=replace(seen.attempt, bodies=placed), moving_obstacles=seen.moving_obstacles * [1.0, 1.0, np.nan]
+    )
     assert clearance_over_time(looking).mean() > 0.5  # type: ignore[union-attr]
     np.testing.assert_allclose(clearance_over_time(nowhere), clearance_over_time(looking), atol=1e-9)  # type: ignore[arg-type]
 
@@ -224,7 +231,7 @@ def test_what_the_replay_is_given_of_a_recording(crossing: Trial) -> None:
     assert "recorded" not in Packer().pack(crossing, 0, {})
     packer = Packer()
     packed = packer.pack(shapeless(measured(crossing)), 0, {})
-    assert all(m["cross"] for m in packed["movers"])
+    assert all(m["cross"] for m in packed["movingObstacles"])
     assert [b["name"] for b in packer.scenes.things[packed["scenes"][1]]] == [
         b.name for b in crossing.attempt.bodies if b.kind == "obstacle"
     ], "a body that lies nobody knows where is left out"
@@ -234,13 +241,13 @@ def test_lines_break_where_samples_are_missing(crossing: Trial) -> None:
     keep = (crossing.t < 3.0) | (crossing.t > 4.0)
     thinned = replace(
         crossing, t=crossing.t[keep], pose=crossing.pose[keep], velocity=crossing.velocity[keep], estimate=crossing.estimate[keep],
-        command=None, leg=crossing.leg[keep], movers=crossing.movers[keep],
+        command=None, leg=crossing.leg[keep], moving_obstacles=crossing.moving_obstacles[keep],
     )  # fmt: skip
     assert broken(thinned) is thinned, "a simulation"
     torn = broken(measured(thinned))
     [hole] = np.flatnonzero(np.isnan(torn.pose[:, 0]))
     assert 3.0 < torn.t[hole] < 4.0
-    assert len(torn.t) == len(torn.leg) == len(torn.movers) == keep.sum() + 1
+    assert len(torn.t) == len(torn.leg) == len(torn.moving_obstacles) == keep.sum() + 1
     assert broken(measured(crossing)).t is crossing.t
     assert Packer().pack(measured(thinned), 0, {})["samples"]["n"] == keep.sum() + 1
 

@@ -14,10 +14,10 @@ from clearway.contract import Diagnostics
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
-from clearway.reports import conditions, contest, figure, paper_b, rescue, write_report
+from clearway.reports import conditions, head_to_head, figure, paper_b, rescue, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Grid
-from clearway.reports.packing import Packer
+from clearway.reports.replay_encoding import Packer
 from clearway.reports.rescue_figures import centre_distance, chosen
 from clearway.reports.text import beside_published, numbers
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
@@ -47,26 +47,28 @@ def trial(suite: str, setup: str, navigator: str, number: int, run: paper_b.Run)
         xy = xy[:n]
     pose = np.column_stack([xy, np.full(n, 0.8)])
     t = np.linspace(0.0, time, 41)[:n]
-    movers = np.tile(np.array([9.0, 2.0, 0.0]), (n, 1, 1))
+    moving_obstacles = np.tile(np.array([9.0, 2.0, 0.0]), (n, 1, 1))
     if run is None:
-        movers[:, 0, :2] = pose[-1, :2] + np.outer(np.linspace(3.0, 0.6, n), [1.0, 0.0])
+        moving_obstacles[:, 0, :2] = pose[-1, :2] + np.outer(np.linspace(3.0, 0.6, n), [1.0, 0.0])
     leg = Leg("way", START, GOAL, 0.2, math.inf)
     bodies = (
         Body("static-1", "obstacle", Circle(0.35), np.array([4.0, 9.0, 0.0])),
-        Body("moving-1", "mover", Circle(0.35), None),
+        Body("moving-1", "moving obstacle", Circle(0.35), None),
     )
     attempt = Attempt(
         Labels(suite, suite[4:], f"scenario-{number}", 1.0, setup=setup), "rescue", navigator, "truth", Circle(0.25), (leg,),
-        bodies, 1.0, 0.15, scenario=f"{suite}-{number}", seed=number, limit_time=14.7, limit_path=14.7, drive=(0.0, 1.0, 1.5),
+        bodies, 1.0, 0.15, scenario=f"{suite}-{number}", seed=number, optimal_time=14.7, optimal_path=14.7, drive=(0.0, 1.0, 1.5),
     )  # fmt: skip
     velocity = np.tile([0.4, 0.0], (n, 1))
     end = float(t[-1])
     events = (
-        () if run else (Event(0.0, "status", "iteration limit"), Event(end, "contact", "mover 'moving-1' at 1 m/s"))
+        ()
+        if run
+        else (Event(0.0, "status", "iteration limit"), Event(end, "contact", "moving obstacle 'moving-1' at 1 m/s"))
     )
     return Trial(
-        attempt, t, pose, velocity, pose, velocity, np.zeros(n, np.int64), movers, (Span(0, 0.0, end, run is not None),), events,
-        Outcome.REACHED if run else Outcome.COLLISION, "" if run else "contact with mover 'moving-1'",
+        attempt, t, pose, velocity, pose, velocity, np.zeros(n, np.int64), moving_obstacles, (Span(0, 0.0, end, run is not None),), events,
+        Outcome.REACHED if run else Outcome.COLLISION, "" if run else "contact with moving obstacle 'moving-1'",
         (Snapshot(0.0, Diagnostics()), Snapshot(float(t[3]), SNAPSHOT)), cut=np.arange(n) % 2 == 0,
     )  # fmt: skip
 
@@ -155,16 +157,16 @@ def test_failures_are_linked_to_their_replays(results: Results) -> None:
 
 def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
     f = Findings(results)
-    duels = contest.comparisons(f)
+    duels = head_to_head.comparisons(f)
     assert {(a.navigator, b.navigator) for a, b, _ in duels} >= {("hp-tmpc", "hl-rrt"), ("hp-tmpc", "hp-tmpc")}
     assert all(a.navigator == b.navigator or a.setup == b.setup for a, b, _ in duels)
-    table = contest.table(duels)
+    table = head_to_head.table(duels)
     assert table is not None
     by = {(r[0].text, r[1].text): r for r in table.rows}
     row = by["Search-and-rescue robot · colregs-apf · set-up 2", "Search-and-rescue robot · hp-tmpc · set-up 2"]
     assert row[3].text == "1 : 17"
     assert row[7].text.endswith("hp-tmpc · set-up 2")
-    said = contest.verdicts(duels)
+    said = head_to_head.verdicts(duels)
     assert any("hp-tmpc · set-up 2 succeeds more often, by 80 points (52 to 91)" in line for line in said)
     better = next(
         line for line in said if "· hp-tmpc · set-up 2 against Search-and-rescue robot · hp-tmpc · set-up 1" in line

@@ -113,7 +113,7 @@ def test_overlapping_obstacles(tmp_path: Path) -> None:
     assert found == ["obstacles.1.pose: 'crate' at (3.3, 2) overlaps 'box'"]
 
 
-def test_a_mover_already_under_way_touches_the_robot(tmp_path: Path) -> None:
+def test_a_moving_obstacle_already_under_way_touches_the_robot(tmp_path: Path) -> None:
     run = "path = [[3.0, 1.0], [0.5, 1.0]], speed = 0.5"
     assert problems(tmp_path, "path = [[7.0, 0.5], [7.0, 3.5]], speed = 0.5", run) == []
     found = problems(tmp_path, "path = [[7.0, 0.5], [7.0, 3.5]], speed = 0.5", f"{run}, delay = -3.5")

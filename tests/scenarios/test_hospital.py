@@ -89,10 +89,10 @@ def test_a_single_obstacle_stands_in_the_middle() -> None:
         assert square(test.obstacles[0]).area == pytest.approx(test.labels.size**2)  # type: ignore[operator]
 
 
-def mover_at(test: Scenario, leg: str, t: float) -> tuple[float, float]:
-    """Where the mover is `t` seconds after `leg` began: an own, plain computation on its straight path."""
-    mover = next(o for o in test.obstacles if o.runs)
-    run = next(r for r in mover.runs if r.leg == leg)
+def moving_obstacle_at(test: Scenario, leg: str, t: float) -> tuple[float, float]:
+    """Where the moving obstacle is `t` seconds after `leg` began: an own, plain computation on its straight path."""
+    moving_obstacle = next(o for o in test.obstacles if o.runs)
+    run = next(r for r in moving_obstacle.runs if r.leg == leg)
     (x0, y0), (x1, y1) = run.path
     share = (t - run.delay) * run.speed / math.dist(*run.path)
     return x0 + share * (x1 - x0), y0 + share * (y1 - y0)
@@ -108,7 +108,7 @@ def robot_at(robot: Robot, speed: float, t: float) -> float:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_the_mover_meets_the_undisturbed_robot(name: str) -> None:
+def test_the_moving_obstacle_meets_the_undisturbed_robot(name: str) -> None:
     robot = load_robot(name)
     delays = set()
     for test in protocol(name, configurations=("crossing", "complex", "passing")):
@@ -118,21 +118,21 @@ def test_the_mover_meets_the_undisturbed_robot(name: str) -> None:
             t = undisturbed(robot, test.speed, distance)
             if (test.labels.repetition, leg) == (1, "forth"):
                 assert robot_at(robot, test.speed, t) == pytest.approx(distance, abs=0.002)
-            away = math.dist(mover_at(test, leg, t), (x, 0.0)) / test.labels.obstacle_speed  # type: ignore[operator]
+            away = math.dist(moving_obstacle_at(test, leg, t), (x, 0.0)) / test.labels.obstacle_speed  # type: ignore[operator]
             assert away <= 0.5 + 1e-6
             delays.add(round(away, 4))
     assert len(delays) > 30  # spread, not fixed
     assert max(delays) > 0.4
 
 
-def test_movers_are_the_other_robot_and_go_where_the_paper_says() -> None:
+def test_moving_obstacles_are_the_other_robot_and_go_where_the_paper_says() -> None:
     for name, other in (("tiago", "hosbot"), ("hosbot", "tiago"), ("hosbot:vendor", "tiago"), ("jackal", "tiago")):
         for test in protocol(name, batches=("MO", "CE")):
-            mover = next(o for o in test.obstacles if o.runs)
-            assert mover.shape.robot == other  # type: ignore[union-attr]
-            assert [r.leg for r in mover.runs] == ["forth", "back"]
-            assert {r.speed for r in mover.runs} == {test.labels.obstacle_speed}
-            forth, back = (np.array(r.path) for r in mover.runs)
+            moving_obstacle = next(o for o in test.obstacles if o.runs)
+            assert moving_obstacle.shape.robot == other  # type: ignore[union-attr]
+            assert [r.leg for r in moving_obstacle.runs] == ["forth", "back"]
+            assert {r.speed for r in moving_obstacle.runs} == {test.labels.obstacle_speed}
+            forth, back = (np.array(r.path) for r in moving_obstacle.runs)
             assert np.allclose(forth, -back)  # turned by pi about the midpoint
             way = (forth[1] - forth[0]) / np.linalg.norm(forth[1] - forth[0])
             expected = {"passing": (-1, 0), "crossing": (0, -1), "complex": (0, -1), "overtaking": (1, 0)}

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clearway.clairvoyant.space_time import shortest
 from clearway.errors import ClearwayError
-from clearway.geometry.space_time import shortest
 from clearway.robots import load_robot
 from clearway.scenarios import sar_draws
 from clearway.scenarios.check import check_scenario
@@ -67,7 +67,7 @@ def test_ten_scenarios_of_each_case(suite: str) -> None:
         assert (s.plan, s.localisation, s.tracking, s.livelock) == ("arena", "truth", "difference", True)
         assert (s.placement_xy, s.placement_yaw, s.legs[0].time_limit) == (0.0, 0.0, 120.0)
         assert s.legs[0].yaw_tolerance == math.inf
-        assert s.limit is not None
+        assert s.optimal is not None
         assert s.disturbance is not None
     assert check_scenario(scenarios[0], load_robot("rescue")) == []
     assert check_scenario(scenarios[-1], load_robot("rescue")) == []
@@ -76,12 +76,12 @@ def test_ten_scenarios_of_each_case(suite: str) -> None:
 @every_case
 def test_the_frozen_file_is_what_the_generator_draws(case: str) -> None:
     assert len(frozen()[case]) == FROZEN == 10
-    assert max(drawn.limit.error for drawn in frozen()[case]) <= 0.005
+    assert max(drawn.optimal.error for drawn in frozen()[case]) <= 0.005
     for drawn, row in zip(frozen()[case], freeze(CASES[case], 2), strict=False):
         assert row["seed"] == drawn.seed
         for part in ("static", "start", "velocity", "attraction", "stiffness"):
             assert getattr(drawn.layout, part).tolist() == row[part]
-        assert drawn.limit.model_dump() == pytest.approx(row["limit"], abs=1e-3)
+        assert drawn.optimal.model_dump() == pytest.approx(row["optimal"], abs=1e-3)
         assert [m.model_dump(mode="json") for m in drawn.layout.motions] == row.get("motions", [])
 
 
@@ -101,8 +101,8 @@ def test_what_is_drawn_keeps_the_rules(case: str) -> None:
         eta = (layout.stiffness * (2.0 + np.abs(layout.start - layout.attraction)) / 0.2 - 1) / 4
         assert eta[:, 0] == pytest.approx(eta[:, 1], abs=1e-4)  # one draw an obstacle
         assert -1e-4 < eta.min() < eta.max() < 1 + 1e-4
-        assert drawn.limit.time >= (math.dist(START, GOAL) - 0.2) / SPEEDS.get(case, 1.0) - 1e-4
-        assert drawn.limit.path >= math.dist(START, GOAL) - 0.2 - 1e-3
+        assert drawn.optimal.time >= (math.dist(START, GOAL) - 0.2) / SPEEDS.get(case, 1.0) - 1e-4
+        assert drawn.optimal.path >= math.dist(START, GOAL) - 0.2 - 1e-3
         if CASES[case].confined:
             assert np.abs(layout.start - layout.attraction).max() <= 3.0 + 1e-9
             swept = exact(layout, np.arange(0.0, 600.0, 0.05))[:, len(layout.static) :]
@@ -147,7 +147,7 @@ def test_the_harder_ones_have_a_way(case: str) -> None:
             dt=0.05, area=(0.0, 0.0, 14.0, 14.0),
         )  # fmt: skip
         assert way is not None
-        assert way.time == pytest.approx(drawn.limit.time, rel=0.005)
+        assert way.time == pytest.approx(drawn.optimal.time, rel=0.005)
         t = np.arange(0.0, way.time, 1e-3)
         at = np.stack([np.interp(t, way.points[:, 0], way.points[:, k]) for k in (1, 2)], axis=1)
         assert np.hypot(*np.diff(at, axis=0).T).max() <= 1.002e-3 * CASES[case].speed
@@ -192,7 +192,7 @@ def test_a_seed_gives_the_same_whichever_others_are_drawn() -> None:
     generate.cache_clear()
     after = [generate(CASES["case 1"], s) for s in (5, 6, 7)][-1]
     assert alone.layout.start.tolist() == after.layout.start.tolist()
-    assert alone.limit == after.limit
+    assert alone.optimal == after.optimal
     others = {generate(CASES["case 1"], s).layout.start[0, 0] for s in range(10)}
     assert len(others | {d.layout.start[0, 0] for d in frozen()["case 1"]}) == 20  # frozen ones are a family apart
 
@@ -236,15 +236,15 @@ def test_repetitions_and_campaign_seeds_change_the_disturbance_only() -> None:
     (other,) = build("sar-case1", seed=1, configurations=("scenario-4",))
     assert one.obstacles == two.obstacles == other.obstacles
     assert len({one.seed, two.seed, other.seed}) == 3
-    assert one.limit == two.limit
+    assert one.optimal == two.optimal
 
 
 def test_the_limit_holds_for_the_robot_and_speed_that_it_was_searched_for() -> None:
-    assert build("sar-case1", speeds=(0.5,))[0].limit is None
-    assert build("sar-case3", speeds=(1.0,))[0].limit is None
-    assert build("sar-case3", speeds=(0.6,))[0].limit is not None
+    assert build("sar-case1", speeds=(0.5,))[0].optimal is None
+    assert build("sar-case3", speeds=(1.0,))[0].optimal is None
+    assert build("sar-case3", speeds=(0.6,))[0].optimal is not None
     tiago = build("sar-case1", robot="tiago")[0]
-    assert (tiago.speed, tiago.limit) == (1.0, None)
+    assert (tiago.speed, tiago.optimal) == (1.0, None)
 
 
 @pytest.mark.parametrize("text", ["", "3", "5:5", "6:5", "-1:4", "a:b", "0:1:2", "0.5:2"])

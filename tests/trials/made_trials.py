@@ -21,11 +21,11 @@ SCHEMA = pa.schema(
 
 
 def make_trial(i: int, n: int = 40) -> Trial:
-    """Trial number i, with n samples; every third has a mover, every fifth fails."""
+    """Trial number i, with n samples; every third has a moving obstacle, every fifth fails."""
     rng = np.random.default_rng(i)
     m = int(i % 3 == 0)
     bodies = [Body("wall", "wall", rectangle(4.0, 0.1), np.array([0.0, 2.0, 0.0]))]
-    bodies += [Body("cart", "mover", Circle(0.3), None)] * m
+    bodies += [Body("cart", "moving obstacle", Circle(0.3), None)] * m
     leg = Leg("forth", np.zeros(3), np.array([5.0, 0.0, 0.0]), 0.1, np.inf)
     attempt = Attempt(
         labels=Labels("made", "M", "free", 0.6),
@@ -51,7 +51,7 @@ def make_trial(i: int, n: int = 40) -> Trial:
         estimate=rng.normal(size=(n, 3)),
         command=rng.normal(size=(n, 2)),
         leg=np.zeros(n, np.int64),
-        movers=rng.normal(size=(n, m, 3)),
+        moving_obstacles=rng.normal(size=(n, m, 3)),
         spans=(Span(0, 0.0, 0.1 * (n - 1), i % 5 != 0),),
         events=(Event(0.5, "recovery", "clear"),),
         outcome=Outcome.TIMEOUT if i % 5 == 0 else Outcome.REACHED,
@@ -68,7 +68,7 @@ def make_recorded(i: int, n: int = 40) -> Trial:
     attempt = replace(
         a, labels=replace(a.labels, speed=None), bodies=(*a.bodies, bed), speed_limit=None, scenario=None, seed=None, source="recorded"
     )  # fmt: skip
-    sigma = np.random.default_rng(i).uniform(0.001, 0.01, (n, 1 + trial.movers.shape[1], 2))
+    sigma = np.random.default_rng(i).uniform(0.001, 0.01, (n, 1 + trial.moving_obstacles.shape[1], 2))
     sigma[3] = np.nan
     return replace(
         trial, attempt=attempt, sigma=sigma, tie=sigma[:, 0] / 2, events=(Event(1.0, "possible contact", "bed"),)

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 import numpy as np
-from worlds import Pilot, body, constant, make_robot, make_scenario, mover, run
+from worlds import Pilot, body, constant, make_robot, make_scenario, moving_obstacle, run
 
 from clearway.contract import Command, Obstacles
 from clearway.geometry.shapes import Circle, rectangle
@@ -16,10 +16,10 @@ LEGS = [{"name": "f", "goal": (99, 0, 0), "time_limit": 8.0}]
 BODIES = [
     body(Circle(0.3), 2.0, 2.0, kind="wall", name="wall"),
     body(Circle(0.35), 0.0, 4.3, kind="obstacle", name="reaches in"),
-    mover(Circle(0.2)),
+    moving_obstacle(Circle(0.2)),
     body(Circle(0.35), 0.0, -4.4, kind="obstacle", name="too far"),
     body(rectangle(0.6, 0.8), -2.0, 0.0, 0.3, kind="obstacle", name="box"),
-    mover(Circle(0.1)),
+    moving_obstacle(Circle(0.1)),
 ]
 KNOTS = [np.array([[0.0, 2.0, 0.0, 0.0], [8.0, 2.0, 3.0, 0.0]]), np.array([[3.0, 0.0, 2.0, 0.0], [4.0, 0.0, 2.0, 0.0]])]
 
@@ -42,7 +42,7 @@ def test_without_a_camera_nothing_is_seen() -> None:
 def test_what_reaches_into_the_circle_is_seen_whatever_stands_before_it() -> None:
     first, later = seen()[0], seen()[35]
     assert first.identity.tolist() == [1, 2, 4]  # indices of bodies; walls are a lidar's work
-    assert later.identity.tolist() == [1, 2, 4, 5]  # the second mover is there from 3 s to 4 s
+    assert later.identity.tolist() == [1, 2, 4, 5]  # the second moving obstacle is there from 3 s to 4 s
     assert first.radius.tolist() == [0.35, 0.2, 0.5]  # a box as the disc around it
     assert first.moving.tolist() == [False, True, False]
     assert np.isnan(first.velocity).all()

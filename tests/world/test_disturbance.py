@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, mover, run, steer
+from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, moving_obstacle, run, steer
 
 from clearway.contract import Command
 from clearway.geometry.distance import min_clearance, path_clearance
@@ -125,12 +125,12 @@ def test_contact_is_exact_under_heavy_disturbance(
     foot = {"kind": "polygon", "vertices": [(-0.3, -0.2), (0.4, -0.2), (0.4, 0.2), (-0.3, 0.2)]}
     rough = {"position": 0.01, "heading": 0.02, "velocity": 0.5, "turn": 1.0}  # a hundredth of a second each
     robot = make_robot(footprint=foot, period=0.01, drive=INSTANT | {"v_max": 3.0, "v_min": -3.0}, lidar=None)
-    bodies = [body(Circle(r), x, y) for x, y, r in still] + [mover(rectangle(0.3, 0.1)) for _ in moving]
+    bodies = [body(Circle(r), x, y) for x, y, r in still] + [moving_obstacle(rectangle(0.3, 0.1)) for _ in moving]
     knots = [np.array([[0.0, a, b, 0.0], [1.5, c, d, 2.0]]) for a, b, c, d in moving]
     legs = [{"name": "f", "goal": (99, 0, 0), "time_limit": 1.2}]
     trial = run(constant(*command), bodies, scenario(rough, legs=legs, seed=seed, speed=3.0), robot, knots or None)
-    gap = min_clearance(robot.shape, trial.pose, bodies, trial.movers)
-    between = path_clearance(robot.shape, trial.pose, bodies, trial.movers, 1e-5)
+    gap = min_clearance(robot.shape, trial.pose, bodies, trial.moving_obstacles)
+    between = path_clearance(robot.shape, trial.pose, bodies, trial.moving_obstacles, 1e-5)
     if trial.outcome is Outcome.COLLISION:
         assert gap[-1] <= 1.2e-5
         assert (gap[:-1] > 0).all()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import DRIVE, SILENT, Pilot, body, constant, make_robot, make_scenario, mover, run
+from worlds import DRIVE, SILENT, Pilot, body, constant, make_robot, make_scenario, moving_obstacle, run
 
 from clearway.contract import Command
 from clearway.geometry.distance import min_clearance, path_clearance
@@ -54,15 +54,15 @@ def test_the_instant_of_contact_by_hand() -> None:
     assert trial.pose[-1, 0] == pytest.approx(0.75, abs=2e-5)
 
 
-def test_a_mover_that_crosses_within_a_step_is_not_missed() -> None:
+def test_a_moving_obstacle_that_crosses_within_a_step_is_not_missed() -> None:
     """It needs 2 ms to pass through the standing robot, and is far away at both ends of the plant's step."""
     knots = np.array([[0.0, 0.3, -50.0, 1.0], [0.1, 0.3, 50.0, 1.0]])
-    trial = run(constant(0.0), [mover(rectangle(0.1, 0.1))], knots=[knots])
+    trial = run(constant(0.0), [moving_obstacle(rectangle(0.1, 0.1))], knots=[knots])
     assert trial.outcome is Outcome.COLLISION
     assert trial.t[-1] == pytest.approx(0.05, abs=1e-3)
     assert "robot at 0.000 m/s" in trial.events[-1].detail
     assert "1000.000 m/s" in trial.events[-1].detail
-    miss = run(constant(0.0), [mover(rectangle(0.1, 0.1))], knots=[knots + np.array([0, 0.1, 0, 0])])
+    miss = run(constant(0.0), [moving_obstacle(rectangle(0.1, 0.1))], knots=[knots + np.array([0, 0.1, 0, 0])])
     assert miss.outcome is Outcome.TIMEOUT
 
 
@@ -70,16 +70,16 @@ def test_a_swept_crossing_of_two_that_move() -> None:
     """Robot along x at 1 m/s, disc along y at 1 m/s, both aiming at (2, 0): contact when their centres are r1 + r2 apart."""
     robot = make_robot(drive=FAST | {"acceleration": 1e6})
     knots = np.array([[0.0, 2.0, -2.0, math.pi / 2], [4.0, 2.0, 2.0, math.pi / 2]])
-    trial = run(constant(1.0), [mover(Circle(0.35))], robot=robot, knots=[knots])
+    trial = run(constant(1.0), [moving_obstacle(Circle(0.35))], robot=robot, knots=[knots])
     assert trial.outcome is Outcome.COLLISION
     # |(2 - t, -(2 - t))| = sqrt(2) (2 - t) = 0.6
     assert trial.t[-1] == pytest.approx(2.0 - 0.6 / math.sqrt(2.0), abs=5e-5)
-    assert trial.movers[-1, 0] == pytest.approx([2.0, -0.6 / math.sqrt(2.0), math.pi / 2], abs=5e-5)
+    assert trial.moving_obstacles[-1, 0] == pytest.approx([2.0, -0.6 / math.sqrt(2.0), math.pi / 2], abs=5e-5)
 
 
-def test_a_mover_that_appears_on_the_robot_is_contact() -> None:
+def test_a_moving_obstacle_that_appears_on_the_robot_is_contact() -> None:
     knots = np.array([[1.0, 0.0, 0.1, 0.0], [2.0, 5.0, 0.1, 0.0]])
-    trial = run(constant(0.0), [mover(Circle(0.1))], knots=[knots])
+    trial = run(constant(0.0), [moving_obstacle(Circle(0.1))], knots=[knots])
     assert trial.outcome is Outcome.COLLISION
     assert trial.t[-1] == pytest.approx(1.0, abs=0.011)
 
@@ -113,22 +113,22 @@ def test_contact_is_when_the_gap_closes_and_not_before(
     """The trial's own samples, a tenth of a second apart at first and one step of the plant apart here, are the oracle."""
     robot = make_robot(footprint=FOOT, period=0.01)
     scenario = make_scenario(speed=2.0, legs=[{"name": "forth", "goal": (99, 0, 0), "time_limit": 3.0}])
-    bodies = [body(s, *p) for s, p in still] + [mover(s) for s, _, _ in moving]
+    bodies = [body(s, *p) for s, p in still] + [moving_obstacle(s) for s, _, _ in moving]
     knots = [np.vstack([[0.0, *a], [3.5, *b]]) for _, a, b in moving]
     pilot = Pilot(lambda s: Command(*commands[min(int(s.t), len(commands) - 1)]))
     trial = run(pilot, bodies, scenario, robot, knots=knots or None)
-    gap = min_clearance(robot.shape, trial.pose, bodies, trial.movers)
+    gap = min_clearance(robot.shape, trial.pose, bodies, trial.moving_obstacles)
     if trial.outcome is Outcome.COLLISION:
         assert gap[-1] <= 1.2e-5
         assert (gap[:-1] > 0).all()
         if len(gap) > 1:
-            assert path_clearance(robot.shape, trial.pose, bodies, trial.movers, 1e-5)[:-2].min(initial=1) > 0
+            assert path_clearance(robot.shape, trial.pose, bodies, trial.moving_obstacles, 1e-5)[:-2].min(initial=1) > 0
         slow = run(pilot, bodies, scenario, make_robot(footprint=FOOT), knots=knots or None)
         assert slow.outcome is Outcome.COLLISION  # with ten times the control period, but for what the commands change
     else:
         assert trial.outcome is Outcome.TIMEOUT
         assert gap.min(initial=1.0) > 0
-        assert path_clearance(robot.shape, trial.pose, bodies, trial.movers, 1e-5).min() > 0
+        assert path_clearance(robot.shape, trial.pose, bodies, trial.moving_obstacles, 1e-5).min() > 0
 
 
 Rect = Circle | Polygon

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, mover, run, steer
+from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, moving_obstacle, run, steer
 
 from clearway.contract import Budget, Command, Decision, Diagnostics, Sensing
 from clearway.errors import ClearwayError
@@ -31,7 +31,7 @@ THERE_AND_BACK = [
 
 
 def same_bits(a: Trial, b: Trial) -> bool:
-    names = ("t", "pose", "velocity", "estimate", "command", "leg", "movers")
+    names = ("t", "pose", "velocity", "estimate", "command", "leg", "moving_obstacles")
     return all(getattr(a, n).tobytes() == getattr(b, n).tobytes() for n in names) and (
         (a.spans, a.events, a.outcome, a.reason) == (b.spans, b.events, b.outcome, b.reason)
     )
@@ -45,7 +45,9 @@ def test_the_same_seed_gives_the_same_bits_and_another_seed_does_not() -> None:
                         "runs": [{"leg": "forth", "path": [(1, 3), (1, 1)], "speed": 0.5}]}],
         )  # fmt: skip
         pilot = Pilot(steer)
-        trial = run(pilot, [body(rectangle(1, 1), 5, 0), mover(rectangle(0.3, 0.3))], scenario, make_robot(**NOISY))
+        trial = run(
+            pilot, [body(rectangle(1, 1), 5, 0), moving_obstacle(rectangle(0.3, 0.3))], scenario, make_robot(**NOISY)
+        )
         seen = b"".join(s.scan.ranges.tobytes() + s.odom_pose.tobytes() for s in pilot.seen if s.scan)
         return trial, seen
 
@@ -177,7 +179,7 @@ def test_giving_up_and_starting_in_contact() -> None:
     assert "'bed'" in trial.reason
     assert "placed" in trial.reason
     on_it = [np.array([[-1.0, -1.0, 0.0, 0.0], [9.0, 9.0, 0.0, 0.0]])]
-    assert run(Pilot(steer), [mover(Circle(0.1))], knots=on_it).outcome is Outcome.COLLISION
+    assert run(Pilot(steer), [moving_obstacle(Circle(0.1))], knots=on_it).outcome is Outcome.COLLISION
 
 
 def test_what_the_pilot_is_told_and_what_it_shows() -> None:
@@ -196,7 +198,7 @@ def test_what_the_pilot_is_told_and_what_it_shows() -> None:
     assert task.start.tolist() == [0, 0, 0]  # the intended pose; the true one differs
     assert trial.pose[0].tolist() != [0, 0, 0]
     assert pilot.seen[0].odom_pose.tolist() == [0, 0, 0]
-    assert task.forecast is None
+    assert task.obstacle_oracle is None
     assert [s.t for s in trial.snapshots] == [0.0, 1.0]
     assert {"wall", "decide_mean", "decide_p50", "decide_p99", "decide_max"} == set(trial.timing)
     assert trial.attempt.labels.speed == 0.7
@@ -216,11 +218,15 @@ def test_placement_stays_within_its_error(seed: int) -> None:
 def test_the_truth_as_a_forecast_for_the_privileged() -> None:
     pilot = constant(0.0)
     knots = np.array([[1.0, 5.0, -2.0, 1.57], [5.0, 5.0, 2.0, 1.57]])
-    bodies = [body(Circle(0.2), 0, 3, kind="obstacle"), body(rectangle(9, 1), 0, 9), mover(rectangle(0.6, 0.8))]
+    bodies = [
+        body(Circle(0.2), 0, 3, kind="obstacle"),
+        body(rectangle(9, 1), 0, 9),
+        moving_obstacle(rectangle(0.6, 0.8)),
+    ]
     run(pilot, bodies, knots=[knots], privileged=True)
     task: Any = pilot.task
-    assert task.forecast(2.0) == pytest.approx(np.array([[0, 3, 0.2, 1], [5, -1, 0.5, 1]]))
-    assert task.forecast(0.5)[1, 3] == 0.0
+    assert task.obstacle_oracle(2.0) == pytest.approx(np.array([[0, 3, 0.2, 1], [5, -1, 0.5, 1]]))
+    assert task.obstacle_oracle(0.5)[1, 3] == 0.0
 
 
 def test_scans_are_what_stands_there() -> None:
@@ -228,7 +234,7 @@ def test_scans_are_what_stands_there() -> None:
              "mount": (0.2, 0.1, 0.3)}  # fmt: skip
     pilot = Pilot(steer)
     knots = np.array([[0.0, 4.0, -2.0, 0.0], [20.0, 4.0, 2.0, 0.0]])
-    bodies = [body(rectangle(1, 1), 5, 2), body(Circle(0.3), 2, -1), mover(rectangle(0.5, 0.5))]
+    bodies = [body(rectangle(1, 1), 5, 2), body(Circle(0.3), 2, -1), moving_obstacle(rectangle(0.5, 0.5))]
     trial = run(pilot, bodies, knots=[knots], robot=make_robot(lidar=lidar))
     rays = beams(181, -1.5, 1.5, 0.3, 6.0)
     for i in (0, 10, len(trial.t) - 1):
@@ -237,7 +243,7 @@ def test_scans_are_what_stands_there() -> None:
         x, y, theta = trial.pose[i]
         c, s = math.cos(theta), math.sin(theta)
         at = np.array([x + c * 0.2 - s * 0.1, y + s * 0.2 + c * 0.1, theta + 0.3])
-        poses = np.array([bodies[0].pose, bodies[1].pose, trial.movers[i, 0]])
+        poses = np.array([bodies[0].pose, bodies[1].pose, trial.moving_obstacles[i, 0]])
         expected = sweep(scene([b.shape for b in bodies], poses), rays, at)
         assert np.isclose(scan.ranges, expected, atol=1e-9).sum() >= 179
         assert scan.mount.tolist() == [0.2, 0.1, 0.3]
@@ -324,14 +330,14 @@ def test_a_test_of_the_rescue_suites() -> None:
     assert pilot.task is not None
     assert pilot.task.area == (0.0, 0.0, 14.0, 14.0)
     assert pilot.task.map is None
-    assert scenario.limit is not None
-    assert trial.attempt.limit_time == scenario.limit.time
-    assert trial.attempt.limit_path == scenario.limit.path
-    assert trial.movers.shape[1] == 5
+    assert scenario.optimal is not None
+    assert trial.attempt.optimal_time == scenario.optimal.time
+    assert trial.attempt.optimal_path == scenario.optimal.path
+    assert trial.moving_obstacles.shape[1] == 5
     assert len(trial.attempt.bodies) == 11
     first = scenario.obstacles[6].oscillation
     assert first is not None
-    assert trial.movers[0, 0, :2].tolist() == list(first.start)
+    assert trial.moving_obstacles[0, 0, :2].tolist() == list(first.start)
     for sensing, pose in zip(pilot.seen, trial.pose, strict=False):
         assert sensing.obstacles is not None
         assert sensing.truth.tolist() == pose.tolist()

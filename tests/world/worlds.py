@@ -74,15 +74,15 @@ def body(shape: Shape, x: float, y: float, theta: float = 0.0, name: str = "thin
     return Body(name, kind, shape, np.array([x, y, theta]))
 
 
-def mover(shape: Shape, name: str = "mover") -> Body:
-    return Body(name, "mover", shape, None)
+def moving_obstacle(shape: Shape, name: str = "moving obstacle") -> Body:
+    return Body(name, "moving obstacle", shape, None)
 
 
 def run(
     pilot: Pilot, bodies: Sequence[Body] = (), scenario: Scenario | None = None, robot: Robot | None = None,
     knots: Sequence[FloatArray] | None = None, **more: Any,
 ) -> Trial:  # fmt: skip
-    """A trial among `bodies`; the movers follow `knots`, one table each, in every leg, else the scenario's runs."""
+    """A trial among `bodies`; the moving obstacles follow `knots`, one table each, in every leg, else the scenario's runs."""
     scenario = scenario or make_scenario()
     way: Tracks
     if knots is not None:

@@ -9,7 +9,7 @@ from clearway.navigators.move_base.parameters import parameters_of
 from clearway.perception import make_localiser
 from clearway.perception.parameters import mapping_parameters
 from clearway.recordings.lab.checks import problems_of, summary
-from clearway.recordings.lab.plan import is_test_plan
+from clearway.recordings.lab.test_plan import is_test_plan
 from clearway.robots import Robot, load_robot
 from clearway.scenarios import check
 from clearway.scenarios.files import kind_of, read_toml

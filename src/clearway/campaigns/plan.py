@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from clearway.campaigns.setup import FREE, Setup, read_setup
+from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.robots import load_robot
@@ -40,7 +40,7 @@ class CampaignPlan:
         seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
         map: None for the floor plan's true map, or the path of a ROS map that a robot built.
         tracking: how obstacles are followed, `difference` or `kalman`; None: as each scenario says.
-        setups: how much a navigator may think per control period, as `read_setup` has it; empty: no bound.
+        setups: how much a navigator may think per control period, as `read_thinking_budget` has it; empty: no bound.
         decision_limit: s of wall clock after which a decision counts as hung and the trial as failed; None: never.
         options: navigator's name -> what its constructor is given.
     """
@@ -61,7 +61,7 @@ class CampaignPlan:
         for name in ("suites", "navigators"):
             if not getattr(self, name):
                 raise ClearwayError("at least one is needed", field=name)
-        object.__setattr__(self, "setups", tuple(str(read_setup(s).name) for s in self.setups))
+        object.__setattr__(self, "setups", tuple(str(read_thinking_budget(s).name) for s in self.setups))
         for name in ("suites", "robots", "navigators", "setups"):
             values = getattr(self, name)
             if len(set(values)) < len(values):
@@ -97,7 +97,7 @@ class CampaignPlan:
             ClearwayError: an unknown suite or robot, or a selection that selects nothing.
         """
         built = []
-        setups = [read_setup(s) for s in self.setups] or [FREE]
+        setups = [read_thinking_budget(s) for s in self.setups] or [FREE]
         for name in self.suites:
             suite = load_suite(name)
             for robot in self.robots:
@@ -121,7 +121,7 @@ class TrialSpec:
     navigator: str
     localisation: str
     tracking: str
-    setup: Setup
+    setup: ThinkingBudget
     suite: str
 
     @property

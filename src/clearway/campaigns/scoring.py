@@ -17,7 +17,7 @@ from clearway.indicators import row_schema, score_row
 from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.checks import problems_of, references
 from clearway.recordings.lab.lab import Lab
-from clearway.recordings.lab.plan import TrialSpec
+from clearway.recordings.lab.test_plan import RecordedTrialSpec
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
 
 
@@ -121,7 +121,7 @@ def _by_file(lab: Lab, trials: Sequence[tuple[int, int]]) -> list[list[tuple[int
     return list(jobs.values())
 
 
-def _id(spec: TrialSpec) -> str:
+def _id(spec: RecordedTrialSpec) -> str:
     """A trial's name in the tables, built as the protocol names its scenarios."""
     values = (("v", spec.speed), ("o", spec.obstacle_speed), ("s", spec.size), ("d", spec.gap))
     parts = [spec.batch, spec.configuration, *(f"{letter}{value:g}" for letter, value in values if value is not None)]

@@ -121,7 +121,7 @@ def _broken(spec: TrialSpec, reason: str, detail: str) -> Trial:
         estimate=None,
         command=None,
         leg=np.zeros(1, dtype=np.int64),
-        movers=np.empty((1, 0, 3)),
+        moving_obstacles=np.empty((1, 0, 3)),
         spans=(),
         events=(Event(0.0, "error", detail),),
         outcome=Outcome.NAVIGATOR_FAILED,

@@ -25,7 +25,7 @@ def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show
     import json
 
     from clearway.recordings.formats.table_spec import TableSpec
-    from clearway.recordings.lab.plan import Plan
+    from clearway.recordings.lab.test_plan import TestPlan
     from clearway.scenarios import files
 
     made: dict[Kind, Callable[[], dict[str, Any]]] = {
@@ -33,7 +33,7 @@ def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show
         Kind.SUITE: files.suite_schema,
         Kind.ROBOT: files.robot_schema,
         Kind.PLAN: files.plan_schema,
-        Kind.TEST_PLAN: lambda: files.schema_of(Plan),
+        Kind.TEST_PLAN: lambda: files.schema_of(TestPlan),
         Kind.TABLE: lambda: files.schema_of(TableSpec),
     }
     typer.echo(json.dumps(made[kind](), indent=2))

@@ -139,7 +139,7 @@ class PerfectForecaster:
         ClearwayError: step is not above 0, or count is negative.
     """
 
-    def __init__(self, parameters: ForecastParameters, truth: contract.Forecast, step: float, count: int) -> None:
+    def __init__(self, parameters: ForecastParameters, truth: contract.ObstacleOracle, step: float, count: int) -> None:
         _check(step, count)
         self._p, self._truth, self._step, self._count = parameters, truth, float(step), int(count)
         self.reset()

@@ -34,52 +34,56 @@ def clearance(shape_a: Shape, pose_a: FloatArray, shape_b: Shape, pose_b: FloatA
     return float(gap(at_a, a.radius[0], at_b, b.radius[0]))
 
 
-def min_clearance(footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], movers: FloatArray) -> FloatArray:
+def min_clearance(
+    footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], moving_obstacles: FloatArray
+) -> FloatArray:
     """Clearance to the nearest body at each sample.
 
     Args:
         footprint: of the robot. poses: (n, 3) of the robot.
-        bodies: all that it can hit. movers: (n, m, 3) poses of those bodies whose pose is None, in their order;
+        bodies: all that it can hit. moving_obstacles: (n, m, 3) poses of those bodies whose pose is None, in their order;
             NaN where one is absent.
 
     Returns:
         (n,) metres; inf where there is no body.
     """
-    return np.asarray(_sampled(*_arguments(footprint, poses, bodies, movers)))
+    return np.asarray(_sampled(*_arguments(footprint, poses, bodies, moving_obstacles)))
 
 
 def path_clearance(
-    footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], movers: FloatArray, tolerance: float = 1e-3
+    footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], moving_obstacles: FloatArray, tolerance: float = 1e-3
 ) -> FloatArray:
     """Smallest clearance between each sample and the next, to within `tolerance` [m] above the true minimum.
 
-    Between samples the robot is taken to drive the arc that joins the two poses, a mover the line. Arguments as for
+    Between samples the robot is taken to drive the arc that joins the two poses, a moving obstacle the line. Arguments as for
     `min_clearance`.
 
     Returns:
         (n,) metres; entry i holds over [sample i, sample i + 1], the last one at the last sample.
     """
-    return np.asarray(_between(tolerance, False, *_arguments(footprint, poses, bodies, movers)))
+    return np.asarray(_between(tolerance, False, *_arguments(footprint, poses, bodies, moving_obstacles)))
 
 
 def closest_approach(
-    footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], movers: FloatArray, tolerance: float = 1e-3
+    footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], moving_obstacles: FloatArray, tolerance: float = 1e-3
 ) -> float:
     """The smallest of `path_clearance`, in a fraction of its time; inf where there is no body."""
-    least = _between(tolerance, True, *_arguments(footprint, poses, bodies, movers))
+    least = _between(tolerance, True, *_arguments(footprint, poses, bodies, moving_obstacles))
     return float(least.min(initial=math.inf))
 
 
-def _arguments(footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], movers: FloatArray) -> Any:
+def _arguments(footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], moving_obstacles: FloatArray) -> Any:
     """What `_sampled` takes."""
     static = [b for b in bodies if b.pose is not None]
     moving = [b for b in bodies if b.pose is None]
     at = np.array([b.pose for b in static], dtype=np.float64).reshape(-1, 3)
-    track = np.ascontiguousarray(movers, dtype=np.float64)
+    track = np.ascontiguousarray(moving_obstacles, dtype=np.float64)
     if track.size == 0:
         track = np.full((len(poses), len(moving), 3), np.nan)
     if track.shape != (len(poses), len(moving), 3):
-        raise ValueError(f"movers has shape {track.shape}; {(len(poses), len(moving), 3)} goes with poses and bodies")
+        raise ValueError(
+            f"moving_obstacles has shape {track.shape}; {(len(poses), len(moving), 3)} goes with poses and bodies"
+        )
     foot = pack([footprint])
     way = np.ascontiguousarray(poses, dtype=np.float64)
     around = boxes(place(pack([b.shape for b in static]), at))
@@ -185,7 +189,7 @@ def _edges(
 def _sampled(
     foot: FloatArray, foot_radius: float, foot_reach: float, poses: FloatArray,
     points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, around: FloatArray,
-    movers: FloatArray,
+    moving_obstacles: FloatArray,
 ) -> FloatArray:  # fmt: skip
     """`min_clearance` on packed shapes, the static ones at `at` (k, 3), in boxes `around` (k, 4), first."""
     n, still = poses.shape[0], at.shape[0]
@@ -196,7 +200,7 @@ def _sampled(
     for i in range(n):
         transform(foot, poses[i, 0], poses[i, 1], poses[i, 2], robot)
         for b in range(radius.shape[0]):
-            pose = at[b] if b < still else movers[i, b - still]
+            pose = at[b] if b < still else moving_obstacles[i, b - still]
             if not math.isfinite(pose[0]):
                 continue
             if b < still:
@@ -217,13 +221,13 @@ def _between(
     tolerance: float, whole: bool,
     foot: FloatArray, foot_radius: float, foot_reach: float, poses: FloatArray,
     points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, at: FloatArray, around: FloatArray,
-    movers: FloatArray,
+    moving_obstacles: FloatArray,
 ) -> FloatArray:  # fmt: skip
     """`path_clearance` on packed shapes: bisects each interval until motion bounds leave no room below the best.
 
     `whole`: below the best of all intervals so far, so that only the smallest of the answers is exact.
     """
-    best = _sampled(foot, foot_radius, foot_reach, poses, points, first, radius, reach, at, around, movers)
+    best = _sampled(foot, foot_radius, foot_reach, poses, points, first, radius, reach, at, around, moving_obstacles)
     still = at.shape[0]
     floor = best.min() if whole and best.size > 0 else math.inf
     here, there = np.empty(3), np.empty(3)
@@ -236,8 +240,8 @@ def _between(
         turn = wrap(poses[i + 1, 2] - poses[i, 2])
         chord = math.hypot(poses[i + 1, 0] - poses[i, 0], poses[i + 1, 1] - poses[i, 1])
         for b in range(radius.shape[0]):
-            before = at[b] if b < still else movers[i, b - still]
-            after = at[b] if b < still else movers[i + 1, b - still]
+            before = at[b] if b < still else moving_obstacles[i, b - still]
+            after = at[b] if b < still else moving_obstacles[i + 1, b - still]
             if not (math.isfinite(before[0]) and math.isfinite(after[0])):
                 continue
             moved = math.hypot(after[0] - before[0], after[1] - before[1])

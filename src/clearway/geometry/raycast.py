@@ -112,7 +112,7 @@ def cast(
 
 
 @kernel
-def cast_movers(
+def cast_moving(
     segments: FloatArray, segment_owner: np.ndarray, circles: FloatArray, circle_owner: np.ndarray, poses: FloatArray,
     x: float, y: float, theta: float,
     directions: FloatArray, angle_min: float, increment: float, range_max: float, ranges: FloatArray,

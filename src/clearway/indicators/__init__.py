@@ -13,7 +13,7 @@ from clearway.indicators import (
     completion_time,
     cruise,
     goal_error,
-    limit,
+    optimal,
     path_length,
     row,
     space,
@@ -38,7 +38,7 @@ INDICATORS: dict[str, Indicator] = {
         cruise,
         space,
         barn,
-        limit,
+        optimal,
         uncertainty,
     )
     for indicator in family.ALL

@@ -61,13 +61,13 @@ def _first_seen(trial: Trial) -> float | None:
     body = touched_body(trial)
     if body is None:
         return None
-    if body.kind not in ("obstacle", "mover"):
+    if body.kind not in ("obstacle", "moving obstacle"):
         return float(trial.t[0])
     if trial.attempt.sight is None:
         return None
     if body.pose is None:
         moving = [b for b in trial.attempt.bodies if b.pose is None]
-        at = trial.movers[:, next(k for k, b in enumerate(moving) if b is body), :2]
+        at = trial.moving_obstacles[:, next(k for k, b in enumerate(moving) if b is body), :2]
     else:
         at = np.broadcast_to(body.pose[:2], (len(trial.t), 2))
     away = np.hypot(*(at - trial.pose[:, :2]).T) - circumscribed_radius(body.shape)

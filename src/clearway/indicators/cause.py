@@ -69,7 +69,7 @@ def who_moved(trial: Trial) -> str:
     k = _touched(trial)
     obstacle = False
     if k is not None:
-        moved = float(np.hypot(*(trial.movers[-1, k, :2] - trial.movers[-2, k, :2])))
+        moved = float(np.hypot(*(trial.moving_obstacles[-1, k, :2] - trial.moving_obstacles[-2, k, :2])))
         if trial.attempt.source == "recorded" and not np.isfinite(moved):
             return ""
         obstacle = moved >= AT_REST * max(float(trial.t[-1] - trial.t[-2]), 1e-9)
@@ -95,9 +95,9 @@ def _crushed(trial: Trial) -> bool | None:
     if not np.isfinite(start).all():
         return None
     poses = _manoeuvres(start, a.drive, len(times))
-    tracks = [_track(trial, m, times) for m in range(trial.movers.shape[1])]
-    movers = np.stack(tracks, axis=1) if tracks else np.empty((len(times), 0, 3))
-    gaps = min_clearance(a.footprint, poses.reshape(-1, 3), a.bodies, np.tile(movers, (len(poses), 1, 1)))
+    tracks = [_track(trial, m, times) for m in range(trial.moving_obstacles.shape[1])]
+    moving_obstacles = np.stack(tracks, axis=1) if tracks else np.empty((len(times), 0, 3))
+    gaps = min_clearance(a.footprint, poses.reshape(-1, 3), a.bodies, np.tile(moving_obstacles, (len(poses), 1, 1)))
     crushed = bool((gaps.reshape(poses.shape[:2]) <= 0.0).any(axis=1).all())
     return crushed if crushed or all(b.outlined for b in a.bodies) else None
 
@@ -118,9 +118,9 @@ def _manoeuvres(start: FloatArray, drive: tuple[float, float, float], steps: int
     return out
 
 
-def _track(trial: Trial, mover: int, times: FloatArray) -> FloatArray:
-    """(n, 3) poses of a mover, after the end of the trial on at its last velocity; NaN while absent."""
-    t, at = trial.t, trial.movers[:, mover]
+def _track(trial: Trial, moving_obstacle: int, times: FloatArray) -> FloatArray:
+    """(n, 3) poses of a moving obstacle, after the end of the trial on at its last velocity; NaN while absent."""
+    t, at = trial.t, trial.moving_obstacles[:, moving_obstacle]
     out = np.stack([np.interp(times, t, at[:, i]) for i in (0, 1)], axis=1)
     late = times > t[-1]
     if late.any() and len(t) > 1 and t[-1] > t[-2]:

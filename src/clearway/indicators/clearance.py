@@ -23,10 +23,10 @@ import numpy as np
 from clearway.geometry.distance import path_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, begun, contact_time, finished, gap_time, known_rows, positions, track
+from clearway.indicators.legs import DrivenLeg, begun, contact_time, finished, gap_time, known_rows, positions, track
 from clearway.trials import Body, Trial
 
-PLACED = frozenset({"obstacle", "mover"})
+PLACED = frozenset({"obstacle", "moving obstacle"})
 """Kinds of bodies that the test placed."""
 TOUCH = 1e-5
 """m; a smaller gap is contact and counts as 0 (no measurement tells them apart; the simulated world stops there)."""
@@ -40,19 +40,19 @@ class Scene:
 
     Attributes:
         drive: the leg. path: (n, 3) of the robot, heading 0 where its footprint needs none. bodies: first those that
-        stand, then those that move. movers: (n, k, 3) of these, NaN while absent. columns: theirs in `Trial.movers`.
+        stand, then those that move. moving_obstacles: (n, k, 3) of these, NaN while absent. columns: theirs in `Trial.moving_obstacles`.
     """
 
-    drive: Drive
+    drive: DrivenLeg
     footprint: Shape
     path: FloatArray
     bodies: tuple[Body, ...]
-    movers: FloatArray
+    moving_obstacles: FloatArray
     columns: tuple[int, ...]
 
 
 def _bodies(trial: Trial, kinds: Iterable[str] | None) -> tuple[list[Body], list[int]]:
-    """The static bodies of these kinds (None: all), and the columns of the moving ones in `Trial.movers`."""
+    """The static bodies of these kinds (None: all), and the columns of the moving ones in `Trial.moving_obstacles`."""
     wanted = [body for body in trial.attempt.bodies if kinds is None or body.kind in kinds]
     if not wanted:
         raise NotComputable("the test has no obstacle")
@@ -65,16 +65,16 @@ def _bodies(trial: Trial, kinds: Iterable[str] | None) -> tuple[list[Body], list
     return fixed, columns
 
 
-def _present(trial: Trial, drives: tuple[Drive, ...], fixed: list[Body], columns: list[int]) -> None:
-    if not fixed and not any(np.isfinite(drive.movers[:, columns, :2]).all(axis=2).any() for drive in drives):
+def _present(trial: Trial, drives: tuple[DrivenLeg, ...], fixed: list[Body], columns: list[int]) -> None:
+    if not fixed and not any(np.isfinite(drive.moving_obstacles[:, columns, :2]).all(axis=2).any() for drive in drives):
         raise NotComputable("no obstacle was present while a scored leg was driven")
 
 
-def _seen_throughout(trial: Trial, drive: Drive, body: Body, column: int) -> None:
+def _seen_throughout(trial: Trial, drive: DrivenLeg, body: Body, column: int) -> None:
     """Nothing, unless the recording loses sight of the body between two samples of the leg (a simulated one left)."""
     if trial.attempt.source != "recorded":
         return
-    known = known_rows(drive.movers[:, column, :2])
+    known = known_rows(drive.moving_obstacles[:, column, :2])
     there = np.flatnonzero(known)
     if len(there) and not known[there[0] : there[-1]].all():
         lost = gap_time(drive.t[there[0] : there[-1] + 1], known[there[0] : there[-1] + 1])
@@ -98,29 +98,29 @@ def scenes(trial: Trial, kinds: Iterable[str] | None = PLACED) -> list[Scene]:
 
 
 def _scene(
-    trial: Trial, footprint: Shape, drive: Drive, fixed: list[Body], moving: list[Body], columns: list[int]
+    trial: Trial, footprint: Shape, drive: DrivenLeg, fixed: list[Body], moving: list[Body], columns: list[int]
 ) -> Scene:
-    movers = drive.movers[:, columns].copy()
+    moving_obstacles = drive.moving_obstacles[:, columns].copy()
     for k, (body, column) in enumerate(zip(moving, columns, strict=True)):
         _seen_throughout(trial, drive, body, column)
         if isinstance(body.shape, Circle):
-            movers[:, k, 2] = np.where(np.isfinite(movers[:, k, 2]), movers[:, k, 2], 0.0)
-    there = [body for k, body in enumerate(moving) if known_rows(movers[:, k, :2]).any()]
+            moving_obstacles[:, k, 2] = np.where(np.isfinite(moving_obstacles[:, k, 2]), moving_obstacles[:, k, 2], 0.0)
+    there = [body for k, body in enumerate(moving) if known_rows(moving_obstacles[:, k, :2]).any()]
     for body in (*fixed, *there):
         if not body.outlined:
             raise NotComputable(f"the shape of {body.name} is unknown, or where that is on its markers")
-    blind = np.isfinite(movers[:, :, :2]).all(axis=2) & ~np.isfinite(movers[:, :, 2])
+    blind = np.isfinite(moving_obstacles[:, :, :2]).all(axis=2) & ~np.isfinite(moving_obstacles[:, :, 2])
     for k, body in enumerate(moving):
         if blind[:, k].any():
             raise NotComputable(f"the heading of {body.name} is unknown")
-    if len(movers) > 1:  # an obstacle that starts anew with the leg did not sweep the way back to its start
-        leap = np.hypot(*np.moveaxis(movers[1, :, :2] - movers[0, :, :2], 1, 0))
-        movers[0, leap > FASTEST * (drive.t[1] - drive.t[0])] = np.nan
+    if len(moving_obstacles) > 1:  # an obstacle that starts anew with the leg did not sweep the way back to its start
+        leap = np.hypot(*np.moveaxis(moving_obstacles[1, :, :2] - moving_obstacles[0, :, :2], 1, 0))
+        moving_obstacles[0, leap > FASTEST * (drive.t[1] - drive.t[0])] = np.nan
     path = _path(footprint, drive)
-    return Scene(drive, footprint, path, (*map(_upright, fixed), *moving), movers, tuple(columns))
+    return Scene(drive, footprint, path, (*map(_upright, fixed), *moving), moving_obstacles, tuple(columns))
 
 
-def _path(footprint: Shape, drive: Drive) -> FloatArray:
+def _path(footprint: Shape, drive: DrivenLeg) -> FloatArray:
     """(n, 3) poses without a gap, the headings 0 where some are unknown and the footprint needs none."""
     if not isinstance(footprint, Circle) or np.isfinite(drive.pose).all():
         return track(drive)
@@ -140,7 +140,7 @@ def _upright(body: Body) -> Body:
 
 def clearances(scene: Scene) -> FloatArray:
     """(n,) smallest distance edge to edge between each sample and the next, m; inf where nothing is there."""
-    return path_clearance(scene.footprint, scene.path, scene.bodies, scene.movers)
+    return path_clearance(scene.footprint, scene.path, scene.bodies, scene.moving_obstacles)
 
 
 def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
@@ -188,7 +188,7 @@ def minimum_distance_centre(trial: Trial) -> float:
             nearest = min(nearest, float(np.hypot(*(at[:, 0] - body.pose[:2]).T).min()))
         for column in columns:
             _seen_throughout(trial, drive, moving[column], column)
-        apart = np.hypot(*np.moveaxis(drive.movers[:, columns, :2] - at, 2, 0))
+        apart = np.hypot(*np.moveaxis(drive.moving_obstacles[:, columns, :2] - at, 2, 0))
         nearest = min([nearest, *apart[np.isfinite(apart)].tolist()])
     return nearest
 

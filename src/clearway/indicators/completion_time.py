@@ -14,7 +14,17 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, ended, finished, goal_of, legs_reached, named, positions, speed, speed_limit
+from clearway.indicators.legs import (
+    DrivenLeg,
+    ended,
+    finished,
+    goal_of,
+    legs_reached,
+    named,
+    positions,
+    speed,
+    speed_limit,
+)
 from clearway.trials import Trial
 
 AT_SPEED = 0.9
@@ -53,7 +63,7 @@ def turning_time(trial: Trial) -> float:
     return sum(spans[i].end - spans[i].start for i in unscored)
 
 
-def _at_speed(drive: Drive, limit: float) -> tuple[float, float]:
+def _at_speed(drive: DrivenLeg, limit: float) -> tuple[float, float]:
     """When the robot was first and last at speed on one leg, s.
 
     Raises:
@@ -68,7 +78,7 @@ def _at_speed(drive: Drive, limit: float) -> tuple[float, float]:
     return first, last
 
 
-def _rotation(drive: Drive) -> float:
+def _rotation(drive: DrivenLeg) -> float:
     """When the final rotation began, s.
 
     Raises:
@@ -83,7 +93,7 @@ def _rotation(drive: Drive) -> float:
     return float(t[-1] if not standing[-1] else t[min(moving[-1] + 1, len(t) - 1)] if len(moving) else t[0])
 
 
-def seconds(drive: Drive, limit: float, index: int) -> float:
+def seconds(drive: DrivenLeg, limit: float, index: int) -> float:
     """Seconds of one part of one leg: 0 acceleration, 1 cruise, 2 approach, 3 final rotation; they add up to its time.
 
     Raises:
@@ -116,7 +126,7 @@ def part(index: int) -> Measure:
 
 
 TIMED = frozenset({"CT", "CT_forth", "CT_back", "T_turn", "T_acceleration", "T_cruise", "T_approach", "T_rotation", "TCS",
-                   "TCS_5", "TCS_20", "CT_limit"})  # fmt: skip
+                   "TCS_5", "TCS_20", "CT_optimal"})  # fmt: skip
 """Indicators that hang on when a leg began and ended."""
 _OURS = "Clearway: CT split at 90 % of the set speed and at the last standstill within tolerance"
 

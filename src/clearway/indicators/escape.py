@@ -39,7 +39,7 @@ _CELL, _HEADING, _COARSE = 0.04, 0.25, 0.25
 _GRID = 40
 """Cells from the middle to the edge of the viability's grid, at most; no cell is smaller than `_CELL`."""
 _FIT, _FITS = 3.0, 1e-3
-"""s of a mover's last motion that its prolongation is fitted to, and how well it has to fit, m."""
+"""s of a moving obstacle's last motion that its prolongation is fitted to, and how well it has to fit, m."""
 
 
 def escapes(
@@ -106,8 +106,8 @@ def _viability(trial: Trial, state: FloatArray, bodies: Sequence[Body], tracks: 
     for k in range(steps, -1, -1):
         free = away
         if k:
-            movers = np.broadcast_to(tracks[k * _LOOKS - 1], (len(poses), *tracks.shape[1:]))
-            free = np.minimum(away, min_clearance(disc, poses, moving, movers))
+            moving_obstacles = np.broadcast_to(tracks[k * _LOOKS - 1], (len(poses), *tracks.shape[1:]))
+            free = np.minimum(away, min_clearance(disc, poses, moving, moving_obstacles))
         left = reach & (free.reshape(size, size) > -0.5 * cell)
         if not left.any():
             break
@@ -154,7 +154,7 @@ def _found(
 
 
 def prolonged(trial: Trial, times: FloatArray) -> FloatArray:
-    """(n, m, 3) poses of the movers at `times` (n,), NaN while absent; headings as they were last.
+    """(n, m, 3) poses of the moving obstacles at `times` (n,), NaN while absent; headings as they were last.
 
     Between samples by cubic splines. After the record each coordinate goes on by the linear recurrence
     x[k+1] = a x[k] + b x[k-1] + c that its last 3 s fit: rest, constant speed and acceleration and (damped) oscillation
@@ -168,15 +168,15 @@ def prolonged(trial: Trial, times: FloatArray) -> FloatArray:
     known = t[:regular]
     more = max(math.ceil((float(times[-1]) - float(known[-1])) / period) + 1, 0)
     knots = np.concatenate([known, known[-1] + period * np.arange(1, more + 1)])
-    out = np.full((len(times), trial.movers.shape[1], 3), np.nan)
-    for m in range(trial.movers.shape[1]):
+    out = np.full((len(times), trial.moving_obstacles.shape[1], 3), np.nan)
+    for m in range(trial.moving_obstacles.shape[1]):
         for axis in (0, 1):
-            values = _continued(trial.movers[:regular, m, axis], more, max(round(_FIT / period), 5))
+            values = _continued(trial.moving_obstacles[:regular, m, axis], more, max(round(_FIT / period), 5))
             if np.isfinite(values).all() and len(knots) > 3:
                 out[:, m, axis] = CubicSpline(knots, values)(times)
             else:
                 out[:, m, axis] = np.interp(times, knots, values)
-        out[:, m, 2] = trial.movers[np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 1), m, 2]
+        out[:, m, 2] = trial.moving_obstacles[np.clip(np.searchsorted(t, times, side="right") - 1, 0, len(t) - 1), m, 2]
     return out
 
 

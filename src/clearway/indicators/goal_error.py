@@ -16,13 +16,13 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, goal_of, named
+from clearway.indicators.legs import DrivenLeg, finished, goal_of, named
 
 Whose = Literal["true", "own"]
 """Measured from outside (motion capture, the simulator's truth), or by the robot's own estimate."""
 
 
-def distance_error(drive: Drive, whose: Whose = "true") -> float:
+def distance_error(drive: DrivenLeg, whose: Whose = "true") -> float:
     """Distance from the goal at the leg's end, m.
 
     Raises:
@@ -34,7 +34,7 @@ def distance_error(drive: Drive, whose: Whose = "true") -> float:
     return math.hypot(end[0] - goal[0], end[1] - goal[1])
 
 
-def orientation_error(drive: Drive, whose: Whose = "true") -> float:
+def orientation_error(drive: DrivenLeg, whose: Whose = "true") -> float:
     """Absolute angle to the goal's heading at the leg's end, rad, in [0, pi].
 
     Raises:
@@ -50,7 +50,7 @@ def orientation_error(drive: Drive, whose: Whose = "true") -> float:
     return abs(math.remainder(heading - drive.leg.goal[2], 2 * math.pi))
 
 
-def _end(drive: Drive, whose: Whose) -> FloatArray:
+def _end(drive: DrivenLeg, whose: Whose) -> FloatArray:
     poses = drive.pose if whose == "true" else drive.estimate
     if poses is None:
         raise NotComputable("the robot's own estimate is unknown")
@@ -64,12 +64,12 @@ def _literal(error: float, tolerance: float) -> float:
     return abs(error - tolerance) / tolerance
 
 
-def over_legs(error: Callable[[Drive], float], combine: Callable[[list[float]], float] = fmean) -> Measure:
+def over_legs(error: Callable[[DrivenLeg], float], combine: Callable[[list[float]], float] = fmean) -> Measure:
     """`error` at the end of every scored leg, combined (the mean, unless told otherwise)."""
     return measure(lambda trial: combine([error(drive) for drive in finished(trial)]))
 
 
-def at_end_of(name: str, error: Callable[[Drive], float]) -> Measure:
+def at_end_of(name: str, error: Callable[[DrivenLeg], float]) -> Measure:
     """`error` at the end of the scored leg `name`."""
     return measure(lambda trial: error(named(trial, name)))
 
@@ -77,13 +77,13 @@ def at_end_of(name: str, error: Callable[[Drive], float]) -> Measure:
 def _family(symbol: str, title: str, unit: str, number: int, error: Callable[..., float]) -> tuple[Indicator, ...]:
     paper = f"paper A, eq. {number}"
 
-    def tolerance(drive: Drive) -> float:
+    def tolerance(drive: DrivenLeg) -> float:
         return drive.leg.xy_tolerance if symbol == "DE" else drive.leg.yaw_tolerance
 
-    def literal(drive: Drive) -> float:
+    def literal(drive: DrivenLeg) -> float:
         return _literal(error(drive), tolerance(drive))
 
-    def own(drive: Drive) -> float:
+    def own(drive: DrivenLeg) -> float:
         return error(drive, "own")
 
     def one(suffix: str, detail: str, unit: str, source: str, function: Measure) -> Indicator:

@@ -19,11 +19,11 @@ LONGEST_STEP = (0.2, 3.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Drive:
+class DrivenLeg:
     """One scored leg as it was driven: samples from the span's start to its end, both included (interpolated there).
 
     Attributes:
-        t: (n,) s. pose: (n, 3) true pose. velocity: (n, 2) or None. estimate: (n, 3) or None. movers: (n, m, 3).
+        t: (n,) s. pose: (n, 3) true pose. velocity: (n, 2) or None. estimate: (n, 3) or None. moving_obstacles: (n, m, 3).
         sigma: (n, 1 + m, 2) standard uncertainties, tie: (n, 2) of them what the frame's tie makes, as a trial has them, or None. missed: (n - 1,) after which
         samples a recording has none for too long.
     """
@@ -34,13 +34,13 @@ class Drive:
     pose: FloatArray
     velocity: FloatArray | None
     estimate: FloatArray | None
-    movers: FloatArray
+    moving_obstacles: FloatArray
     sigma: FloatArray | None
     tie: FloatArray | None
     missed: npt.NDArray[np.bool_]
 
 
-def begun(trial: Trial) -> tuple[Drive, ...]:
+def begun(trial: Trial) -> tuple[DrivenLeg, ...]:
     """The scored legs that were begun, finished or not.
 
     Raises:
@@ -52,7 +52,7 @@ def begun(trial: Trial) -> tuple[Drive, ...]:
     return drives
 
 
-def finished(trial: Trial) -> tuple[Drive, ...]:
+def finished(trial: Trial) -> tuple[DrivenLeg, ...]:
     """All scored legs, every one driven to its end.
 
     Raises:
@@ -104,12 +104,12 @@ def until_contact(trial: Trial) -> Trial:
     n = max(int(np.searchsorted(trial.t, touched + _SAME_INSTANT, side="right")), 1)
     velocity = None if trial.velocity is None else trial.velocity[:n]
     return replace(
-        trial, t=trial.t[:n], pose=trial.pose[:n], velocity=velocity, leg=trial.leg[:n], movers=trial.movers[:n],
+        trial, t=trial.t[:n], pose=trial.pose[:n], velocity=velocity, leg=trial.leg[:n], moving_obstacles=trial.moving_obstacles[:n],
         estimate=None, command=None, cut=None, sigma=None, tie=None,
     )  # fmt: skip
 
 
-def named(trial: Trial, name: str) -> Drive:
+def named(trial: Trial, name: str) -> DrivenLeg:
     """The scored leg called `name`, driven to its end.
 
     Raises:
@@ -124,7 +124,7 @@ def named(trial: Trial, name: str) -> Drive:
     raise NotComputable(f"the test has no scored leg {name}")
 
 
-def speed(drive: Drive) -> FloatArray:
+def speed(drive: DrivenLeg) -> FloatArray:
     """(n,) |v| in m/s.
 
     Raises:
@@ -137,7 +137,7 @@ def speed(drive: Drive) -> FloatArray:
     return v
 
 
-def positions(drive: Drive) -> FloatArray:
+def positions(drive: DrivenLeg) -> FloatArray:
     """(n, 2) true positions without a gap; whoever needs no heading asks for these.
 
     Raises:
@@ -148,7 +148,7 @@ def positions(drive: Drive) -> FloatArray:
     return at
 
 
-def track(drive: Drive) -> FloatArray:
+def track(drive: DrivenLeg) -> FloatArray:
     """(n, 3) true poses without a gap.
 
     Raises:
@@ -171,7 +171,7 @@ def gap_time(t: FloatArray, known: npt.NDArray[np.bool_]) -> float:
     return float(np.diff(t)[~(known[:-1] & known[1:])].sum())
 
 
-def _whole(what: str, drive: Drive, known: npt.NDArray[np.bool_]) -> None:
+def _whole(what: str, drive: DrivenLeg, known: npt.NDArray[np.bool_]) -> None:
     if not known.any():
         raise NotComputable(f"the {what} is unknown")
     gaps = ~(known[:-1] & known[1:]) | drive.missed
@@ -188,7 +188,7 @@ def missed(trial: Trial, t: FloatArray) -> npt.NDArray[np.bool_]:
     )
 
 
-def goal_of(drive: Drive) -> FloatArray:
+def goal_of(drive: DrivenLeg) -> FloatArray:
     """The goal (3,) of a leg; its heading may be NaN.
 
     Raises:
@@ -212,7 +212,7 @@ def speed_limit(trial: Trial) -> float:
 
 
 @lru_cache(maxsize=8)
-def _cut(trial: Trial, span: Span) -> Drive:
+def _cut(trial: Trial, span: Span) -> DrivenLeg:
     """Cached, as some thirty indicators ask for the same legs of the same trial in turn (a trial's hash is its identity)."""
     t = trial.t
     if not (len(t) and t[0] - _SAME_INSTANT <= span.start <= span.end <= t[-1] + _SAME_INSTANT):
@@ -232,14 +232,14 @@ def _cut(trial: Trial, span: Span) -> Drive:
         by = share.reshape(-1, *[1] * (values.ndim - 1))
         return np.where(by > 0, low + by * step, low)
 
-    return Drive(
+    return DrivenLeg(
         trial.attempt.legs[span.leg],
         span,
         at,
         cut(trial.pose, angle=True),
         None if trial.velocity is None else cut(trial.velocity),
         None if trial.estimate is None else cut(trial.estimate, angle=True),
-        cut(trial.movers, angle=True),
+        cut(trial.moving_obstacles, angle=True),
         None if trial.sigma is None else cut(trial.sigma),
         None if trial.tie is None else cut(trial.tie),
         missed(trial, at),

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, named, positions
+from clearway.indicators.legs import DrivenLeg, finished, named, positions
 from clearway.trials import Trial
 
 
-def length(drive: Drive) -> float:
+def length(drive: DrivenLeg) -> float:
     """Length of the true path of one leg, m: the integral of |dp/dt|, over chords between samples.
 
     Chords of arcs are short by (omega dt)^2 / 24 of their length: 0.04 % at 1 rad/s and 10 Hz.

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from clearway.indicators import barn, limit
+from clearway.indicators import barn, optimal
 from clearway.indicators.avoidable import avoidable
 from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.confirm import near_tolerance, to_confirm
@@ -145,7 +145,7 @@ def _beside_the_point(trial: Trial) -> frozenset[str]:
     if trial.attempt.source == "simulated":
         return frozenset()
     other = () if trial.attempt.labels.suite in barn.SUITES else barn.ALL
-    return frozenset(indicator.name for indicator in (*other, *limit.ALL))
+    return frozenset(indicator.name for indicator in (*other, *optimal.ALL))
 
 
 def _is_bool(name: str) -> bool:

@@ -6,7 +6,7 @@ import numpy as np
 
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, finished, goal_of, positions, track
+from clearway.indicators.legs import DrivenLeg, finished, goal_of, positions, track
 from clearway.trials import Trial
 
 
@@ -15,7 +15,7 @@ def half_width(footprint: Shape) -> float:
     return footprint.radius if isinstance(footprint, Circle) else float(np.abs(footprint.array[:, 1]).max())
 
 
-def reach(footprint: Shape, drive: Drive) -> float:
+def reach(footprint: Shape, drive: DrivenLeg) -> float:
     """How far the footprint reached sideways from the leg's straight line from start to goal, m."""
     pose = drive.pose if isinstance(footprint, Circle) else track(drive)
     start, along = drive.leg.start[:2], goal_of(drive)[:2] - drive.leg.start[:2]

@@ -13,7 +13,7 @@ import numpy as np
 
 from clearway.indicators.goal_error import Whose, distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import Drive, begun, contact_on_a_leg, contact_time
+from clearway.indicators.legs import DrivenLeg, begun, contact_on_a_leg, contact_time
 from clearway.trials import Outcome, Trial
 
 AT_REST = 0.01
@@ -53,7 +53,7 @@ def failure(trial: Trial, whose: Whose = "true") -> str:
     return "+".join(name for name, found in excess.items() if found)
 
 
-def goals(drive: Drive, whose: Whose = "true") -> Iterator[tuple[str, Callable[[], float], float]]:
+def goals(drive: DrivenLeg, whose: Whose = "true") -> Iterator[tuple[str, Callable[[], float], float]]:
     """What a leg's end is judged by: `DE` and, unless the heading is free, `OE`; how large it is (which raises
     `NotComputable` where nobody knows) and how large it may be, NaN where that is unknown."""
     yield "DE", lambda: distance_error(drive, whose), drive.leg.xy_tolerance

@@ -28,7 +28,7 @@ from clearway.geometry.shapes import Circle, Shape, circumscribed_radius
 from clearway.indicators.clearance import Scene, clearances, minimum_distance, scenes
 from clearway.indicators.goal_error import distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import Drive, finished
+from clearway.indicators.legs import DrivenLeg, finished
 from clearway.trials import Trial
 
 COVERAGE = 2.0
@@ -45,7 +45,7 @@ def without(whole: float, part: float) -> float:
     return math.sqrt(max(whole * whole - part * part, 0.0))
 
 
-def end_uncertainty(trial: Trial, drive: Drive, what: str) -> float:
+def end_uncertainty(trial: Trial, drive: DrivenLeg, what: str) -> float:
     """Expanded uncertainty of `DE` [m] or `OE` [rad] at the end of one leg.
 
     Raises:
@@ -56,8 +56,8 @@ def end_uncertainty(trial: Trial, drive: Drive, what: str) -> float:
     return COVERAGE * _sigma(drive, len(drive.t) - 1, 0, 0 if what == "DE" else 1)
 
 
-def _sigma(drive: Drive, sample: int, column: int, which: int, whose: str = "", *, among: bool = False) -> float:
-    """Standard uncertainty of position (`which` 0, m) or heading (1, rad); column 0 is the robot, 1 the first mover.
+def _sigma(drive: DrivenLeg, sample: int, column: int, which: int, whose: str = "", *, among: bool = False) -> float:
+    """Standard uncertainty of position (`which` 0, m) or heading (1, rad); column 0 is the robot, 1 the first moving_obstacle.
     `among`: of what was measured in one frame, without the tie of that frame to the map, in which all are off alike."""
     of = ("pose", "heading")[which] + (f" of {whose}" if whose else "")
     value = math.nan if drive.sigma is None else float(drive.sigma[sample, column, which])
@@ -66,11 +66,11 @@ def _sigma(drive: Drive, sample: int, column: int, which: int, whose: str = "", 
     return without(value, _tie(drive, sample, which)) if among else value
 
 
-def _tie(drive: Drive, sample: int, which: int) -> float:
+def _tie(drive: DrivenLeg, sample: int, which: int) -> float:
     return 0.0 if drive.tie is None else float(drive.tie[sample, which])
 
 
-def _of_ends(what: str, error: Callable[[Drive], float]) -> Measure:
+def _of_ends(what: str, error: Callable[[DrivenLeg], float]) -> Measure:
     @measure
     def mean(trial: Trial) -> float:
         drives = finished(trial)
@@ -102,8 +102,8 @@ def _of_gap(scene: Scene, sample: int) -> float:
     gaps = []
     for body in scene.bodies:
         k = moving.index(body) if body in moving else None
-        movers = scene.movers[two, :0] if k is None else scene.movers[two, k : k + 1]
-        gaps.append(float(path_clearance(scene.footprint, scene.path[two], [body], movers)[0]))
+        moving_obstacles = scene.moving_obstacles[two, :0] if k is None else scene.moving_obstacles[two, k : k + 1]
+        gaps.append(float(path_clearance(scene.footprint, scene.path[two], [body], moving_obstacles)[0]))
     body = scene.bodies[int(np.argmin(gaps))]
     last = min(sample + 1, len(scene.path) - 1)
 
@@ -122,7 +122,7 @@ def _of_gap(scene: Scene, sample: int) -> float:
     if body.pose is not None:
         return math.hypot(own, without(body.sigma, _tie(scene.drive, last, 0)) if body.measured else body.sigma)
     k = moving.index(body)
-    there = [at for at in (sample, last) if np.isfinite(scene.movers[at, k, :2]).all()]
+    there = [at for at in (sample, last) if np.isfinite(scene.moving_obstacles[at, k, :2]).all()]
     return math.hypot(own, worse(1 + scene.columns[k], body.shape, body.name, there))
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from clearway.contract import Command, Forecast, Goal, Need, Observation, Obstacles, Scan, Task
+from clearway.contract import Command, Goal, Need, Observation, ObstacleOracle, Obstacles, Scan, Task
 from clearway.geometry import raycast
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.grid import OccupancyGrid
@@ -74,7 +74,7 @@ def task(situation: Situation, robot: Robot, needs: frozenset[Need], privileged:
         start=np.array(START),
         map=_map(situation) if "map" in needs else None,
         time_limit=situation.duration,
-        forecast=_forecast(situation) if privileged else None,
+        obstacle_oracle=_forecast(situation) if privileged else None,
     )
 
 
@@ -179,6 +179,6 @@ def _map(situation: Situation) -> OccupancyGrid:
     return OccupancyGrid(np.where(cells, 100, 0).astype(np.int8), resolution, origin)
 
 
-def _forecast(situation: Situation) -> Forecast:
+def _forecast(situation: Situation) -> ObstacleOracle:
     discs = np.array([(*d, 1.0) for d in situation.discs]).reshape(-1, 4)
     return lambda t: discs.copy()

@@ -92,7 +92,7 @@ class Amcl:
         )
 
     def _correct(self, odom: FloatArray) -> None:
-        """Hold map -> odom such that the robot now stands where the heaviest cluster is."""
+        """StaticPose map -> odom such that the robot now stands where the heaviest cluster is."""
         self._correction = compose(pf.best_cluster(self.poses, self.weights), relative(odom, np.zeros(3)))
 
     def _sense(self, scan: Scan | None) -> None:

@@ -57,8 +57,8 @@ def tables(f: Findings) -> list[Grid]:
 def table(f: Findings, suite: str) -> Grid | None:
     """For each ingredient what it brings in success, path and time; None if no variant was run."""
     rows = [r for r in f.rows if r["suite"] == suite]
-    relative = any(r["CT_limit"] is not None for r in rows)
-    path, time = ("PL_limit", "CT_limit") if relative else ("PL", "CT")
+    relative = any(r["CT_optimal"] is not None for r in rows)
+    path, time = ("PL_time_optimal", "CT_optimal") if relative else ("PL", "CT")
     found = [(p, c) for p in pairs(f.systems) if (c := _compared(f, rows, *p, (path, time))) is not None]
     if not found:
         return None

@@ -39,16 +39,22 @@ def figure(results: Results, name: str, *, at: float | None = None, **selection:
     rows = rows_of(results, **selection)
     with theme.style():
         if name in ("layout", "trajectories"):
-            from clearway.reports import floor
+            from clearway.reports import trajectory_plots
 
-            return floor.layout(results, rows) if name == "layout" else floor.trajectories(results, rows)
+            return (
+                trajectory_plots.layout(results, rows)
+                if name == "layout"
+                else trajectory_plots.trajectories(results, rows)
+            )
         if name in ("trial", "clearance"):
-            from clearway.reports import floor
+            from clearway.reports import trajectory_plots
 
             row = rows[0] if len(rows) == 1 else representative(rows)
             assert row is not None
             title = f"Trial {row['trial']}: {row['robot']}, {label(row)}"
-            return (floor.one_trial if name == "trial" else floor.clearance)(results.trial(row["trial"]), title)
+            return (trajectory_plots.one_trial if name == "trial" else trajectory_plots.clearance)(
+                results.trial(row["trial"]), title
+            )
         if name in ("paths", "thought"):
             from clearway.reports import rescue_figures
 

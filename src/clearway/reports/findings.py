@@ -10,7 +10,7 @@ from typing import Any
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
 from clearway.reports.charts import Bars
-from clearway.reports.packing import robot_or_none
+from clearway.reports.replay_encoding import robot_or_none
 from clearway.reports.selection import Row, System, is_recorded, system_of, systems, table_of
 from clearway.robots import Robot
 from clearway.statistics import (

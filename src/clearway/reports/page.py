@@ -29,8 +29,7 @@ from clearway.reports import (
     ablation,
     charts,
     conditions,
-    contest,
-    floor,
+    head_to_head,
     outcomes,
     paper,
     paper_b,
@@ -39,10 +38,11 @@ from clearway.reports import (
     rescue,
     rescue_figures,
     theme,
+    trajectory_plots,
 )
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
-from clearway.reports.packing import Packer
+from clearway.reports.replay_encoding import Packer
 from clearway.reports.selection import Row, is_recorded, label, representative, verdict, with_uncertainty
 from clearway.reports.tables import NAMES, write_tables
 from clearway.trials.store import Results, open_results
@@ -119,7 +119,7 @@ def build(results: Results, folder: Path) -> None:
     last = [r for r in f.rows if r["batch"] == f.rows[-1]["batch"]]
     first = representative([r for r in last if r["success"]] or last)
     columns = outcomes.trial_columns(f)
-    duels = contest.comparisons(f)
+    duels = head_to_head.comparisons(f)
     simulated = {r["robot"] for r in f.rows if not is_recorded(r)}
     page = _environment().get_template("page.html").render(
         f=f,
@@ -147,8 +147,8 @@ def build(results: Results, folder: Path) -> None:
         every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None and n in simulated],
         rescues=rescue.tables(f),
         ablations=ablation.tables(f),
-        duels=[g for g in (contest.table(duels), contest.indicator_table(duels)) if g is not None],
-        verdicts=contest.verdicts(duels),
+        duels=[g for g in (head_to_head.table(duels), head_to_head.indicator_table(duels)) if g is not None],
+        verdicts=head_to_head.verdicts(duels),
         paper_b=paper_b,
         barns=[b for s in f.systems if (b := barn(f, s))],
         tables=[(name, NAMES[name]) for name in tables],
@@ -191,11 +191,16 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
 
     with theme.style():
         if f.systems:
-            keep("layout", "layout", "Layout of the configurations", floor.layout(f.results, f.systems[0].of(f.rows)))
+            keep(
+                "layout",
+                "layout",
+                "Layout of the configurations",
+                trajectory_plots.layout(f.results, f.systems[0].of(f.rows)),
+            )
         for system in f.systems:
             slug, name = _slug(f"{system.robot} {system.navigator} {system.setup or ''}".strip()), f.name(system)
             rows = system.of(f.rows)
-            keep("trajectories", f"trajectories-{slug}", name, floor.trajectories(f.results, rows))
+            keep("trajectories", f"trajectories-{slug}", name, trajectory_plots.trajectories(f.results, rows))
             keep("bars", f"bars-{slug}", name, charts.bars(f.bars(system)))
             if found := barn(f, system):
                 points = [(str(c.world), c.published, c.here) for c in found.courses]

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-from clearway.indicators import INDICATORS, barn, limit
+from clearway.indicators import INDICATORS, barn, optimal
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, text
 from clearway.reports.selection import Row, is_recorded, label
@@ -19,7 +19,7 @@ from clearway.reports.selection import Row, is_recorded, label
 Tree: TypeAlias = "list[tuple[str, str | Tree]]"
 """Something nested, key by key, as text."""
 
-LEFT_OUT = frozenset(i.name for family in (barn, limit) for i in family.ALL)
+LEFT_OUT = frozenset(i.name for family in (barn, optimal) for i in family.ALL)
 """Indicators of other suites and of simulations: that a recording has none of them says nothing."""
 _UNSEEN = (
     "CT, its parts, TCS and the turn's time lack the thinking before the first motion and the wait before a goal is called "

@@ -89,7 +89,7 @@ def summary(f: Findings, suite: str) -> Grid:
     limit and the privileged navigators first, as references."""
     rows = [r for r in f.rows if r["suite"] == suite]
     lines: Rows = []
-    if any(r["CT_limit"] is not None for r in rows):
+    if any(r["CT_optimal"] is not None for r in rows):
         lines.append([
             Cell("clairvoyant's limit", strong=True), NONE, Cell("100 %", "by construction"), *[NONE] * 3, "1", "1", *[NONE] * 3,
         ])  # fmt: skip
@@ -102,7 +102,7 @@ def summary(f: Findings, suite: str) -> Grid:
         printed = paper_b.PRINTED.get((suite, str(s.setup), s.navigator))
         theirs = NONE if printed is None else f"{sum(r is not None for r in printed)}/{len(printed)}"
         path, time = _successes(own)
-        ratios = [[r[c] for r in own if r["success"] and r[c] is not None] for c in ("PL_limit", "CT_limit")]
+        ratios = [[r[c] for r in own if r["success"] and r[c] is not None] for c in ("PL_time_optimal", "CT_optimal")]
         cut = [r["cut"] for r in own if r["cut"] is not None]
         privileged = " (privileged)" if s.navigator in f.privileged else ""
         lines.append([

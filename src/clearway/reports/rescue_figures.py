@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _LINES = ("-.", "-", "--", ":")
-_COLOURS = (theme.ROBOT, theme.MARK, theme.MOVER, theme.INK)
+_COLOURS = (theme.ROBOT, theme.MARK, theme.MOVING, theme.INK)
 
 
 def paths(results: Results, rows: Sequence[Row], title: str) -> Figure:
@@ -94,13 +94,13 @@ def chosen(trial: Trial, at: float | None = None) -> Snapshot | None:
 
 def centre_distance(trial: Trial) -> tuple[FloatArray | None, float]:
     """(n,) distance between the centres of the robot and of the nearest obstacle [m], and that at which two touch."""
-    obstacles = [b for b in trial.attempt.bodies if b.kind in ("obstacle", "mover")]
+    obstacles = [b for b in trial.attempt.bodies if b.kind in ("obstacle", "moving obstacle")]
     if not obstacles or trial.attempt.footprint is None:
         return None, 0.0
     out, k = np.full(len(trial.t), np.inf), 0
     for body in obstacles:
         if body.pose is None:
-            at, k = trial.movers[:, k, :2], k + 1
+            at, k = trial.moving_obstacles[:, k, :2], k + 1
         else:
             at = np.broadcast_to(body.pose[:2], (len(trial.t), 2))
         gap = np.hypot(*(trial.pose[:, :2] - at).T)
@@ -126,12 +126,12 @@ def _arena(ax: Axes, trial: Trial, at: int | None = None) -> None:
             colour = theme.INK if body.kind == "obstacle" else theme.FIXTURE
             ax.fill(*theme.outline(body.shape, body.pose).T, facecolor=colour, zorder=3)
             continue
-        track = trial.movers[:, k]
+        track = trial.moving_obstacles[:, k]
         k += 1
-        _mover(ax, body, track, at)
+        _moving_obstacle(ax, body, track, at)
 
 
-def _mover(ax: Axes, body: Body, track: FloatArray, at: int | None) -> None:
+def _moving_obstacle(ax: Axes, body: Body, track: FloatArray, at: int | None) -> None:
     known = track[np.isfinite(track).all(1)]
     if not len(known):
         return
@@ -159,7 +159,7 @@ def _snapshot(ax: Axes, snapshot: Snapshot) -> None:
         segments = [[(a[0], a[1]), (a[2], a[3])] for a in d.tree]
         ax.add_collection(LineCollection(segments, colors=theme.FIXTURE, linewidths=0.5, zorder=4), autolim=False)
     for k, (name, discs) in enumerate(sorted(d.circles.items())):
-        colour = (theme.MOVER, theme.MARK, theme.MUTED)[k % 3]
+        colour = (theme.MOVING, theme.MARK, theme.MUTED)[k % 3]
         for j, (x, y, r) in enumerate(discs):
             ax.add_patch(
                 Circle((x, y), r, fill=False, edgecolor=colour, linewidth=0.8, label="" if j else name, zorder=5)
@@ -167,5 +167,5 @@ def _snapshot(ax: Axes, snapshot: Snapshot) -> None:
     for x, y, r in d.tube if d.tube is not None else ():
         ax.add_patch(Circle((x, y), r, facecolor=theme.ROBOT, edgecolor="none", alpha=0.12, zorder=4))
     for k, (name, line) in enumerate(sorted(d.polylines.items())):
-        colour = (theme.MARK, theme.MOVER, theme.INK, theme.MUTED)[k % 4]
+        colour = (theme.MARK, theme.MOVING, theme.INK, theme.MUTED)[k % 4]
         ax.plot(*np.asarray(line).T, color=colour, linestyle=_LINES[1 + k % 3], linewidth=1.3, label=name, zorder=6)

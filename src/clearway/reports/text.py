@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from clearway.indicators import HEADLINE, INDICATORS, TIMED
-from clearway.reports import ablation, contest, outcomes, rescue
+from clearway.reports import ablation, head_to_head, outcomes, rescue
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
@@ -42,8 +42,8 @@ def numbers(results: Results) -> str:
     correlated, notes = outcomes.correlations(f)
     parts += [_text(correlated), *notes] if correlated else []
     parts += [_text(g) for g in (*rescue.tables(f), *ablation.tables(f))]
-    duels = contest.comparisons(f)
-    parts += [_text(g) for g in (contest.table(duels), contest.indicator_table(duels)) if g]
+    duels = head_to_head.comparisons(f)
+    parts += [_text(g) for g in (head_to_head.table(duels), head_to_head.indicator_table(duels)) if g]
     for system in f.systems:
         if found := barn(f, system):
             parts += [_text(found.table), _text(found.summary), found.agreement]
@@ -57,7 +57,7 @@ def beside_published(results: Results) -> str:
     found = [b for system in f.systems if (b := barn(f, system))]
     parts = [f"{_text(b.summary)}\n{b.agreement}" for b in found]
     parts += [_text(g) for g in (*rescue.text_summary(f), *ablation.tables(f))]
-    return "\n\n".join([*parts, "\n".join(contest.verdicts(contest.comparisons(f)))]).strip()
+    return "\n\n".join([*parts, "\n".join(head_to_head.verdicts(head_to_head.comparisons(f)))]).strip()
 
 
 def _text(table: Grid) -> str:

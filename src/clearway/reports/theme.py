@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 INK, MUTED, RULE, PAPER = "#1c2733", "#5c6976", "#d3dae1", "#fefefe"
 FIXTURE, FURNITURE, OBSTACLE = "#8d99a5", "#dfe4e9", "#6b4e3d"
-ROBOT, MOVER, MARK, BAD = "#1f6098", "#c8590b", "#0d7a72", "#b3261e"
+ROBOT, MOVING, MARK, BAD = "#1f6098", "#c8590b", "#0d7a72", "#b3261e"
 SPEEDS = ("#a9cbe4", "#4c91c4", "#134f7c", "#0a2f4c")
 """Sequential, light to dark: slow to fast."""
 
@@ -33,7 +33,7 @@ _VARIABLES = {
     FURNITURE: "--furniture",
     OBSTACLE: "--obstacle",
     ROBOT: "--robot",
-    MOVER: "--mover",
+    MOVING: "--moving",
     MARK: "--mark",
     BAD: "--bad",
     SPEEDS[0]: "--speed-0",

@@ -61,7 +61,7 @@ class PolygonSpec(_Part):
 FootprintSpec = Annotated[CircleSpec | PolygonSpec, Field(discriminator="kind")]
 
 
-class Drive(_Part):
+class DriveLimits(_Part):
     """Limits of a differential drive, as the base's own controller enforces them."""
 
     v_max: Positive = Field(description="forward speed, m/s")
@@ -124,7 +124,7 @@ class Robot(_Part):
         default=None, description="what its planner believes; default: the footprint"
     )
     period: Positive = Field(description="control period, s")
-    drive: Drive
+    drive: DriveLimits
     lidar: Lidar | None = None
     camera: Camera | None = Field(default=None, description="sees obstacles as discs; default: none")
     odometry: Odometry

@@ -45,7 +45,7 @@ __all__ = [
 ]
 
 STEP = 0.05
-"""How densely a mover's path is checked against what stands in it, m (of an oscillation: s)."""
+"""How densely a moving obstacle's path is checked against what stands in it, m (of an oscillation: s)."""
 ROBOT = "tiago"
 """The robot that a scenario is checked for if none is named."""
 
@@ -81,7 +81,7 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
         if problem is not None:
             fits = False
             found.append(ClearwayError(problem, field=field))
-    found += _movers(scenario, robot, starts, standing)
+    found += _moving_obstacles(scenario, robot, starts, standing)
     found += _swinging(scenario, robot, fixtures)
     found += _time_limits(scenario, robot, starts)
     if fits:
@@ -179,7 +179,7 @@ def _place(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: S
     return None
 
 
-def _movers(
+def _moving_obstacles(
     scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec], standing: Sequence[_Standing]
 ) -> Iterator[ClearwayError]:
     legs = [leg.name for leg in scenario.legs]

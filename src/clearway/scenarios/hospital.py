@@ -48,17 +48,17 @@ CONFIGURATIONS = {
 }
 
 RUN_UP = 1.0
-"""How far beyond A and B a passing mover starts and ends, m."""
+"""How far beyond A and B a passing moving obstacle starts and ends, m."""
 CROSSING_REACH = 2.5
-"""How far to either side of A-B a crossing mover starts and ends, m."""
+"""How far to either side of A-B a crossing moving obstacle starts and ends, m."""
 CROSSING_BEFORE = 1.0
-"""How far before the static obstacle the mover of CE crosses, m."""
+"""How far before the static obstacle the moving obstacle of CE crosses, m."""
 OVERTAKING_BEHIND = 2.0
-"""How far behind the robot an overtaking mover starts, m."""
+"""How far behind the robot an overtaking moving obstacle starts, m."""
 OVERTAKING_ROOM = 0.2
-"""Free space between an overtaking mover's disc and the robot's, m."""
+"""Free space between an overtaking moving obstacle's disc and the robot's, m."""
 TIMING = 0.5
-"""A mover's start varies by this much either way, s."""
+"""A moving obstacle's start varies by this much either way, s."""
 
 
 def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
@@ -173,7 +173,7 @@ Point = tuple[float, float]
 
 
 def _path(robot: Robot, other: Robot, labels: LabelSpec, speed: float) -> tuple[tuple[Point, Point], Point, float]:
-    """The mover's way on leg `forth` (along, across; from the midpoint), the point that it times and when it is there [s]."""
+    """The moving obstacle's way on leg `forth` (along, across; from the midpoint), the point that it times and when it is there [s]."""
     match labels.configuration:
         case "passing":
             return (

@@ -31,8 +31,8 @@ from clearway.scenarios.scenario import (
     DisturbanceSpec,
     LabelSpec,
     LegSpec,
-    LimitSpec,
     ObstacleSpec,
+    OptimalSpec,
     OscillationSpec,
     Scenario,
 )
@@ -99,7 +99,7 @@ def _scenario(
         localisation="truth",
         tracking="difference",
         disturbance=DisturbanceSpec(**TASK["disturbance"]),
-        limit=drawn.limit if _is_meant(robot) and speed == case.speed else None,
+        optimal=drawn.optimal if _is_meant(robot) and speed == case.speed else None,
         livelock=True,
         placement_xy=0.0,
         placement_yaw=0.0,
@@ -146,7 +146,7 @@ def frozen() -> dict[str, tuple[Drawn, ...]]:
 def freeze(case: Case, count: int = FROZEN) -> list[dict[str, Any]]:
     """The first scenarios of `case` in the family of the frozen ones whose limit is sharp, as JSON values."""
     drawn = (generate(case, s, "frozen") for s in itertools.count())
-    return [_written(d) for d in itertools.islice((d for d in drawn if d.limit.error <= SHARP), count)]
+    return [_written(d) for d in itertools.islice((d for d in drawn if d.optimal.error <= SHARP), count)]
 
 
 def _written(drawn: Drawn) -> dict[str, Any]:
@@ -158,7 +158,7 @@ def _written(drawn: Drawn) -> dict[str, Any]:
         "velocity": layout.velocity.tolist(),
         "attraction": layout.attraction.tolist(),
         "stiffness": layout.stiffness.tolist(),
-        "limit": drawn.limit.model_dump(),
+        "optimal": drawn.optimal.model_dump(),
         **({"motions": _MOTIONS.dump_python(layout.motions, mode="json")} if layout.motions else {}),
     }
 
@@ -167,7 +167,7 @@ def _read(row: dict[str, Any]) -> Drawn:
     parts = ("static", "start", "velocity", "attraction", "stiffness")
     arrays = {part: np.array(row[part], dtype=np.float64).reshape(-1, 2) for part in parts}
     layout = Layout(**arrays, motions=_MOTIONS.validate_python(tuple(row.get("motions", ()))))
-    return Drawn(row["seed"], layout, LimitSpec(**row["limit"]))
+    return Drawn(row["seed"], layout, OptimalSpec(**row["optimal"]))
 
 
 def write_frozen() -> None:

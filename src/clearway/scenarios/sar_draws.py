@@ -14,15 +14,15 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from clearway.clairvoyant.space_time import shortest
 from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.space_time import shortest
 from clearway.geometry.streams import bits, stream, uniform
 from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.sar_motions import misspecified
 from clearway.scenarios.sar_rules import OBSTACLES, Layout
-from clearway.scenarios.scenario import LimitSpec
+from clearway.scenarios.scenario import OptimalSpec
 from clearway.scenarios.static_way import static_way
 
 DRAWS = 50_000
@@ -91,7 +91,7 @@ class Drawn:
 
     seed: int
     layout: Layout
-    limit: LimitSpec
+    optimal: OptimalSpec
     refused: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -177,7 +177,7 @@ def _uniforms(key: np.uint64, attempt: int, count: int) -> FloatArray:
     return u
 
 
-def examine(case: Case, layout: Layout, key: np.uint64) -> tuple[Layout, LimitSpec] | str:
+def examine(case: Case, layout: Layout, key: np.uint64) -> tuple[Layout, OptimalSpec] | str:
     """A layout that holds what it must and the clairvoyant's limit of it, else the first reason why it doesn't.
 
     Args:
@@ -210,7 +210,7 @@ def inflated(at: FloatArray) -> FloatArray:
     return np.column_stack([at, np.full(len(at), rules.APART)])
 
 
-def clairvoyant(layout: Layout, case: Case) -> LimitSpec | None:
+def clairvoyant(layout: Layout, case: Case) -> OptimalSpec | None:
     """The best that one who knows the future can do at the case's set speed; None if even that doesn't arrive."""
     m = len(layout.start)
     found = shortest(
@@ -227,4 +227,4 @@ def clairvoyant(layout: Layout, case: Case) -> LimitSpec | None:
     )
     if found is None:
         return None
-    return LimitSpec(time=round(found.time, 4), path=round(found.length, 4), error=math.ceil(1e5 * found.error) / 1e5)
+    return OptimalSpec(time=round(found.time, 4), path=round(found.length, 4), error=math.ceil(1e5 * found.error) / 1e5)

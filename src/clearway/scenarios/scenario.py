@@ -86,7 +86,7 @@ ShapeSpec = Annotated[SquareSpec | RectangleSpec | DiscSpec | OutlineSpec | Robo
 
 
 class RunSpec(_Part):
-    """One pass of a mover along a line at constant speed, during one leg; it is absent outside its passes."""
+    """One pass of a moving obstacle along a line at constant speed, during one leg; it is absent outside its passes."""
 
     leg: str = Field(description="name of the leg during which it moves")
     path: tuple[tuple[Finite, Finite], ...] = Field(
@@ -148,7 +148,7 @@ class DisturbanceSpec(_Part):
     at_rest: bool = Field(default=True, description="whether it also moves a robot that stands")
 
 
-class LimitSpec(_Part):
+class OptimalSpec(_Part):
     """What a clairvoyant could do at best: holonomic, at the set speed, undisturbed, knowing every obstacle's future."""
 
     time: Positive = Field(description="shortest time to the goal, s")
@@ -206,7 +206,9 @@ class Scenario(_Part):
         default="kalman", description="how the robot follows obstacles, unless the run says otherwise"
     )
     disturbance: DisturbanceSpec | None = Field(default=None, description="of the robot's motion; default: none")
-    limit: LimitSpec | None = Field(default=None, description="the best that is possible, where somebody has searched")
+    optimal: OptimalSpec | None = Field(
+        default=None, description="the best that is possible, where somebody has searched"
+    )
     livelock: bool = Field(
         default=False, description="whether a robot that has not come 0.5 m away from where it was 20 s ago has failed"
     )

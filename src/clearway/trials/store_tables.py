@@ -1,6 +1,6 @@
 """A trial as Arrow tables and back, losslessly: what the files of a results directory hold.
 
-Numbers stay float64. What a trial doesn't know (None) is null, never NaN: NaN is a mover that is absent.
+Numbers stay float64. What a trial doesn't know (None) is null, never NaN: NaN is a moving obstacle that is absent.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ _WIDTH = {"polyline": 2, "circles": 3, "tube": 3, "tree": 4}
 
 def to_tables(index: int, trial: Trial) -> Tables:
     """The trial as tables; `index` goes into their column `trial`."""
-    n, m = len(trial.t), trial.movers.shape[1]
+    n, m = len(trial.t), trial.moving_obstacles.shape[1]
     known = [name for name in (*_OPTIONAL, "cut", "sigma", "tie") if getattr(trial, name) is not None]
     robot: dict[str, Any] = {"trial": np.full(n, index, np.int32), "t": trial.t}
     robot |= dict(zip(("x", "y", "theta"), _columns(trial.pose, 3), strict=True))
@@ -125,12 +125,12 @@ def to_tables(index: int, trial: Trial) -> Tables:
         robot |= dict.fromkeys(columns, pa.nulls(n, _F)) if values is None else _named(columns, values)
     robot["leg"] = np.asarray(trial.leg, dtype=np.int32)
     robot["cut"] = pa.nulls(n, pa.bool_()) if trial.cut is None else np.asarray(trial.cut, dtype=np.bool_)
-    movers = np.ascontiguousarray(trial.movers, dtype=np.float64).reshape(n * m, 3)
+    moving_obstacles = np.ascontiguousarray(trial.moving_obstacles, dtype=np.float64).reshape(n * m, 3)
     obstacles = {
         "trial": np.full(n * m, index, np.int32),
         "t": np.repeat(np.asarray(trial.t, dtype=np.float64), m),
         "obstacle": np.tile(np.arange(m, dtype=np.int32), n),
-        **_named(("x", "y", "theta"), movers),
+        **_named(("x", "y", "theta"), moving_obstacles),
     }
     fixed = _fixed(trial.attempt.bodies)
     bodies = _dumps([_body(b) for b in trial.attempt.bodies[:fixed]])
@@ -143,7 +143,7 @@ def to_tables(index: int, trial: Trial) -> Tables:
         if trial.sigma is not None
         else dict.fromkeys(_SIGMA, pa.nulls(n * m, _F))
     )
-    attempt = _attempt(trial.attempt, fixed) | {"known": known, "movers": m, "reason": trial.reason}
+    attempt = _attempt(trial.attempt, fixed) | {"known": known, "moving_obstacles": m, "reason": trial.reason}
     row = {
         "trial": index,
         "outcome": trial.outcome.value,
@@ -172,7 +172,7 @@ def from_tables(tables: Tables) -> Trial:
     """The trial again, of tables that hold the rows of one trial only."""
     robot, row = tables["robot"], tables["attempts"].to_pylist()[0]
     attempt = json.loads(row["attempt"])
-    n, m = robot.num_rows, attempt["movers"]
+    n, m = robot.num_rows, attempt["moving_obstacles"]
     optional: dict[str, FloatArray | None] = {
         name: _matrix(robot, columns) if name in attempt["known"] else None for name, columns in _OPTIONAL.items()
     }
@@ -185,7 +185,7 @@ def from_tables(tables: Tables) -> Trial:
         estimate=optional["estimate"],
         command=optional["command"],
         leg=_vector(robot, "leg").astype(np.int64),
-        movers=_matrix(tables["obstacles"], ("x", "y", "theta")).reshape(n, m, 3),
+        moving_obstacles=_matrix(tables["obstacles"], ("x", "y", "theta")).reshape(n, m, 3),
         spans=tuple(Span(leg, float(a), float(b), reached) for leg, a, b, reached in json.loads(row["spans"])),
         events=tuple(Event(float(t), kind, detail) for t, kind, detail in json.loads(row["events"])),
         outcome=Outcome(row["outcome"]),
@@ -200,14 +200,14 @@ def from_tables(tables: Tables) -> Trial:
 
 
 def _read_sigma(tables: Tables, n: int, m: int) -> FloatArray:
-    robot, movers = (_matrix(tables[name], tuple(_SIGMA)) for name in ("robot", "obstacles"))
-    return np.concatenate([robot.reshape(n, 1, 2), movers.reshape(n, m, 2)], axis=1)
+    robot, moving_obstacles = (_matrix(tables[name], tuple(_SIGMA)) for name in ("robot", "obstacles"))
+    return np.concatenate([robot.reshape(n, 1, 2), moving_obstacles.reshape(n, m, 2)], axis=1)
 
 
 # --- attempt ---------------------------------------------------------------------------------------------------------
 
 _PLAIN = ("robot", "navigator", "localisation", "tracking", "plan", "scenario", "seed", "privileged", "source")
-_NUMBERS = ("speed_limit", "period", "reference_length", "limit_time", "limit_path")
+_NUMBERS = ("speed_limit", "period", "reference_length", "optimal_time", "optimal_path")
 _LABEL_NUMBERS = ("speed", "obstacle_speed", "size", "gap")
 
 

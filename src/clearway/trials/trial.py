@@ -72,8 +72,8 @@ class Body:
     """Something that the robot can hit.
 
     Attributes:
-        kind: `wall`, `furniture`, `obstacle` (placed by the test) or `mover`. shape: in the body's frame.
-        pose: (3,) map frame; None for a mover, whose poses are a column of `Trial.movers`.
+        kind: `wall`, `furniture`, `obstacle` (placed by the test) or `moving_obstacle`. shape: in the body's frame.
+        pose: (3,) map frame; None for a moving obstacle, whose poses are a column of `Trial.moving_obstacles`.
         sigma: standard uncertainty of a static one's position, m. outlined: False where nobody knows its shape, for
         which a point stands. measured: whether the capture that saw the robot saw it too, so that an error of the
         frame's tie to the map is the same for both.
@@ -98,7 +98,7 @@ class Attempt:
         period: control or sampling period, s. reference_length: of one leg, m (paper A's d_AB, BARN's path), None without.
         plan: name of the floor plan. scenario: id in its suite, None for a recording. seed: of this attempt.
         privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
-        weren't. limit_time [s], limit_path [m]: of the best that a clairvoyant could do, None where that is not known
+        weren't. optimal_time [s], optimal_path [m]: of the best that a clairvoyant could do, None where that is not known
         to 0.5 %.
         drive: v_min, v_max [m/s], omega_max [rad/s] of the base at this set speed, None if unknown.
         rates: its acceleration, deceleration [m/s^2], angular acceleration, deceleration [rad/s^2], inf: no limit, None if unknown.
@@ -121,8 +121,8 @@ class Attempt:
     seed: int | None = None
     privileged: bool = False
     tracking: str = ""
-    limit_time: float | None = None
-    limit_path: float | None = None
+    optimal_time: float | None = None
+    optimal_path: float | None = None
     drive: tuple[float, float, float] | None = None
     source: Literal["simulated", "recorded"] = "simulated"
     rates: tuple[float, float, float, float] | None = None
@@ -168,11 +168,11 @@ class Trial:
         t: (n,) s, increasing, from 0. pose: (n, 3) true pose, map frame. velocity: (n, 2) true v, omega, or None.
         estimate: (n, 3) the robot's own belief, or None. command: (n, 2) given at t, or None.
         leg: (n,) int index into attempt.legs of what was being driven at t.
-        movers: (n, m, 3) poses of the bodies whose pose is None, in their order; NaN while one is absent.
+        moving_obstacles: (n, m, 3) poses of the bodies whose pose is None, in their order; NaN while one is absent.
         spans: one per leg begun, in order. outcome: how it ended, reason: why, for people.
         provenance: what ran, on which version, from which file. timing: wall-clock figures [s], kept apart.
         cut: (n,) bool, whether the budget cut the decision at t short, or None.
-        sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the movers, NaN
+        sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the moving obstacles, NaN
         where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
         tie: (n, 2) the part of the robot's sigma that the frame's tie to the map makes, None for no tie. The sigma of a
         `measured` body has the same part, and between it and the robot it cancels.
@@ -185,7 +185,7 @@ class Trial:
     estimate: FloatArray | None
     command: FloatArray | None
     leg: Any
-    movers: FloatArray
+    moving_obstacles: FloatArray
     spans: tuple[Span, ...]
     events: tuple[Event, ...]
     outcome: Outcome

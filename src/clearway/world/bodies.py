@@ -17,7 +17,7 @@ def bodies_of(fixtures: Sequence[Fixture], scenario: Scenario) -> tuple[Body, ..
     return (*fixed, *(_body(o) for o in scenario.obstacles))
 
 
-def movers_of(scenario: Scenario) -> tuple[ObstacleSpec, ...]:
+def moving_obstacles_of(scenario: Scenario) -> tuple[ObstacleSpec, ...]:
     """The moving ones among the scenario's obstacles: those without a pose."""
     return tuple(o for o in scenario.obstacles if o.pose is None)
 
@@ -25,5 +25,5 @@ def movers_of(scenario: Scenario) -> tuple[ObstacleSpec, ...]:
 def _body(obstacle: ObstacleSpec) -> Body:
     shape = obstacle.shape.shape()
     if obstacle.pose is None:
-        return Body(obstacle.name, "mover", shape, None)
+        return Body(obstacle.name, "moving obstacle", shape, None)
     return Body(obstacle.name, "obstacle", shape, np.array(obstacle.pose, dtype=np.float64))

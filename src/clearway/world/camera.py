@@ -19,7 +19,7 @@ from clearway.robots import Camera
 from clearway.trials import Body
 
 
-class Lens:
+class ObstacleSensor:
     """Looks at the obstacles among `bodies`.
 
     Args:
@@ -35,7 +35,7 @@ class Lens:
         self._key = stream(seed, "camera")
         reach = {True: iter(moving_reach.tolist()), False: iter(still_reach.tolist())}
         seen = [(i, b, next(reach[b.pose is None])) for i, b in enumerate(bodies)]
-        seen = [(i, b, r) for i, b, r in seen if b.kind in ("obstacle", "mover")]
+        seen = [(i, b, r) for i, b, r in seen if b.kind in ("obstacle", "moving obstacle")]
         self._identity = np.array([i for i, _, _ in seen], dtype=np.int64)
         self._moving = np.array([b.pose is None for _, b, _ in seen], dtype=np.bool_)
         self._radius = np.array([r for _, _, r in seen], dtype=np.float64)
@@ -45,9 +45,9 @@ class Lens:
             if b.pose is not None:
                 at[:] = b.pose[:2]
 
-    def look(self, x: float, y: float, movers: FloatArray, count: int) -> Obstacles:
-        """What is seen from (x, y) [m] in control period `count`; movers: (m, 3) poses, NaN where one is absent."""
-        self._at[self._moving] = movers[:, :2]
+    def look(self, x: float, y: float, moving_obstacles: FloatArray, count: int) -> Obstacles:
+        """What is seen from (x, y) [m] in control period `count`; moving_obstacles: (m, 3) poses, NaN where one is absent."""
+        self._at[self._moving] = moving_obstacles[:, :2]
         seen, position = measure(
             self._at, self._radius, self._bound, self._identity, x, y, self._range, self._key, count
         )

@@ -13,19 +13,25 @@ from clearway.geometry.shapes import FloatArray
 class Log:
     """Samples of a trial, in arrays that grow."""
 
-    def __init__(self, movers: int) -> None:
-        self._n, self._last, self._any_movers = 0, -1.0, movers > 0
+    def __init__(self, moving_obstacles: int) -> None:
+        self._n, self._last, self._any_moving = 0, -1.0, moving_obstacles > 0
         self._columns: dict[str, Any] = {
             "t": np.empty(512), "motion": np.empty((512, 5)), "estimate": np.empty((512, 3)),
-            "command": np.empty((512, 2)), "leg": np.empty(512, dtype=np.int64), "movers": np.empty((512, movers, 3)),
+            "command": np.empty((512, 2)), "leg": np.empty(512, dtype=np.int64), "moving_obstacles": np.empty((512, moving_obstacles, 3)),
             "cut": np.empty(512, dtype=np.bool_),
         }  # fmt: skip
         self._unpack()
 
     def add(
-        self, t: float, motion: FloatArray, estimate: FloatArray, command: Command, leg: int, movers: FloatArray
+        self,
+        t: float,
+        motion: FloatArray,
+        estimate: FloatArray,
+        command: Command,
+        leg: int,
+        moving_obstacles: FloatArray,
     ) -> None:
-        """One instant: `t` [s], true pose and velocity (5,), estimate (3,), command, leg, movers (m, 3).
+        """One instant: `t` [s], true pose and velocity (5,), estimate (3,), command, leg, moving obstacles (m, 3).
 
         The same instant again (contact before anything moved) replaces what stood there.
         """
@@ -39,8 +45,8 @@ class Log:
         self._command[i] = command.v, command.omega
         self._leg[i] = leg
         self._cut[i] = command.cut
-        if self._any_movers:
-            self._movers[i] = movers
+        if self._any_moving:
+            self._moving_obstacles[i] = moving_obstacles
         self._n = i + 1
 
     def columns(self) -> dict[str, Any]:
@@ -50,6 +56,6 @@ class Log:
         return taken | {"pose": motion[:, :3].copy(), "velocity": motion[:, 3:].copy()}
 
     def _unpack(self) -> None:
-        self._t, self._motion, self._estimate, self._command, self._leg, self._movers, self._cut = (
+        self._t, self._motion, self._estimate, self._command, self._leg, self._moving_obstacles, self._cut = (
             self._columns.values()
         )

@@ -19,10 +19,10 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.distance import gap
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.packing import to_box, transform
-from clearway.geometry.raycast import cast, cast_movers
+from clearway.geometry.raycast import cast, cast_moving
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
-from clearway.robots import Drive, Odometry
+from clearway.robots import DriveLimits, Odometry
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.world.tracks import pose_at
 
@@ -35,11 +35,11 @@ _LOOK = 0.1  # m: nearer than this to a body's box, its true outline is measured
 # the state of a robot, a row of float64
 X, Y, THETA, V, OMEGA = 0, 1, 2, 3, 4
 ODOM_X, ODOM_Y, ODOM_THETA, ODOM_V, ODOM_OMEGA = 5, 6, 7, 8, 9
-ODOMETER, APPOINTMENT, ELAPSED = 10, 11, 12  # m; the first reading at which a static body must be looked at; s
+ODOMETER, NEXT_CHECK, ELAPSED = 10, 11, 12  # m; the first reading at which a static body must be looked at; s
 STATE = 13
 
 
-def drive_limits(drive: Drive, speed: float) -> FloatArray:
+def drive_limits(drive: DriveLimits, speed: float) -> FloatArray:
     """(7,) v_min, v_max, acceleration, deceleration, omega_max, angular acceleration, angular deceleration."""
     return np.array(
         [max(drive.v_min, -speed), min(drive.v_max, speed), drive.acceleration, drive.deceleration,
@@ -78,7 +78,7 @@ def disturb(bounds: FloatArray, key: np.uint64, count: int, out: FloatArray) -> 
 
 @kernel
 def tick(
-    state: FloatArray, v: float, omega: float, count: int, rows: np.ndarray, times: FloatArray, mover_poses: FloatArray,
+    state: FloatArray, v: float, omega: float, count: int, rows: np.ndarray, times: FloatArray, moving_poses: FloatArray,
     period: float,
     drive: FloatArray, errors: FloatArray, odometry_key: np.uint64, bounds: FloatArray, disturbance_key: np.uint64,
     foot: FloatArray, foot_radius: float, foot_reach: float,
@@ -94,7 +94,7 @@ def tick(
         still_...: bodies that stand still, packed in the map frame, with their boxes (n, 4), and when each is due: the
         reading of the odometer up to which it needs no look. points...: moving bodies, packed in their own frames,
         with their tracks; slack: metres for which each needs no look.
-        rows: (m, 2) of the current leg's tracks. times: (m,) s, now, on the clock of each. mover_poses: (m, 3), filled
+        rows: (m, 2) of the current leg's tracks. times: (m,) s, now, on the clock of each. moving_poses: (m, 3), filled
         for the end.
 
     Returns:
@@ -126,7 +126,7 @@ def tick(
         rate = advance + (abs(wm) + abs(push[2])) * foot_reach
         until = h  # contact, or the end of the step
 
-        if state[APPOINTMENT] <= state[ODOMETER] + rate * h:
+        if state[NEXT_CHECK] <= state[ODOMETER] + rate * h:
             for b in range(due.shape[0]):
                 if due[b] > state[ODOMETER] + rate * until:
                     continue
@@ -145,7 +145,7 @@ def tick(
                     if rate <= 0.0:
                         break
                     s += d / rate
-            state[APPOINTMENT] = due.min() if due.shape[0] > 0 else math.inf
+            state[NEXT_CHECK] = due.min() if due.shape[0] > 0 else math.inf
 
         for m in range(reach.shape[0]):
             closing = (advance + speed[m]) * h
@@ -206,7 +206,7 @@ def tick(
         state[ODOM_V] = errors[0] * state[V] + noise_v / period
         state[ODOM_OMEGA] = errors[1] * state[OMEGA] + noise_w / period
     for m in range(reach.shape[0]):
-        pose_at(knots, rows[m, 0], rows[m, 1], times[m] + (done if hit >= 0 else period), mover_poses[m])
+        pose_at(knots, rows[m, 0], rows[m, 1], times[m] + (done if hit >= 0 else period), moving_poses[m])
     return hit
 
 
@@ -227,7 +227,7 @@ def scan(
     ranges: FloatArray, x: float, y: float, theta: float, count: int,
     mount: FloatArray, segments: FloatArray, circles: FloatArray,
     moving_segments: FloatArray, segment_owner: np.ndarray, moving_circles: FloatArray, circle_owner: np.ndarray,
-    mover_poses: FloatArray,
+    moving_poses: FloatArray,
     directions: FloatArray, optics: FloatArray, key: np.uint64,
 ) -> None:  # fmt: skip
     """One sweep of the lidar into `ranges` (n,), with noise; inf: no return.
@@ -241,7 +241,7 @@ def scan(
     nearest, farthest, sigma = optics[2], optics[3], optics[4]
     ranges[:] = math.inf
     cast(segments, circles, sx, sy, st, directions, optics[0], optics[1], farthest, ranges)
-    cast_movers(moving_segments, segment_owner, moving_circles, circle_owner, mover_poses, sx, sy, st,
+    cast_moving(moving_segments, segment_owner, moving_circles, circle_owner, moving_poses, sx, sy, st,
                 directions, optics[0], optics[1], farthest, ranges)  # fmt: skip
     for i in range(ranges.shape[0]):
         if ranges[i] <= farthest:

@@ -1,4 +1,4 @@
-"""Runs one trial: the world on one side, a pilot on the other, a referee between them."""
+"""Runs one trial: the world on one side, a pilot on the other, a checker between them."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Trial
-from clearway.world.bodies import bodies_of, movers_of
+from clearway.world.bodies import bodies_of, moving_obstacles_of
+from clearway.world.goal_and_progress_checker import GoalAndProgressChecker
 from clearway.world.log import Log
-from clearway.world.referee import Referee
 from clearway.world.tracks import Tracks, longest, tracks
 from clearway.world.world import World
 
@@ -57,7 +57,7 @@ def simulate(
         ClearwayError: the scenario can't be built, or the pilot says that it can't do this task at all.
     """
     plan = load_plan(scenario.plan)
-    way = tracks(movers_of(scenario), [leg.name for leg in scenario.legs], longest(scenario.legs))
+    way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], longest(scenario.legs))
     return simulate_in(
         bodies_of(plan.fixtures, scenario), way, scenario, robot, pilot, navigator=navigator, localisation=localisation,
         map=map, area=plan.area, privileged=privileged, budget=budget, setup=setup, tracking=tracking,
@@ -87,7 +87,7 @@ def simulate_in(
     attempt = _attempt(bodies, scenario, robot, navigator, localisation, privileged, setup, tracking)
     placed = _placed(start, scenario)
     world = World(robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance)
-    referee = Referee(attempt.legs, scenario.legs, scenario.livelock, world.state)
+    checker = GoalAndProgressChecker(attempt.legs, scenario.legs, scenario.livelock, world.state)
     task = Task(
         period=robot.period,
         speed_limit=scenario.speed,
@@ -96,9 +96,9 @@ def simulate_in(
         area=area,
         budget=budget or Budget(),
         time_limit=max(leg.time_limit for leg in scenario.legs),
-        forecast=world.forecast if privileged else None,
+        obstacle_oracle=world.obstacles_at if privileged else None,
     )
-    drive = _Drive(world, referee, pilot, robot)
+    drive = _Drive(world, checker, pilot, robot)
     outcome = drive.to_the_end(task, np.random.default_rng([scenario.seed, *b"pilot"]))
     columns = drive.log.columns()
     if task.budget == Budget() and not columns["cut"].any():
@@ -106,10 +106,10 @@ def simulate_in(
     return Trial(
         attempt=attempt,
         **columns,
-        spans=tuple(referee.spans),
-        events=tuple(referee.events),
+        spans=tuple(checker.spans),
+        events=tuple(checker.events),
         outcome=outcome,
-        reason=referee.reason,
+        reason=checker.reason,
         snapshots=tuple(drive.snapshots),
         provenance={"source": "simulation", "clearway": _version(), "scenario": scenario.name, "seed": scenario.seed},
         timing=_timing(perf_counter() - begun, drive.thinking),
@@ -119,15 +119,15 @@ def simulate_in(
 class _Drive:
     """The loop over control periods, and what it leaves behind."""
 
-    def __init__(self, world: World, referee: Referee, pilot: Pilot, robot: Robot) -> None:
-        self._world, self._referee, self._pilot, self._robot = world, referee, pilot, robot
-        self.log = Log(len(world.movers))
+    def __init__(self, world: World, checker: GoalAndProgressChecker, pilot: Pilot, robot: Robot) -> None:
+        self._world, self._referee, self._pilot, self._robot = world, checker, pilot, robot
+        self.log = Log(len(world.moving_obstacles))
         self.snapshots: list[Snapshot] = []
         self.thinking: list[float] = []
 
     def to_the_end(self, task: Task, rng: np.random.Generator) -> Outcome:
-        """Drive until the referee ends the trial."""
-        world, referee, log, thinking = self._world, self._referee, self.log, self.thinking
+        """Drive until the checker ends the trial."""
+        world, checker, log, thinking = self._world, self._referee, self.log, self.thinking
         decide, period = self._pilot.decide, self._robot.period
         estimate, command, leg = task.start, Command(0.0, 0.0), 0
         count, t, status = 0, 0.0, ""
@@ -143,8 +143,8 @@ class _Drive:
         while True:
             t = count * period
             now, told = world.state, world.state  # two copies: what the pilot does to its own is its affair
-            leg = referee.leg
-            sensing = Sensing(t, told[5:8], told[8:10], world.sense(), world.look(), referee.goal, told[0:3])
+            leg = checker.leg
+            sensing = Sensing(t, told[5:8], told[8:10], world.sense(), world.look(), checker.goal, told[0:3])
             before = perf_counter()
             try:
                 decision = decide(sensing)
@@ -158,14 +158,14 @@ class _Drive:
                 self.snapshots.append(Snapshot(t, decision.diagnostics))
             if command.status != status:
                 status = command.status
-                referee.events.append(Event(t, "status", status))
-            referee.events += [Event(t, "assumption", text) for text in command.violated]
-            log.add(t, now[:5], estimate, command, leg, world.movers)
-            outcome = referee.judge(t, now, estimate, command)
+                checker.events.append(Event(t, "status", status))
+            checker.events += [Event(t, "assumption", text) for text in command.violated]
+            log.add(t, now[:5], estimate, command, leg, world.moving_obstacles)
+            outcome = checker.judge(t, now, estimate, command)
             if outcome is not None:
                 return outcome
-            if referee.leg != leg:
-                world.begin_leg(referee.leg, t)
+            if checker.leg != leg:
+                world.begin_leg(checker.leg, t)
             driven, touched = world.advance(command.v, command.omega, t)
             if touched is not None:
                 return self._contact(t + driven, touched, estimate, command)
@@ -192,7 +192,7 @@ class _Drive:
     def _record(self, t: float, estimate: FloatArray, command: Command) -> None:
         """The last instant, with the estimate and the command that were in force."""
         world = self._world
-        self.log.add(t, world.state[:5], estimate, command, self._referee.leg, world.movers)
+        self.log.add(t, world.state[:5], estimate, command, self._referee.leg, world.moving_obstacles)
 
 
 def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]:
@@ -226,7 +226,7 @@ def _attempt(
     bodies: Sequence[Body], scenario: Scenario, robot: Robot, navigator: str, localisation: str, privileged: bool,
     setup: str | None, tracking: str,
 ) -> Attempt:  # fmt: skip
-    limit = scenario.limit if scenario.limit is not None and scenario.limit.error <= SHARP else None
+    optimal = scenario.optimal if scenario.optimal is not None and scenario.optimal.error <= SHARP else None
     legs: list[Leg] = []
     at = np.array(scenario.start, dtype=np.float64)
     for spec in scenario.legs:
@@ -251,8 +251,8 @@ def _attempt(
         seed=scenario.seed,
         privileged=privileged,
         tracking=tracking,
-        limit_time=None if limit is None else limit.time,
-        limit_path=None if limit is None else limit.path,
+        optimal_time=None if optimal is None else optimal.time,
+        optimal_path=None if optimal is None else optimal.path,
         drive=(max(robot.drive.v_min, -scenario.speed), min(robot.drive.v_max, scenario.speed), robot.drive.omega_max),
         rates=(
             robot.drive.acceleration,

@@ -18,7 +18,7 @@ from clearway.robots import Robot
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
 from clearway.world import plant
-from clearway.world.camera import Lens
+from clearway.world.camera import ObstacleSensor
 from clearway.world.tracks import Tracks, pose_at
 
 
@@ -31,7 +31,7 @@ class World:
         seed: of the errors of odometry, lidar and camera, and of the disturbance. disturbance: None: undisturbed.
 
     Attributes:
-        movers: (m, 3) poses now of the moving bodies; NaN: absent.
+        moving_obstacles: (m, 3) poses now of the moving bodies; NaN: absent.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class World:
         key = stream(seed, "odometry")
         self._boxes = boxes(still)
         self._slack = np.zeros(len(self._moving))
-        self.movers = np.full((len(self._moving), 3), np.nan)
+        self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
         self._tick: Any = (
             robot.period, plant.drive_limits(robot.drive, speed), plant.odometry_errors(robot.odometry, key), key,
             plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
@@ -73,8 +73,10 @@ class World:
         )  # fmt: skip
         self._rows = tracks.rows[0]
         self._since = np.zeros(len(self._moving))  # when the clock of each began
-        self._place_movers(0.0)
-        self._lens = None if robot.camera is None else Lens(robot.camera, self.bodies, still.reach, moving.reach, seed)
+        self._place_moving(0.0)
+        self._lens = (
+            None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
+        )
 
         self._scan: Any = None
         if robot.lidar is not None:
@@ -86,7 +88,7 @@ class World:
             fixed, movable = scene([b.shape for b in self._still], poses), scene([b.shape for b in self._moving])
             self._scan = (
                 mount - (self._pivot, 0.0, 0.0), fixed.segments, fixed.circles, movable.segments, movable.segment_owner, movable.circles,
-                movable.circle_owner, self.movers, rays.directions, optics, stream(seed, "lidar"),
+                movable.circle_owner, self.moving_obstacles, rays.directions, optics, stream(seed, "lidar"),
             )  # fmt: skip
             self._beams = lidar.beams
             self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
@@ -111,7 +113,7 @@ class World:
         self._rows = self._tracks.rows[leg]
         self._since[~self._tracks.lasting] = t
         self._slack[:] = 0.0
-        self._place_movers(t)
+        self._place_moving(t)
 
     def sense(self) -> Scan | None:
         """The lidar's sweep from here; None without a lidar."""
@@ -127,7 +129,7 @@ class World:
         if self._lens is None:
             return None
         x, y, _ = self._shifted(self._state[0:3], -self._pivot).tolist()
-        return self._lens.look(x, y, self.movers, self._count)
+        return self._lens.look(x, y, self.moving_obstacles, self._count)
 
     def advance(self, v: float, omega: float, t: float) -> tuple[float, Body | None]:
         """Drive on command (v [m/s], omega [rad/s]) from time `t` [s] for one control period, or until contact.
@@ -135,7 +137,9 @@ class World:
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
-        hit = plant.tick(self._state, v, omega, self._count, self._rows, t - self._since, self.movers, *self._tick)
+        hit = plant.tick(
+            self._state, v, omega, self._count, self._rows, t - self._since, self.moving_obstacles, *self._tick
+        )
         self._count += 1
         if hit < 0:
             return self._period, None
@@ -154,7 +158,9 @@ class World:
         """The static bodies that the robot's reach around `centre` (2,) may meet, and the moving ones that are present."""
         outside = np.maximum(np.maximum(self._boxes[:, :2] - centre, centre - self._boxes[:, 2:]), 0.0)
         near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + abs(self._pivot) + plant.TOUCH)
-        return near.tolist(), [(b, at) for b, at in zip(self._moving, self.movers, strict=True) if math.isfinite(at[0])]
+        return near.tolist(), [
+            (b, at) for b, at in zip(self._moving, self.moving_obstacles, strict=True) if math.isfinite(at[0])
+        ]
 
     def speed_of(self, body: Body, t: float) -> float:
         """How fast `body` moves at time `t` [s], m/s."""
@@ -168,7 +174,7 @@ class World:
         moved = math.dist(before[:2], now[:2])
         return moved / h if math.isfinite(moved) else 0.0
 
-    def forecast(self, t: float) -> FloatArray:
+    def obstacles_at(self, t: float) -> FloatArray:
         """(n, 4) x, y, radius [m] and presence (1 or 0) at time `t` [s] of every obstacle of the test, as planned now."""
         _, still, moving = self._reach
         rows = [(b.pose[0], b.pose[1], r, 1.0) for b, r in zip(self._still, still, strict=True)
@@ -179,7 +185,7 @@ class World:
             rows.append((at[0], at[1], reach, float(there)))
         return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
-    def _place_movers(self, t: float) -> None:
+    def _place_moving(self, t: float) -> None:
         for m in range(len(self._moving)):
             begin, end = self._rows[m].tolist()
-            pose_at(self._tracks.knots, begin, end, t - self._since[m], self.movers[m])
+            pose_at(self._tracks.knots, begin, end, t - self._since[m], self.moving_obstacles[m])

@@ -101,7 +101,7 @@ def test_an_obstacle_that_has_passed_in_time_is_no_belt() -> None:
     assert (r.rounds, len(r.belts), r.length) == (1, 0, pytest.approx(4.0))
 
 
-movers = st.lists(
+moving_obstacles = st.lists(
     st.tuples(st.floats(-1, 3), st.floats(-2, 2), st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), min_size=1, max_size=6
 ).map(np.array)
 still = st.lists(st.tuples(st.floats(-1, 4), st.floats(-2, 2), st.floats(0.3, 0.7)), max_size=5).map(
@@ -109,7 +109,7 @@ still = st.lists(st.tuples(st.floats(-1, 4), st.floats(-2, 2), st.floats(0.3, 0.
 )
 
 
-@given(movers, still, st.booleans())
+@given(moving_obstacles, still, st.booleans())
 @settings(max_examples=200)
 def test_belts_hold_every_risky_disc(rows: np.ndarray, static: np.ndarray, exact: bool) -> None:
     n = len(rows)

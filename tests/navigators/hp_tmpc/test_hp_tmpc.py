@@ -75,7 +75,7 @@ def test_without_obstacles_it_drives_straight_at_the_reference_speed():
     assert {c.status for c in commands} == {"tracking"}
 
 
-def test_yields_to_a_mover_that_crosses():
+def test_yields_to_a_moving_obstacle_that_crosses():
     def crossing(t):
         return discs((1.5, -2.0 + 0.8 * t, 0.35), moving=True, velocity=(0.0, 0.8))
 
@@ -172,7 +172,7 @@ def test_literal_3k_gives_the_reference_inputs_when_nothing_disturbs():
     assert [c.v for c in commands] == pytest.approx([0.5] * 6, abs=1e-9)
 
 
-def test_what_is_known_of_a_movers_error_counts_once():
+def test_what_is_known_of_a_moving_obstacles_error_counts_once():
     """(5) starts at the error of the position: a second's doubt of 0.3 m doesn't grow by 0.3 m every period."""
     p = parameters_of()
     settings = _settings(p, task(), ROBOT, frozenset(), False)

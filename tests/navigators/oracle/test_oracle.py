@@ -22,7 +22,7 @@ def nobody(t: float) -> np.ndarray:
 
 
 def task_of(forecast, start=(1.75, 1.75, 0.785), speed=1.0) -> Task:
-    return Task(period=RESCUE.period, speed_limit=speed, start=np.array(start), area=AREA, forecast=forecast)
+    return Task(period=RESCUE.period, speed_limit=speed, start=np.array(start), area=AREA, obstacle_oracle=forecast)
 
 
 def drive(forecast, start=(1.75, 1.75, 0.785), goal=(12.25, 12.25, 0.0), seconds=40.0, noise=0.0, seed=0, speed=1.0):

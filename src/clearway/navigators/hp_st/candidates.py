@@ -12,23 +12,25 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import Crowd
+from clearway.navigators.hp_st.contact import PredictedObstacles
 from clearway.navigators.hp_st.search import TOTAL, IntArray, Tree
 
 
 @kernel
-def distinct(tree: Tree, crowd: Crowd, stride: int, layer: int, index: int, most: int, apart: float) -> IntArray:
+def distinct(
+    tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, most: int, apart: float
+) -> IntArray:
     """(P, 2) layer and node of the best end, then of the best of each other topology, P <= `most`.
 
     Args:
         layer, index: the best end (`leaf`). apart: rad; ways differ where the bearing of an obstacle turns by more.
     """
     ends = np.empty((most, 2), np.int64)
-    turns = np.empty((most, len(crowd.still) + len(crowd.radius)))
+    turns = np.empty((most, len(obstacles.still) + len(obstacles.radius)))
     if index < 0 or most == 0:
         return ends[:0]
     ends[0, 0], ends[0, 1] = layer, index
-    _turns(tree, crowd, stride, layer, index, turns[0])
+    _turns(tree, obstacles, stride, layer, index, turns[0])
     found = 1
     last = len(tree.count) - 1
     while last > 0 and tree.count[last] == 0:
@@ -39,7 +41,7 @@ def distinct(tree: Tree, crowd: Crowd, stride: int, layer: int, index: int, most
     for b in order:
         if last == layer and b == index:
             continue
-        _turns(tree, crowd, stride, last, b, turns[found])
+        _turns(tree, obstacles, stride, last, b, turns[found])
         new = True
         for p in range(found):
             widest = 0.0
@@ -57,19 +59,24 @@ def distinct(tree: Tree, crowd: Crowd, stride: int, layer: int, index: int, most
 
 
 @kernel
-def _turns(tree: Tree, crowd: Crowd, stride: int, layer: int, index: int, out: FloatArray) -> None:
+def _turns(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, out: FloatArray) -> None:
     """How far the bearing of each obstacle turns on the way to a node, rad; those that stand first."""
     out[:] = 0.0
-    s = len(crowd.still)
+    s = len(obstacles.still)
     while layer > 0:
         node, index = tree.nodes[layer, index], tree.parent[layer, index]
         before = tree.nodes[layer - 1, index]
         for i in range(len(out)):
             if i < s:
-                ax, ay, bx, by = crowd.still[i, 0], crowd.still[i, 1], crowd.still[i, 0], crowd.still[i, 1]
+                ax, ay, bx, by = (
+                    obstacles.still[i, 0],
+                    obstacles.still[i, 1],
+                    obstacles.still[i, 0],
+                    obstacles.still[i, 1],
+                )
             else:
-                ax, ay = crowd.at[(layer - 1) * stride, i - s, 0], crowd.at[(layer - 1) * stride, i - s, 1]
-                bx, by = crowd.at[layer * stride, i - s, 0], crowd.at[layer * stride, i - s, 1]
+                ax, ay = obstacles.at[(layer - 1) * stride, i - s, 0], obstacles.at[(layer - 1) * stride, i - s, 1]
+                bx, by = obstacles.at[layer * stride, i - s, 0], obstacles.at[layer * stride, i - s, 1]
             ax, ay, bx, by = ax - before[0], ay - before[1], bx - node[0], by - node[1]
             out[i] += math.atan2(ax * by - ay * bx, ax * bx + ay * by)
         layer -= 1

@@ -79,7 +79,7 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
         if t < first:
             which, first = i, t
     for i in range(forecast.radius.shape[0]):
-        t = _to_mover(plan, tube, period, body, forecast, i, rules.acceleration, first)
+        t = _to_moving(plan, tube, period, body, forecast, i, rules.acceleration, first)
         if t < first:
             which, first = still.shape[0] + i, t
     t = _leaves(plan, tube, period, rules.area)
@@ -177,7 +177,7 @@ def _to_still(
 
 
 @kernel
-def _to_mover(
+def _to_moving(
     plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, i: int, acceleration: float,
     deadline: float,
 ) -> float:  # fmt: skip

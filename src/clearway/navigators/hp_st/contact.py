@@ -35,7 +35,7 @@ class Base(NamedTuple):
     foot: Footprint
 
 
-class Crowd(NamedTuple):
+class PredictedObstacles(NamedTuple):
     """Obstacles as the search sees them: a disc for each hypothesis of each, at each instant of the forecast.
 
     Attributes:
@@ -51,7 +51,7 @@ class Crowd(NamedTuple):
 
 
 @kernel
-def crowd_of(forecast: Forecast, spread: FloatArray) -> Crowd:
+def predicted_obstacles(forecast: Forecast, spread: FloatArray) -> PredictedObstacles:
     """The forecast as the search sees it.
 
     Args:
@@ -76,15 +76,15 @@ def crowd_of(forecast: Forecast, spread: FloatArray) -> Crowd:
                 own = spread[0] + spread[1] * k * forecast.step
                 sigma[k, j] = min(math.sqrt(doubt[i, h, k] ** 2 + own * own), spread[2])
             j += 1
-    return Crowd(forecast.still, at, sigma, chance, radius)
+    return PredictedObstacles(forecast.still, at, sigma, chance, radius)
 
 
 @kernel
-def belts_of(crowd: Crowd, k: int, stride: int, union: int, belts: FloatArray) -> int:
+def belts_of(obstacles: PredictedObstacles, k: int, stride: int, union: int, belts: FloatArray) -> int:
     """What moves from instant k to k + `stride`, into `belts` (M, BELT).
 
     Columns: where each begins, by how much it moves (x, y) [m], radius, standard deviation [m], probability, and the
-    radius around it, then around its middle, that hold all that counts, m. What lies beyond the crowd's last instant stays there.
+    radius around it, then around its middle, that hold all that counts, m. What lies beyond the obstacles's last instant stays there.
 
     Args:
         union: so many of the first instants count at any time, the belts of a planner that is blind to time; 0: each
@@ -93,7 +93,7 @@ def belts_of(crowd: Crowd, k: int, stride: int, union: int, belts: FloatArray) -
     Returns:
         How many there are.
     """
-    at, spread, radius, chance = crowd.at, crowd.spread, crowd.radius, crowd.chance
+    at, spread, radius, chance = obstacles.at, obstacles.spread, obstacles.radius, obstacles.chance
     top = len(at) - 1
     first, last = k, k
     if union > 0:
@@ -115,9 +115,9 @@ def belts_of(crowd: Crowd, k: int, stride: int, union: int, belts: FloatArray) -
 @kernel
 def near(
     still: FloatArray, belts: FloatArray, count: int, x: float, y: float, own: float, soft: float, stills: FloatArray,
-    movers: FloatArray,
+    moving_obstacles: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
-    """What a robot at (x, y) can meet in a step: into `stills` (s, 3) and `movers` (M, BELT), relative to (x, y).
+    """What a robot at (x, y) can meet in a step: into `stills` (s, 3) and `moving_obstacles` (M, BELT), relative to (x, y).
 
     Args:
         belts: the first `count` rows count. own: circumscribed radius and the longest way in a step together, m.
@@ -138,23 +138,23 @@ def near(
         mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
         reach = belts[i, 8] + own
         if mx * mx + my * my < reach * reach:
-            movers[m, 0], movers[m, 1] = dx, dy
+            moving_obstacles[m, 0], moving_obstacles[m, 1] = dx, dy
             for j in range(2, 8):
-                movers[m, j] = belts[i, j]
+                moving_obstacles[m, j] = belts[i, j]
             m += 1
     return n, m
 
 
 @kernel
-def meet(
-    stills: FloatArray, n: int, movers: FloatArray, m: int, vertices: FloatArray, rim: float, outer: float, margin: float,
+def collision_risk(
+    stills: FloatArray, n: int, moving_obstacles: FloatArray, m: int, vertices: FloatArray, rim: float, outer: float, margin: float,
     soft: float, nearness: float, theta: float, dx: float, dy: float, turn: float,
 ) -> float:  # fmt: skip
     """Risk of a step by (dx, dy) with a `turn` from heading `theta`: probability of contact with what moves, and what
     nearness to what stands costs; -1: it runs into what stands.
 
     Args:
-        stills, n, movers, m: as `near` fills them. vertices, rim, outer: of the footprint. margin, soft [m], nearness: see `Wishes`.
+        stills, n, moving obstacles, m: as `near` fills them. vertices, rim, outer: of the footprint. margin, soft [m], nearness: see `SearchCosts`.
     """
     risk = 0.0
     if n > 0:
@@ -178,9 +178,9 @@ def meet(
             if room < soft:
                 risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
     for i in range(m):
-        ax, ay = movers[i, 0], movers[i, 1]
-        ux, uy = dx - movers[i, 2], dy - movers[i, 3]
-        reach = movers[i, 7] + outer
+        ax, ay = moving_obstacles[i, 0], moving_obstacles[i, 1]
+        ux, uy = dx - moving_obstacles[i, 2], dy - moving_obstacles[i, 3]
+        reach = moving_obstacles[i, 7] + outer
         along, long2 = ax * ux + ay * uy, ux * ux + uy * uy
         if along <= 0.0:  # nearest at the start
             share = 0.0
@@ -192,8 +192,8 @@ def meet(
         d2 = ex * ex + ey * ey
         if d2 >= reach * reach:
             continue
-        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - movers[i, 4]
-        risk += movers[i, 6] * _TAIL[int(max(room / movers[i, 5] + _FAR, 0.0) * _PER)]
+        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - moving_obstacles[i, 4]
+        risk += moving_obstacles[i, 6] * _TAIL[int(max(room / moving_obstacles[i, 5] + _FAR, 0.0) * _PER)]
     return risk
 
 

@@ -12,10 +12,18 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.candidates import distinct
 from clearway.navigators.hp_st.certificate import Rules, Safety, Verdict, longest_certified
-from clearway.navigators.hp_st.contact import BELT, Base, Crowd, belts_of, crowd_of, meet, near
+from clearway.navigators.hp_st.contact import (
+    BELT,
+    Base,
+    PredictedObstacles,
+    belts_of,
+    collision_risk,
+    near,
+    predicted_obstacles,
+)
 from clearway.navigators.hp_st.field import Field, look
-from clearway.navigators.hp_st.homing import home
-from clearway.navigators.hp_st.search import COST, Tree, Wishes, leaf, nodes_of, search, time_to_go, trace, worth
+from clearway.navigators.hp_st.goal_approach import home
+from clearway.navigators.hp_st.search import COST, SearchCosts, Tree, leaf, nodes_of, search, time_to_go, trace, worth
 from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 
@@ -28,9 +36,9 @@ class Settings(NamedTuple):
     """What doesn't change during a trial.
 
     Attributes:
-        period: s. periods: N, of a plan. layers, narrow, wide, calm: of the search. budget: nodes that it may have.
+        period: s. periods: N, of a plan. layers, narrow, wide, low_cost_threshold: of the search. budget: nodes that it may have.
         controls: (C, 2) see `search`. candidates, apart, keep, rounds, effort, heading_weight: see `parameters`.
-        spread: (3,) see `crowd_of`. certified: whether a plan needs a certificate.
+        spread: (3,) see `predicted_obstacles`. certified: whether a plan needs a certificate.
     """
 
     period: float
@@ -38,7 +46,7 @@ class Settings(NamedTuple):
     layers: int
     narrow: int
     wide: int
-    calm: float
+    low_cost_threshold: float
     budget: int
     controls: FloatArray
     candidates: int
@@ -69,21 +77,21 @@ class Scene(NamedTuple):
 
     settings: Settings
     base: Base
-    crowd: Crowd
+    obstacles: PredictedObstacles
     field: Field
     area: FloatArray
-    wishes: Wishes
+    costs: SearchCosts
     safety: Safety
     start: FloatArray
 
 
 class Found(NamedTuple):
-    """A search's tree, its best end, whether that is calm, how many nodes were spent, and whether the budget cut it."""
+    """A search's tree, its best end, whether that costs little, how many nodes were spent, and whether the budget cut it."""
 
     tree: Tree
     layer: int
     node: int
-    calm: bool
+    low_cost: bool
     spent: int
     cut: bool
 
@@ -102,7 +110,7 @@ class Ways(NamedTuple):
     cost: FloatArray
 
 
-class Thought(NamedTuple):
+class Decision(NamedTuple):
     """A decision and how it was found.
 
     Attributes:
@@ -137,12 +145,12 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     Returns:
         Time gone and to go (see `worth`) and risk together, and the risk alone.
     """
-    wishes, base, crowd, field, start = scene.wishes, scene.base, scene.crowd, scene.field, scene.start
+    costs, base, obstacles, field, start = scene.costs, scene.base, scene.obstacles, scene.field, scene.start
     n, c = len(commands), scene.settings.period
     plan = drive(start, commands, scene.safety.limits, c)
-    still, foot, fastest = crowd.still, base.foot, max(base.high, -base.low)
-    belts = np.empty((len(crowd.radius) * (len(crowd.at) + 1), BELT))
-    stills, movers = np.empty((len(still), 3)), np.empty((len(belts), BELT))
+    still, foot, fastest = obstacles.still, base.foot, max(base.high, -base.low)
+    belts = np.empty((len(obstacles.radius) * (len(obstacles.at) + 1), BELT))
+    stills, moving_obstacles = np.empty((len(still), 3)), np.empty((len(belts), BELT))
     cost, total = 0.0, -1.0
     first, _, _ = look(field, start[0], start[1])
     fall = base.rates[1]
@@ -154,80 +162,80 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         states[k + 1, 3:] = plan.velocities[k + 1]
         if total >= 0.0:
             continue
-        weight = wishes.fear * wishes.fade ** (k * c)
-        nearness = wishes.near * wishes.step / weight
-        moving = belts_of(crowd, k, 1, wishes.union, belts)
-        s, m = near(still, belts, moving, x, y, foot.circumscribed + fastest * c, wishes.soft, stills, movers)
-        risk = meet(
-            stills, s, movers, m, foot.vertices, foot.radius, foot.circumscribed, wishes.margin, wishes.soft, nearness,
+        weight = costs.contact_cost * costs.discount ** (k * c)
+        nearness = costs.near * costs.step / weight
+        moving = belts_of(obstacles, k, 1, costs.union, belts)
+        s, m = near(still, belts, moving, x, y, foot.circumscribed + fastest * c, costs.soft, stills, moving_obstacles)
+        risk = collision_risk(
+            stills, s, moving_obstacles, m, foot.vertices, foot.radius, foot.circumscribed, costs.margin, costs.soft, nearness,
             theta, dx, dy, plan.inputs[k, 1] * c,
         )  # fmt: skip
         if risk < 0.0:
             risk = 1.0
-        cost += weight * risk * c / wishes.step
-        cost += wishes.swing * abs(plan.velocities[k + 1, 1] - plan.velocities[k, 1])
+        cost += weight * risk * c / costs.step
+        cost += costs.yaw_change_cost * abs(plan.velocities[k + 1, 1] - plan.velocities[k, 1])
         if plan.inputs[k, 0] < 0.0:
-            cost += wishes.back * c
+            cost += costs.reverse_cost * c
         gx, gy = field.goal[0] - x, field.goal[1] - y
-        if wishes.stop:
+        if costs.stop:
             left, v = math.hypot(gx - dx, gy - dy), plan.velocities[k + 1, 0]
-            if left <= wishes.reach and v * v <= 2.0 * fall * wishes.reach:
-                total = worth(wishes, first, (k + 1) * c, 0.0, abs(v) / fall + left / base.high)
+            if left <= costs.reach and v * v <= 2.0 * fall * costs.reach:
+                total = worth(costs, first, (k + 1) * c, 0.0, abs(v) / fall + left / base.high)
             continue
         share = min(max((gx * dx + gy * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
-        if math.hypot(gx - share * dx, gy - share * dy) <= wishes.reach:
-            total = worth(wishes, first, k * c, 0.0, max(math.hypot(gx, gy) - wishes.reach, 0.0) / base.high)
+        if math.hypot(gx - share * dx, gy - share * dy) <= costs.reach:
+            total = worth(costs, first, k * c, 0.0, max(math.hypot(gx, gy) - costs.reach, 0.0) / base.high)
     if total < 0.0:
         x, y, theta = states[n, 0], states[n, 1], states[n, 2]
         far, ux, uy = look(field, x, y)
-        left = time_to_go(base, far, ux * math.cos(theta) + uy * math.sin(theta), states[n, 3], wishes.stop)
-        total = worth(wishes, first, n * c, far, left)
+        left = time_to_go(base, far, ux * math.cos(theta) + uy * math.sin(theta), states[n, 3], costs.stop)
+        total = worth(costs, first, n * c, far, left)
     return total + cost, cost
 
 
 @kernel
 def pose_scene(
-    settings: Settings, base: Base, memory: Memory, forecast: Forecast, field: Field, area: FloatArray, wishes: Wishes,
+    settings: Settings, base: Base, memory: Memory, forecast: Forecast, field: Field, area: FloatArray, costs: SearchCosts,
     safety: Safety, pose: FloatArray,
 ) -> Scene:  # fmt: skip
     """What the decision at `pose` (3,) is about."""
     start = np.empty(5)
     start[0], start[1], start[2] = pose[0], pose[1], pose[2]
     start[3], start[4] = memory.velocity[0], memory.velocity[1]
-    return Scene(settings, base, crowd_of(forecast, settings.spread), field, area, wishes, safety, start)
+    return Scene(settings, base, predicted_obstacles(forecast, settings.spread), field, area, costs, safety, start)
 
 
 @kernel
 def find(scene: Scene, memory: Memory, beam: int, spent: int) -> Found:
     """Search with up to `beam` nodes a layer, fewer where what the budget leaves after `spent` nodes asks for it."""
-    settings, wishes = scene.settings, scene.wishes
+    settings, costs = scene.settings, scene.costs
     width = beam
     while width > 1 and settings.layers * nodes_of(width) > settings.budget - spent:
         width -= 1
     tree = search(
-        scene.start, scene.base, scene.crowd, scene.field, scene.area, wishes, settings.layers, width,
+        scene.start, scene.base, scene.obstacles, scene.field, scene.area, costs, settings.layers, width,
         settings.controls, _hint(scene, memory),
     )  # fmt: skip
     layer, index = leaf(tree)
-    calm = index >= 0 and layer > 0 and tree.nodes[layer, index, COST] <= settings.calm
-    return Found(tree, layer, index, calm, spent + int(tree.count.sum()), width < beam)
+    low_cost = index >= 0 and layer > 0 and tree.nodes[layer, index, COST] <= settings.low_cost_threshold
+    return Found(tree, layer, index, low_cost, spent + int(tree.count.sum()), width < beam)
 
 
 @kernel
 def widen(scene: Scene, memory: Memory, found: Found) -> Found:
-    """Search wider, where no calm way has been found and the budget leaves more than there was."""
+    """Search wider, where no way of low cost has been found and the budget leaves more than there was."""
     settings = scene.settings
-    if found.calm or found.cut:
+    if found.low_cost or found.cut:
         return found
     if settings.layers * nodes_of(settings.narrow) >= settings.budget - found.spent:
-        return Found(found.tree, found.layer, found.node, found.calm, found.spent, True)
+        return Found(found.tree, found.layer, found.node, found.low_cost, found.spent, True)
     return find(scene, memory, settings.wide, found.spent)
 
 
 @kernel
 def _hint(scene: Scene, memory: Memory) -> FloatArray:
     """(L, 2) what the last plan does in each layer; none if there is no plan."""
-    settings, stride, n = scene.settings, scene.wishes.stride, scene.settings.periods
+    settings, stride, n = scene.settings, scene.costs.stride, scene.settings.periods
     if not memory.age[1] > 0.0:
         return np.zeros((0, 2))
     hint, plan = np.zeros((settings.layers, 2)), memory.plan
@@ -248,24 +256,24 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
 
     The best of the new ones is tracked: `rounds` linearisations, at most.
     """
-    settings, wishes, base, limits, n = (
+    settings, costs, base, limits, n = (
         scene.settings,
-        scene.wishes,
+        scene.costs,
         scene.base,
         scene.safety.limits,
         scene.settings.periods,
     )
-    tree, stride = found.tree, wishes.stride
-    ends = distinct(tree, scene.crowd, stride, found.layer, found.node, settings.candidates, settings.apart)
-    count = len(ends) + (1 if wishes.stop else 0)
+    tree, stride = found.tree, costs.stride
+    ends = distinct(tree, scene.obstacles, stride, found.layer, found.node, settings.candidates, settings.apart)
+    count = len(ends) + (1 if costs.stop else 0)
     commands, states = np.zeros((count + 1, n, 2)), np.empty((count + 1, n + 1, 5))
     total, cost = np.full(count + 1, math.inf), np.full(count + 1, math.inf)
     for p in range(len(ends)):
         _, told = trace(tree, ends[p, 0], ends[p, 1])
         for k in range(min(len(told) * stride, n)):
             commands[p, k, 0], commands[p, k, 1] = told[k // stride, 0], told[k // stride, 1]
-    if wishes.stop:
-        home(scene.start, base, scene.field, limits, settings.period, wishes.reach, commands[count - 1])
+    if costs.stop:
+        home(scene.start, base, scene.field, limits, settings.period, costs.reach, commands[count - 1])
     best = 0
     for p in range(count):
         total[p], cost[p] = weigh(scene, commands[p], states[p])
@@ -277,7 +285,7 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
         total[count] -= settings.keep
     if rounds > 0 and total[best] < total[count]:
         better = track(
-            scene.crowd, wishes, scene.start, states[best], commands[best], base, scene.area, limits, settings.period,
+            scene.obstacles, costs, scene.start, states[best], commands[best], base, scene.area, limits, settings.period,
             rounds, settings.effort, settings.heading_weight,
         )  # fmt: skip
         tried = np.empty((n + 1, 5))
@@ -289,7 +297,7 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
 
 
 @kernel
-def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found: Found, ways: Ways) -> Thought:
+def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found: Found, ways: Ways) -> Decision:
     """The best of the ways; where certificates are asked for, the best that has one for its first period at least."""
     settings, safety, foot = scene.settings, scene.safety, scene.base.foot
     last = len(ways.total) - 1
@@ -314,7 +322,7 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
         status, choice = STORED, first
     if status == PLANNED and choice == last:
         status = KEPT
-    return Thought(
+    return Decision(
         ways.commands[choice], ways.states[choice], ways.cost[choice], status, certified, plan, about, verdict, shown,
         choice if status == PLANNED else -1, found.spent, found.cut,
     )  # fmt: skip
@@ -322,11 +330,11 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 
 @kernel
 def decide(
-    settings: Settings, base: Base, memory: Memory, forecast: Forecast, field: Field, area: FloatArray, wishes: Wishes,
+    settings: Settings, base: Base, memory: Memory, forecast: Forecast, field: Field, area: FloatArray, costs: SearchCosts,
     rules: Rules, safety: Safety, pose: FloatArray,
-) -> Thought:  # fmt: skip
+) -> Decision:  # fmt: skip
     """Decide what to drive from `pose` (3,)."""
-    scene = pose_scene(settings, base, memory, forecast, field, area, wishes, safety, pose)
+    scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
     found = widen(scene, memory, find(scene, memory, settings.narrow, 0))
     ways = gather(scene, memory, found, settings.rounds)
     return choose(scene, memory, forecast, rules, found, ways)

@@ -19,15 +19,16 @@ from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.arrival import BEGIN, Approach
+from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.contact import Base
 from clearway.navigators.hp_st.decision import (
     STATUSES,
     STOPPED,
     STORED,
+    Decision,
     Memory,
     Settings,
-    Thought,
     choose,
     decide,
     find,
@@ -43,9 +44,8 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
     parameters_of,
 )
-from clearway.navigators.hp_st.search import Wishes
+from clearway.navigators.hp_st.search import SearchCosts
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
-from clearway.navigators.hp_st.violations import Watch
 from clearway.navigators.hp_tmpc.motion import stop_and_turn
 from clearway.robots import Robot
 
@@ -92,7 +92,7 @@ class HpSt:
         self._guarantee, self._without = guarantee_from(guarantee), ingredients_from(without)
         self._chosen = parameters
         parameters_of(None, **parameters)  # tells of a wrong one at once
-        self._thought: Thought | None = None
+        self._decision: Decision | None = None
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
@@ -111,7 +111,7 @@ class HpSt:
         self._p, self._period = p, task.period
         self._base = Base(low, top, d.omega_max, rates, footprint(robot.shape))
         self._settings = Settings(
-            period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, calm=p.calm,
+            period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
             budget=_ENDLESS if task.budget.iterations is None else task.budget.iterations,
             controls=CONTROLS if low < 0.0 else CONTROLS[:11].copy(),
             candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=p.rounds,
@@ -119,8 +119,8 @@ class HpSt:
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
             certified=self._guarantee == "passive" and "certificate" not in without,
         )  # fmt: skip
-        self._wishes = Wishes(
-            stride * task.period, stride, p.fear, p.fade, p.margin, p.soft, p.near, p.swing, p.back, 0.1,
+        self._wishes = SearchCosts(
+            stride * task.period, stride, p.contact_cost, p.discount, p.margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
             0 if "time-aware" not in without else periods, bool(np.isfinite(rates[:2]).all()),
             0.0 if "time-to-go" not in without else PACE * top, "candidates" not in without,
         )  # fmt: skip
@@ -141,7 +141,7 @@ class HpSt:
         )
         self._rules = Rules(p.obstacle_acceleration, self._area, float(sees), p.unseen_speed)
         self._safety = Safety(limits, task.period, disturbance, start)
-        self._watch = Watch(limits, task.period, disturbance, start)
+        self._watch = AssumptionMonitor(limits, task.period, disturbance, start)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
             constant_velocity_only="forecast" in without, velocities=robot.camera is None,
@@ -152,7 +152,7 @@ class HpSt:
         self._field: Field | None = None
         self._known, self._age = b"", 0
         self._refresh = 1 if robot.camera else max(1, round(REFRESH / task.period))
-        self._thought = None
+        self._decision = None
         self._forecast: Forecast | None = None
         self._seconds = task.budget.seconds
         self._approach = Approach(task.period, CLOSE if self._wishes.stop else BEGIN, FACED)
@@ -191,31 +191,31 @@ class HpSt:
         else:
             self._see(goal, pose)
             share = CLOSE if self._wishes.stop else REACH
-            wishes = self._wishes._replace(reach=share * observation.goal.xy_tolerance)
-            thought = self._thought = self._think(wishes, pose, began)
-            cut = thought.cut
-            v, omega = self._commit(thought, pose)
-            status = STATUSES[thought.status]
+            costs = self._wishes._replace(reach=share * observation.goal.xy_tolerance)
+            decision = self._decision = self._think(costs, pose, began)
+            cut = decision.cut
+            v, omega = self._commit(decision, pose)
+            status = STATUSES[decision.status]
         moved = memory.velocity.any() or v != 0.0 or omega != 0.0
         memory.age[0] = 0.0 if moved else memory.age[0] + 1.0
         memory.velocity[:] = self._drive(pose, v, omega).velocities[1]
         self._watch.told(observation.t, pose, v, omega)
         return Command(v, omega, arrived, status=status, cut=cut, violated=violated + more)
 
-    def _think(self, wishes: Wishes, pose: FloatArray, began: float) -> Thought:
+    def _think(self, costs: SearchCosts, pose: FloatArray, began: float) -> Decision:
         """Decide; where there is a deadline, what comes after the first search is left out once it is over."""
         assert self._forecast is not None
         assert self._field is not None
         settings, memory, forecast = self._settings, self._memory, self._forecast
         if self._seconds is None:
             return decide(
-                settings, self._base, memory, forecast, self._field, self._area, wishes, self._rules, self._safety, pose
+                settings, self._base, memory, forecast, self._field, self._area, costs, self._rules, self._safety, pose
             )
-        scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, wishes, self._safety, pose)
+        scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, costs, self._safety, pose)
         found, end = find(scene, memory, settings.narrow, 0), began + self._seconds
         late = time.perf_counter() >= end
         if late:
-            found = found._replace(cut=found.cut or not found.calm)
+            found = found._replace(cut=found.cut or not found.low_cost)
         else:
             found = widen(scene, memory, found)
             late = time.perf_counter() >= end
@@ -232,7 +232,7 @@ class HpSt:
         memory, base = self._memory, self._base
         before = memory.velocity
         v, omega = stop_and_turn(error, float(before[0]), float(before[1]), base.turn, base.rates, self._period)
-        memory.age[1], self._thought = 0.0, None
+        memory.age[1], self._decision = 0.0, None
         if self._settings.certified:
             assert self._forecast is not None
             certified, plan, about, _ = longest_certified(
@@ -244,18 +244,18 @@ class HpSt:
             self._stored = plan, about, 1
         return v, omega, "turning"
 
-    def _commit(self, thought: Thought, pose: FloatArray) -> tuple[float, float]:
+    def _commit(self, decision: Decision, pose: FloatArray) -> tuple[float, float]:
         """The command of this period, and what is remembered for the next."""
         memory = self._memory
-        if thought.status in (STORED, STOPPED):
+        if decision.status in (STORED, STOPPED):
             memory.age[1] = 0.0
             return self._remainder(pose)
         if self._settings.certified:
-            self._stored = thought.stored, thought.tube, 1
-        memory.plan[:-1] = thought.commands[1:]
-        memory.plan[-1] = thought.commands[-1]
+            self._stored = decision.stored, decision.tube, 1
+        memory.plan[:-1] = decision.commands[1:]
+        memory.plan[-1] = decision.commands[-1]
         memory.age[1] = 1.0
-        v, omega = thought.commands[0].tolist()
+        v, omega = decision.commands[0].tolist()
         return v, omega
 
     def _remainder(self, pose: FloatArray) -> tuple[float, float]:
@@ -292,7 +292,7 @@ class HpSt:
 
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `way 1`, ...; circles `obstacles`, `forecast` and `reach`; the tube along the certified plan."""
-        thought, forecast, frame = self._thought, self._forecast, self._frame
+        decision, forecast, frame = self._decision, self._forecast, self._frame
         circles, polylines, tube = {}, {}, None
         if forecast is not None:
             size = forecast.radius[:, None]
@@ -301,14 +301,14 @@ class HpSt:
             circles["obstacles"] = frame.back(np.concatenate((forecast.still, now)))
             circles["forecast"] = frame.back(_discs(forecast.path[:, 0, at], size))
             circles["reach"] = frame.back(_discs(forecast.centre[:, at[:1]], size + forecast.reach[:, at[:1]]))
-        if thought is not None:
-            polylines = {f"way {p + 1}": frame.back(way) for p, way in enumerate(thought.ways)}
-            polylines["plan"] = frame.back(thought.states[:, :2])
+        if decision is not None:
+            polylines = {f"way {p + 1}": frame.back(way) for p, way in enumerate(decision.ways)}
+            polylines["plan"] = frame.back(decision.states[:, :2])
         if self._stored is not None:
             plan, about, _ = self._stored
             tube = frame.back(np.column_stack((plan.states[:, :2], self._base.foot.circumscribed + about.radius)))
-        status = STATUSES[thought.status] if thought is not None else "turning" if self._approach.turning else ""
-        return Diagnostics(polylines, circles, tube, status=status, iterations=thought.nodes if thought else 0)
+        status = STATUSES[decision.status] if decision is not None else "turning" if self._approach.turning else ""
+        return Diagnostics(polylines, circles, tube, status=status, iterations=decision.nodes if decision else 0)
 
 
 class HpStForesight(HpSt):
@@ -319,9 +319,9 @@ class HpStForesight(HpSt):
     def _make_forecaster(
         self, task: Task, parameters: ForecastParameters, count: int
     ) -> Forecaster | PerfectForecaster:
-        if task.forecast is None:
+        if task.obstacle_oracle is None:
             raise ClearwayError("hp-st-foresight needs the true future of the obstacles, and this task has none")
-        return PerfectForecaster(parameters, task.forecast, task.period, count)
+        return PerfectForecaster(parameters, task.obstacle_oracle, task.period, count)
 
 
 class _Frame:

@@ -21,7 +21,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import BELT, Base, Crowd, belts_of, meet, near
+from clearway.navigators.hp_st.contact import BELT, Base, PredictedObstacles, belts_of, collision_risk, near
 from clearway.navigators.hp_st.field import Field, look_at
 
 IntArray = npt.NDArray[np.int64]
@@ -36,13 +36,13 @@ _SHARE = 20
 """Of each sector a node is kept for each so many of the beam, and at least one."""
 
 
-class Wishes(NamedTuple):
+class SearchCosts(NamedTuple):
     """What the search weighs.
 
     Attributes:
-        step: s of a layer. stride: instants of the crowd in it. fear: s that a contact is worth. fade: factor on that
+        step: s of a layer. stride: instants of the obstacles in it. contact_cost: s that a contact is worth. discount: factor on that
         per second ahead, as there is time to think again. margin: kept from what stands, m. soft: from that on nearness costs, m. near: s per s at the margin.
-        swing: s per rad/s of change of the yaw rate. back: s per s of reversing. reach: radius around the goal that
+        yaw_change_cost: s per rad/s of change of the yaw rate. reverse_cost: s per s of reversing. reach: radius around the goal that
         ends the way, m. union: so many of the first instants count at any time (0: each at its own), the belts of a
         planner that is blind to time. stop: whether it has to stop at the goal. pace: m/s of the reference
         that is tracked where time to go doesn't count, see `worth`; 0: it counts. sectors: whether of each sector some
@@ -51,13 +51,13 @@ class Wishes(NamedTuple):
 
     step: float
     stride: int
-    fear: float
-    fade: float
+    contact_cost: float
+    discount: float
     margin: float
     soft: float
     near: float
-    swing: float
-    back: float
+    yaw_change_cost: float
+    reverse_cost: float
     reach: float
     union: int
     stop: bool
@@ -128,14 +128,14 @@ def _along(high: float, rate: float, fall: float, far: float, v: float) -> float
 
 
 @kernel
-def worth(wishes: Wishes, first: float, t: float, far: float, left: float) -> float:
+def worth(costs: SearchCosts, first: float, t: float, far: float, left: float) -> float:
     """What it counts to be `far` [m] from the goal `t` [s] from now, s.
 
-    With time to go that is the time gone and that `left` [s]. Without (`Wishes.pace` > 0) it is what tracking a reference
+    With time to go that is the time gone and that `left` [s]. Without (`SearchCosts.pace` > 0) it is what tracking a reference
     counts, as in paper B: how far the place is, either way, from one that goes at the pace from `first` [m] on.
     """
-    if wishes.pace > 0.0:
-        return abs(far - max(first - wishes.pace * t, 0.0)) / wishes.pace
+    if costs.pace > 0.0:
+        return abs(far - max(first - costs.pace * t, 0.0)) / costs.pace
     return t + left
 
 
@@ -147,7 +147,7 @@ def nodes_of(beam: int) -> int:
 
 @kernel
 def search(
-    start: FloatArray, base: Base, crowd: Crowd, field: Field, area: FloatArray, wishes: Wishes, layers: int, beam: int,
+    start: FloatArray, base: Base, obstacles: PredictedObstacles, field: Field, area: FloatArray, costs: SearchCosts, layers: int, beam: int,
     controls: FloatArray, hint: FloatArray,
 ) -> Tree:  # fmt: skip
     """Search from `start` (5,) x, y, theta, v, omega.
@@ -158,7 +158,7 @@ def search(
     """
     quota = max(1, beam // _SHARE)
     size = nodes_of(beam)
-    if not wishes.sectors:
+    if not costs.sectors:
         beam, quota = size, 0
     nodes, parent = np.empty((layers + 1, size, 7)), np.zeros((layers + 1, size), np.int64)
     control, count = np.zeros((layers + 1, size, 2)), np.zeros(layers + 1, np.int64)
@@ -173,10 +173,10 @@ def search(
     )
     low, high, yaw, rates = base.low, base.high, base.turn, base.rates
     vertices, rim, outer = base.foot.vertices, base.foot.radius, base.foot.circumscribed
-    margin, soft = wishes.margin, wishes.soft
-    stride, dt, swing, pace = wishes.stride, wishes.step, wishes.swing, wishes.pace
-    free, reach, per_high = rates.min() == math.inf, wishes.reach, 1.0 / high
-    fall = rates[1] if wishes.stop else math.inf
+    margin, soft = costs.margin, costs.soft
+    stride, dt, yaw_change_cost, pace = costs.stride, costs.step, costs.yaw_change_cost, costs.pace
+    free, reach, per_high = rates.min() == math.inf, costs.reach, 1.0 / high
+    fall = rates[1] if costs.stop else math.inf
 
     nodes[0, 0, :5] = start
     nodes[0, 0, COST] = 0.0
@@ -195,18 +195,18 @@ def search(
         mask *= 2
     owner = np.full(mask, -1, np.int32)  # the children by the cell that they are in: open addressing
     mask -= 1
-    belts = np.empty((len(crowd.radius) * (len(crowd.at) + 1), BELT))
-    stills, movers = np.empty((len(crowd.still), 3)), np.empty((len(belts), BELT))
+    belts = np.empty((len(obstacles.radius) * (len(obstacles.at) + 1), BELT))
+    stills, moving_obstacles = np.empty((len(obstacles.still), 3)), np.empty((len(belts), BELT))
     hinted = 0  # the node that follows the hint, while it lasts
     best_goal = math.inf
     for k in range(layers):
         found = 0
-        weight = wishes.fear * wishes.fade ** (k * dt)
-        nearness = wishes.near * dt / weight  # what stands will not be gone later: that is not to be put off
+        weight = costs.contact_cost * costs.discount ** (k * dt)
+        nearness = costs.near * dt / weight  # what stands will not be gone later: that is not to be put off
         next_hinted = -1
         begun, ended = k * dt, (k + 1) * dt
         near_start = (0.3 * ended * fastest) ** 2
-        moving = belts_of(crowd, k * stride, stride, wishes.union, belts)
+        moving = belts_of(obstacles, k * stride, stride, costs.union, belts)
         for b in range(count[k]):
             x0, y0, theta0, v0, w0 = (
                 nodes[k, b, X],
@@ -221,7 +221,7 @@ def search(
             gx, gy = target[0] - x0, target[1] - y0
             off = math.atan2(cos0 * uy - sin0 * ux, cos0 * ux + sin0 * uy)
             inside = _inside(area, x0, y0)
-            s, m = near(crowd.still, belts, moving, x0, y0, outer + fastest * dt, soft, stills, movers)
+            s, m = near(obstacles.still, belts, moving, x0, y0, outer + fastest * dt, soft, stills, moving_obstacles)
             extra = 2 if b == hinted and k < len(hint) else 1
             for c in range(len(controls) + 1 + extra):
                 if c < len(controls):
@@ -251,11 +251,11 @@ def search(
                 if inside and not _inside(area, x, y):
                     continue
                 c2, s2 = ch * ch - sh * sh, 2.0 * sh * ch
-                cost = cost0 + swing * abs(w_end - w0) + (wishes.back * dt if v < 0.0 else 0.0)
+                cost = cost0 + yaw_change_cost * abs(w_end - w0) + (costs.reverse_cost * dt if v < 0.0 else 0.0)
                 far1, ux, uy = look_at(distance, hidden, corner, resolution, target, x, y)
                 along = ux * (cos0 * c2 - sin0 * s2) + uy * (sin0 * c2 + cos0 * s2)
                 left = _to_go(low, high, yaw, rates[0], fall, far1, along, v_end)
-                total = worth(wishes, first, ended, far1, left) + cost
+                total = worth(costs, first, ended, far1, left) + cost
                 if total >= best_goal and pace == 0.0:
                     continue
                 theta = wrap(theta0 + 2.0 * h)
@@ -273,8 +273,8 @@ def search(
                 follows = c == len(controls) + 2
                 if rival >= 0 and child[rival, TOTAL] <= total and not follows:
                     continue
-                risk = meet(
-                    stills, s, movers, m, vertices, rim, outer, margin, soft, nearness, theta0, dx, dy, 2.0 * h
+                risk = collision_risk(
+                    stills, s, moving_obstacles, m, vertices, rim, outer, margin, soft, nearness, theta0, dx, dy, 2.0 * h
                 )  # fmt: skip
                 if risk < 0.0:
                     continue
@@ -287,9 +287,9 @@ def search(
                     rest = math.sqrt((gx - dx) ** 2 + (gy - dy) ** 2)
                     arrives = rest <= reach and v_end * v_end <= 2.0 * fall * reach
                     if arrives:
-                        total = worth(wishes, first, ended, 0.0, abs(v_end) / fall + rest * per_high) + cost
+                        total = worth(costs, first, ended, 0.0, abs(v_end) / fall + rest * per_high) + cost
                 elif arrives:
-                    total = worth(wishes, first, begun, 0.0, max(far - reach, 0.0) * per_high) + cost
+                    total = worth(costs, first, begun, 0.0, max(far - reach, 0.0) * per_high) + cost
                 if total >= best_goal and (arrives or pace == 0.0):
                     continue
                 if rival >= 0 and not follows:

@@ -8,8 +8,8 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import Base, Crowd
-from clearway.navigators.hp_st.search import Wishes
+from clearway.navigators.hp_st.contact import Base, PredictedObstacles
+from clearway.navigators.hp_st.search import SearchCosts
 from clearway.navigators.hp_tmpc.gauss_newton import refine
 from clearway.navigators.hp_tmpc.tracking import PENALTY, Problem, judge, project
 
@@ -20,7 +20,7 @@ _ITERATIONS = 30  # interior-point iterations for each linearisation
 
 @kernel
 def track(
-    crowd: Crowd, wishes: Wishes, start: FloatArray, states: FloatArray, commands: FloatArray, base: Base, area: FloatArray,
+    obstacles: PredictedObstacles, costs: SearchCosts, start: FloatArray, states: FloatArray, commands: FloatArray, base: Base, area: FloatArray,
     limits: FloatArray, period: float, rounds: int, effort: float, heading_weight: float,
 ) -> FloatArray:  # fmt: skip
     """A plan (N, 2) that tracks `states` (N + 1, 5), smoother and clear of the rows where it can be.
@@ -38,22 +38,25 @@ def track(
         for k in range(n):
             t = (k + 1) * period
             low[k, j], high[k, j] = max(floor, now - down * t), min(top, now + up * t)
-    m, s = len(crowd.radius), len(crowd.still)
+    m, s = len(obstacles.radius), len(obstacles.still)
     rows, counts = np.empty((n, m + s, 3)), np.zeros(n, np.int64)
     outer = base.foot.circumscribed
     for k in range(n):
         x, y = states[k + 1, 0], states[k + 1, 1]
         for i in range(s):
-            need = crowd.still[i, 2] + outer + wishes.soft
-            if math.hypot(crowd.still[i, 0] - x, crowd.still[i, 1] - y) < need + 1.0:
-                rows[k, counts[k], 0], rows[k, counts[k], 1] = crowd.still[i, 0], crowd.still[i, 1]
+            need = obstacles.still[i, 2] + outer + costs.soft
+            if math.hypot(obstacles.still[i, 0] - x, obstacles.still[i, 1] - y) < need + 1.0:
+                rows[k, counts[k], 0], rows[k, counts[k], 1] = obstacles.still[i, 0], obstacles.still[i, 1]
                 rows[k, counts[k], 2] = need
                 counts[k] += 1
-        at = min(k + 1, len(crowd.at) - 1)
+        at = min(k + 1, len(obstacles.at) - 1)
         for i in range(m):
-            need = crowd.radius[i] + outer + _SURE * crowd.spread[at, i]
-            if crowd.chance[i] > _LIKELY and math.hypot(crowd.at[at, i, 0] - x, crowd.at[at, i, 1] - y) < need + 1.0:
-                rows[k, counts[k], 0], rows[k, counts[k], 1] = crowd.at[at, i, 0], crowd.at[at, i, 1]
+            need = obstacles.radius[i] + outer + _SURE * obstacles.spread[at, i]
+            if (
+                obstacles.chance[i] > _LIKELY
+                and math.hypot(obstacles.at[at, i, 0] - x, obstacles.at[at, i, 1] - y) < need + 1.0
+            ):
+                rows[k, counts[k], 0], rows[k, counts[k], 1] = obstacles.at[at, i, 0], obstacles.at[at, i, 1]
                 rows[k, counts[k], 2] = need
                 counts[k] += 1
     box = np.empty((n, 4))

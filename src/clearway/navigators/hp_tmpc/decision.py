@@ -131,7 +131,7 @@ class Posed(NamedTuple):
     reference: Reference
 
 
-class Thought(NamedTuple):
+class Decision(NamedTuple):
     """A decision and how it was found.
 
     Attributes:
@@ -177,23 +177,23 @@ def sort_out(
     What has no finite position or radius is left out; an unknown velocity counts as zero; the error of one that stands
     is added to its distance of contact; for those that move it is where eq. 5 starts.
     """
-    still, movers = np.empty((len(radius), 3)), np.empty((len(radius), 6))
+    still, moving_obstacles = np.empty((len(radius), 3)), np.empty((len(radius), 6))
     n = m = 0
     for i in range(len(radius)):
         if not (math.isfinite(position[i, 0]) and math.isfinite(position[i, 1]) and math.isfinite(radius[i])):
             continue
         contact, doubt = rho_rob + max(radius[i], 0.0), error[i] if math.isfinite(error[i]) else 0.0
         if moving[i]:
-            movers[m, 0], movers[m, 1], movers[m, 4], movers[m, 5] = (
+            moving_obstacles[m, 0], moving_obstacles[m, 1], moving_obstacles[m, 4], moving_obstacles[m, 5] = (
                 position[i, 0], position[i, 1], contact, doubt,
             )  # fmt: skip
             for j in range(2):
-                movers[m, 2 + j] = velocity[i, j] if math.isfinite(velocity[i, j]) else 0.0
+                moving_obstacles[m, 2 + j] = velocity[i, j] if math.isfinite(velocity[i, j]) else 0.0
             m += 1
         else:
             still[n, 0], still[n, 1], still[n, 2] = position[i, 0], position[i, 1], contact + doubt
             n += 1
-    return still[:n].copy(), movers[:m].copy()
+    return still[:n].copy(), moving_obstacles[:m].copy()
 
 
 @kernel
@@ -201,20 +201,26 @@ def plan(
     settings: Settings,
     memory: Memory,
     still: FloatArray,
-    movers: FloatArray,
+    moving_obstacles: FloatArray,
     pose: FloatArray,
     goal: FloatArray,
     draw: float,
 ) -> Reference:
     """Ask the planner for a reference from `pose` (3,) to `goal` (3,) and commit to it: x_bar = x."""
-    n, m = settings.window, len(movers)
+    n, m = settings.window, len(moving_obstacles)
     tube = tightening(settings.w_rob, settings.xi_rob, n, 0.0)
     discs = still.copy()
     discs[:, 2] += settings.safe_margin + tube[min(n, settings.horizon)]
     margin = np.empty((m, n + 1))
     for i in range(m):
-        margin[i] = settings.safe_margin + tube + tightening(settings.w_dyn, settings.xi_dyn, n, movers[i, 5])
-    predicted = predict(movers[:, :2].copy(), movers[:, 2:4].copy(), movers[:, 4].copy(), margin, settings.period)
+        margin[i] = settings.safe_margin + tube + tightening(settings.w_dyn, settings.xi_dyn, n, moving_obstacles[i, 5])
+    predicted = predict(
+        moving_obstacles[:, :2].copy(),
+        moving_obstacles[:, 2:4].copy(),
+        moving_obstacles[:, 4].copy(),
+        margin,
+        settings.period,
+    )
     reference = plan_reference(
         pose, goal, discs, predicted, settings.area, settings.perception, settings.speed, settings.period,
         len(memory.inputs), draw, settings.exact, settings.keep * memory.clock[SIDE],
@@ -237,7 +243,7 @@ def pose_problem(
     settings: Settings,
     memory: Memory,
     still: FloatArray,
-    movers: FloatArray,
+    moving_obstacles: FloatArray,
     pose: FloatArray,
     goal: FloatArray,
     draw: float,
@@ -251,7 +257,7 @@ def pose_problem(
     off = math.hypot(pose[0] - memory.points[max(age, 0), 0], pose[1] - memory.points[max(age, 0), 1])
     planned = anew or age < 0 or age >= settings.commitment or off > settings.threshold
     if planned:
-        reference = plan(settings, memory, still, movers, pose, goal, draw)
+        reference = plan(settings, memory, still, moving_obstacles, pose, goal, draw)
     else:
         empty = np.zeros((0, 2))
         reference = Reference(0, np.zeros((0, 3)), empty, empty, empty, np.zeros((0, 3)), 0.0, goal[:2].copy(), 0, 0)
@@ -279,12 +285,12 @@ def pose_problem(
             low[i, j], high[i, j] = max(settings.low[j], now - down * t), min(settings.high[j], now + up * t)
         low[0, j] -= correction[j]
         high[0, j] -= correction[j]
-    rows, counts = obstacle_rows(settings, still, movers, nominal, tube)
+    rows, counts = obstacle_rows(settings, still, moving_obstacles, nominal, tube)
     widest = 0.0
     for i in range(len(still)):
         widest = max(widest, still[i, 2])
-    for i in range(len(movers)):
-        widest = max(widest, movers[i, 4])
+    for i in range(len(moving_obstacles)):
+        widest = max(widest, moving_obstacles[i, 4])
     rho_safe = max(widest, settings.rho_rob) + settings.safe_margin
     reach = settings.perception - rho_safe
     if settings.circle:
@@ -308,7 +314,7 @@ def pose_problem(
 
 @kernel
 def obstacle_rows(
-    settings: Settings, still: FloatArray, movers: FloatArray, start: FloatArray, tube: FloatArray
+    settings: Settings, still: FloatArray, moving_obstacles: FloatArray, start: FloatArray, tube: FloatArray
 ) -> tuple[FloatArray, IntArray]:
     """(N, M, 3) x, y, required distance of (3g)-(3j), and how many of each stage count; out of reach: left out.
 
@@ -316,9 +322,9 @@ def obstacle_rows(
     """
     n, c = settings.horizon, settings.period
     fastest = max(settings.high[0], -settings.low[0]) * c
-    doubts = np.empty((len(movers), n + 1))
-    for i in range(len(movers)):
-        doubts[i] = tightening(settings.w_dyn, settings.xi_dyn, n, movers[i, 5])
+    doubts = np.empty((len(moving_obstacles), n + 1))
+    for i in range(len(moving_obstacles)):
+        doubts[i] = tightening(settings.w_dyn, settings.xi_dyn, n, moving_obstacles[i, 5])
     counts = np.zeros(n, np.int64)
     rows = np.empty((n, 0, 3))
     for filling in range(2):
@@ -335,10 +341,13 @@ def obstacle_rows(
                             still[i, 0], still[i, 1], need,
                         )  # fmt: skip
                     counts[k] += 1
-            for i in range(len(movers)):
+            for i in range(len(moving_obstacles)):
                 for j in range(max(k, 1), min(k + 2, n) + 1):
-                    x, y = movers[i, 0] + movers[i, 2] * j * c, movers[i, 1] + movers[i, 3] * j * c
-                    need = movers[i, 4] + safe + doubts[i, j]
+                    x, y = (
+                        moving_obstacles[i, 0] + moving_obstacles[i, 2] * j * c,
+                        moving_obstacles[i, 1] + moving_obstacles[i, 3] * j * c,
+                    )
+                    need = moving_obstacles[i, 4] + safe + doubts[i, j]
                     if math.hypot(x - start[0], y - start[1]) < need + travel:
                         if filling:
                             rows[k, counts[k], 0], rows[k, counts[k], 1], rows[k, counts[k], 2] = x, y, need
@@ -347,7 +356,7 @@ def obstacle_rows(
 
 
 @kernel
-def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution) -> Thought:
+def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution) -> Decision:
     """Turn the solver's answer into a command, and carry the nominal motion forward."""
     problem, inputs, violation = posed.problem, solution.inputs, solution.violation
     status = TRACKING
@@ -378,7 +387,7 @@ def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution)
         memory.input[j] = min(max(first[j] + posed.correction[j], settings.low[j]), settings.high[j])
     memory.clock[STEP] += 1
     memory.clock[AGE] += 1
-    return Thought(
+    return Decision(
         memory.input[0], memory.input[1], status, solution.status == ITERATION_LIMIT, solution.iterations,
         math.hypot(posed.correction[0], posed.correction[1]), posed.radius, roll_out(problem, inputs), posed.tube,
         posed.planned, posed.reference,
@@ -398,18 +407,18 @@ def decide(
     goal: FloatArray,
     draw: float,
     budget: int,
-) -> Thought:
+) -> Decision:
     """A whole decision with the Gauss-Newton solver.
 
     Args:
         position, velocity (n, 2), radius, error (n,), moving (n,) bool: obstacles as perceived. pose, goal: (3,).
         draw: uniform in [0, 1), decides the planner's ties. budget: interior-point iterations.
     """
-    still, movers = sort_out(position, velocity, radius, error, moving, settings.rho_rob)
-    posed = pose_problem(settings, memory, still, movers, pose, goal, draw, False)
+    still, moving_obstacles = sort_out(position, velocity, radius, error, moving, settings.rho_rob)
+    posed = pose_problem(settings, memory, still, moving_obstacles, pose, goal, draw, False)
     solution = solve_gauss_newton(posed.problem, posed.warm, budget)
     if solution.violation > TOLERANCE and not posed.planned:
         spent = solution.iterations
-        posed = pose_problem(settings, memory, still, movers, pose, goal, draw, True)
+        posed = pose_problem(settings, memory, still, moving_obstacles, pose, goal, draw, True)
         solution = solve_gauss_newton(posed.problem, posed.warm, max(budget - spent, 0))
     return settle(settings, memory, posed, solution)

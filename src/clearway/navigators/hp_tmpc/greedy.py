@@ -13,10 +13,17 @@ from typing import Any
 import numpy as np
 
 from clearway.geometry.compiled import kernel
-from clearway.geometry.disc_unions import Labels, label_cluster
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.tangents import first_on_arc, first_on_segment, segment_clear, segment_enters, sweep, tangent
+from clearway.navigators.hp_tmpc.disc_unions import Labels, label_cluster
 from clearway.navigators.hp_tmpc.pieces import put
+from clearway.navigators.hp_tmpc.tangents import (
+    first_on_arc,
+    first_on_segment,
+    segment_clear,
+    segment_enters,
+    sweep,
+    tangent,
+)
 
 MOST_CIRCLES = 160
 """A string of more circles is given up."""

@@ -21,8 +21,8 @@ from clearway.navigators.hp_tmpc.decision import (
     CORNERS,
     STATUSES,
     STEP,
+    Decision,
     Settings,
-    Thought,
     decide,
     fresh_memory,
     pose_problem,
@@ -86,7 +86,7 @@ class HpTmpc:
         self._chosen = {"prediction_horizon": prediction_horizon, "control_horizon": control_horizon, **parameters}
         parameters_of(None, **self._chosen)  # tells of a wrong one at once
         self.correction, self.spectral_radius = 0.0, 0.0
-        self._thought: Thought | None = None
+        self._decision: Decision | None = None
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
@@ -101,7 +101,7 @@ class HpTmpc:
         self._seconds = task.budget.seconds
         self._iterations = task.budget.iterations
         self._goal: Goal | None = None
-        self._thought, self._approach = None, Approach(task.period)
+        self._decision, self._approach = None, Approach(task.period)
         self._planned: Reference | None = None
         self._discs: _Discs | None = None
         self.correction, self.spectral_radius = 0.0, 0.0
@@ -128,22 +128,22 @@ class HpTmpc:
         draw, self._stopped = self._rng.random(), False
         if self._solver == "gauss-newton" and self._seconds is None:
             budget = BUDGET if self._iterations is None else self._iterations
-            thought = decide(self._settings, self._memory, *discs, pose, goal, draw, budget)
+            decision = decide(self._settings, self._memory, *discs, pose, goal, draw, budget)
         else:
-            thought = self._decide_in_chunks(discs, pose, goal, draw)
-        self._thought = thought
-        if thought.planned:
-            self._planned = thought.reference
-        self.correction, self.spectral_radius = thought.correction, thought.radius
-        cut = self._stopped or (thought.cut and self._iterations is not None)
-        return Command(thought.v, thought.omega, arrived, status=STATUSES[thought.status], cut=cut)
+            decision = self._decide_in_chunks(discs, pose, goal, draw)
+        self._decision = decision
+        if decision.planned:
+            self._planned = decision.reference
+        self.correction, self.spectral_radius = decision.correction, decision.radius
+        cut = self._stopped or (decision.cut and self._iterations is not None)
+        return Command(decision.v, decision.omega, arrived, status=STATUSES[decision.status], cut=cut)
 
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
-        thought, memory = self._thought, self._memory
-        if thought is None:
+        decision, memory = self._decision, self._memory
+        if decision is None:
             return Diagnostics(status="turning" if self._approach.turning else "")
-        polylines = {"horizon": thought.states[:, :2].copy()}
+        polylines = {"horizon": decision.states[:, :2].copy()}
         polylines["plan"] = memory.path[: memory.clock[CORNERS]].copy()
         circles = {}
         if self._discs is not None:
@@ -153,8 +153,8 @@ class HpTmpc:
             circles["belts"] = self._planned.belts
             if len(self._planned.other):
                 polylines["other side"] = self._planned.other
-        tube = np.column_stack((thought.states[:, :2], self._settings.rho_rob + thought.tube[1:]))
-        return Diagnostics(polylines, circles, tube, status=STATUSES[thought.status], iterations=thought.iterations)
+        tube = np.column_stack((decision.states[:, :2], self._settings.rho_rob + decision.tube[1:]))
+        return Diagnostics(polylines, circles, tube, status=STATUSES[decision.status], iterations=decision.iterations)
 
     def _load(self) -> None:
         """Compile what decides, or load it: the first decision's clock shall not pay for that."""
@@ -166,18 +166,18 @@ class HpTmpc:
         self._decide_in_chunks(discs, np.zeros(3), np.array((1.0, 0.0, 0.0)), 0.0)
         self._memory, self._seconds = memory, seconds
 
-    def _decide_in_chunks(self, discs: _Discs, pose: FloatArray, goal: FloatArray, draw: float) -> Thought:
+    def _decide_in_chunks(self, discs: _Discs, pose: FloatArray, goal: FloatArray, draw: float) -> Decision:
         """A decision that may be stopped by the clock; what it solves first is always posed."""
         settings, memory, began = self._settings, self._memory, time.perf_counter()
         deadline = math.inf if self._seconds is None else began + self._seconds
-        still, movers = sort_out(*discs, settings.rho_rob)
+        still, moving_obstacles = sort_out(*discs, settings.rho_rob)
         left = self._iterations
-        posed = pose_problem(settings, memory, still, movers, pose, goal, draw, False)
+        posed = pose_problem(settings, memory, still, moving_obstacles, pose, goal, draw, False)
         solution = self._solve(posed.problem, posed.warm, left, deadline)
         late = self._seconds is not None and time.perf_counter() >= deadline
         if solution.violation > TOLERANCE and not posed.planned and not late:
             left = None if left is None else max(left - solution.iterations, 0)
-            posed = pose_problem(settings, memory, still, movers, pose, goal, draw, True)
+            posed = pose_problem(settings, memory, still, moving_obstacles, pose, goal, draw, True)
             solution = self._solve(posed.problem, posed.warm, left, deadline)
         return settle(settings, memory, posed, solution)
 
@@ -207,7 +207,7 @@ class HpTmpc:
         memory.input[:] = v, rate
         memory.clock[AGE] = -1
         memory.plan[:] = 0.0
-        self._thought = None
+        self._decision = None
         return Command(float(v), float(rate), arrived, status="turning")
 
 

@@ -12,9 +12,9 @@ import math
 import numpy as np
 
 from clearway.geometry.compiled import kernel
-from clearway.geometry.disc_unions import within
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.tangents import TOUCH, arc_leaves, sweep, tangent
+from clearway.navigators.hp_tmpc.disc_unions import within
+from clearway.navigators.hp_tmpc.tangents import TOUCH, arc_leaves, sweep, tangent
 
 NOTHING = 1e-12
 """Pieces shorter than this [m] are left out."""

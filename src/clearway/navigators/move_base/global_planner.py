@@ -11,10 +11,10 @@ from typing import Protocol
 
 import numpy as np
 
-from clearway.geometry import search
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.move_base import grid_search
 from clearway.navigators.move_base.costmap import Costmap
 from clearway.navigators.move_base.layers import FREE, LETHAL, UNKNOWN
 from clearway.navigators.move_base.parameters import GlobalPlannerGroup, Parameters
@@ -52,7 +52,7 @@ class Navfn:
         if parameters.allow_unknown:
             table[UNKNOWN] = _NAVFN_LETHAL - 1
         self._table = table
-        self._workspace = search.Workspace(0, 0)
+        self._workspace = grid_search.Workspace(0, 0)
         self._goal: tuple[int, tuple[int, ...]] | None = None
         self._known = math.inf  # potential of the last plan to that goal
 
@@ -71,14 +71,14 @@ class Navfn:
             self._spread(costmap, n, target, math.inf)
         space = self._workspace
         self._goal, self._known = (target, costmap.cost.shape), float(space.potential[target])
-        if self._known >= search.HIGH:
+        if self._known >= grid_search.HIGH:
             self._known = math.inf
         end = self._nearest_reached(costmap, goal)
         if end is None:
             return None
         cell = costmap.cell(end[0], end[1])
         assert cell is not None
-        path = search.descend(
+        path = grid_search.descend(
             space.potential,
             columns,
             _NAVFN_LETHAL,
@@ -102,7 +102,7 @@ class Navfn:
         space = self._workspace = _fitting(self._workspace, rows, columns)
         space.potential[start] = 0.0
         space.extent[:] = start, start
-        return search.wave(
+        return grid_search.wave(
             costmap.cost.reshape(-1),
             columns,
             self._table,
@@ -135,7 +135,7 @@ class Navfn:
             for x in axis[0]:
                 distance = (x - goal[0]) ** 2 + (y - goal[1]) ** 2
                 cell = costmap.cell(x, y) if distance < best else None
-                if cell is not None and self._workspace.potential[cell[0] * columns + cell[1]] < search.HIGH:
+                if cell is not None and self._workspace.potential[cell[0] * columns + cell[1]] < grid_search.HIGH:
                     best, found = distance, (x, y)
         return found
 
@@ -156,7 +156,7 @@ class PotentialPlanner:
         if p.allow_unknown:
             open_cells[UNKNOWN] = True
         self._table = np.where(open_cells, scaled, p.lethal_cost).astype(np.uint8)
-        self._workspace = search.Workspace(0, 0)
+        self._workspace = grid_search.Workspace(0, 0)
 
     def plan(self, costmap: Costmap, start: FloatArray, goal: FloatArray) -> FloatArray | None:
         """See `GlobalPlanner`."""
@@ -177,11 +177,13 @@ class PotentialPlanner:
         if not p.old_navfn_behavior:
             self._clear_end(costmap, there)
         if p.use_grid_path:
-            path = search.descend_cells(
+            path = grid_search.descend_cells(
                 space.potential, columns, gx, gy, int(sy) * columns + int(sx), 4 * rows * columns
             )
         else:
-            path = search.descend(space.potential, columns, p.lethal_cost, gx, gy, sx, sy, -1.0, 16 * (rows + columns))
+            path = grid_search.descend(
+                space.potential, columns, p.lethal_cost, gx, gy, sx, sy, -1.0, 16 * (rows + columns)
+            )
         if len(path) == 0:
             return None
         plan = np.zeros((len(path) + (2 if p.old_navfn_behavior else 1), 3))
@@ -205,7 +207,7 @@ class PotentialPlanner:
         flat = costmap.cost.reshape(-1)
         if not p.use_dijkstra:
             return bool(
-                search.best_first(
+                grid_search.best_first(
                     flat,
                     columns,
                     self._table,
@@ -237,7 +239,7 @@ class PotentialPlanner:
                 *(n - columns, n - columns + 1, n + 2 * columns, n + 2 * columns + 1),
             ]
         return bool(
-            search.wave(
+            grid_search.wave(
                 flat,
                 columns,
                 self._table,
@@ -266,7 +268,7 @@ class PotentialPlanner:
         space.extent[0] = min(space.extent[0], centre - 2 * columns - 2)
         space.extent[1] = max(space.extent[1], centre + 2 * columns + 2)
         flat = costmap.cost.reshape(-1)
-        search.fill_around(space.potential, flat, columns, centre, neutral, self._parameters.use_quadratic)
+        grid_search.fill_around(space.potential, flat, columns, centre, neutral, self._parameters.use_quadratic)
 
 
 def orient(plan: FloatArray, start: FloatArray, mode: int, window: int) -> None:
@@ -303,8 +305,8 @@ def _wrapped(angles: FloatArray) -> FloatArray:
     return angles
 
 
-def _fitting(space: search.Workspace, rows: int, columns: int) -> search.Workspace:
+def _fitting(space: grid_search.Workspace, rows: int, columns: int) -> grid_search.Workspace:
     if (space.rows, space.columns) != (rows, columns):
-        return search.Workspace(rows, columns)
+        return grid_search.Workspace(rows, columns)
     space.clear()
     return space

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from clearway.clairvoyant.moving_discs import Scene, centre
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc
-from clearway.geometry.moving_discs import Scene, centre
 from clearway.geometry.shapes import FloatArray
 
 AHEAD = 0.35

@@ -7,13 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
+from clearway.clairvoyant.extremals import fastest
+from clearway.clairvoyant.moving_discs import Scene
+from clearway.clairvoyant.space_time import scene_of
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
-from clearway.geometry.extremals import fastest
-from clearway.geometry.moving_discs import Scene
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
-from clearway.geometry.space_time import scene_of
 from clearway.navigators.oracle.following import evade, foresee, on_way, steer
 from clearway.robots import Robot
 
@@ -40,7 +40,7 @@ _LOOK = 2.0  # s, that the drive is foreseen
 
 
 class Oracle:
-    """Knows where every obstacle will be (`Task.forecast`), seeks the fastest way through space and time for a point at
+    """Knows where every obstacle will be (`Task.obstacle_oracle`), seeks the fastest way through space and time for a point at
     nearly full speed, and follows it; seeks again when it drifts off or foresees contact. It has no map: what isn't in
     the forecast doesn't exist for it.
     """
@@ -54,13 +54,13 @@ class Oracle:
         Raises:
             ClearwayError: the task has no forecast.
         """
-        if task.forecast is None:
+        if task.obstacle_oracle is None:
             raise ClearwayError(
-                "the navigator 'oracle' needs Task.forecast, the true future of the obstacles, and was given None; "
+                "the navigator 'oracle' needs Task.obstacle_oracle, the true future of the obstacles, and was given None; "
                 "only a run in a simulated world can give it, to navigators with privileged = True",
-                field="task.forecast",
+                field="task.obstacle_oracle",
             )
-        self._task, self._forecast = task, task.forecast
+        self._task, self._forecast = task, task.obstacle_oracle
         self._radius = circumscribed_radius(robot.shape)
         top = min(robot.drive.v_max, task.speed_limit)
         self._limits = np.array([top, robot.drive.omega_max])

@@ -152,10 +152,14 @@ def columns(trial: Trial) -> dict[str, FloatArray]:
         ("command ", rates, trial.command),
         ("", ("leg",), np.asarray(trial.leg, dtype=np.float64)[:, None]),
     ]
-    mover = 0
+    moving_obstacle = 0
     for body in trial.attempt.bodies:
-        track = np.tile(body.pose, (len(trial.t), 1)) if body.pose is not None else trial.movers[:, mover]
-        mover += body.pose is None
+        track = (
+            np.tile(body.pose, (len(trial.t), 1))
+            if body.pose is not None
+            else trial.moving_obstacles[:, moving_obstacle]
+        )
+        moving_obstacle += body.pose is None
         if body.kind not in ("wall", "furniture"):
             parts.append((f"{body_name(body)} ", pose, track))
     return {

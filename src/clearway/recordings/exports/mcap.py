@@ -37,7 +37,7 @@ from rosbags.rosbag2.errors import WriterError
 from rosbags.typesys import Stores, get_typestore
 
 from clearway.errors import ClearwayError
-from clearway.geometry.raycast import Beams, beams, cast, cast_movers, scene
+from clearway.geometry.raycast import Beams, beams, cast, cast_moving, scene
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.robots import Robot, load_robot
 from clearway.trials.trial import Body, Trial
@@ -58,7 +58,7 @@ _COLOURS = {
     "wall": (0.3, 0.3, 0.3),
     "furniture": (0.5, 0.4, 0.3),
     "obstacle": (0.9, 0.5, 0.1),
-    "mover": (0.8, 0.1, 0.2),
+    "moving obstacle": (0.8, 0.1, 0.2),
 }
 _PLANS = {"plan": "/plan", "global plan": "/plan", "local plan": "/local_plan"}
 
@@ -107,7 +107,14 @@ def _write(folder: Path, lines: Iterable[_Line], epoch: float) -> None:
 def _streams(trial: Trial, scans: bool) -> list[Iterator[_Line]]:
     """Everything to write, each stream in order of time."""
     lidar = _lidar(trial) if scans else None
-    streams = [_once(trial, lidar), _robot(trial), _legs(trial), _movers(trial), _plans(trial), _events(trial)]
+    streams = [
+        _once(trial, lidar),
+        _robot(trial),
+        _legs(trial),
+        _moving_obstacles(trial),
+        _plans(trial),
+        _events(trial),
+    ]
     return [*streams, _scans(trial, lidar)] if lidar is not None else streams
 
 
@@ -167,17 +174,21 @@ def _legs(trial: Trial) -> Iterator[_Line]:
             yield span.start, "/goal_pose", "geometry_msgs/msg/PoseStamped", message
 
 
-def _movers(trial: Trial) -> Iterator[_Line]:
+def _moving_obstacles(trial: Trial) -> Iterator[_Line]:
     bodies = [b for b in trial.attempt.bodies if b.pose is None]
     topics = _topics([b.name for b in bodies], "/obstacles/{}/pose")
     shown = _thinned(trial.t, DISPLAY_RATE)
     for i, t in enumerate(trial.t.tolist()):
-        there = [k for k in range(len(bodies)) if np.isfinite(trial.movers[i, k, :2]).all()]
+        there = [k for k in range(len(bodies)) if np.isfinite(trial.moving_obstacles[i, k, :2]).all()]
         for k in there:
             sigma = None if trial.sigma is None else trial.sigma[i, 1 + k]
-            yield t, topics[k], *_with_covariance("map", trial.movers[i, k], sigma)
+            yield t, topics[k], *_with_covariance("map", trial.moving_obstacles[i, k], sigma)
         if shown[i] and bodies:
-            yield t, "/obstacles/moving", *_markers([(bodies[k], trial.movers[i, k]) for k in there], clear=True)
+            yield (
+                t,
+                "/obstacles/moving",
+                *_markers([(bodies[k], trial.moving_obstacles[i, k]) for k in there], clear=True),
+            )
 
 
 def _plans(trial: Trial) -> Iterator[_Line]:
@@ -209,8 +220,8 @@ def _scans(trial: Trial, lidar: _Lidar) -> Iterator[_Line]:
         ranges = np.full(count, np.inf)
         beam = (optics.directions, optics.angle_min, optics.increment, optics.range_max, ranges)
         cast(fixed.segments, fixed.circles, x, y, theta, *beam)
-        there = np.ascontiguousarray(trial.movers[i, which])
-        cast_movers(moving.segments, moving.segment_owner, moving.circles, moving.circle_owner, there,
+        there = np.ascontiguousarray(trial.moving_obstacles[i, which])
+        cast_moving(moving.segments, moving.segment_owner, moving.circles, moving.circle_owner, there,
                     x, y, theta, *beam)  # fmt: skip
         ranges[(ranges < optics.range_min) | (ranges > optics.range_max)] = np.inf
         last = optics.angle_min + (count - 1) * optics.increment

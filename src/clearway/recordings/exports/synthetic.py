@@ -2,7 +2,7 @@
 
 The marker sets are paper A's: eight on the robot, four low and four high, and four on each obstacle, which here stand
 on arms of different height, so that no two distances within a set are alike. Between the trial's samples the robot
-drives the cubic that fits its poses and velocities, a mover drives on a line. Everything follows from the seed.
+drives the cubic that fits its poses and velocities, a moving obstacle drives on a line. Everything follows from the seed.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SWAP = (0.3, 0.8)
 BRAKING = 1.0
 """m/s^2 with which a robot that was still driving when its trial ended comes to rest."""
 FASTEST = 10.0
-"""m/s; a mover that was faster between two samples was carried, and unseen in between."""
+"""m/s; a moving obstacle that was faster between two samples was carried, and unseen in between."""
 ARM = 0.08
 """Shortest distance of an obstacle's markers from its axis, m: on a thin one they stand on arms."""
 _LOW = ((1.0, 25.0, 0.10), (0.85, 125.0, 0.14), (1.0, 215.0, 0.12), (0.75, 320.0, 0.17))
@@ -100,7 +100,7 @@ def captured(trial: Trial, system: System = LAB, *, bodies: bool = False) -> Rec
         if body.pose is not None:
             poses[body_name(body)] = np.tile(body.pose, (n, 1))
         else:
-            poses[body_name(body)] = mover_at(trial, column, t - system.lead)
+            poses[body_name(body)] = moving_obstacle_at(trial, column, t - system.lead)
             column += 1
     return _record(t, poses, marker_sets(trial), system, bodies=bodies)
 
@@ -223,10 +223,10 @@ def robot_at(trial: Trial, t: FloatArray) -> FloatArray:
     return out
 
 
-def mover_at(trial: Trial, column: int, t: FloatArray) -> FloatArray:
-    """(n, 3) poses of a mover at times `t` (n,) [s]; NaN while it is absent. One that is there at the trial's beginning
+def moving_obstacle_at(trial: Trial, column: int, t: FloatArray) -> FloatArray:
+    """(n, 3) poses of a moving obstacle at times `t` (n,) [s]; NaN while it is absent. One that is there at the trial's beginning
     or end was on its way before, and goes on afterwards."""
-    track = trial.movers[:, column]
+    track = trial.moving_obstacles[:, column]
     if len(trial.t) == 1:
         return np.tile(track[0], (len(t), 1))
     i, share, width = _between(trial.t, t)

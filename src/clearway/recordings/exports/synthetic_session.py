@@ -58,7 +58,7 @@ def record(
 
     Args:
         to: one of `clearway.recordings.exports.export.TARGETS`. Capture layouts are recorded by `system`, with the robot held on
-            A and on B; the others hold the trial as it is, in the map; TUM has a file for every mover too.
+            A and on B; the others hold the trial as it is, in the map; TUM has a file for every moving obstacle too.
         coordinates: whether the lab knows where the robot's markers sit in base_link; otherwise the frame's place is
             given and a hold and a straight drive tell.
 
@@ -188,12 +188,12 @@ def _trial(folder: Path, i: int, trial: Trial, to: str, system: System) -> Table
     export(trial, to, folder / file, system=replace(system, seed=system.seed + i), which="true", scans=False)
     table: Table = {"file": file}
     if to == "tum":
-        table["files"] = _movers(folder, i, trial)
+        table["files"] = _moving_obstacles(folder, i, trial)
     for name in ("batch", "configuration", "speed", "obstacle_speed", "size", "gap", "repetition"):
         if (value := getattr(labels, name)) is not None:
             table[name] = value
     placed = []
-    there = seen_movers(trial)
+    there = seen_moving(trial)
     for body in trial.attempt.bodies:
         if body.kind not in ("wall", "furniture") and (body.pose is not None or body in there):
             seen = to in CAPTURES or to == "csv" or body.pose is None
@@ -213,20 +213,20 @@ def _trial(folder: Path, i: int, trial: Trial, to: str, system: System) -> Table
     return table
 
 
-def seen_movers(trial: Trial) -> dict[Body, int]:
-    """The movers that are there for two samples or more, and their columns."""
+def seen_moving(trial: Trial) -> dict[Body, int]:
+    """The moving obstacles that are there for two samples or more, and their columns."""
     moving = [b for b in trial.attempt.bodies if b.pose is None]
-    return {b: k for k, b in enumerate(moving) if np.isfinite(trial.movers[:, k]).all(axis=1).sum() > 1}
+    return {b: k for k, b in enumerate(moving) if np.isfinite(trial.moving_obstacles[:, k]).all(axis=1).sum() > 1}
 
 
-def _movers(folder: Path, i: int, trial: Trial) -> dict[str, str]:
-    """A TUM file of every mover that was ever there."""
+def _moving_obstacles(folder: Path, i: int, trial: Trial) -> dict[str, str]:
+    """A TUM file of every moving obstacle that was ever there."""
     files: dict[str, str] = {}
     write = formats.formats()["tum"].write
     assert write is not None
-    for body, k in seen_movers(trial).items():
+    for body, k in seen_moving(trial).items():
         name = body_name(body)
         files[name] = f"trial_{i:03d}_{name}.tum"
-        track = track_of(trial.t, trial.movers[:, k])
+        track = track_of(trial.t, trial.moving_obstacles[:, k])
         write(folder / files[name], Recording(Path(), "tum", tracks={name: track}))
     return files

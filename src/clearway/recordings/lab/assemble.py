@@ -13,16 +13,16 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.recordings.alignment import frames
+from clearway.recordings.alignment.clocks import Offset
 from clearway.recordings.lab import contacts
 from clearway.recordings.lab.lab import ROBOT, Lab, cut
 from clearway.recordings.lab.legs import FoundLeg, find_legs
-from clearway.recordings.lab.plan import LegPlanSpec, TrialSpec, by_number
 from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
 from clearway.recordings.lab.surroundings import fixtures, obstacles
+from clearway.recordings.lab.test_plan import LegPlanSpec, RecordedTrialSpec, by_number
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
-from clearway.recordings.ties import frames
-from clearway.recordings.ties.clocks import Offset
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
 UNLINKED = (
@@ -53,7 +53,7 @@ def assemble(lab: Lab, index: int) -> Trial:
         ) from error
 
 
-def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
+def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
     files = lab.files(spec)
     recordings = {name: lab.recording(name, file) for name, file in files.items()}
     source = lab.source_of(ROBOT)
@@ -89,7 +89,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     if motion.sigma is not None:
         sigma = np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
     common = None if tie is None or sigma is None else frames.uncertainty(tie, motion.pose[keep])
-    events = contacts.assess(attempt, t - zero, pose, around.movers, sigma, common)
+    events = contacts.assess(attempt, t - zero, pose, around.moving_obstacles, sigma, common)
     events = (*events, *(e for f in found for e in _unseen(legs[f.leg], f, zero)))
     outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero), going=_going(motion))
     estimates, shown = own_view(lab, recordings, offsets, t)
@@ -121,7 +121,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
         estimate=estimates,
         command=None,
         leg=_leg_at(t - zero, spans),
-        movers=around.movers,
+        moving_obstacles=around.moving_obstacles,
         spans=spans,
         events=events,
         outcome=outcome,
@@ -133,7 +133,7 @@ def _recorded(lab: Lab, spec: TrialSpec) -> Trial:
     )
 
 
-def _unrecorded(lab: Lab, spec: TrialSpec) -> Trial:
+def _unrecorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
     """Attempted, but nothing was recorded: it counts, and says only that it happened."""
     legs = _legs(lab, spec, None, tied=True)
     outcome, reason, events = _outcome(spec, legs, (), (), 0.0)
@@ -145,7 +145,7 @@ def _unrecorded(lab: Lab, spec: TrialSpec) -> Trial:
         estimate=None,
         command=None,
         leg=np.zeros(1, dtype=np.int64),
-        movers=np.empty((1, 0, 3)),
+        moving_obstacles=np.empty((1, 0, 3)),
         spans=(),
         events=events,
         outcome=outcome,
@@ -169,7 +169,7 @@ def _thin(t: FloatArray, rate: float) -> Any:
 # --- legs ------------------------------------------------------------------------------------------------------------
 
 
-def _legs(lab: Lab, spec: TrialSpec, sent: Goals | None, *, tied: bool) -> tuple[Leg, ...]:
+def _legs(lab: Lab, spec: RecordedTrialSpec, sent: Goals | None, *, tied: bool) -> tuple[Leg, ...]:
     test, robot = lab.plan.test, lab.robot
     xy = test.xy_tolerance or (robot.tolerances.xy if robot else math.nan)
     yaw = test.yaw_tolerance or (robot.tolerances.yaw if robot else math.nan)
@@ -198,7 +198,9 @@ def _same(a: FloatArray, b: FloatArray) -> bool:
     return math.hypot(a[0] - b[0], a[1] - b[1]) <= SAME[0] and abs(turned) <= SAME[1]
 
 
-def _found(lab: Lab, spec: TrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None) -> list[FoundLeg]:
+def _found(
+    lab: Lab, spec: RecordedTrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None
+) -> list[FoundLeg]:
     """When each leg was driven: as the plan says, else as the motion shows."""
     specs = lab.plan.legs_of(spec)
     given = {i: _given(i, leg, motion) for i, leg in enumerate(specs) if leg.span is not None}
@@ -238,7 +240,9 @@ def _leg_at(t: FloatArray, spans: Sequence[Span]) -> Any:
 # --- what it was, and how it ended -----------------------------------------------------------------------------------
 
 
-def _attempt(lab: Lab, spec: TrialSpec, legs: tuple[Leg, ...], bodies: tuple[Body, ...], period: float) -> Attempt:
+def _attempt(
+    lab: Lab, spec: RecordedTrialSpec, legs: tuple[Leg, ...], bodies: tuple[Body, ...], period: float
+) -> Attempt:
     test, robot = lab.plan.test, lab.robot
     own = lab.plan.robot.shape
     drive = None
@@ -272,7 +276,7 @@ def _attempt(lab: Lab, spec: TrialSpec, legs: tuple[Leg, ...], bodies: tuple[Bod
 
 
 def _outcome(
-    spec: TrialSpec,
+    spec: RecordedTrialSpec,
     legs: Sequence[Leg],
     spans: Sequence[Span],
     events: tuple[Event, ...],
@@ -341,7 +345,7 @@ def _denied(event: Event) -> Event:
     return event if kind == event.kind else Event(event.t, kind, f"{event.detail}; the operator saw none")
 
 
-def _conditions(lab: Lab, spec: TrialSpec) -> dict[str, str]:
+def _conditions(lab: Lab, spec: RecordedTrialSpec) -> dict[str, str]:
     whole = lab.plan.conditions.model_dump()
     return {name: getattr(spec, name) or value for name, value in whole.items() if getattr(spec, name) or value}
 

@@ -14,10 +14,10 @@ from pydantic import ValidationError
 from clearway.errors import ClearwayError, unknown
 from clearway.recordings import formats
 from clearway.recordings.formats import table
-from clearway.recordings.lab.plan import (
+from clearway.recordings.lab.test_plan import (
     BodySpec,
-    Plan,
     Span,
+    TestPlan,
     by_number,
     problems_in,
     seen_from,
@@ -44,7 +44,7 @@ def problems_of(path: str | Path, *, inside: bool = True) -> list[ClearwayError]
     """
     file = Path(path)
     try:
-        plan = Plan.model_validate(read_toml(file))
+        plan = TestPlan.model_validate(read_toml(file))
     except ClearwayError as error:
         return [error]
     except ValidationError as error:
@@ -60,7 +60,7 @@ def problems_of(path: str | Path, *, inside: bool = True) -> list[ClearwayError]
 def summary(path: str | Path) -> list[str]:
     """How many trials were recorded, attempted without a file, not yet done, in lines; none of a plan that is wrong."""
     try:
-        plan = Plan.model_validate(read_toml(Path(path)))
+        plan = TestPlan.model_validate(read_toml(Path(path)))
     except (ClearwayError, ValidationError):
         return []
     count = Counter("recorded" if plan.files_of(t) else "unrecorded" if t.attempted else "left" for t in plan.trials)
@@ -76,7 +76,7 @@ def _at(i: int, field: str) -> str:
     return f"trial.{i}.{field}"
 
 
-def _names(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
+def _names(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
     """Robot, floor plan, batches and configurations that do not exist."""
     for field, name, load in (("robot", plan.test.robot, load_robot), ("plan", plan.test.plan, load_floor)):
         try:
@@ -107,7 +107,7 @@ def _names(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
                 yield ClearwayError(unknown(field, value, known).problem, field=_at(i, field))
 
 
-def _too_fast(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
+def _too_fast(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
     """Set speeds that the robot can't drive; each once."""
     try:
         robot = None if plan.test.robot is None else load_robot(seen_from(folder, plan.test.robot))
@@ -125,7 +125,7 @@ def _too_fast(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
             )
 
 
-def _sources(plan: Plan) -> Iterator[ClearwayError]:
+def _sources(plan: TestPlan) -> Iterator[ClearwayError]:
     for name, source in plan.sources.items():
         if source.format is not None and source.format not in formats.formats():
             wrong = unknown("format", source.format, formats.formats())
@@ -138,7 +138,7 @@ def _sources(plan: Plan) -> Iterator[ClearwayError]:
         )
 
 
-def _bodies(plan: Plan) -> Iterator[ClearwayError]:
+def _bodies(plan: TestPlan) -> Iterator[ClearwayError]:
     """Bodies of which a trial can know nothing, or not where they are."""
     for name, body in plan.bodies.items():
         if body.shape is not None and body.markers is not None and not _tied(body):
@@ -171,11 +171,11 @@ def _tied(body: BodySpec) -> bool:
     return any(way is not None for way in (body.coordinates, body.offset, body.static, body.straight, body.turn))
 
 
-def _source(plan: Plan, body: BodySpec) -> str:
+def _source(plan: TestPlan, body: BodySpec) -> str:
     return body.source or next(iter(plan.sources))
 
 
-def _spans(plan: Plan) -> Iterator[ClearwayError]:
+def _spans(plan: TestPlan) -> Iterator[ClearwayError]:
     """Spans that end before they begin, that overlap within one file, or that leave their trial."""
     taken: dict[str, list[tuple[int, Span | None]]] = {}
     for i, trial in enumerate(plan.trials):
@@ -209,7 +209,7 @@ def _said(span: Span | None) -> str:
     return "all" if span is None else f"{span[0]:g} to {span[1]:g} s"
 
 
-def references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
+def references(plan: TestPlan) -> Iterator[tuple[str, str, str, Span | None]]:
     """Every recording that the plan names: field, source, file, span."""
     for name, source in plan.sources.items():
         if source.frame.file is not None:
@@ -231,11 +231,11 @@ def references(plan: Plan) -> Iterator[tuple[str, str, str, Span | None]]:
             yield _at(i, "file" if first else f"files.{name}"), name, file, trial.span if first else None
 
 
-def _all_bodies(plan: Plan) -> list[tuple[str, BodySpec]]:
+def _all_bodies(plan: TestPlan) -> list[tuple[str, BodySpec]]:
     return [("robot", plan.robot), *((f"bodies.{name}", body) for name, body in plan.bodies.items())]
 
 
-def _files(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
+def _files(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
     """Files that are not there. Those that tie frames are only needed once something was recorded."""
     for name, source in plan.sources.items():
         if source.table is not None and not os.path.isfile(folder / source.table):
@@ -258,7 +258,7 @@ def _close(folder: Path, file: str) -> str:
     return f"; did you mean {str(Path(file).parent / close[0])!r}?" if close else ""
 
 
-def _contents(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
+def _contents(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
     """What the recordings lack of what the plan names. Each is looked at once."""
 
     @cache
@@ -301,7 +301,7 @@ def _contents(plan: Plan, folder: Path) -> Iterator[ClearwayError]:
                 yield ClearwayError(text, field=where)
 
 
-def _missing(plan: Plan, field: str, source: str, held: Contents) -> Iterator[tuple[str, ClearwayError]]:
+def _missing(plan: TestPlan, field: str, source: str, held: Contents) -> Iterator[tuple[str, ClearwayError]]:
     """Names that a file lacks: the field that has the name, and the problem."""
     markers = [e.name for e in held.entries if e.kind == "marker"]
     for where, body in _looked_for(plan, field, source):
@@ -328,7 +328,7 @@ def _missing(plan: Plan, field: str, source: str, held: Contents) -> Iterator[tu
                 yield f"sources.{source}.{name}", wrong
 
 
-def _looked_for(plan: Plan, field: str, source: str) -> list[tuple[str, BodySpec]]:
+def _looked_for(plan: TestPlan, field: str, source: str) -> list[tuple[str, BodySpec]]:
     """The bodies that have to be in a file, by the field that names it."""
     if field.startswith("trial."):
         trial = plan.trials[int(field.split(".")[1])]

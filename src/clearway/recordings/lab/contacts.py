@@ -32,7 +32,7 @@ def assess(
     attempt: Attempt,
     t: FloatArray,
     pose: FloatArray,
-    movers: FloatArray,
+    moving_obstacles: FloatArray,
     sigma: FloatArray | None,
     tie: FloatArray | None = None,
 ) -> tuple[Event, ...]:
@@ -43,7 +43,7 @@ def assess(
     a heading that the outline needs. Where the uncertainty is unknown, only a clearance of zero is a possible contact.
 
     Args:
-        t: (n,) s. pose: (n, 3) of the robot, map frame. movers: (n, m, 3) of the bodies without a pose, in their order,
+        t: (n,) s. pose: (n, 3) of the robot, map frame. moving_obstacles: (n, m, 3) of the bodies without a pose, in their order,
             NaN where absent. sigma: (n, 1 + m, 2) as `Trial.sigma`, NaN or None where unknown. tie: (n, 2) as
             `Trial.tie`: what of it cancels between the robot and a body that the same capture saw.
 
@@ -51,15 +51,17 @@ def assess(
         ClearwayError: shapes of the arrays that don't go together.
     """
     n, moving = len(t), [b for b in attempt.bodies if b.pose is None]
-    movers = np.zeros((n, 0, 3)) if movers.size == 0 and not moving else movers
-    if pose.shape != (n, 3) or movers.shape != (n, len(moving), 3):
+    moving_obstacles = np.zeros((n, 0, 3)) if moving_obstacles.size == 0 and not moving else moving_obstacles
+    if pose.shape != (n, 3) or moving_obstacles.shape != (n, len(moving), 3):
         raise ClearwayError(
-            f"poses {pose.shape} of the robot and {movers.shape} of movers; {(n, 3)} and {(n, len(moving), 3)} go with "
+            f"poses {pose.shape} of the robot and {moving_obstacles.shape} of moving_obstacles; {(n, 3)} and {(n, len(moving), 3)} go with "
             f"{n} instants and {len(moving)} moving bodies"
         )
     known = np.full((n, 1 + len(moving), 2), np.nan) if sigma is None else sigma
     if known.shape != (n, 1 + len(moving), 2):
-        raise ClearwayError(f"uncertainties {known.shape}; {(n, 1 + len(moving), 2)} go with poses and movers")
+        raise ClearwayError(
+            f"uncertainties {known.shape}; {(n, 1 + len(moving), 2)} go with poses and moving_obstacles"
+        )
     if attempt.footprint is None or n == 0:
         return ()
     common = np.zeros((n, 2)) if tie is None else tie
@@ -72,7 +74,7 @@ def assess(
         if not body.outlined:
             continue
         if body.pose is None:
-            other = _Placed(body.shape, movers[:, column - 1], known[:, column])
+            other = _Placed(body.shape, moving_obstacles[:, column - 1], known[:, column])
         else:
             at = max(body.sigma, SURVEYED) if body.kind in _ROOM and attempt.source == "recorded" else body.sigma
             still = np.zeros((n, 2))

@@ -14,12 +14,14 @@ import numpy as np
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats
+from clearway.recordings.alignment import frames
+from clearway.recordings.alignment.frames import Tie
 from clearway.recordings.formats import table
-from clearway.recordings.lab.plan import (
+from clearway.recordings.lab.test_plan import (
     BodySpec,
-    Plan,
+    RecordedTrialSpec,
     StretchSpec,
-    TrialSpec,
+    TestPlan,
     load_plan,
     seen_from,
     without_coordinates,
@@ -29,8 +31,6 @@ from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.markers import MarkerSet
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Points, Recording, Want
-from clearway.recordings.ties import frames
-from clearway.recordings.ties.frames import Tie
 from clearway.robots import Robot, load_robot
 
 ROBOT = "robot"
@@ -53,7 +53,7 @@ class Lab:
 
     def __init__(self, path: Path) -> None:
         self.path, self.folder = Path(path), Path(path).parent
-        self.plan: Plan = load_plan(path)
+        self.plan: TestPlan = load_plan(path)
         self._kept: OrderedDict[tuple[str, Path], Recording] = OrderedDict()
         self._bases: dict[str, Base | None] = {}
         self._ties: dict[str, Tie] = {}
@@ -72,7 +72,7 @@ class Lab:
         which = self.plan.test.robot
         return None if which is None else load_robot(seen_from(self.folder, which))
 
-    def files(self, trial: TrialSpec) -> dict[str, str]:
+    def files(self, trial: RecordedTrialSpec) -> dict[str, str]:
         """The trial's files by source; empty if it was not recorded."""
         return self.plan.files_of(trial)
 

@@ -12,13 +12,13 @@ from clearway.contract import Diagnostics
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.frames import compose
 from clearway.geometry.shapes import FloatArray
+from clearway.recordings.alignment import clocks, frames
+from clearway.recordings.alignment.clocks import Offset
+from clearway.recordings.alignment.frames import Tie
 from clearway.recordings.lab.lab import Lab
 from clearway.recordings.motion import markers
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals, Recording
-from clearway.recordings.ties import clocks, frames
-from clearway.recordings.ties.clocks import Offset
-from clearway.recordings.ties.frames import Tie
 from clearway.trials import Snapshot
 
 Recordings = Mapping[str, Recording]

@@ -11,11 +11,11 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, Shape
+from clearway.recordings.alignment import clocks
 from clearway.recordings.lab.lab import ROBOT, Lab
-from clearway.recordings.lab.plan import PlacedSpec, TrialSpec, seen_from, shape_of
 from clearway.recordings.lab.robot_log import Offsets, Recordings
+from clearway.recordings.lab.test_plan import PlacedSpec, RecordedTrialSpec, seen_from, shape_of
 from clearway.recordings.motion.motion import Motion
-from clearway.recordings.ties import clocks
 from clearway.scenarios.floorplan import load_plan as load_floor
 from clearway.trials import Body
 
@@ -30,7 +30,7 @@ class Obstacles:
     Their uncertainty holds that of both outlines, the robot's too: only a clearance hangs on it."""
 
     bodies: tuple[Body, ...]
-    movers: FloatArray
+    moving_obstacles: FloatArray
     sigma: FloatArray
     told: Mapping[str, Any]
 
@@ -45,7 +45,7 @@ def fixtures(lab: Lab, tied: bool) -> list[Body]:
 
 
 def obstacles(
-    lab: Lab, spec: TrialSpec, recordings: Recordings, offsets: Offsets, t: FloatArray, *, tied: bool
+    lab: Lab, spec: RecordedTrialSpec, recordings: Recordings, offsets: Offsets, t: FloatArray, *, tied: bool
 ) -> Obstacles:
     standing: list[Body] = []
     moving: list[Body] = []
@@ -69,13 +69,13 @@ def obstacles(
             sigma = math.hypot(float(known), outlines)
             standing.append(Body(placed.body, "obstacle", shape, still, sigma, outlined, together))
         else:
-            moving.append(Body(placed.body, "mover", shape, None, 0.0, outlined, together))
+            moving.append(Body(placed.body, "moving obstacle", shape, None, 0.0, outlined, together))
             poses.append(motion.wrapped)
             own = np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma
             sigmas.append(np.hypot(own, [outlines, 0.0]))
-    movers = np.stack(poses, axis=1) if poses else np.empty((len(t), 0, 3))
+    moving_obstacles = np.stack(poses, axis=1) if poses else np.empty((len(t), 0, 3))
     sigma_of = np.stack(sigmas, axis=1) if sigmas else np.empty((len(t), 0, 2))
-    return Obstacles((*standing, *moving), movers, sigma_of, told)
+    return Obstacles((*standing, *moving), moving_obstacles, sigma_of, told)
 
 
 def _measured(lab: Lab, placed: PlacedSpec, recordings: Recordings, offsets: Offsets, t: FloatArray) -> Motion:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from clearway.errors import ClearwayError
 from clearway.recordings.lab.lab import ROBOT, Lab
-from clearway.recordings.lab.plan import TrialSpec
+from clearway.recordings.lab.test_plan import RecordedTrialSpec
 
 
 def problems_of_ties(path: Path) -> list[ClearwayError]:
@@ -24,7 +24,7 @@ def problems_of_ties(path: Path) -> list[ClearwayError]:
     return [] if not recorded else list(_problems(lab, recorded))
 
 
-def _problems(lab: Lab, recorded: list[TrialSpec]) -> Iterator[ClearwayError]:
+def _problems(lab: Lab, recorded: list[RecordedTrialSpec]) -> Iterator[ClearwayError]:
     untied: set[str] = set()
     for source in lab.plan.sources:
         trial = next((t for t in recorded if source in lab.files(t)), None)
@@ -54,19 +54,19 @@ def _wrong(attempt: Callable[[], object], field: str) -> ClearwayError | None:
     return None
 
 
-def _there(name: str, trial: TrialSpec) -> bool:
+def _there(name: str, trial: RecordedTrialSpec) -> bool:
     return name == ROBOT or any(o.body == name and o.pose is None for o in trial.obstacles)
 
 
-def _tie(lab: Lab, source: str, trial: TrialSpec) -> object:
+def _tie(lab: Lab, source: str, trial: RecordedTrialSpec) -> object:
     return lab.tie(source, lab.recording(source, lab.files(trial)[source]))
 
 
-def _raw(lab: Lab, name: str, source: str, trial: TrialSpec) -> object:
+def _raw(lab: Lab, name: str, source: str, trial: RecordedTrialSpec) -> object:
     return lab.raw(name, lab.recording(source, lab.files(trial)[source]))
 
 
-def _size(lab: Lab, trial: TrialSpec) -> int:
+def _size(lab: Lab, trial: RecordedTrialSpec) -> int:
     """Bytes of the trial's files, of a folder those within it."""
     paths = [lab.folder / file for file in lab.files(trial).values()]
     files = [p for path in paths for p in (path.iterdir() if path.is_dir() else (path,))]

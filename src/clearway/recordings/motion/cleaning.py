@@ -91,7 +91,7 @@ def _filter(
     spec: MotionSpec,
     correlation: float,
 ) -> tuple[float | None, tuple[str, ...]]:
-    """Hold and low-pass `pose` in place, and let its `variance` follow; the cut-off, and notes."""
+    """StaticPose and low-pass `pose` in place, and let its `variance` follow; the cut-off, and notes."""
     finite = [column[np.isfinite(column)] for column in variance.T]
     noise = np.array([math.sqrt(np.median(column)) if len(column) else 0.0 for column in finite])
     rests = {part: filtering.at_rest(t[slice(*part)], pose[slice(*part)], noise, correlation) for part in parts}

@@ -62,7 +62,7 @@ class Motion:
 
     Attributes:
         t: (n,) s, strictly increasing, on the source's clock. pose: (n, 3) x, y [m], theta [rad, unwrapped], in the
-        source's frame until a tie (`clearway.recordings.ties.frames`) moves it to the map; NaN where it is unknown, theta
+        source's frame until a tie (`clearway.recordings.alignment.frames`) moves it to the map; NaN where it is unknown, theta
         NaN throughout for a source without heading. velocity: (n, 2) v along the body's x [m/s] and omega [rad/s] (v =
         |dp/dt| where there is no heading), NaN where unknown. sigma: (n, 2) standard uncertainty of position [m] and
         heading [rad], None if unknown. quality: how good it is. notes: what was done, in sentences.

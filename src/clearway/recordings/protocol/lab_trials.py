@@ -11,7 +11,7 @@ from collections.abc import Hashable
 from pathlib import Path
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.plan import Plan, TrialSpec, seen_from
+from clearway.recordings.lab.test_plan import RecordedTrialSpec, TestPlan, seen_from
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import (
     DiscSpec,
@@ -48,7 +48,7 @@ def setup(scenario: Scenario) -> Hashable:
     return scenario.labels.batch, scenario.labels.configuration, placed, ways
 
 
-def behind(plan: Plan, folder: Path) -> list[Scenario]:
+def behind(plan: TestPlan, folder: Path) -> list[Scenario]:
     """The scenarios that a plan's trials were made from, as far as its suite is known; to be found by their labels."""
     if plan.test.robot is None:
         return []
@@ -60,7 +60,7 @@ def behind(plan: Plan, folder: Path) -> list[Scenario]:
         return []
 
 
-def key(labels: LabelSpec | TrialSpec, speed: float | None) -> Hashable:
+def key(labels: LabelSpec | RecordedTrialSpec, speed: float | None) -> Hashable:
     """What tells a trial within its suite; of a scenario or of a plan."""
     names = ("batch", "configuration", "obstacle_speed", "size", "gap", "repetition")
     return speed, *(getattr(labels, n) for n in names)
@@ -106,7 +106,7 @@ def bare(name: str) -> str:
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_") else "-" for c in name) or "body"
 
 
-def setting(labels: LabelSpec | TrialSpec) -> str:
+def setting(labels: LabelSpec | RecordedTrialSpec) -> str:
     """What trials among the same obstacles share, in a few words: `SO single, edge 0.03 m`."""
     words = [
         labels.batch if labels.configuration in (labels.batch, "free") else f"{labels.batch} {labels.configuration}"
@@ -127,7 +127,7 @@ def described(scenario: Scenario) -> str:
 
 
 def when(run: RunSpec) -> str:
-    """When a mover starts, against the robot's own start of that leg."""
+    """When a moving obstacle starts, against the robot's own start of that leg."""
     if abs(run.delay) < 0.05:
         return "together with the robot"
     return f"{abs(run.delay):.1f} s {'before' if run.delay < 0 else 'after'} the robot"

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.plan import Plan, is_test_plan
+from clearway.recordings.lab.test_plan import TestPlan, is_test_plan
 from clearway.recordings.protocol.lab_trials import bare, bodies_of, described, scenarios, setup, when
 from clearway.recordings.protocol.line import Line
 from clearway.recordings.protocol.toml_text import toml_value
@@ -40,7 +40,7 @@ def skeleton(
 
     Args:
         suite: name or file. robot: name, preset or file. selection: which part of the suite.
-        seed: of the suite, which shifts when movers start. folder: where the plan will stand, if not here; files that
+        seed: of the suite, which shifts when moving obstacles start. folder: where the plan will stand, if not here; files that
         it names are written as seen from there.
 
     Raises:
@@ -58,9 +58,9 @@ def skeleton(
     return _Writer(load_robot(robot), robot, chosen, floors[0] if said else None, folder or Path()).text(suite)
 
 
-def parsed(text: str) -> Plan:
+def parsed(text: str) -> TestPlan:
     """A skeleton as the plan that `load_plan` would read."""
-    return Plan.model_validate(tomllib.loads(text))
+    return TestPlan.model_validate(tomllib.loads(text))
 
 
 def is_plan_file(name: str) -> bool:

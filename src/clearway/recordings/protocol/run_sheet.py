@@ -10,7 +10,7 @@ from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from clearway.recordings.lab.plan import BodySpec, Plan, TrialSpec
+from clearway.recordings.lab.test_plan import BodySpec, RecordedTrialSpec, TestPlan
 from clearway.recordings.protocol.lab_trials import key, setting
 from clearway.recordings.protocol.line import Line, metres
 from clearway.recordings.protocol.protocol import write_new
@@ -42,7 +42,7 @@ class Placement:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One trial: its number in the plan, what differs within its group, when movers start (forth, back, ...)."""
+    """One trial: its number in the plan, what differs within its group, when moving obstacles start (forth, back, ...)."""
 
     number: int
     speed: str
@@ -66,7 +66,7 @@ class Group:
     new_batch: bool
 
 
-def write_sheet(plan: Plan, path: str | Path, scenarios: Iterable[Scenario] = ()) -> None:
+def write_sheet(plan: TestPlan, path: str | Path, scenarios: Iterable[Scenario] = ()) -> None:
     """Write the run sheet of `plan` as one HTML page to print.
 
     Args:
@@ -79,7 +79,7 @@ def write_sheet(plan: Plan, path: str | Path, scenarios: Iterable[Scenario] = ()
     write_new(path, sheet_of(plan, scenarios))
 
 
-def sheet_of(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
+def sheet_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> str:
     """The run sheet as HTML, as `write_sheet` writes it."""
     known = {key(s.labels, s.speed): s for s in scenarios}
     line = _line(plan)
@@ -104,7 +104,7 @@ def sheet_of(plan: Plan, scenarios: Iterable[Scenario] = ()) -> str:
     )
 
 
-def _line(plan: Plan) -> Line | None:
+def _line(plan: TestPlan) -> Line | None:
     """From where the first leg starts to its goal."""
     legs = plan.legs or plan.trials[0].legs
     if not legs:
@@ -113,7 +113,7 @@ def _line(plan: Plan) -> Line | None:
     return None if ends[0] is None or ends[1] is None else Line(ends[0], ends[1])
 
 
-def _poses(plan: Plan, line: Line | None) -> list[tuple[str, str, str, str]]:
+def _poses(plan: TestPlan, line: Line | None) -> list[tuple[str, str, str, str]]:
     """Name, place, heading, and the plan's numbers."""
     if line is None:
         return []
@@ -130,7 +130,7 @@ def _facing(line: Line, pose: PoseSpec) -> str:
     return "along B to A" if abs(abs(degrees) - 180) < 0.01 else f"turned {degrees:g}° from A to B"
 
 
-def _checklist(plan: Plan, line: Line | None) -> list[str]:
+def _checklist(plan: TestPlan, line: Line | None) -> list[str]:
     """What has to be recorded before the trials, from the stretches that the plan names."""
     found = []
     for spec in plan.sources.values():
@@ -158,7 +158,7 @@ def _checklist(plan: Plan, line: Line | None) -> list[str]:
     return found
 
 
-def _looking(plan: Plan, line: Line, pose: str | PoseSpec | None) -> str:
+def _looking(plan: TestPlan, line: Line, pose: str | PoseSpec | None) -> str:
     """Where something on a pose of the plan has to look."""
     at = plan.poses.get(pose) if isinstance(pose, str) else pose
     return "" if at is None else f", looking {_facing(line, at)}"
@@ -174,7 +174,7 @@ def _place(pose: str | PoseSpec | None) -> str:
     return pose if isinstance(pose, str) else f"({metres(pose[0])}, {metres(pose[1])}), heading {pose[2]:.3g} rad"
 
 
-def _things(plan: Plan) -> list[tuple[str, str, bool]]:
+def _things(plan: TestPlan) -> list[tuple[str, str, bool]]:
     """Name, what it is, whether it moves (or is measured)."""
     return [
         (name, _what(body), body.markers is not None or body.track is not None) for name, body in plan.bodies.items()
@@ -193,7 +193,7 @@ def _what(body: BodySpec) -> str:
     return ", ".join([kind, *(f"{name} {metres(v)} m" for name, v in values.items())])
 
 
-def _driving(plan: Plan) -> str | None:
+def _driving(plan: TestPlan) -> str | None:
     """How long is driven, straight and at the set speeds, and turned on the spot; None if the plan doesn't say."""
     seconds = 0.0
     for trial in plan.trials:
@@ -209,7 +209,7 @@ def _driving(plan: Plan) -> str | None:
     return f"{seconds / 3600:.1f} hours" if seconds >= 3600 else f"{math.ceil(seconds / 60)} minutes"
 
 
-def _groups(plan: Plan, known: dict[Hashable, Scenario], line: Line | None) -> Iterable[Group]:
+def _groups(plan: TestPlan, known: dict[Hashable, Scenario], line: Line | None) -> Iterable[Group]:
     numbered = [(i, t, known.get(key(t, t.speed))) for i, t in enumerate(plan.trials, 1)]
     batch = None
     for _, several in groupby(numbered, lambda x: _setting(x[1], x[2])):
@@ -219,7 +219,7 @@ def _groups(plan: Plan, known: dict[Hashable, Scenario], line: Line | None) -> I
         batch = first.batch
 
 
-def _setting(trial: TrialSpec, scenario: Scenario | None) -> Hashable:
+def _setting(trial: RecordedTrialSpec, scenario: Scenario | None) -> Hashable:
     ways = () if scenario is None else tuple(r.path for _, r in _runs(scenario))
     return trial.batch, trial.configuration, trial.size, trial.gap, trial.obstacles, ways
 
@@ -229,9 +229,9 @@ def _runs(scenario: Scenario) -> list[tuple[str, RunSpec]]:
 
 
 def _group(
-    plan: Plan,
-    trials: Sequence[tuple[int, TrialSpec, Scenario | None]],
-    first: TrialSpec,
+    plan: TestPlan,
+    trials: Sequence[tuple[int, RecordedTrialSpec, Scenario | None]],
+    first: RecordedTrialSpec,
     scenario: Scenario | None,
     line: Line | None,
     new_batch: bool,

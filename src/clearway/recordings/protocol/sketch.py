@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
-from clearway.recordings.lab.plan import PlacedSpec, Plan
+from clearway.recordings.lab.test_plan import PlacedSpec, TestPlan
 from clearway.recordings.protocol.line import Line, metres
 from clearway.scenarios.scenario import RunSpec
 
@@ -48,7 +48,7 @@ class Sketch:
     metre: float
 
 
-def sketch(plan: Plan, line: Line, placed: Sequence[PlacedSpec], runs: Sequence[tuple[str, RunSpec]]) -> Sketch:
+def sketch(plan: TestPlan, line: Line, placed: Sequence[PlacedSpec], runs: Sequence[tuple[str, RunSpec]]) -> Sketch:
     """A to B from left to right, to scale; labels are metres from A and to the left."""
     bodies = []
     for o in placed:

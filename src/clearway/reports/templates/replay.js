@@ -29,8 +29,8 @@ const Replay = (() => {
     const corners = (axis) => {
       const own = [...known(samples[axis ? "y" : "x"]), ...known(packed.legs.flatMap((l) => [l.start[axis], l.goal[axis]]))];
       if (!own.length) own.push(-1, 1); // nothing was recorded, and nobody knows where the goals were
-      const [low, high] = box(own); // a mover may go far away: what it does there doesn't matter
-      const clipped = packed.movers.flatMap((_, m) => known(samples[`m${m}${axis ? "y" : "x"}`]).map((x) => Math.min(Math.max(x, low - 2), high + 2)));
+      const [low, high] = box(own); // a moving obstacle may go far away: what it does there doesn't matter
+      const clipped = packed.movingObstacles.flatMap((_, m) => known(samples[`m${m}${axis ? "y" : "x"}`]).map((x) => Math.min(Math.max(x, low - 2), high + 2)));
       return [...own, ...clipped];
     };
     const around = (xs, ys, margin) => { const [a, b] = box(xs), [c, d] = box(ys); return [a - margin, c - margin, b + margin, d + margin]; };
@@ -55,7 +55,7 @@ const Replay = (() => {
     const mix = (name) => { const a = s[name][low], b = s[name][next]; return Number.isNaN(b) ? a : a + f * (b - a); };
     const pose = (p) => { const at = ["x", "y", "a"].map((axis) => mix(p + axis)); return at.slice(0, 2).every(Number.isFinite) ? at : null; };
     return {
-      t, index: low, pose: pose(""), estimate: s.ex ? pose("e") : null, movers: trial.movers.map((_, m) => pose(`m${m}`)),
+      t, index: low, pose: pose(""), estimate: s.ex ? pose("e") : null, movingObstacles: trial.movingObstacles.map((_, m) => pose(`m${m}`)),
       v: s.v ? mix("v") : NaN, w: s.w ? mix("w") : NaN, clearance: s.c ? mix("c") : NaN,
       contact: trial.outcome === "collision" && t >= trial.end - 0.2,
     };

@@ -1,6 +1,6 @@
 // Draws one instant of a trial on a canvas, and its clearance over time on another.
 const Stage = (() => {
-  const COLOURS = ["ink", "muted", "rule", "paper", "panel", "fixture", "furniture", "obstacle", "robot", "mover", "mark",
+  const COLOURS = ["ink", "muted", "rule", "paper", "panel", "fixture", "furniture", "obstacle", "robot", "moving", "mark",
     "bad", "scan", "estimate", "plan"];
 
   function palette() {
@@ -88,12 +88,12 @@ const Stage = (() => {
     if (options.scan && scans(trial)) scan(g, v, c, trial, now);
     if (options.plan && thought) thoughts(g, v, c, thought);
     if (options.path) { g.strokeStyle = c.robot; g.lineWidth = 2; track(g, v, s.x, s.y, 0, i); }
-    trial.movers.forEach((mover, m) => {
-      const at = now.movers[m];
-      g.strokeStyle = c.mover; g.lineWidth = 1.5; g.setLineDash([2, 4]);
+    trial.movingObstacles.forEach((obstacle, m) => {
+      const at = now.movingObstacles[m];
+      g.strokeStyle = c.moving; g.lineWidth = 1.5; g.setLineDash([2, 4]);
       if (options.path) track(g, v, s[`m${m}x`], s[`m${m}y`], 0, i);
       g.setLineDash([]);
-      if (at) { g.globalAlpha = 0.85; body(g, v, mover, at, c.mover, c.mover); g.globalAlpha = 1; }
+      if (at) { g.globalAlpha = 0.85; body(g, v, obstacle, at, c.moving, c.moving); g.globalAlpha = 1; }
     });
     if (options.estimate && now.estimate) {
       g.strokeStyle = c.estimate; g.lineWidth = 1.5; g.setLineDash([3, 3]);
@@ -133,9 +133,9 @@ const Stage = (() => {
 
   function scan(g, v, c, trial, now) {
     if (!now.pose || !Number.isFinite(now.pose[2])) return;
-    const lies = (m, k) => now.movers[k] && !m.cross && (m.r !== undefined || Number.isFinite(now.movers[k][2]));
-    const movers = Lidar.scene(trial.movers.flatMap((m, k) => (lies(m, k) ? [{ ...m, at: now.movers[k] }] : [])));
-    const { origin, hits } = Lidar.scan(trial.robot.lidar, now.pose, [trial.world, movers]);
+    const lies = (m, k) => now.movingObstacles[k] && !m.cross && (m.r !== undefined || Number.isFinite(now.movingObstacles[k][2]));
+    const movingObstacles = Lidar.scene(trial.movingObstacles.flatMap((m, k) => (lies(m, k) ? [{ ...m, at: now.movingObstacles[k] }] : [])));
+    const { origin, hits } = Lidar.scan(trial.robot.lidar, now.pose, [trial.world, movingObstacles]);
     g.fillStyle = c.scan; g.globalAlpha = 0.13;
     trace(g, v, [origin, ...hits], true); g.fill();
     g.globalAlpha = 0.9;
@@ -156,7 +156,7 @@ const Stage = (() => {
     g.stroke();
     const disc = ([x, y, r]) => { g.beginPath(); g.arc(v.x(x), v.y(y), Math.max(r, 0) * v.scale, 0, 7); };
     Object.keys(thought.circles).sort().forEach((name, k) => {
-      g.strokeStyle = [c.mover, c.mark, c.muted][k % 3]; g.lineWidth = 1; g.globalAlpha = 0.8;
+      g.strokeStyle = [c.moving, c.mark, c.muted][k % 3]; g.lineWidth = 1; g.globalAlpha = 0.8;
       for (const d of thought.circles[name]) { disc(d); g.stroke(); }
     });
     g.fillStyle = c.plan; g.globalAlpha = 0.12;
@@ -212,7 +212,7 @@ const Stage = (() => {
       }
       g.stroke();
     } else { g.fillStyle = c.muted; g.textAlign = "center"; g.fillText(s.x.some(Number.isFinite) ? "no clearance: nothing to stay clear of, or footprint unknown" : "not recorded", width / 2, height / 2); }
-    for (const [t, kind] of trial.events) if (kind === "possible contact") { g.fillStyle = c.mover; g.fillRect(px(t) - 1, top, 2, height - top - bottom); }
+    for (const [t, kind] of trial.events) if (kind === "possible contact") { g.fillStyle = c.moving; g.fillRect(px(t) - 1, top, 2, height - top - bottom); }
     g.fillStyle = c.bad;
     for (const [t, kind] of trial.events) if (kind === "contact" || kind === "error") g.fillRect(px(t) - 1, top, 2, height - top - bottom);
     g.strokeStyle = c.ink; g.lineWidth = 1;

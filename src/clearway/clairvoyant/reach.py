@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.clairvoyant.moving_discs import Scene, centre, first_hit
 from clearway.geometry.compiled import kernel
-from clearway.geometry.moving_discs import Scene, centre, first_hit
 from clearway.geometry.shapes import FloatArray
 
 STEPS = (409, 450)

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.geometry.moving_discs import clear
-from clearway.geometry.reach import MARGIN, PER_STEP, STEPS, earliest
-from clearway.geometry.space_time import SpaceTimePath, scene_of, shortest
+from clearway.clairvoyant.moving_discs import clear
+from clearway.clairvoyant.reach import MARGIN, PER_STEP, STEPS, earliest
+from clearway.clairvoyant.space_time import SpaceTimePath, scene_of, shortest
 
 NONE = np.zeros((0, 3))
 NOBODY = np.zeros((2, 0, 2))

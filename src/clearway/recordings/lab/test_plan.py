@@ -190,7 +190,7 @@ class PlacedSpec(_Part):
     pose: PoseSpec | None = Field(default=None, description="where it was placed: m, m, rad; default: it was measured")
 
 
-class TrialSpec(ConditionsSpec):
+class RecordedTrialSpec(ConditionsSpec):
     """One attempt. Without a file, and unless `attempted = false`, it counts as attempted and not recorded."""
 
     file: str = Field(default="", description="of the first source")
@@ -213,7 +213,7 @@ class TrialSpec(ConditionsSpec):
     note: str = ""
 
 
-class Plan(_Part):
+class TestPlan(_Part):
     """A test plan."""
 
     test: TestSpec = TestSpec()
@@ -228,15 +228,15 @@ class Plan(_Part):
     bodies: dict[str, BodySpec] = Field(default_factory=dict, description="obstacles, by name")
     motion: MotionSpec = MotionSpec()
     legs: tuple[LegPlanSpec, ...] = Field(default=(), description="of every trial that names none of its own")
-    trials: tuple[TrialSpec, ...] = Field(min_length=1, alias="trial", description="one [[trial]] an attempt")
+    trials: tuple[RecordedTrialSpec, ...] = Field(min_length=1, alias="trial", description="one [[trial]] an attempt")
 
-    def files_of(self, trial: TrialSpec) -> dict[str, str]:
+    def files_of(self, trial: RecordedTrialSpec) -> dict[str, str]:
         """A trial's files by source, the first source's first; empty if it was not recorded."""
         first = next(iter(self.sources))
         given = ({first: trial.file} if trial.file else {}) | {n: f for n, f in trial.files.items() if f}
         return {name: given[name] for name in self.sources if name in given}
 
-    def legs_of(self, trial: TrialSpec) -> tuple[LegPlanSpec, ...]:
+    def legs_of(self, trial: RecordedTrialSpec) -> tuple[LegPlanSpec, ...]:
         """A trial's legs: the plan's, with what the trial says of those that it names; or legs of its own."""
         own = {leg.name: leg for leg in trial.legs}
         if trial.legs and not set(own) <= {leg.name for leg in self.legs}:
@@ -246,7 +246,7 @@ class Plan(_Part):
         return legs or (LegPlanSpec(name="drive"),)
 
     @model_validator(mode="after")
-    def _names(self) -> Plan:
+    def _names(self) -> TestPlan:
         known: dict[str, Mapping[str, object]] = {"sources": self.sources, "bodies": self.bodies, "poses": self.poses}
         wrong = tuple(
             unknown(_KINDS[where], name, known[where], field=field)
@@ -290,7 +290,7 @@ class _Unknown(ValueError):
         self.found = found
 
 
-def load_plan(path: str | Path) -> Plan:
+def load_plan(path: str | Path) -> TestPlan:
     """Read a test plan.
 
     Raises:
@@ -299,7 +299,7 @@ def load_plan(path: str | Path) -> Plan:
     file = Path(path)
     table = read_toml(file)
     try:
-        return Plan.model_validate(table)
+        return TestPlan.model_validate(table)
     except ValidationError as error:
         raise problems_in(error, file)[0] from error
 
@@ -307,7 +307,7 @@ def load_plan(path: str | Path) -> Plan:
 def problems_in(error: ValidationError, file: Path) -> list[ClearwayError]:
     """Everything that pydantic finds wrong with a plan, each trial by its number."""
     wrong = [e.get("ctx", {}).get("error") for e in error.errors(include_url=False)]
-    found = [e for w in wrong if isinstance(w, _Unknown) for e in w.found] or problems(error, Plan)
+    found = [e for w in wrong if isinstance(w, _Unknown) for e in w.found] or problems(error, TestPlan)
     return [by_number(e, file) for e in found]
 
 

@@ -20,7 +20,7 @@ ROUNDING = 1e-9
 """A bound counts as exceeded from here on, m, rad, s."""
 
 
-class Watch:
+class AssumptionMonitor:
     """Compares where the robot is with where it was sent a period ago.
 
     Args:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from clearway.clairvoyant.disc_edges import SKIN
+from clearway.clairvoyant.moving_discs import Scene, centre, clear, first_hit
 from clearway.geometry.compiled import kernel
-from clearway.geometry.disc_edges import SKIN
-from clearway.geometry.moving_discs import Scene, centre, clear, first_hit
 from clearway.geometry.shapes import FloatArray
 
 RELEASE_STEP = 0.01

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from clearway.geometry import search
+from clearway.navigators.move_base import grid_search
 
 TABLE = np.full(256, 254, np.uint8)
 TABLE[:253] = np.minimum(50 + 0.8 * np.arange(253), 253).astype(np.uint8)
@@ -23,14 +23,14 @@ def spread(
     quadratic: bool = True,
     bound: float = np.inf,
     least: float = 0.0,
-) -> search.Workspace:
+) -> grid_search.Workspace:
     rows, columns = costmap.shape
-    space = search.Workspace(rows, columns)
+    space = grid_search.Workspace(rows, columns)
     n = start[0] * columns + start[1]
     space.potential[n] = 0
     space.extent[:] = n, n
     front = np.array([n + 1, n - 1, n - columns, n + columns])
-    search.wave(
+    grid_search.wave(
         costmap.reshape(-1),
         columns,
         TABLE,
@@ -80,7 +80,7 @@ def test_plain_potential_is_the_cheapest_way(seed: int) -> None:
     found = space.potential.reshape(costmap.shape).astype(float)
     reached = np.isfinite(expected)
     np.testing.assert_allclose(found[reached], expected[reached], rtol=1e-5)
-    assert (found[~reached] >= search.HIGH).all()
+    assert (found[~reached] >= grid_search.HIGH).all()
     assert not space.pending.reshape(costmap.shape)[1:-1, 1:-1].any()
 
 
@@ -96,16 +96,16 @@ def test_quadratic_potential_approximates_the_distance() -> None:
 def test_it_stops_at_the_target_and_cleans_up() -> None:
     costmap = np.zeros((200, 200), np.uint8)
     space = spread(costmap, (100, 100), target=100 * 200 + 120)
-    reached = (space.potential < search.HIGH).sum()
+    reached = (space.potential < grid_search.HIGH).sum()
     assert 20**2 * 2 < reached < 0.2 * costmap.size
     space.clear()
-    assert (space.potential == search.HIGH).all()
+    assert (space.potential == grid_search.HIGH).all()
 
 
 @pytest.mark.parametrize("end", [(160, 40), (40, 160), (150, 150), (100, 31)])
 def test_a_path_in_the_open_is_hardly_longer_than_the_straight_line(end: tuple[int, int]) -> None:
     space = spread(np.zeros((200, 200), np.uint8), (30, 30))
-    path = search.descend(space.potential, 200, LETHAL, float(end[1]), float(end[0]), 30.0, 30.0, 50.0, 800)
+    path = grid_search.descend(space.potential, 200, LETHAL, float(end[1]), float(end[0]), 30.0, 30.0, 50.0, 800)
     length = np.hypot(*np.diff(path, axis=0).T).sum()
     straight = np.hypot(end[0] - 30, end[1] - 30)
     assert straight - 1 <= length <= 1.03 * straight + 1
@@ -118,7 +118,7 @@ def test_a_path_goes_through_the_gap(quadratic: bool) -> None:
     costmap[:, 30] = 254
     costmap[44:47, 30] = 0
     space = spread(costmap, (10, 10), quadratic=quadratic)
-    path = search.descend(space.potential, 60, LETHAL, 50.0, 10.0, 10.0, 10.0, 50.0, 400)
+    path = grid_search.descend(space.potential, 60, LETHAL, 50.0, 10.0, 10.0, 10.0, 50.0, 400)
     assert len(path) > 0
     crossing = path[np.argmin(np.abs(path[:, 0] - 30))]
     assert 43.5 <= crossing[1] <= 46.5
@@ -131,8 +131,8 @@ def test_no_path_out_of_an_unreached_cell() -> None:
     costmap[20:31, [20, 30]] = 254
     costmap[[20, 30], 20:31] = 254
     space = spread(costmap, (5, 5))
-    assert space.potential[25 * 40 + 25] >= search.HIGH
-    assert len(search.descend(space.potential, 40, LETHAL, 25.0, 25.0, 5.0, 5.0, 50.0, 160)) == 0
+    assert space.potential[25 * 40 + 25] >= grid_search.HIGH
+    assert len(grid_search.descend(space.potential, 40, LETHAL, 25.0, 25.0, 5.0, 5.0, 50.0, 160)) == 0
 
 
 def test_best_first_reaches_the_target_at_no_less_than_the_cheapest_cost() -> None:
@@ -140,14 +140,14 @@ def test_best_first_reaches_the_target_at_no_less_than_the_cheapest_cost() -> No
     costmap = np.zeros((50, 50), np.uint8)
     costmap[rng.random(costmap.shape) < 0.25] = 254
     costmap[[5, 44], [5, 44]] = 0
-    space = search.Workspace(50, 50)
+    space = grid_search.Workspace(50, 50)
     start, target = 5 * 50 + 5, 44 * 50 + 44
-    assert search.best_first(
+    assert grid_search.best_first(
         costmap.reshape(-1), 50, TABLE, LETHAL, 50, start, target, False, space.potential, space.pending, space.extent
     )
     expected = scipy_potential(costmap, (5, 5))[44, 44]
     assert expected <= space.potential[target] <= 1.2 * expected
-    path = search.descend_cells(space.potential, 50, 44.0, 44.0, start, 10_000)
+    path = grid_search.descend_cells(space.potential, 50, 44.0, 44.0, start, 10_000)
     assert tuple(path[-1]) == (5.0, 5.0)
     assert np.abs(np.diff(path, axis=0)).max() == 1
     assert (costmap[path[:, 1].astype(int), path[:, 0].astype(int)] == 0).all()
@@ -164,8 +164,8 @@ def test_a_bound_leaves_the_path_as_it_is_and_saves_cells(seed: int) -> None:
     full = spread(costmap, (60, 20), target)
     known = float(full.potential[target])
     bounded = spread(costmap, (60, 20), target, bound=known + 500, least=45.0)
-    assert (bounded.potential < search.HIGH).sum() < (full.potential < search.HIGH).sum()
-    paths = [search.descend(s.potential, 120, LETHAL, 100.0, 90.0, 20.0, 60.0, 50.0, 480) for s in (full, bounded)]
+    assert (bounded.potential < grid_search.HIGH).sum() < (full.potential < grid_search.HIGH).sum()
+    paths = [grid_search.descend(s.potential, 120, LETHAL, 100.0, 90.0, 20.0, 60.0, 50.0, 480) for s in (full, bounded)]
     assert np.array_equal(*paths)
     none = spread(costmap, (60, 20), target, bound=0.8 * known, least=45.0)
-    assert none.potential[target] >= search.HIGH
+    assert none.potential[target] >= grid_search.HIGH

@@ -78,7 +78,7 @@ class Packer:
                 self.scenes.place([_body(b) for b in fixed if b.kind != "obstacle"]),
                 self.scenes.place([_body(b) for b in fixed if b.kind == "obstacle"]),
             ],
-            "movers": [{"name": b.name, **(_shape(b.shape) if b.outlined else CROSS)} for b in moving],
+            "movingObstacles": [{"name": b.name, **(_shape(b.shape) if b.outlined else CROSS)} for b in moving],
             "legs": [
                 {
                     "name": leg.name,
@@ -114,11 +114,11 @@ def broken(trial: Trial) -> Trial:
         return None if values is None else np.insert(np.asarray(values, dtype=np.float64), after, np.nan, axis=0)
 
     t = np.insert(trial.t, after, (trial.t[after] + trial.t[after - 1]) / 2)
-    pose, movers = torn(trial.pose), torn(trial.movers)
+    pose, moving_obstacles = torn(trial.pose), torn(trial.moving_obstacles)
     assert pose is not None
-    assert movers is not None
+    assert moving_obstacles is not None
     return replace(
-        trial, t=t, pose=pose, movers=movers, velocity=torn(trial.velocity), estimate=torn(trial.estimate), command=None,
+        trial, t=t, pose=pose, moving_obstacles=moving_obstacles, velocity=torn(trial.velocity), estimate=torn(trial.estimate), command=None,
         leg=np.insert(trial.leg, after, trial.leg[after - 1]), cut=None, sigma=None,
     )  # fmt: skip
 
@@ -130,12 +130,12 @@ def clearance_over_time(trial: Trial) -> FloatArray | None:
     a = trial.attempt
     if a.footprint is None or not a.bodies:
         return None
-    placed = np.isfinite(trial.movers[..., :2]).all(axis=-1)
-    headed = np.isfinite(trial.movers[placed]).all() and all(
+    placed = np.isfinite(trial.moving_obstacles[..., :2]).all(axis=-1)
+    headed = np.isfinite(trial.moving_obstacles[placed]).all() and all(
         b.pose is None or np.isfinite(b.pose).all() for b in a.bodies
     )
     if np.isfinite(trial.pose).all() and headed and all(b.outlined for b in a.bodies):
-        out = min_clearance(a.footprint, trial.pose, a.bodies, trial.movers)
+        out = min_clearance(a.footprint, trial.pose, a.bodies, trial.moving_obstacles)
     else:
         out = _clearance_of_what_is_known(trial, a.footprint)
     return np.where(np.isfinite(out), out, np.nan)
@@ -145,7 +145,7 @@ def _clearance_of_what_is_known(trial: Trial, footprint: Shape) -> FloatArray:
     """(n,) distance from the bodies whose outline is known, NaN where the robot's is not."""
     from clearway.geometry.distance import min_clearance
 
-    pose, movers = trial.pose.copy(), trial.movers.copy()
+    pose, moving_obstacles = trial.pose.copy(), trial.moving_obstacles.copy()
     if isinstance(footprint, Circle):
         pose[np.isnan(pose[:, 2]), 2] = 0.0
     bodies, columns, m = [], [], 0
@@ -155,7 +155,7 @@ def _clearance_of_what_is_known(trial: Trial, footprint: Shape) -> FloatArray:
                 bodies.append(body)
                 columns.append(m)
                 if isinstance(body.shape, Circle):
-                    movers[np.isnan(movers[:, m, 2]), m, 2] = 0.0
+                    moving_obstacles[np.isnan(moving_obstacles[:, m, 2]), m, 2] = 0.0
             m += 1
         elif body.outlined and np.isfinite(body.pose[:2]).all():
             heading = float(body.pose[2])
@@ -165,8 +165,8 @@ def _clearance_of_what_is_known(trial: Trial, footprint: Shape) -> FloatArray:
                 bodies.append(replace(body, pose=np.array([*body.pose[:2], 0.0])))
     known = np.isfinite(pose).all(axis=1)
     out = np.full(len(pose), np.nan)
-    movers = np.where(np.isfinite(movers).all(axis=2, keepdims=True), movers, np.nan)
-    out[known] = min_clearance(footprint, pose[known], bodies, movers[known][:, columns])
+    moving_obstacles = np.where(np.isfinite(moving_obstacles).all(axis=2, keepdims=True), moving_obstacles, np.nan)
+    out[known] = min_clearance(footprint, pose[known], bodies, moving_obstacles[known][:, columns])
     return out
 
 
@@ -188,8 +188,8 @@ def _columns(trial: Trial, keep: npt.NDArray[np.int64]) -> dict[str, tuple[Float
     if clearance is not None:
         columns["c"] = (np.minimum(clearance, 30.0), MILLI)
     columns["leg"] = (np.asarray(trial.leg, dtype=np.float64), 1.0)
-    for m in range(trial.movers.shape[1]):
-        poses(f"m{m}", trial.movers[:, m])
+    for m in range(trial.moving_obstacles.shape[1]):
+        poses(f"m{m}", trial.moving_obstacles[:, m])
     return {name: (np.asarray(values)[keep], unit) for name, (values, unit) in columns.items()}
 
 

@@ -15,7 +15,7 @@ _WORDS = re.compile(r"(?P<number>[0-9.e+-]+) ?(?P<unit>s|iterations?)")
 
 
 @dataclass(frozen=True, slots=True)
-class Setup:
+class ThinkingBudget:
     """A budget with the name under which the results list it; `name` None: the campaign has no set-ups.
 
     Trials that are bounded by wall clock are not the same bits each time.
@@ -25,18 +25,18 @@ class Setup:
     budget: Budget
 
 
-FREE = Setup(None, Budget())
+FREE = ThinkingBudget(None, Budget())
 """No bound: a navigator thinks until its own end."""
 
 
-def read_setup(text: str) -> Setup:
+def read_thinking_budget(text: str) -> ThinkingBudget:
     """A set-up from `1` or `2` (paper B's), `0.15 s` (wall clock a decision) or `400 iterations` (reproducible).
 
     Raises:
         ClearwayError: it is none of these.
     """
     if text in PAPER_B:
-        return Setup(text, PAPER_B[text])
+        return ThinkingBudget(text, PAPER_B[text])
     found = _WORDS.fullmatch(text.strip())
     try:
         number = float(found["number"]) if found else 0.0
@@ -45,5 +45,5 @@ def read_setup(text: str) -> Setup:
     if found is None or not 0.0 < number < 1e9 or (found["unit"] != "s" and number != int(number)):
         raise ClearwayError(f"{text!r} is no set-up; write 1 or 2 (paper B's), 0.15s or 400 iterations", field="setup")
     if found["unit"] == "s":
-        return Setup(f"{number:.15g} s", Budget(seconds=number))  # the name alone is kept: it must say all
-    return Setup(f"{int(number)} iterations", Budget(iterations=int(number)))
+        return ThinkingBudget(f"{number:.15g} s", Budget(seconds=number))  # the name alone is kept: it must say all
+    return ThinkingBudget(f"{int(number)} iterations", Budget(iterations=int(number)))

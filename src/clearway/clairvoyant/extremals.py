@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.clairvoyant.disc_edges import SKIN, edge, follow, onward
+from clearway.clairvoyant.moving_discs import Scene, centre, enter, first_hit
+from clearway.clairvoyant.releases import RELEASE_STEP, approach, release_angle, releases
 from clearway.geometry.compiled import kernel
-from clearway.geometry.disc_edges import SKIN, edge, follow, onward
-from clearway.geometry.moving_discs import Scene, centre, enter, first_hit
-from clearway.geometry.releases import RELEASE_STEP, approach, release_angle, releases
 from clearway.geometry.shapes import FloatArray
 
 _FAN = 0.004  # rad between the start's rays

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from clearway.clairvoyant.moving_discs import Scene, centre, first_hit
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
-from clearway.geometry.moving_discs import Scene, centre, first_hit
 from clearway.geometry.shapes import FloatArray
 
 SKIN = 2e-4

@@ -69,7 +69,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
 
 
 def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
-    """A representative trial of each configuration: the path with footprints at intervals, the mover's track (Fig. 5)."""
+    """A representative trial of each configuration: the path with footprints at intervals, the moving obstacle's track (Fig. 5)."""
     panels = spread(configurations(rows))
     figure, axes = _panels(panels, results, rows, 2)
     columns = axes[0].get_subplotspec().get_gridspec().ncols  # type: ignore[union-attr]
@@ -101,7 +101,7 @@ def one_trial(trial: Trial, title: str) -> Figure:
 
 def clearance(trial: Trial, title: str) -> Figure:
     """Edge-to-edge clearance over time of one trial."""
-    from clearway.reports.packing import broken, clearance_over_time
+    from clearway.reports.replay_encoding import broken, clearance_over_time
 
     trial = broken(trial)
     figure = theme.new_figure(8.0, 2.6)
@@ -151,21 +151,21 @@ def _panels(
 
 
 def _around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
-    """Box around where robots, goals and obstacles of the test were, m; and of the movers' lanes, cut short."""
-    points, movers = [], []
+    """Box around where robots, goals and obstacles of the test were, m; and of the moving obstacles' lanes, cut short."""
+    points, moving_obstacles = [], []
     for trial in trials:
         points += [trial.pose[:, :2]] if driven else []
         points += [*(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
         points += [
             np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind == "obstacle" and b.pose is not None
         ]
-        movers.append(trial.movers[:, :, :2].reshape(-1, 2))
+        moving_obstacles.append(trial.moving_obstacles[:, :, :2].reshape(-1, 2))
     inner = np.vstack([np.empty((0, 2)), *points])
     inner = inner[np.isfinite(inner).all(1)]
     if not len(inner):
         inner = np.zeros((1, 2))  # nothing was recorded, and nobody knows where the goals were
     low, high = inner.min(0), inner.max(0)
-    lanes = np.vstack(movers)
+    lanes = np.vstack(moving_obstacles)
     lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - 1.1, high + 1.1)
     every = np.vstack([inner, lanes])
     low, high = every.min(0) - margin, every.max(0) + margin
@@ -197,7 +197,9 @@ def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
     footprint = trial.attempt.footprint
     beyond = 0.2 + (circumscribed_radius(footprint) if footprint is not None else 0.15)
     along = ends[-1][0][:2] - ends[0][0][:2] if len(ends) > 1 else np.array([1.0, 0.0])
-    beside = np.array([along[1], -along[0]]) / max(float(np.hypot(*along)), 1e-9)  # a mover may come along the line
+    beside = np.array([along[1], -along[0]]) / max(
+        float(np.hypot(*along)), 1e-9
+    )  # a moving obstacle may come along the line
     for end, name in ends:
         ax.plot(*end[:2], marker="o", markersize=3.5, color=theme.MARK, zorder=6)
         x, y = (end[:2] + beyond * beside).tolist()
@@ -233,13 +235,13 @@ def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha:
 
 def _shown(trial: Trial) -> float:
     """How far the moving obstacle came on the first leg, m: the trial with most shows its lane best."""
-    track = trial.movers[np.asarray(trial.leg) == 0][:, :, :2].reshape(-1, 2)
+    track = trial.moving_obstacles[np.asarray(trial.leg) == 0][:, :, :2].reshape(-1, 2)
     known = track[np.isfinite(track).all(1)]
     return float(np.ptp(known, axis=0).sum()) if len(known) else 0.0
 
 
 def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
-    """Each mover's way on the first leg as an arrow, with its shape where the arrow begins.
+    """Each moving obstacle's way on the first leg as an arrow, with its shape where the arrow begins.
 
     A trial that ended early shows a part of the way, so the farthest ends over all `trials` count.
     """
@@ -252,8 +254,8 @@ def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
         along = way / max(float(np.hypot(*way)), 1e-9)
         aside = (longest[:, :2] - start) @ np.array([-along[1], along[0]])
         if np.abs(aside).max() > 0.05:  # not straight: as far as this one trial shows it
-            ax.plot(*longest[:, :2].T, color=theme.MOVER, linewidth=1.2, zorder=5)
-            _mover_at(ax, body, longest[0])
+            ax.plot(*longest[:, :2].T, color=theme.MOVING, linewidth=1.2, zorder=5)
+            _moving_obstacle_at(ax, body, longest[0])
             continue
         ends = np.concatenate([(t[[0, -1], :2] - start) @ along for t in tracks])
         x, y = ax.get_xlim(), ax.get_ylim()
@@ -261,18 +263,18 @@ def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
         inside = points[(points[:, 0] > x[0]) & (points[:, 0] < x[1]) & (points[:, 1] > y[0]) & (points[:, 1] < y[1])]
         if len(inside) < 2:
             continue
-        style = {"arrowstyle": "-|>", "color": theme.MOVER, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
+        style = {"arrowstyle": "-|>", "color": theme.MOVING, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", xy=tuple(inside[-1]), xytext=tuple(inside[0]), arrowprops=style, zorder=5)
-        _mover_at(ax, body, np.array([*inside[len(inside) // 10], longest[0, 2]]), edge=theme.MOVER)
+        _moving_obstacle_at(ax, body, np.array([*inside[len(inside) // 10], longest[0, 2]]), edge=theme.MOVING)
 
 
-def _mover_at(ax: Axes, body: Body, pose: FloatArray, edge: str | None = None) -> None:
-    """A mover's shape at a pose, or a cross where nobody knows its outline."""
+def _moving_obstacle_at(ax: Axes, body: Body, pose: FloatArray, edge: str | None = None) -> None:
+    """A moving obstacle's shape at a pose, or a cross where nobody knows its outline."""
     if not has_outline(body, pose):
-        _cross(ax, pose, theme.MOVER)
+        _cross(ax, pose, theme.MOVING)
         return
     more: dict[str, Any] = {} if edge is None else {"edgecolor": edge}
-    ax.fill(*theme.outline(body.shape, upright(pose)).T, facecolor=theme.MOVER, alpha=0.55, zorder=5, **more)
+    ax.fill(*theme.outline(body.shape, upright(pose)).T, facecolor=theme.MOVING, alpha=0.55, zorder=5, **more)
 
 
 def _cross(ax: Axes, pose: FloatArray, colour: str) -> None:
@@ -295,10 +297,10 @@ def upright(pose: FloatArray) -> FloatArray:
 
 
 def _first_way(trial: Trial, m: int) -> FloatArray:
-    """Where mover `m` was on the first leg, poses (k, 3); none if this trial has fewer movers."""
-    if m >= trial.movers.shape[1]:
+    """Where moving obstacle `m` was on the first leg, poses (k, 3); none if this trial has fewer moving_obstacles."""
+    if m >= trial.moving_obstacles.shape[1]:
         return np.empty((0, 3))
-    track: FloatArray = trial.movers[np.asarray(trial.leg) == 0, m]
+    track: FloatArray = trial.moving_obstacles[np.asarray(trial.leg) == 0, m]
     return track[known_positions(track)]
 
 
@@ -319,14 +321,14 @@ def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
 
 
 def _tracks(ax: Axes, trial: Trial) -> None:
-    from clearway.reports.packing import broken
+    from clearway.reports.replay_encoding import broken
 
     trial = broken(trial)
     for m, body in enumerate(b for b in trial.attempt.bodies if b.pose is None):
         for leg in range(len(trial.attempt.legs)):
-            track = trial.movers[(np.asarray(trial.leg) == leg), m]
-            ax.plot(track[:, 0], track[:, 1], color=theme.MOVER, linewidth=1.3, zorder=4)
-            _prints(ax, body, track, theme.MOVER, 3 * FOOTPRINT_EVERY)
+            track = trial.moving_obstacles[(np.asarray(trial.leg) == leg), m]
+            ax.plot(track[:, 0], track[:, 1], color=theme.MOVING, linewidth=1.3, zorder=4)
+            _prints(ax, body, track, theme.MOVING, 3 * FOOTPRINT_EVERY)
     ax.plot(trial.pose[:, 0], trial.pose[:, 1], color=theme.ROBOT, linewidth=1.4, zorder=6)
     if (robot := _robot(trial)) is not None:
         _prints(ax, robot, trial.pose, theme.ROBOT, FOOTPRINT_EVERY)
@@ -335,7 +337,7 @@ def _tracks(ax: Axes, trial: Trial) -> None:
 def _robot(trial: Trial) -> Body | None:
     """The robot as a body; None if nobody knows its footprint."""
     footprint = trial.attempt.footprint
-    return None if footprint is None else Body("robot", "mover", footprint, None)
+    return None if footprint is None else Body("robot", "moving obstacle", footprint, None)
 
 
 def _prints(ax: Axes, body: Body, track: FloatArray, colour: str, every: float) -> None:

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.extremals import fastest
-from clearway.geometry.moving_discs import Scene, clear
-from clearway.geometry.reach import chain, earliest
+from clearway.clairvoyant.extremals import fastest
+from clearway.clairvoyant.moving_discs import Scene, clear
+from clearway.clairvoyant.reach import chain, earliest
 from clearway.geometry.shapes import FloatArray
 
 TARGET = 0.005

@@ -16,7 +16,7 @@ PROGRESS, PATIENCE = 0.5, 20.0
 _EPS = 1e-9  # s: instants are multiples of a period, up to rounding
 
 
-class Referee:
+class GoalAndProgressChecker:
     """Follows a trial from leg to leg.
 
     Attributes:

@@ -44,7 +44,7 @@ class Tie:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hold:
+class StaticPose:
     """The robot at rest: pose (3,) in the source's frame (theta NaN without a heading), sigma (2,) of that mean, m and
     rad, by its scatter alone."""
 
@@ -54,7 +54,7 @@ class Hold:
 
 def hold(
     motion: Motion, span: tuple[float, float] | None = None, *, moved: float = 0.005, turned: float = 0.01
-) -> Hold:
+) -> StaticPose:
     """Where the robot stood in `span` [s on the motion's clock; default: all of it], by medians.
 
     Raises:
@@ -85,7 +85,7 @@ def hold(
             f"{turned:g} rad"
         )
     spread = medians.std(axis=0, ddof=1) * math.sqrt(math.pi / 2 / len(medians))  # of a median of medians
-    return Hold(middle, np.array([math.hypot(spread[0], spread[1]) / math.sqrt(2), spread[2]]))
+    return StaticPose(middle, np.array([math.hypot(spread[0], spread[1]) / math.sqrt(2), spread[2]]))
 
 
 def _longest_rest(t: FloatArray, pose: FloatArray, moved: float) -> str:
