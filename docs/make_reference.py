@@ -15,7 +15,7 @@ import pyarrow as pa
 
 from clearway.indicators import row_schema
 from clearway.recordings.formats.table_spec import TableSpec
-from clearway.recordings.lab.test_plan import Plan
+from clearway.recordings.lab.test_plan import TestPlan
 from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema, schema_of, suite_schema
 
 LABELS = {
@@ -66,7 +66,7 @@ def page() -> str:
     parts += ["## Columns of trials.parquet and trials.csv", _columns()]
     schemas = {
         "scenario": scenario_schema(), "suite": suite_schema(), "robot": robot_schema(), "plan": plan_schema(),
-        "test-plan": schema_of(Plan), "table": schema_of(TableSpec),
+        "test-plan": schema_of(TestPlan), "table": schema_of(TableSpec),
     }  # fmt: skip
     for title, schema in schemas.items():
         parts += [f"## Fields of a {title} file", f"As JSON Schema: `clearway schema {title}`.", _fields(schema)]
