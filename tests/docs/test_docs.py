@@ -20,7 +20,9 @@ import clearway
 from clearway.cli import app
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+FOLDERS = [ROOT / name for name in ("docs", "src", "tests", "benchmarks", "examples")]
+PAGES = [*sorted(ROOT.glob("*.md")), *(page for folder in FOLDERS for page in sorted(folder.rglob("*.md")))]
+PACKAGE = ROOT / "src" / "clearway"
 EXAMPLES = sorted((ROOT / "examples").iterdir())
 COMMAND: Any = typer.main.get_command(app)
 
@@ -94,6 +96,50 @@ def test_link_leads_somewhere(link: Found):
     assert target.exists(), link.text
     if anchor:
         assert anchor in _slugs(target), link.text
+
+
+def _mentioned_pages() -> list[Found]:
+    """Pages that code, its comments and its tables name: from the root, the package's root, or beside the file."""
+    found = []
+    files = [
+        f
+        for folder in FOLDERS
+        for ending in ("py", "toml")
+        for f in sorted(folder.rglob(f"*.{ending}"))
+        if f != Path(__file__)
+    ]
+    for file in files:
+        for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
+            names = re.findall(r"(?<![\w*./-])(?:[\w.-]+/)*[\w-]+\.md\b", line)
+            found += [Found(file, number, n) for n in names if n.startswith("docs/") or n.endswith("DECISIONS.md")]
+    return found
+
+
+@pytest.mark.parametrize("mention", _mentioned_pages(), ids=_name)
+def test_page_that_code_names_exists(mention: Found):
+    assert any((start / mention.text).is_file() for start in (ROOT, PACKAGE, mention.file.parent)), mention.text
+
+
+def test_the_index_of_decisions_names_every_page_of_them():
+    index = ROOT / "docs" / "decisions.md"
+    named = {(index.parent / found.text).resolve() for found in _links() if found.file == index}
+    pages = {page.resolve() for page in PACKAGE.rglob("DECISIONS.md")}
+    assert len(pages) > 10
+    assert pages <= named
+
+
+def _measured() -> list[Found]:
+    """What each heading of the measurements is followed by, where that has figures: a command or a table."""
+    page = ROOT / "docs" / "measurements.md"
+    text = page.read_text(encoding="utf-8")
+    sections = re.finditer(r"^##+ .+\n((?:(?!##+ ).*\n)*)", text, re.MULTILINE)
+    found = [Found(page, text.count("\n", 0, m.start()) + 1, m[1]) for m in sections]
+    return [f for f in found if re.search(r"^(?:```sh|\|)", f.text, re.MULTILINE)]
+
+
+@pytest.mark.parametrize("section", _measured(), ids=_name)
+def test_figures_say_when_and_on_which_version_they_were_measured(section: Found):
+    assert re.search(r"^Measured \d{4}-\d\d-\d\d (?:at|before) `[0-9a-f]{7,}`", section.text, re.MULTILINE)
 
 
 @pytest.mark.parametrize("command", _commands(), ids=_name)

@@ -274,7 +274,7 @@ def test_a_generator_that_finds_nothing_says_why_and_ends(monkeypatch: pytest.Mo
 
 
 def test_no_oscillator_is_faster_than_stated() -> None:
-    """docs/decisions.md: 4.37 m/s and 1.213 m/s^2 in the plane, confined ones 2.02 m/s and 0.906 m/s^2. Corners of what is
+    """scenarios/DECISIONS.md: 4.37 m/s and 1.213 m/s^2 in the plane, confined ones 2.02 m/s and 0.906 m/s^2. Corners of what is
     drawn reach it (12.5 - 1.5 = 11 m on both axes), nothing drawn exceeds it."""
     for confined, far, speed, acceleration in ((False, 11.0, 4.372, 1.2126), (True, 3.0, 2.0249, 0.9056)):
         d = np.linspace(0.0, far, 2001)

@@ -2,7 +2,7 @@
 
 Between updates the correction map -> odom is held and the estimate follows the odometry. The first estimate is the
 initial cloud's; a later one is taken after each resampling. Two readings differ from the node's source and are listed
-in `docs/decisions.md`: cells are located by their lower corner (the node is half a cell off), and the robot starts
+in `DECISIONS.md` beside this file: cells are located by their lower corner (the node is half a cell off), and the robot starts
 localised.
 """
 

@@ -34,7 +34,7 @@ MEANS = (
     Mean("tiago", "NO", 0.6, "CT", 22.50, 1.02, "Results and discussion, text"),
     Mean("hosbot", "NO", 0.6, "DE", 0.05, 0.02, "Results and discussion, text (best accuracy)"),
     Mean("hosbot", "NO", 0.6, "OE", 0.02, 0.01, "Results and discussion, text (best accuracy)"),
-    Mean("tiago", "SO", 0.2, "PL", 8.31, 1.80, "Results and discussion, text; shorter than the task, see decisions.md"),
+    Mean("tiago", "SO", 0.2, "PL", 8.31, 1.80, "Results and discussion, text; shorter than the task, see reports/DECISIONS.md"),
 )
 
 
@@ -127,4 +127,4 @@ MANOEUVRING_SHARE = 0.10
 """Results and discussion: the environment should leave more than 10 % of the robot's characteristic size."""
 
 PROTOCOL = {"NO": 9, "SO": 252, "MO": 27, "CE": 48}
-"""Trials of each batch for one robot: Table 1 and the protocol's text, read as docs/decisions.md says."""
+"""Trials of each batch for one robot: Table 1 and the protocol's text, read as scenarios/DECISIONS.md says."""

@@ -2,7 +2,7 @@
 
 Four batches of growing complexity between A and B, d_AB = 5 m apart, each driven forth and back, three times:
 NO (no obstacle), SO (static), MO (moving), CE (both). For one robot and navigator 9 + 252 + 27 + 48 = 336 trials.
-Where the paper leaves something open, the reading chosen stands in docs/decisions.md.
+Where the paper leaves something open, the reading chosen stands in DECISIONS.md beside this file.
 """
 
 from __future__ import annotations

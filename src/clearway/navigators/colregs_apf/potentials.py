@@ -2,7 +2,7 @@
 
 "COLREGS-constrained real-time path planning for autonomous ships using modified artificial potential fields",
 J. Navigation (doi 10.1017/S0373463318000796), could not be had; the forms are read off public re-implementations of
-it (which ones, and what stays open: docs/decisions.md, "COLREGS APF").
+it (which ones, and what stays open: DECISIONS.md beside this file).
 
 Notation, as there: r = p_o - p (from own position to the obstacle's), d = |r|, n = r / d, l = n turned left by 90
 degrees; w = v - v_o, theta = angle between w and r; tau = R + R_o (contact), d_m = tau + d_safe;

@@ -26,7 +26,7 @@ class HlRrt:
     """Horizon-based lazy RRT* with online learning (HL-RRT*), paper B's first rival.
 
     Chen, He, Li 2019 (Autonomous Robots, 10.1007/s10514-019-09879-8) as paper B describes it; what neither says is
-    filled in and listed in docs/decisions.md. It predicts nothing: obstacles count where they are now. The robot stays
+    filled in and listed in DECISIONS.md beside this file. It predicts nothing: obstacles count where they are now. The robot stays
     put unless a collision-free way leads to a point nearer to the goal than itself.
 
     An iteration of its budget is one sample. Without a budget it ends by itself, deterministically: once a valid path to

@@ -30,7 +30,7 @@ Horizon = Annotated[int, Field(ge=1, le=MAX_HORIZON)]
 Solver: TypeAlias = Literal["gauss-newton", "pattern-search", "genetic"]
 Planner: TypeAlias = Literal["heuristic", "exact"]
 Literally: TypeAlias = Literal["1", "2", "3f", "3k"]
-"""Equations of the paper whose printed form can be had: see docs/decisions.md."""
+"""Equations of the paper whose printed form can be had: see DECISIONS.md beside this file."""
 
 
 class Parameters(BaseModel):
