@@ -101,13 +101,8 @@ def test_link_leads_somewhere(link: Found):
 def _mentioned_pages() -> list[Found]:
     """Pages that code, its comments and its tables name: from the root, the package's root, or beside the file."""
     found = []
-    files = [
-        f
-        for folder in FOLDERS
-        for ending in ("py", "toml")
-        for f in sorted(folder.rglob(f"*.{ending}"))
-        if f != Path(__file__)
-    ]
+    kinds = (".py", ".toml")
+    files = [f for d in FOLDERS for f in sorted(d.rglob("*")) if f.suffix in kinds and f != Path(__file__)]
     for file in files:
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), 1):
             names = re.findall(r"(?<![\w*./-])(?:[\w.-]+/)*[\w-]+\.md\b", line)

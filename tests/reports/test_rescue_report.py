@@ -14,7 +14,7 @@ from clearway.contract import Diagnostics
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
-from clearway.reports import conditions, head_to_head, figure, paper_b, rescue, write_report
+from clearway.reports import conditions, figure, head_to_head, paper_b, rescue, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Grid
 from clearway.reports.replay_encoding import Packer
