@@ -34,7 +34,15 @@ MEANS = (
     Mean("tiago", "NO", 0.6, "CT", 22.50, 1.02, "Results and discussion, text"),
     Mean("hosbot", "NO", 0.6, "DE", 0.05, 0.02, "Results and discussion, text (best accuracy)"),
     Mean("hosbot", "NO", 0.6, "OE", 0.02, 0.01, "Results and discussion, text (best accuracy)"),
-    Mean("tiago", "SO", 0.2, "PL", 8.31, 1.80, "Results and discussion, text; shorter than the task, reports/DECISIONS.md"),
+    Mean(
+        "tiago",
+        "SO",
+        0.2,
+        "PL",
+        8.31,
+        1.80,
+        "Results and discussion, text; shorter than the task, see reports/DECISIONS.md",
+    ),
 )
 
 
