@@ -22,8 +22,8 @@ def map_(
     import json
     from dataclasses import asdict
 
-    from clearway.campaigns.mapping import build_map
     from clearway.cli._progress import Progress
+    from clearway.mapping import build_map
     from clearway.robots import load_robot
 
     with Progress("mapping") as progress:

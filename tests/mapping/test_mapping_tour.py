@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.campaigns.mapping import build_map
-from clearway.campaigns.tour import plan_tour
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OCCUPIED
 from clearway.geometry.ros_map import read_map
+from clearway.mapping import build_map
+from clearway.mapping.tour import plan_tour
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_plan
 

@@ -11,7 +11,6 @@ from time import perf_counter
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from clearway.campaigns.tour import SPEED, Teleoperator, plan_tour
 from clearway.contract import Scan
 from clearway.errors import ClearwayError
 from clearway.geometry.frames import compose
@@ -19,6 +18,7 @@ from clearway.geometry.grid import FREE, OccupancyGrid
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.ros_map import write_map
 from clearway.geometry.shapes import FloatArray
+from clearway.mapping.tour import SPEED, Teleoperator, plan_tour
 from clearway.perception import mapping_parameters
 from clearway.perception.map_quality import map_quality
 from clearway.perception.mapping import GridMapper, render
@@ -39,11 +39,21 @@ class MappingResult:
     """What came of a mapping tour.
 
     Attributes:
-        map: yaml file of the map, in the plan's frame. f1, precision, recall: of occupied cells within one cell of
-            what a perfect map of the same tour shows. limit: the F1 that this robot's scans give when they are put
-            where they were truly made.
-        distance: driven, m. duration: of the drive, s. scans: used. path_error: largest distance between where the
-            mapper thought the robot was and where it was, m. wall: seconds that it took to compute.
+        plan: The floor plan's name.
+        robot: The robot's name.
+        seed: What the sensors' noise, the odometry's and the mapper's draws came from.
+        scan_matching: Whether scans were matched; without it the odometry was believed.
+        map: The yaml file of the map, which lies in the plan's frame.
+        f1: Harmonic mean of precision and recall.
+        precision: Share of the map's occupied cells that lie within one cell of one that a perfect map of the same
+            tour shows.
+        recall: Share of the perfect map's occupied cells that lie within one cell of one of the map.
+        limit: The F1 that this robot's scans give when they are put where they were truly made.
+        distance: How far the robot was driven, m.
+        duration: How long the drive took, s.
+        scans: How many scans were used.
+        path_error: Largest distance between where the mapper thought the robot was and where it was, m.
+        wall: How long it took to compute, s of wall clock.
     """
 
     plan: str
@@ -85,8 +95,15 @@ def build_map(
     map comes out in the plan's frame.
 
     Args:
-        plan_name: a shipped plan or a file. seed: of the sensors' noise, the odometry's, and the mapper's draws.
-        progress: called with (scans done, scans in all, note). scan_matching: without it the odometry is believed.
+        plan_name: A shipped floor plan's name or a file.
+        robot: The robot that is driven; it needs a lidar.
+        seed: Of the sensors' noise, the odometry's, and the mapper's draws.
+        out: Folder for the map, made if it isn't there.
+        progress: Called with (scans done, scans in all, note).
+        scan_matching: Whether scans are matched; without it the odometry is believed.
+
+    Returns:
+        Where the map lies, and how good it is.
 
     Raises:
         ClearwayError: no such plan, no lidar, a wrong parameter, or the robot can't drive there.
@@ -140,7 +157,17 @@ def build_map(
 
 
 def drive_tour(plan_name: str, robot: Robot, seed: int, start: FloatArray, way: FloatArray) -> Teleoperator:
-    """Drive `robot` along `way` (n, 2) in the world, as a person with a joystick would; the driver kept what it sensed.
+    """Drive `robot` along a way in the world, as a person with a joystick would.
+
+    Args:
+        plan_name: A shipped floor plan's name or a file.
+        robot: The robot that is driven.
+        seed: Of the sensors' noise and the odometry's.
+        start: (3,) pose where the way begins, map frame: m, m, rad.
+        way: (n, 2) points to drive along, m.
+
+    Returns:
+        The driver, who has kept what the robot sensed.
 
     Raises:
         ClearwayError: the drive ended before the way did.
@@ -173,7 +200,16 @@ def drive_tour(plan_name: str, robot: Robot, seed: int, start: FloatArray, way: 
 def visible_walls(
     plan: FloorPlan, robot: Robot, poses: FloatArray, farthest: float, usable: float, delta: float
 ) -> OccupancyGrid:
-    """The cells in which a beam without noise ends, cast from the true poses (n, 3) of a tour: all that a map can show."""
+    """The cells in which a beam without noise ends, cast from the true poses of a tour: all that a map can show.
+
+    Args:
+        plan: The true floor.
+        robot: The robot whose lidar it is.
+        poses: (n, 3) true poses, map frame: m, m, rad.
+        farthest: Longest range that is used at all, m.
+        usable: Range up to which a longer one is then used, m.
+        delta: Edge of a cell, m.
+    """
     lidar = robot.lidar
     assert lidar is not None
     walls = scene([f.shape for f in plan.fixtures], np.array([f.pose for f in plan.fixtures]))

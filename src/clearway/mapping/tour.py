@@ -39,10 +39,16 @@ SPEED, LOOKAHEAD = 0.4, 0.3
 
 
 def plan_tour(plan: FloorPlan, start: FloatArray, robot: Robot, *, enough: float = ENOUGH) -> FloatArray:
-    """A closed way through the floor: points (n, 2) about 0.1 m apart, from `start` and back.
+    """A closed way through the floor, from the start and back to it.
 
     Args:
-        plan: the true floor, with its map. start: (3,) where the robot stands. enough: see `ENOUGH`.
+        plan: The true floor, with its map.
+        start: (3,) pose where the robot stands, map frame: m, m, rad.
+        robot: The robot that has to fit through.
+        enough: Share of the walls' visible cells that the stops together must see, as `ENOUGH`.
+
+    Returns:
+        (n, 2) points about 0.1 m apart, m.
 
     Raises:
         ClearwayError: the plan has no map, or the robot doesn't fit where it is to start.
@@ -148,8 +154,13 @@ def _round_trip(between: FloatArray) -> list[int]:
 class Teleoperator:
     """A pilot that sees the robot from outside and drives it along a way by pure pursuit; it keeps what was sensed.
 
+    Args:
+        way: (n, 2) points to drive along, map frame, m.
+
     Attributes:
-        odometry: (3,) poses in the odom frame, scans: what the lidar gave, truth: (3,) true poses; one a period.
+        odometry: A (3,) pose in the odom frame for each control period: m, m, rad.
+        scans: What the lidar gave in each control period.
+        truth: The true (3,) pose in the map frame for each control period: m, m, rad.
     """
 
     def __init__(self, way: FloatArray) -> None:
