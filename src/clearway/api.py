@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
-from clearway.campaigns.campaign import ProgressCallback
+from clearway.campaigns.progress import ProgressCallback
 from clearway.campaigns.variants import variants
 from clearway.errors import ClearwayError
 from clearway.scenarios.suite import Selection, seed_range

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
-import os
-from collections.abc import Generator, Sequence
-from contextlib import closing
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from clearway.campaigns.campaign import ProgressCallback, asked_of, finished_in_turn, machine, now, stoppable
-from clearway.campaigns.worker import Done, settle
+from clearway.campaigns.interruption import interruptible
+from clearway.campaigns.pool import pool, workers_of
+from clearway.campaigns.progress import ProgressCallback, silent
+from clearway.campaigns.provenance import asked_of, machine, now
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
 from clearway.recordings.lab.assemble import assemble
@@ -38,19 +38,21 @@ def score_plan(
     An attempt without a file counts as attempted; one that is marked `attempted = false` is left out.
 
     Args:
-        plan: the test plan's TOML. out: the results directory, made if it isn't there. workers: processes; None: one a
-        core. resume: go on where an interrupted scoring stopped. progress: told how far it is.
+        plan: The test plan's TOML.
+        out: The results directory, made if it isn't there.
+        workers: How many processes; None: one a core.
+        resume: Whether to go on where an interrupted scoring stopped.
+        progress: Told how far it is.
 
     Raises:
         ClearwayError: something in the plan or in a file is wrong (whatever can be seen without reading whole files is
-        told before anything is written), or `out` can't be used.
+            told before anything is written), or `out` can't be used.
+        CampaignInterrupted: Ctrl-C; `out` can be resumed.
     """
-    plan, out = Path(plan), Path(out)
-    if workers is not None and workers < 1:
-        raise ClearwayError(f"{workers} is wrong: at least 1", field="workers")
+    plan, out, processes = Path(plan), Path(out), workers_of(workers)
     if not resume:
         refuse_results(out)
-    lab, tell = Lab(plan), progress or (lambda done, total, note="": None)
+    lab, tell = Lab(plan), progress or silent
     tell(0, len(lab.plan.trials), "looking into the files")
     if problems := problems_of(plan):
         more = f" (and {len(problems) - 1} more; `clearway check {plan}` lists them)" if len(problems) > 1 else ""
@@ -65,38 +67,26 @@ def score_plan(
     run = machine() | {"started": now(), "test_plan": str(plan)}
     with (
         TrialStore(out, _asked(lab, attempted), len(attempted), row_schema(), run=run, resume=resume) as store,
-        stoppable(store),
+        interruptible(store),
+        pool(processes, out) as work,
     ):
         try:
             while missing := store.missing():
                 jobs = _by_file(lab, [(i, attempted[i]) for i in missing])
                 done = store.total - len(missing)
                 tell(done, store.total, f"{left_out} not attempted yet" if left_out else "")
-                with closing(_scored(plan, jobs, store, workers or os.cpu_count() or 1)) as results:
-                    for several in results:
-                        done += len(several)
-                        tell(done, store.total)
+                for several in work.each(_score_and_keep, [(plan, job, store.partial, store.key) for job in jobs]):
+                    done += several
+                    tell(done, store.total)
             return store.finish({"finished": now()})
         except Unusable:
             store.withdraw()  # the plan has to be mended, and a mended plan is another campaign
             raise
 
 
-def _scored(
-    plan: Path, jobs: Sequence[list[tuple[int, int]]], store: TrialStore, workers: int
-) -> Generator[list[Done]]:
-    calls = [(_score_and_keep, (plan, job, store.partial, store.key)) for job in jobs]
-    return finished_in_turn(calls, min(workers, len(calls)), store.path)
-
-
-def _score_and_keep(
-    plan: Path, job: list[tuple[int, int]], folder: Path, key: str, parent: int | None = None
-) -> list[Done]:
-    """Score the trials of one file; `job`: (index in the store, index in the plan)."""
-    if parent is not None:
-        settle(parent)
+def _score_and_keep(plan: Path, job: list[tuple[int, int]], folder: Path, key: str) -> int:
+    """Score the trials of one file, `job`: (index in the store, index in the plan). How many they are."""
     lab = _lab(plan, plan.stat().st_mtime_ns)
-    done = []
     for index, number in job:
         try:
             trial = assemble(lab, number)
@@ -104,8 +94,7 @@ def _score_and_keep(
             raise Unusable(error.problem, file=error.file, field=error.field) from error
         row = {"id": _id(lab.plan.trials[number])} | score_row(trial)
         write_partial(folder, key, index, trial, row)
-        done.append(Done(index, trial.outcome, trial.reason))
-    return done
+    return len(job)
 
 
 @lru_cache(maxsize=1)

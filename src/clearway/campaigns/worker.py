@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import signal
-import threading
-import time
 import traceback
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,24 +22,31 @@ from clearway.trials.store import write_partial
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """What a worker tells of a finished trial."""
+    """What a worker tells of a finished trial.
+
+    Attributes:
+        index: Its number in the results.
+        outcome: How it ended.
+        reason: Why, for people.
+    """
 
     index: int
     outcome: Outcome
     reason: str
 
 
-def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, parent: int | None = None) -> Done:
-    """Run the trial and write it to the store's `partial` folder.
+def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str) -> Done:
+    """Run a trial, score it, and write it to a store's folder of finished trials.
 
     Args:
-        plan, spec: what to do. folder, key: of the store. parent: process to end with, if this is a worker.
+        plan: The campaign that it belongs to.
+        spec: The trial.
+        folder: The store's `partial`.
+        key: The store's `key`.
 
     Raises:
         ClearwayError: the disk is full, or a file that the trial needs has gone.
     """
-    if parent is not None:
-        settle(parent)
     trial = run_trial(plan, spec)
     row = {"id": spec.id} | score_row(trial)
     write_partial(folder, key, spec.index, trial, row)
@@ -127,22 +130,3 @@ def _broken(spec: TrialSpec, reason: str, detail: str) -> Trial:
         outcome=Outcome.NAVIGATOR_FAILED,
         reason=reason,
     )
-
-
-_settled: int | None = None
-
-
-def settle(parent: int) -> None:
-    """Once a worker: leave Ctrl-C to the parent, and end when the parent has ended, however it did."""
-    global _settled
-    if _settled == parent:
-        return
-    _settled = parent
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
-
-
-def _watch(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(0.5)
-    os._exit(1)

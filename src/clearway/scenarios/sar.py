@@ -24,7 +24,7 @@ from clearway.geometry.shapes import Circle
 from clearway.robots import Robot
 from clearway.robots.robot import RESCUE, load_robot
 from clearway.scenarios.motions import MotionSpec
-from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, keep
+from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate
 from clearway.scenarios.sar_rules import RADIUS, TASK, Layout
 from clearway.scenarios.scenario import (
     DiscSpec,
@@ -47,7 +47,9 @@ _MOTIONS: TypeAdapter[tuple[MotionSpec, ...]] = TypeAdapter(tuple[MotionSpec, ..
 _START, _GOAL = ((float(x), float(y), float(theta)) for x, y, theta in (TASK["start"], TASK["goal"]))
 
 
-def build(robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequence[str]) -> list[Scenario]:
+def build(
+    robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequence[str], generator: Generator
+) -> list[Scenario]:
     """The frozen scenarios of the `cases`, or those of `selection.seeds`; at `selection.speeds` (default: each
     case's set speed, or what the robot can do), `selection.repetitions` times, each with another disturbance."""
     if selection.plan is not None:
@@ -61,7 +63,7 @@ def build(robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequ
     return [
         _scenario(suite, case, label, drawn, robot, speed, repetition, seed)
         for case in _chosen(cases, selection)
-        for label, drawn in _drawn(case, selection.seeds)
+        for label, drawn in _drawn(case, selection.seeds, generator)
         for speed in selection.speeds or (min(case.speed, robot.drive.v_max),)
         for repetition in range(1, (selection.repetitions or 1) + 1)
     ]
@@ -76,11 +78,11 @@ def _calls(selection: Selection, cases: Sequence[str]) -> list[tuple[Case, int]]
     return [(case, seed) for case in _chosen(cases, selection) for seed in range(*(selection.seeds or (0, 0)))]
 
 
-def _drawn(case: Case, seeds: tuple[int, int] | None) -> list[tuple[str, Drawn]]:
+def _drawn(case: Case, seeds: tuple[int, int] | None, generator: Generator) -> list[tuple[str, Drawn]]:
     """Labels and obstacles."""
     if seeds is None:
         return [(f"scenario-{i}", drawn) for i, drawn in enumerate(frozen()[case.name], 1)]
-    return [(f"seed-{s}", generate(case, s)) for s in range(*seeds)]
+    return [(f"seed-{s}", generator(case, s)) for s in range(*seeds)]
 
 
 def _scenario(
@@ -179,8 +181,8 @@ def write_frozen() -> None:
 
 def _suite(name: str, title: str, description: str, cases: tuple[str, ...]) -> Suite:
     configurations = tuple(f"scenario-{i}" for i in range(1, FROZEN + 1))
-    make = partial(build, suite=name, cases=cases)
-    generator = Generator(partial(_calls, cases=cases), generate, keep)
+    generator = Generator(partial(_calls, cases=cases), generate)
+    make = partial(build, suite=name, cases=cases, generator=generator)
     return Suite(name, title, description, cases, configurations, make, generator=generator)
 
 

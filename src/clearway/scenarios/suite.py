@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from clearway.errors import ClearwayError, unknown
@@ -40,18 +40,31 @@ class Selection:
     disturbance: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Generator:
-    """How a suite's scenarios can be drawn ahead, by several processes: `make` draws what hasn't been.
+    """Draws what a suite's scenarios are made of from seeds, each once in a process.
+
+    Several processes may draw: what one has drawn is put into another's `drawn`.
 
     Attributes:
-        calls: arguments of `draw`, for each scenario of a selection with `seeds`. draw: in any process; what it returns
-        travels. keep: takes that and the arguments, in the process that is going to make the scenarios.
+        calls: The arguments of `draw` for each scenario of a selection with `seeds`.
+        draw: Draws one, in any process; what it returns travels.
+        drawn: What has been drawn so far, by the arguments.
     """
 
     calls: Callable[[Selection], Sequence[tuple[Any, ...]]]
     draw: Callable[..., Any]
-    keep: Callable[..., None]
+    drawn: dict[tuple[Any, ...], Any] = field(default_factory=dict)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """What `draw` returns for the arguments."""
+        if arguments not in self.drawn:
+            self.drawn[arguments] = self.draw(*arguments)
+        return self.drawn[arguments]
+
+    def missing(self, selection: Selection) -> list[tuple[Any, ...]]:
+        """What has yet to be drawn for a selection."""
+        return [arguments for arguments in self.calls(selection) if arguments not in self.drawn]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,8 +169,8 @@ def _selects(selection: Selection, scenario: Scenario) -> bool:
     """Whether every label that the scenario has is among the selected; one that it hasn't (a gap in NO) is no bar."""
     if selection.speeds and scenario.speed not in selection.speeds:
         return False
-    for plural, field in _FIELDS:
-        chosen, value = getattr(selection, plural), getattr(scenario.labels, field)
+    for plural, label in _FIELDS:
+        chosen, value = getattr(selection, plural), getattr(scenario.labels, label)
         if chosen and value is not None and value not in chosen:
             return False
     return True
@@ -172,8 +185,8 @@ def _refuse_unknown(suite: Suite, selection: Selection, scenarios: Sequence[Scen
             if name not in known:
                 raise unknown(kind, name, known)
     _refuse_number("speed", selection.speeds, [s.speed for s in scenarios], suite.name)
-    for plural, field in _FIELDS[2:]:
-        _refuse_number(field, getattr(selection, plural), [getattr(s.labels, field) for s in scenarios], suite.name)
+    for plural, label in _FIELDS[2:]:
+        _refuse_number(label, getattr(selection, plural), [getattr(s.labels, label) for s in scenarios], suite.name)
 
 
 def _refuse_number(field: str, asked: Sequence[float], known: Iterable[float | None], suite: str) -> None:
