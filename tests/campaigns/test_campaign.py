@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 import random
@@ -22,6 +23,7 @@ from clearway.campaigns.plan import USUAL_ROBOTS, TrialSpec
 from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection
 from clearway.trials import Outcome
+from clearway.trials.store_tables import to_tables
 
 OWN = Path(__file__).with_name("own_navigators.py")
 
@@ -99,6 +101,23 @@ def test_what_breaks_in_the_world_is_recorded_too(tmp_path: Path, monkeypatch: p
     assert "in breaks" in results.trial(1).events[0].detail
     assert results.trials.column("success").to_pylist() == [False, False]
     assert results.trial(1).attempt.labels.repetition == 2
+
+
+def test_a_trial_that_broke_says_all_that_it_attempted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    selection = Selection(batches=("CE",), speeds=(0.6,), obstacle_speeds=(0.6,), sizes=(0.3,), repetitions=1)
+    asked = dataclasses.replace(plan("Knows", setups=("5 iterations",)), selection=selection)
+    (whole,) = run_campaign(asked, tmp_path / "whole", 1)
+    monkeypatch.setattr(clearway.world, "simulate", lambda *_, **__: 1 / 0)
+    (broken,) = run_campaign(asked, tmp_path / "broken", 1)
+    assert broken.outcome is Outcome.NAVIGATOR_FAILED
+    assert whole.attempt.privileged
+    assert whole.attempt.tracking == "kalman"
+    attempts = [to_tables(0, trial)["attempts"].to_pylist()[0] for trial in (whole, broken)]
+    first, second = (json.loads(a["attempt"]) | {"reason": "", "known": []} for a in attempts)
+    assert first == second
+    assert [b["kind"] for b in first["bodies"]] == ["obstacle", "moving obstacle"]
+    assert broken.moving_obstacles.shape == (1, 1, 3)
+    assert attempts[0]["fixtures"] == attempts[1]["fixtures"]
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import traceback
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,8 +17,11 @@ from clearway.indicators import score_row
 from clearway.navigators.registry import make_navigator, navigator_class
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
-from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Trial
+from clearway.scenarios.floorplan import load_plan
+from clearway.trials import Event, Outcome, Trial
 from clearway.trials.store import write_partial
+from clearway.world.bodies import bodies_of
+from clearway.world.simulate import attempt_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +58,15 @@ def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str) ->
 
 
 def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
-    """Run one trial. Whatever breaks in it, other than what the user gave, ends in a trial that says so."""
+    """Run one trial. Whatever breaks in it, other than what the user gave, ends in a trial that says so.
+
+    Args:
+        plan: The campaign that it belongs to.
+        spec: The trial.
+
+    Raises:
+        ClearwayError: a file that it needs has gone, or the navigator can't do this task at all.
+    """
     from clearway.world import simulate
 
     robot = load_robot(spec.robot)
@@ -63,68 +75,34 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
     follows = "obstacles" in getattr(navigator, "needs", frozenset())
     tracker = make_tracker(spec.tracking, robot) if follows else None
     pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=plan.decision_limit)
+    about: dict[str, Any] = {
+        "navigator": spec.navigator,
+        "localisation": spec.localisation,
+        "privileged": bool(getattr(navigator_class(spec.navigator), "privileged", False)),
+        "setup": spec.setup.name,
+        "tracking": spec.tracking if follows else "",
+    }
     try:
-        return simulate(
-            spec.scenario,
-            robot,
-            pilot,
-            navigator=spec.navigator,
-            localisation=spec.localisation,
-            map=granted_map(plan.map, spec.scenario),
-            privileged=bool(getattr(navigator_class(spec.navigator), "privileged", False)),
-            budget=spec.setup.budget,
-            setup=spec.setup.name,
-            tracking=spec.tracking if follows else "",
-        )
+        granted = granted_map(plan.map, spec.scenario)
+        return simulate(spec.scenario, robot, pilot, map=granted, budget=spec.setup.budget, **about)
     except ClearwayError:
         raise
     except Exception as error:
-        return _broken(spec, f"{type(error).__name__}: {error}", traceback.format_exc())
+        return _broken(spec, about, f"{type(error).__name__}: {error}", traceback.format_exc())
 
 
-def _broken(spec: TrialSpec, reason: str, detail: str) -> Trial:
-    """A trial of which nothing is known but that it broke: one sample, at its start."""
-    robot, s = load_robot(spec.robot), spec.scenario
-    start = np.array(s.start, dtype=np.float64)
-    starts = [start, *(np.array(leg.goal, dtype=np.float64) for leg in s.legs)]
-    legs = tuple(
-        Leg(
-            name=leg.name,
-            start=starts[i],
-            goal=starts[i + 1],
-            xy_tolerance=leg.xy_tolerance or robot.tolerances.xy,
-            yaw_tolerance=leg.yaw_tolerance or robot.tolerances.yaw,
-            scored=leg.scored,
-            time_limit=leg.time_limit,
-        )
-        for i, leg in enumerate(s.legs)
-    )
-    labels: dict[str, Any] = s.labels.model_dump() | {"setup": spec.setup.name}
-    bodies: tuple[Body, ...] = ()
-    attempt = Attempt(
-        labels=Labels(speed=s.speed, **labels),
-        robot=robot.name,
-        navigator=spec.navigator,
-        localisation=spec.localisation,
-        footprint=robot.shape,
-        legs=legs,
-        bodies=bodies,
-        speed_limit=s.speed,
-        period=robot.period,
-        reference_length=s.reference_length,
-        plan=s.plan,
-        scenario=s.name,
-        seed=s.seed,
-    )
+def _broken(spec: TrialSpec, about: Mapping[str, Any], reason: str, detail: str) -> Trial:
+    """A trial of which nothing is known but what was attempted and that it broke: one sample, at its start."""
+    bodies = bodies_of(load_plan(spec.scenario.plan).fixtures, spec.scenario)
     return Trial(
-        attempt=attempt,
+        attempt=attempt_of(spec.scenario, load_robot(spec.robot), bodies, **about),
         t=np.zeros(1),
-        pose=start[None, :],
+        pose=np.array([spec.scenario.start], dtype=np.float64),
         velocity=None,
         estimate=None,
         command=None,
         leg=np.zeros(1, dtype=np.int64),
-        moving_obstacles=np.empty((1, 0, 3)),
+        moving_obstacles=np.full((1, sum(body.pose is None for body in bodies), 3), np.nan),
         spans=(),
         events=(Event(0.0, "error", detail),),
         outcome=Outcome.NAVIGATOR_FAILED,

@@ -84,7 +84,10 @@ def simulate_in(
     as in `Task`."""
     begun = perf_counter()
     start = np.array(scenario.start, dtype=np.float64)
-    attempt = _attempt(bodies, scenario, robot, navigator, localisation, privileged, setup, tracking)
+    attempt = attempt_of(
+        scenario, robot, bodies, navigator=navigator, localisation=localisation, privileged=privileged, setup=setup,
+        tracking=tracking,
+    )  # fmt: skip
     placed = _placed(start, scenario)
     world = World(robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance)
     checker = GoalAndProgressChecker(attempt.legs, scenario.legs, scenario.livelock, world.state)
@@ -222,10 +225,29 @@ def _placed(start: FloatArray, scenario: Scenario) -> FloatArray:
     return np.array([a + b for a, b in zip(start.tolist(), error, strict=True)])
 
 
-def _attempt(
-    bodies: Sequence[Body], scenario: Scenario, robot: Robot, navigator: str, localisation: str, privileged: bool,
-    setup: str | None, tracking: str,
-) -> Attempt:  # fmt: skip
+def attempt_of(
+    scenario: Scenario,
+    robot: Robot,
+    bodies: Sequence[Body],
+    *,
+    navigator: str,
+    localisation: str,
+    privileged: bool = False,
+    setup: str | None = None,
+    tracking: str = "",
+) -> Attempt:
+    """What a trial in simulation attempts.
+
+    Args:
+        scenario: The test.
+        robot: Who is to do it.
+        bodies: What it can hit, as `clearway.world.bodies` has it.
+        navigator: Who decides, by name.
+        localisation: How the robot knows where it is, by name.
+        privileged: Whether the navigator is told the truth about the obstacles' future.
+        setup: The name of the bound on its thinking, None without one.
+        tracking: How obstacles are followed, by name; empty if they aren't.
+    """
     optimal = scenario.optimal if scenario.optimal is not None and scenario.optimal.error <= SHARP else None
     legs: list[Leg] = []
     at = np.array(scenario.start, dtype=np.float64)
