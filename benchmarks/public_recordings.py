@@ -294,7 +294,7 @@ def line(name: str, found: dict[str, Any]) -> None:
 
 def main() -> int:
     from clearway.errors import ClearwayError
-    from clearway.recordings.lab.test_plan import load_plan
+    from clearway.recordings.lab.test_plan import load_test_plan
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, nargs="?", help="where the recordings are; see --list")
@@ -310,7 +310,7 @@ def main() -> int:
         if options.smoke:
             with tempfile.TemporaryDirectory() as folder:
                 for source in sources:
-                    load_plan(write_plan(source, Path(folder), Path(folder) / source.name))
+                    load_test_plan(write_plan(source, Path(folder), Path(folder) / source.name))
             print(f"\n{len(sources)} plans are valid")
         return 0
     if not options.json:

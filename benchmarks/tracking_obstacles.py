@@ -27,7 +27,7 @@ from clearway.contract import Goal, Obstacles, Sensing, Task
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import TRACKERS, make_localiser, make_tracker
 from clearway.robots import Robot, load_robot
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.world.bodies import bodies_of, moving_obstacles_of
@@ -85,7 +85,7 @@ def arena(count: int, periods: int, seed: int, robot: Robot) -> list[Step]:
 
 def hospital(scenario: Scenario, robot: Robot, periods: int) -> Iterator[Step]:
     """The robot winds along the line while the other one moves as the test has it."""
-    plan = load_plan(scenario.plan)
+    plan = load_floor_plan(scenario.floor_plan)
     way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs])
     start = np.array(scenario.start)
     world = World(robot, start, scenario.speed, bodies_of(plan.fixtures, scenario), way, scenario.seed)
@@ -182,7 +182,7 @@ def main() -> int:
     ]  # fmt: skip
     scenarios = scenarios[: 2 if options.smoke else None]
     series = [list(hospital(s, robot, periods)) for s in scenarios]
-    tasks = [Task(robot.period, s.speed, np.array(s.start), map=load_plan(s.plan).map) for s in scenarios]
+    tasks = [Task(robot.period, s.speed, np.array(s.start), map=load_floor_plan(s.floor_plan).map) for s in scenarios]
     places[f"hospital, {robot.name}"] = table(series, robot, tasks, False)
 
     if options.json:

@@ -63,7 +63,7 @@ def clearway(steps: int) -> Callable[[], float]:
         "tolerances": {"xy": 0.1, "yaw": 0.1},
     })  # fmt: skip
     scenario = Scenario.model_validate({
-        "name": "s", "plan": "none", "start": (0, 0, 0), "speed": 1.0,
+        "name": "s", "floor_plan": "none", "start": (0, 0, 0), "speed": 1.0,
         "legs": [{"name": "forth", "goal": (4, 4, 0), "time_limit": steps * PERIOD}],
     })  # fmt: skip
 

@@ -16,7 +16,7 @@ import pyarrow as pa
 from clearway.indicators import row_schema
 from clearway.recordings.formats.table_spec import TableSpec
 from clearway.recordings.lab.test_plan import TestPlan
-from clearway.scenarios.files import plan_schema, robot_schema, scenario_schema, schema_of, suite_schema
+from clearway.scenarios.files import floor_plan_schema, robot_schema, scenario_schema, schema_of, suite_schema
 
 LABELS = {
     "trial": "number, from 0; the key of every other file",
@@ -27,7 +27,7 @@ LABELS = {
     "robot": "name, with :PRESET if one was used",
     "localisation": "truth, odometry or amcl",
     "privileged": "whether the navigator was told the obstacles' future",
-    "plan": "floor plan",
+    "floor_plan": "name of the floor plan",
     "speed": "set speed",
     "obstacle_speed": "of the moving obstacle",
     "size": "edge of the static obstacles",
@@ -65,7 +65,7 @@ def page() -> str:
     parts += [f"### `clearway {verb}`\n\n```text\n{_help(verb)}\n```" for verb in VERBS]
     parts += ["## Columns of trials.parquet and trials.csv", _columns()]
     schemas = {
-        "scenario": scenario_schema(), "suite": suite_schema(), "robot": robot_schema(), "plan": plan_schema(),
+        "scenario": scenario_schema(), "suite": suite_schema(), "robot": robot_schema(), "floor-plan": floor_plan_schema(),
         "test-plan": schema_of(TestPlan), "table": schema_of(TableSpec),
     }  # fmt: skip
     for title, schema in schemas.items():

@@ -17,7 +17,7 @@ def passage(gap: float) -> str:
     return f"""
 [[scenario]]
 name = "gap {gap} m"
-plan = "ward"
+floor_plan = "ward"
 start = [5.5, 0.0, 0.0]
 speed = 0.6
 legs = [

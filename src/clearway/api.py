@@ -76,7 +76,7 @@ def run(
     worlds: Iterable[int] = (),
     seeds: tuple[int, int] | str | None = None,
     repetitions: int | None = None,
-    plan: str | None = None,
+    floor_plan: str | None = None,
     seed: int = 0,
     localisation: str | None = None,
     map: str | Path | None = None,
@@ -99,7 +99,7 @@ def run(
         robots: names, presets (`hosbot:vendor`) or files; default: the suite's usual ones.
         navigators: registered names, or addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`.
         batches, configurations, speeds [m/s], obstacle_speeds [m/s], sizes [m], gaps [d_base], worlds: only these;
-            empty: all. repetitions: of each; None: as the suite has it. plan: another floor plan for the suite.
+            empty: all. repetitions: of each; None: as the suite has it. floor_plan: another one for the suite.
         seeds: (A, B) or "A:B": instead of a suite's frozen scenarios those that its generator draws from the seeds
             A, A + 1, ..., B - 1 (`sar-case1` and its like).
         seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
@@ -129,7 +129,7 @@ def run(
         obstacle_speeds=tuple(float(v) for v in obstacle_speeds),
         repetitions=repetitions,
         worlds=tuple(worlds),
-        plan=plan,
+        floor_plan=floor_plan,
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
         disturbance=disturbance,
     )
@@ -168,7 +168,7 @@ def resume(out: str | Path, *, workers: int | None = None, progress: ProgressCal
 
 
 def score(
-    plan: str | Path,
+    test_plan: str | Path,
     *,
     out: str | Path | None = None,
     workers: int | None = None,
@@ -178,17 +178,17 @@ def score(
     """Import and score the recordings of a real robot by a test plan (TOML).
 
     Args:
-        plan: the test plan; `clearway protocol` writes its skeleton. out: the results directory; None:
+        test_plan: `clearway protocol` writes its skeleton. out: the results directory; None:
             `results/NAME-OF-THE-PLAN`, numbered if that is taken. workers: processes; None: one a core.
         resume: go on with a scoring in `out` that was interrupted. progress: called with (done, total, note).
 
     Raises:
-        ClearwayError: something in the plan or in a file is wrong; one sentence says what and what would be right.
+        ClearwayError: something in the test plan or in a file is wrong; one sentence says what and what would be right.
     """
     from clearway.campaigns.scoring import score_plan
 
-    folder = free_directory([str(plan)]) if out is None else Path(out)
-    done = score_plan(Path(plan), folder, workers=workers, resume=resume, progress=progress)
+    folder = free_directory([str(test_plan)]) if out is None else Path(out)
+    done = score_plan(Path(test_plan), folder, workers=workers, resume=resume, progress=progress)
     return Results(done.path, done.campaign)
 
 

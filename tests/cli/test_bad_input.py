@@ -11,7 +11,7 @@ from command_line import Shell
 
 SCENARIO = """
 name = "corridor"
-plan = "hall"
+floor_plan = "hall"
 start = [{start}]
 speed = {speed}
 localisation = "truth"
@@ -30,9 +30,9 @@ def scenario(
     folder: Path, *, start: str = "", goal: str = "", speed: str = "0.6", more: str = "", obstacles: str = ""
 ) -> Path:
     """A scenario's file on A-B of the hall, with one thing changed."""
-    from clearway.scenarios.floorplan import load_plan
+    from clearway.scenarios.floorplan import load_floor_plan
 
-    hall = load_plan("hall")
+    hall = load_floor_plan("hall")
     assert hall.a is not None
     assert hall.b is not None
     a, b = (", ".join(f"{v:.3f}" for v in pose) for pose in (hall.a, hall.b))
@@ -43,9 +43,9 @@ def scenario(
 
 
 def middle() -> str:
-    from clearway.scenarios.floorplan import load_plan
+    from clearway.scenarios.floorplan import load_floor_plan
 
-    hall = load_plan("hall")
+    hall = load_floor_plan("hall")
     assert hall.a is not None
     assert hall.b is not None
     return ", ".join(f"{v:.3f}" for v in (hall.a + hall.b) / 2)
@@ -66,7 +66,7 @@ class TestNames:
             (["hospital", "--batch", "S0"], "'S0'", "SO"),
             (["hospital", "--configuration", "paralel"], "'paralel'", "'parallel'"),
             (["hospital", "--speed", "0.7"], "0.7", "0.6"),
-            (["hospital", "--plan", "wardd"], "'wardd'", "'ward'"),
+            (["hospital", "--floor-plan", "wardd"], "'wardd'", "'ward'"),
             (["barn", "--worlds", "1"], "world 1", "even numbers"),
         ],
     )
@@ -118,9 +118,9 @@ class TestScenarioFiles:
         assert "greater than 0" in said
 
     def test_start_in_a_wall(self, clearway: Shell, tmp_path: Path):
-        from clearway.scenarios.floorplan import load_plan
+        from clearway.scenarios.floorplan import load_floor_plan
 
-        wall = next(f for f in load_plan("hall").fixtures if f.kind == "wall")
+        wall = next(f for f in load_floor_plan("hall").fixtures if f.kind == "wall")
         vertices = wall.shape.array
         x, y = wall.pose[:2] + vertices.mean(0)
         said = self.wrong(clearway, scenario(tmp_path, start=f"{x:.3f}, {y:.3f}, 0.0"))
@@ -144,7 +144,7 @@ class TestScenarioFiles:
         boxes = "".join(f'[[walls]]\nname = "wall {i}"\nbox = {list(map(float, box))}\n' for i, box in enumerate(walls))
         plan.write_text('name = "narrow"\ntitle = "A narrow place"\n' + boxes)
         path = scenario(tmp_path, start="1.5, 2.0, 0.0", goal="6.5, 2.0, 0.0")
-        path.write_text(path.read_text().replace('plan = "hall"', f'plan = "{plan}"'))
+        path.write_text(path.read_text().replace('floor_plan = "hall"', f'floor_plan = "{plan}"'))
         said = self.wrong(clearway, path)
         assert "wide" in said or "way" in said
 

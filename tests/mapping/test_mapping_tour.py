@@ -11,7 +11,7 @@ from clearway.geometry.ros_map import read_map
 from clearway.mapping import build_map
 from clearway.mapping.tour import plan_tour
 from clearway.robots import Robot, load_robot
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 
 PLAN = """
 name = "flat"
@@ -57,7 +57,7 @@ def quick(name: str = "tiago") -> Robot:
 
 
 def test_a_tour_is_closed_clear_of_walls_and_sees_the_far_room(flat: str) -> None:
-    plan, robot = load_plan(flat), load_robot("tiago")
+    plan, robot = load_floor_plan(flat), load_robot("tiago")
     assert plan.a is not None
     way = plan_tour(plan, plan.a, robot)
     steps = np.hypot(*np.diff(way, axis=0).T)
@@ -80,7 +80,7 @@ def test_the_robot_maps_the_flat_in_the_plans_frame_and_odometry_alone_does_not(
     assert made.limit > 0.97
     assert told[-1][0] == told[-1][1]
     assert "F1 0.9" in str(made)
-    built, plan = read_map(made.map), load_plan(flat)
+    built, plan = read_map(made.map), load_floor_plan(flat)
     rows, cols = np.nonzero(built.data == OCCUPIED)
     assert built.origin[1] + (rows.min() + 0.5) * 0.05 == pytest.approx(0.0, abs=0.11)  # the south wall's face
     assert built.origin[0] + (cols.max() + 0.5) * 0.05 == pytest.approx(7.0, abs=0.11)  # the east wall's face

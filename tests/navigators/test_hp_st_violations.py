@@ -54,7 +54,7 @@ def wander(name: str, factor: float, seed: int) -> list[str]:
     disturbance: dict[str, Any] = dict(zip(keys, (factor * assumed[:4]).tolist(), strict=True)) | {"at_rest": False}
     scenario = Scenario.model_validate(
         {
-            "name": "test", "plan": "nowhere", "start": (0.0, 0.0, 0.0), "speed": 99.0, "seed": seed,
+            "name": "test", "floor_plan": "nowhere", "start": (0.0, 0.0, 0.0), "speed": 99.0, "seed": seed,
             "legs": [{"name": "forth", "goal": (999.0, 0.0, 0.0), "time_limit": 30.0}],
             "placement_xy": 0.0, "placement_yaw": 0.0, "disturbance": disturbance,
         }

@@ -70,7 +70,7 @@ def forth_and_back(*, moving_obstacle: bool = True, square: bool = True, batch: 
         speed_limit=SPEED,
         period=PERIOD,
         reference_length=5.0,
-        plan="hall",
+        floor_plan="hall",
     )
     return Trial(
         attempt=attempt,

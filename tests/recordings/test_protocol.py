@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.test_plan import TestPlan, load_plan
+from clearway.recordings.lab.test_plan import TestPlan, load_test_plan
 from clearway.recordings.protocol.lab_trials import behind, key, scenarios, setup
 from clearway.recordings.protocol.line import Line
 from clearway.recordings.protocol.protocol import parsed, skeleton, write_new
@@ -35,7 +35,7 @@ class TestHospital:
     def test_is_a_plan_as_it_stands_with_all_336_trials_to_do(self, whole: str, tmp_path: Path):
         path = tmp_path / "plan.toml"
         path.write_text(whole, encoding="utf-8")
-        plan = load_plan(path)
+        plan = load_test_plan(path)
         assert len(plan.trials) == 336
         assert not any(t.attempted or t.file for t in plan.trials)
         assert all(t.contact is None for t in plan.trials)
@@ -89,7 +89,7 @@ class TestHospital:
         assert (plan.test.xy_tolerance, plan.test.yaw_tolerance) == (0.2, 0.2)
         assert plan.legs[0].start == "A"
         assert plan.test.robot == "tiago"
-        assert plan.test.plan is None  # a lab is not the hall of the simulation
+        assert plan.test.floor_plan is None  # a lab is not the hall of the simulation
 
     def test_obstacles_are_carried_as_rarely_as_the_order_of_batches_allows(self, plan: TestPlan):
         made = scenarios("hospital", "tiago")
@@ -111,8 +111,8 @@ class TestHospital:
         assert whole.isascii()
 
     def test_the_ward_and_the_other_robot(self):
-        plan = parsed(skeleton(robot="hosbot", selection=Selection(plan="ward", batches=("CE",), repetitions=1)))
-        assert plan.test.plan == "ward"
+        plan = parsed(skeleton(robot="hosbot", selection=Selection(floor_plan="ward", batches=("CE",), repetitions=1)))
+        assert plan.test.floor_plan == "ward"
         assert "tiago" in plan.bodies
         assert plan.test.yaw_tolerance == load_robot("hosbot").tolerances.yaw
         assert len(plan.trials) == 16
@@ -128,7 +128,7 @@ name = "doors"
 repetitions = 2
 [[scenario]]
 name = "pushed aside"
-plan = "hall"
+floor_plan = "hall"
 start = [-2.0, 1.0, 1.5707963267948966]
 speed = 0.5
 [[scenario.legs]]
@@ -160,7 +160,7 @@ class TestOwnSuites:
         assert {"rectangle-50cm-255mm-1", "rectangle-50cm-255mm-2", "odd-one-1"} == set(plan.bodies)
         assert plan.trials[0].obstacles[0].pose == (-1.0, 2.0, 0.5)
         assert plan.poses["B"] == (-2.0, 3.0, 0.0)
-        assert plan.test.plan == "hall"
+        assert plan.test.floor_plan == "hall"
 
     def test_files_are_named_as_seen_from_the_plan(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         monkeypatch.chdir(tmp_path)

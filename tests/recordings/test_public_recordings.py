@@ -12,7 +12,7 @@ import pytest
 
 from clearway.recordings.formats.beside import load
 from clearway.recordings.formats.table_spec import TableSpec
-from clearway.recordings.lab.test_plan import load_plan
+from clearway.recordings.lab.test_plan import load_test_plan
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "public_recordings.py"
 
@@ -30,7 +30,7 @@ def benchmark() -> ModuleType:
 
 def test_every_plan_is_one_and_names_every_file(benchmark: ModuleType, tmp_path: Path) -> None:
     for source in benchmark.SOURCES:
-        plan = load_plan(benchmark.write_plan(source, tmp_path, tmp_path / source.name))
+        plan = load_test_plan(benchmark.write_plan(source, tmp_path, tmp_path / source.name))
         named = {f for trial in plan.trials for f in (trial.file, *trial.files.values())}
         there = {str(f) for f in source.files(tmp_path)}
         folders = {str(Path(f).parent) for f in there}

@@ -34,7 +34,7 @@ def hostile(tmp_path_factory: pytest.TempPathFactory) -> Results:
         labels = replace(a.labels, configuration=a.labels.configuration + HOSTILE)
         bodies = tuple(replace(b, name=HOSTILE) for b in a.bodies)
         attempt = replace(
-            a, labels=labels, robot=HOSTILE, navigator=HOSTILE, plan=HOSTILE, scenario=HOSTILE, bodies=bodies
+            a, labels=labels, robot=HOSTILE, navigator=HOSTILE, floor_plan=HOSTILE, scenario=HOSTILE, bodies=bodies
         )
         return replace(trial, attempt=attempt, reason=HOSTILE, events=(*trial.events, _event(HOSTILE)))
 

@@ -26,7 +26,7 @@ def provenance(trial: Trial, number: int) -> dict[str, Any]:
     return {
         "clearway": "test",
         "number": number + 1,
-        "plan": "plan.toml",
+        "test_plan": "plan.toml",
         "sources": {"capture": {"file": f"take {number}.csv", "sha256": "0" * 64, "format": "vicon", "notes": ["mm scaled to m"]},
                     "log": {"file": f"take {number}.mcap", "sha256": "1" * 64, "format": "bag", "notes": []}},
         "frame": "tied by 3 holds, residual 1.2 mm",
@@ -43,7 +43,7 @@ def measured(trial: Trial, number: int = 0) -> Trial:
     a = trial.attempt
     bodies = tuple(replace(b, sigma=0.003) for b in a.bodies if b.kind not in ("wall", "furniture"))
     attempt = replace(
-        a, source="recorded", navigator="recorded", localisation="recorded", plan="", scenario=None, seed=None, bodies=bodies
+        a, source="recorded", navigator="recorded", localisation="recorded", floor_plan="", scenario=None, seed=None, bodies=bodies
     )  # fmt: skip
     n, m = trial.moving_obstacles.shape[:2]
     sigma = np.empty((n, 1 + m, 2))

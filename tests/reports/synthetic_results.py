@@ -13,7 +13,7 @@ from clearway.contract import Diagnostics
 from clearway.geometry.shapes import rectangle
 from clearway.indicators import row_schema, score_row
 from clearway.robots import Robot, load_robot
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import RobotBodySpec, Scenario, SquareSpec
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
@@ -25,7 +25,7 @@ PERIOD = 0.1
 def glide(scenario: Scenario, robot: Robot, *, fail: bool = False) -> Trial:
     """A trial in which the robot drives forth, turns and drives back along a smooth detour; `fail`: it hits something."""
     rng = np.random.default_rng(scenario.seed % 2**32)
-    plan = load_plan(scenario.plan)
+    plan = load_floor_plan(scenario.floor_plan)
     fixed = [Body(f.name, f.kind, f.shape, f.pose) for f in plan.fixtures]
     moving_obstacles = []
     for o in scenario.obstacles:
@@ -76,7 +76,7 @@ def glide(scenario: Scenario, robot: Robot, *, fail: bool = False) -> Trial:
     labels = Labels(**scenario.labels.model_dump(), speed=scenario.speed)
     attempt = Attempt(
         labels, robot.name, "move-base", scenario.localisation, robot.shape, tuple(legs), (*fixed, *moving_obstacles),
-        scenario.speed, PERIOD, scenario.reference_length, scenario.plan, scenario.name, scenario.seed,
+        scenario.speed, PERIOD, scenario.reference_length, scenario.floor_plan, scenario.name, scenario.seed,
     )  # fmt: skip
     return Trial(
         attempt, time, pose, velocity, estimate, velocity, leg_of, tracks, tuple(spans), events, outcome, reason,

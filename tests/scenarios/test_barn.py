@@ -12,7 +12,7 @@ from clearway.errors import ClearwayError
 from clearway.robots import load_robot
 from clearway.scenarios.barn import START, TASKS, published_runs, worlds
 from clearway.scenarios.check import check_scenario
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import Selection, load_suite
 
 JACKAL = load_robot("jackal")
@@ -26,8 +26,8 @@ def test_150_even_worlds_50_of_them_official() -> None:
 def test_the_official_set_is_50_worlds_ten_times() -> None:
     tests = load_suite("barn").build(JACKAL, Selection(batches=("official",)), 1)
     assert len(tests) == 500
-    assert set(Counter(t.plan for t in tests).values()) == {10}
-    assert {t.plan for t in tests} == {f"barn-{n}" for n in range(0, 300, 6)}
+    assert set(Counter(t.floor_plan for t in tests).values()) == {10}
+    assert {t.floor_plan for t in tests} == {f"barn-{n}" for n in range(0, 300, 6)}
     assert len({t.name for t in tests}) == len({t.seed for t in tests}) == 500
 
 
@@ -75,7 +75,7 @@ def test_the_task_of_2022() -> None:
     assert test.start == (-2.0, 3.0, 1.57)
     assert leg.goal[:2] == (-2.0, 13.0)
     assert leg.xy_tolerance == 0.5
-    assert (test.labels.suite, test.plan) == ("barn-2022", "barn-108")
+    assert (test.labels.suite, test.floor_plan) == ("barn-2022", "barn-108")
     assert len(load_suite("barn-2022").build(JACKAL, Selection(batches=("official",)), 1)) == 500
 
 
@@ -107,13 +107,13 @@ def test_another_speed() -> None:
 def test_wrong_selections() -> None:
     with pytest.raises(ClearwayError, match="no world 7 in the suite 'barn'"):
         load_suite("barn").build(JACKAL, Selection(worlds=(7,)), 1)
-    with pytest.raises(ClearwayError, match="plan: the worlds of the suite 'barn'"):
-        load_suite("barn").build(JACKAL, Selection(plan="hall"), 1)
+    with pytest.raises(ClearwayError, match="floor_plan: the worlds of the suite 'barn'"):
+        load_suite("barn").build(JACKAL, Selection(floor_plan="hall"), 1)
 
 
 def test_the_way_in_is_walled_by_cylinders() -> None:
     """The start lies in a corridor of cylinders: to its left and right, but not ahead."""
-    places = np.array([f.pose[:2] for f in load_plan("barn-0").fixtures])
+    places = np.array([f.pose[:2] for f in load_floor_plan("barn-0").fixtures])
     beside = places[np.abs(places[:, 1] - START[1]) < 0.1]
     assert (beside[:, 0] < START[0]).any()
     assert (beside[:, 0] > START[0]).any()

@@ -9,7 +9,7 @@ import pytest
 
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.stand_ins import stand_ins
 
@@ -27,14 +27,14 @@ def standing(x: float, y: float) -> dict[str, Any]:
 
 def problems(*obstacles: dict[str, Any], **changes: Any) -> list[str]:
     table: dict[str, Any] = {
-        "name": "t", "plan": "arena", "start": (1.75, 1.75, 0.8), "speed": 1.0, "obstacles": obstacles,
+        "name": "t", "floor_plan": "arena", "start": (1.75, 1.75, 0.8), "speed": 1.0, "obstacles": obstacles,
         "legs": [{"name": "way", "goal": (12.25, 12.25, 0.0), "time_limit": 120.0, "yaw_tolerance": math.inf}],
     }  # fmt: skip
     return [str(e) for e in check_scenario(Scenario.model_validate(table | changes), load_robot("rescue"))]
 
 
 def test_the_arena_is_the_paper_s_square_without_anything_in_it() -> None:
-    plan = load_plan("arena")
+    plan = load_floor_plan("arena")
     size = stand_ins("task")["size"]
     assert plan.area == plan.bounds == (0.0, 0.0, size, size)
     assert plan.fixtures == ()
@@ -78,7 +78,7 @@ def test_a_ring_of_obstacles_leaves_no_way() -> None:
 
 
 def test_what_oscillates_does_not_go_through_walls() -> None:
-    hall = {"plan": "hall", "start": (-2.5, 0.0, 0.0),
+    hall = {"floor_plan": "hall", "start": (-2.5, 0.0, 0.0),
             "legs": [{"name": "way", "goal": (2.5, 0.0, 0.0), "time_limit": 60.0}]}  # fmt: skip
     inside = swinging(start=(0.0, 2.0), attraction=(0.5, 1.5))
     assert problems(inside, **hall) == []

@@ -13,13 +13,18 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.robots import load_robot, robot_names
 from clearway.robots.robot import RESCUE
-from clearway.scenarios.check import load_scenario, plan_schema, robot_schema, scenario_schema, suite_schema
-from clearway.scenarios.floorplan import load_plan, plan_names
+from clearway.scenarios.check import floor_plan_schema, load_scenario, robot_schema, scenario_schema, suite_schema
+from clearway.scenarios.floorplan import floor_plan_names, load_floor_plan
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.stand_ins import FILE as STAND_INS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-SCHEMAS = {"scenario": scenario_schema(), "suite": suite_schema(), "robot": robot_schema(), "plan": plan_schema()}
+SCHEMAS = {
+    "scenario": scenario_schema(),
+    "suite": suite_schema(),
+    "robot": robot_schema(),
+    "floor-plan": floor_plan_schema(),
+}
 
 
 def table(path: Any) -> dict[str, Any]:
@@ -39,8 +44,10 @@ def test_shipped_files_meet_their_schemas() -> None:
         rescue = name == RESCUE  # it stands among the stand-ins
         shipped = STAND_INS if rescue else resources.files("clearway.robots") / f"{name}.toml"
         jsonschema.validate(table(shipped)["robot"] if rescue else table(shipped), SCHEMAS["robot"])
-    for name in plan_names():
-        jsonschema.validate(table(resources.files("clearway.scenarios") / "plans" / f"{name}.toml"), SCHEMAS["plan"])
+    for name in floor_plan_names():
+        jsonschema.validate(
+            table(resources.files("clearway.scenarios") / "plans" / f"{name}.toml"), SCHEMAS["floor-plan"]
+        )
 
 
 def test_schemas_refuse_what_the_reader_refuses() -> None:
@@ -69,11 +76,18 @@ def test_a_scenario_s_files_are_seen_from_its_folder(tmp_path: Path) -> None:
     (tmp_path / "plans").mkdir()
     (tmp_path / "plans" / "p.toml").write_text('name = "p"\n[[walls]]\nname = "w"\nbox = [0.0, 0.0, 1.0, 1.0]\n')
     path = tmp_path / "s.toml"
-    text = (EXAMPLES / "my_corridor.toml").read_text().replace('plan = "ward"', 'plan = "plans/p.toml"')
+    text = (EXAMPLES / "my_corridor.toml").read_text().replace('floor_plan = "ward"', 'floor_plan = "plans/p.toml"')
     path.write_text(text.replace('{ kind = "disc", radius = 0.25 }', '{ kind = "robot", robot = "bot.toml" }'))
     scenario = load_scenario(path)
-    assert load_plan(scenario.plan).name == "p"
+    assert load_floor_plan(scenario.floor_plan).name == "p"
     assert scenario.obstacles[1].shape.robot == str(tmp_path / "bot.toml")  # type: ignore[union-attr]
+
+
+def test_the_floor_plan_s_old_name_is_refused_with_the_new_one(tmp_path: Path) -> None:
+    path = tmp_path / "old.toml"
+    path.write_text((EXAMPLES / "my_corridor.toml").read_text().replace("floor_plan = ", "plan = "))
+    with pytest.raises(ClearwayError, match=r"old\.toml: plan: unknown key; did you mean 'floor_plan'\?"):
+        load_scenario(path)
 
 
 def test_a_suite_runs_its_scenarios_at_every_speed_repeated() -> None:

@@ -14,26 +14,26 @@ from clearway.errors import ClearwayError
 from clearway.geometry.grid import FREE, OCCUPIED, UNKNOWN
 from clearway.geometry.rasterise import outline
 from clearway.geometry.ros_map import write_map
-from clearway.scenarios.floorplan import draw_map, load_plan, plan_names, read_plan
+from clearway.scenarios.floorplan import draw_map, floor_plan_names, load_floor_plan, read_floor_plan
 
 PLANS = Path(str(resources.files("clearway.scenarios") / "plans"))
 both = pytest.mark.parametrize("name", ["hall", "ward"])
 
 
 def test_names() -> None:
-    assert plan_names() == ["arena", "hall", "ward"]
+    assert floor_plan_names() == ["arena", "hall", "ward"]
 
 
 @both
 def test_the_shipped_map_is_the_drawn_one(name: str, tmp_path: Path) -> None:
-    write_map(tmp_path / f"{name}.yaml", draw_map(read_plan(PLANS / f"{name}.toml")))
+    write_map(tmp_path / f"{name}.yaml", draw_map(read_floor_plan(PLANS / f"{name}.toml")))
     for suffix in ("yaml", "pgm"):
         assert (tmp_path / f"{name}.{suffix}").read_bytes() == (PLANS / f"{name}.{suffix}").read_bytes()
 
 
 @both
 def test_the_line_is_5_m_and_8_by_5_m_around_it_are_clear(name: str) -> None:
-    plan = load_plan(name)
+    plan = load_floor_plan(name)
     assert plan.a is not None
     assert plan.b is not None
     assert plan.clear is not None
@@ -48,7 +48,7 @@ def test_the_line_is_5_m_and_8_by_5_m_around_it_are_clear(name: str) -> None:
 
 @both
 def test_the_map_agrees_with_the_vectors(name: str) -> None:
-    plan = load_plan(name)
+    plan = load_floor_plan(name)
     assert plan.map is not None
     solid = shapely.union_all([shapely.Polygon(outline(f.shape, f.pose)) for f in plan.fixtures])
     rows, cols = np.indices(plan.map.data.shape)
@@ -71,14 +71,14 @@ def test_the_map_agrees_with_the_vectors(name: str) -> None:
 
 @both
 def test_a_face_runs_through_the_middle_of_its_cells(name: str) -> None:
-    plan = load_plan(name)
+    plan = load_floor_plan(name)
     assert plan.map is not None
     for k in plan.map.origin:
         assert (k / plan.map.resolution) % 1 == pytest.approx(0.5)
 
 
 def test_everything_in_the_ward_can_be_reached() -> None:
-    plan = load_plan("ward")
+    plan = load_floor_plan("ward")
     assert plan.map is not None
     for room in plan.rooms:
         free = 0
@@ -91,7 +91,7 @@ def test_everything_in_the_ward_can_be_reached() -> None:
 
 
 def test_the_ward_follows_the_rules_that_the_paper_quotes() -> None:
-    plan = load_plan("ward")
+    plan = load_floor_plan("ward")
     patients = [r for r in plan.rooms if r.kind == "patient room"]
     assert sorted(r.beds for r in patients) == [1, 1, 2]
     for room in patients:
@@ -105,7 +105,7 @@ def test_the_ward_follows_the_rules_that_the_paper_quotes() -> None:
 
 
 def test_furniture_stands_in_a_room_and_apart() -> None:
-    plan = load_plan("ward")
+    plan = load_floor_plan("ward")
     floors = shapely.union_all([shapely.box(*box) for room in plan.rooms for box in room.floor])
     pieces = [(f.name, shapely.Polygon(outline(f.shape, f.pose))) for f in plan.fixtures if f.kind == "furniture"]
     for i, (name, shape) in enumerate(pieces):
@@ -114,7 +114,7 @@ def test_furniture_stands_in_a_room_and_apart() -> None:
 
 
 def test_a_barn_world_is_a_plan_without_map() -> None:
-    plan = load_plan("barn-108")
+    plan = load_floor_plan("barn-108")
     assert plan.map is None
     assert plan.a is None
     assert len(plan.fixtures) == 185
@@ -123,10 +123,10 @@ def test_a_barn_world_is_a_plan_without_map() -> None:
 
 def test_a_bare_ros_map_is_a_plan(tmp_path: Path) -> None:
     path = tmp_path / "office.yaml"
-    hall = load_plan("hall")
+    hall = load_floor_plan("hall")
     assert hall.map is not None
     write_map(path, hall.map)
-    plan = load_plan(str(path))
+    plan = load_floor_plan(str(path))
     assert plan.name == "office"
     assert plan.map is not None
     assert plan.a is None
@@ -152,13 +152,13 @@ pose = [2.0, 3.0, 0.1]
 def test_a_user_s_plan(tmp_path: Path) -> None:
     path = tmp_path / "room.toml"
     path.write_text(PLAN)
-    plan = load_plan(str(path))
+    plan = load_floor_plan(str(path))
     assert [(f.name, f.kind) for f in plan.fixtures] == [("south", "wall"), ("table", "furniture")]
     assert plan.map is not None
     assert plan.map.resolution == 0.05
     path.write_text(PLAN.replace('name = "south"', 'name = "north"'))
     os.utime(path, ns=(1, 1))
-    assert load_plan(str(path)).fixtures[0].name == "north"  # read again once it has changed
+    assert load_floor_plan(str(path)).fixtures[0].name == "north"  # read again once it has changed
 
 
 @pytest.mark.parametrize(
@@ -182,14 +182,14 @@ def test_bad_plans(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = tmp_path / "room.toml"
     path.write_text(PLAN.replace(old, new))
     with pytest.raises(ClearwayError, match=message) as error:
-        load_plan(str(path))
+        load_floor_plan(str(path))
     assert str(path) in str(error.value)
 
 
 def test_unknown_plan() -> None:
     with pytest.raises(ClearwayError, match=r"unknown floor plan 'hal'; did you mean 'hall'\?"):
-        load_plan("hal")
+        load_floor_plan("hal")
     with pytest.raises(ClearwayError, match=r"unknown floor plan 'barn-7'"):
-        load_plan("barn-7")
+        load_floor_plan("barn-7")
     with pytest.raises(ClearwayError, match=r"nowhere\.toml: no such file"):
-        load_plan("nowhere.toml")
+        load_floor_plan("nowhere.toml")

@@ -15,7 +15,7 @@ from clearway.geometry.rasterise import outline
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.check import check_scenario
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.hospital import undisturbed
 from clearway.scenarios.scenario import ObstacleSpec, Scenario
 from clearway.scenarios.suites import Selection, load_suite
@@ -156,17 +156,17 @@ def test_the_overtaker_starts_2_m_behind_in_its_own_lane(name: str) -> None:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_test_is_sound_in_both_plans(name: str, plan: str) -> None:
     robot = load_robot(name)
-    for test in protocol(name, plan=plan, repetitions=1):
+    for test in protocol(name, floor_plan=plan, repetitions=1):
         assert [str(e) for e in check_scenario(test, robot)] == [], test.name
 
 
 @pytest.mark.parametrize("plan", ["hall", "ward"])
 @pytest.mark.parametrize("name", ROBOTS)
 def test_everything_stays_in_the_clear_area(name: str, plan: str) -> None:
-    clear = load_plan(plan).clear
+    clear = load_floor_plan(plan).clear
     assert clear is not None
     area = shapely.box(*clear)
-    for test in protocol(name, plan=plan):
+    for test in protocol(name, floor_plan=plan):
         for obstacle in test.obstacles:
             if obstacle.pose is not None:
                 assert area.covers(square(obstacle)), test.name
@@ -198,7 +198,7 @@ def test_selecting() -> None:
     assert {t.labels.gap for t in protocol("tiago", batches=("SO",), gaps=(1.5,))} == {None, 1.5}
     assert {t.labels.configuration for t in protocol("tiago", gaps=(1.5,))} >= {"free", "single", "passing"}
     assert len(protocol("tiago", batches=("NO",), repetitions=29)) == 87
-    assert {t.plan for t in protocol("tiago", plan="ward")} == {"ward"}
+    assert {t.floor_plan for t in protocol("tiago", floor_plan="ward")} == {"ward"}
 
 
 @pytest.mark.parametrize(
@@ -212,8 +212,8 @@ def test_selecting() -> None:
         ({"obstacle_speeds": (0.3,)}, r"has the obstacle_speed 0\.3; known: 0\.2, 0\.6, 1"),
         ({"repetitions": 0}, r"0 repetitions make no trial"),
         ({"configurations": ("overtaking",), "speeds": (0.6,)}, r"no scenario .* has all that is selected together"),
-        ({"plan": "hal"}, r"unknown floor plan 'hal'; did you mean 'hall'\?"),
-        ({"plan": "barn-0"}, r"the floor plan 'barn-0' has no line from a to b"),
+        ({"floor_plan": "hal"}, r"unknown floor plan 'hal'; did you mean 'hall'\?"),
+        ({"floor_plan": "barn-0"}, r"the floor plan 'barn-0' has no line from a to b"),
     ],
 )
 def test_a_selection_that_nothing_meets(selection: dict[str, object], message: str) -> None:

@@ -66,7 +66,7 @@ def test_ten_scenarios_of_each_case(suite: str) -> None:
         n, m = {"case 1": (6, 5), "case 3": (12, 16)}.get(s.labels.batch[:6], (8, 8))
         assert s.speed == SPEEDS.get(s.labels.batch, 1.0)
         assert [o.pose is None for o in s.obstacles] == [False] * n + [True] * m
-        assert (s.plan, s.localisation, s.tracking, s.livelock) == ("arena", "truth", "difference", True)
+        assert (s.floor_plan, s.localisation, s.tracking, s.livelock) == ("arena", "truth", "difference", True)
         assert (s.placement_xy, s.placement_yaw, s.legs[0].time_limit) == (0.0, 0.0, 120.0)
         assert s.legs[0].yaw_tolerance == math.inf
         assert s.optimal is not None
@@ -260,7 +260,7 @@ def test_other_wrong_selections() -> None:
     with pytest.raises(ClearwayError, match="the suite 'hospital' has no generator"):
         build("hospital", robot="tiago", seeds=(0, 1))
     with pytest.raises(ClearwayError, match="'sar-case1' takes place in the floor plan 'arena'"):
-        build("sar-case1", plan="hall")
+        build("sar-case1", floor_plan="hall")
     with pytest.raises(ClearwayError, match=r"1.5 m/s is out of reach for 'rescue', at most 1"):
         build("sar-case1", speeds=(1.5,))
 

@@ -34,7 +34,7 @@ from clearway.statistics import (
 def trial(number=0, **cells):
     row = dict.fromkeys(row_schema().names)
     row |= {"suite": "hospital", "batch": "SO", "configuration": "single", "robot": "tiago", "navigator": "move-base"}
-    row |= {"localisation": "amcl", "privileged": False, "plan": "hall", "speed": 0.2, "repetition": 1, "seed": 1}
+    row |= {"localisation": "amcl", "privileged": False, "floor_plan": "hall", "speed": 0.2, "repetition": 1, "seed": 1}
     row |= {"scenario": f"s{number}", "outcome": "reached", "reason": "", "failure": "", "success": True}
     row |= {"success_self": True, "not_computable": "{}"}
     unknown = set(cells) - set(row)

@@ -38,7 +38,7 @@ def make_trial(i: int, n: int = 40) -> Trial:
         speed_limit=0.6,
         period=0.1,
         reference_length=5.0,
-        plan="hall",
+        floor_plan="hall",
         scenario=f"made-{i}",
         seed=i,
     )

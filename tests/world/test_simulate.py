@@ -268,7 +268,7 @@ def test_a_test_of_the_hospital_from_its_suite() -> None:
     scenario = load_suite("hospital").build(robot, Selection(batches=("NO",), speeds=(0.6,), repetitions=1), 1)[0]
     trial = simulate(scenario, robot, Pilot(steer), navigator="steer", localisation="truth", map=None)
     assert trial.outcome is Outcome.REACHED
-    assert trial.attempt.plan == scenario.plan
+    assert trial.attempt.floor_plan == scenario.floor_plan
     assert len(trial.attempt.bodies) > 3
     assert trial.velocity is not None
     assert trial.velocity[:, 0].max() == pytest.approx(0.6)

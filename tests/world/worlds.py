@@ -34,7 +34,7 @@ def make_robot(**changes: Any) -> Robot:
 
 def make_scenario(**changes: Any) -> Scenario:
     table: dict[str, Any] = {
-        "name": "test", "plan": "nowhere", "start": (0.0, 0.0, 0.0), "speed": 1.0,
+        "name": "test", "floor_plan": "nowhere", "start": (0.0, 0.0, 0.0), "speed": 1.0,
         "legs": [{"name": "forth", "goal": (3.0, 0.0, 0.0), "time_limit": 30.0}],
         "placement_xy": 0.0, "placement_yaw": 0.0, "seed": 5,
     }  # fmt: skip

@@ -137,11 +137,11 @@ def granted_map(plan: str | None, scenario: Scenario) -> OccupancyGrid | None:
     Raises:
         ClearwayError: a file is missing or wrong.
     """
-    from clearway.scenarios.floorplan import load_plan
+    from clearway.scenarios.floorplan import load_floor_plan
 
     if plan in (None, "true"):
-        return load_plan(scenario.plan).map
-    return _read_map(str(plan)) if load_plan(scenario.plan).map is not None else None
+        return load_floor_plan(scenario.floor_plan).map
+    return _read_map(str(plan)) if load_floor_plan(scenario.floor_plan).map is not None else None
 
 
 @cache

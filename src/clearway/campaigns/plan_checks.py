@@ -47,6 +47,8 @@ def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> No
         raise ClearwayError(f"navigator {spec.navigator!r} needs scans, and the robot {spec.robot!r} has no lidar")
     if spec.localisation == "amcl" and (robot.lidar is None or not has_map):
         lacks = (
-            f"the robot {spec.robot!r} has no lidar" if robot.lidar is None else f"{spec.scenario.plan!r} has no map"
+            f"the robot {spec.robot!r} has no lidar"
+            if robot.lidar is None
+            else f"{spec.scenario.floor_plan!r} has no map"
         )
         raise ClearwayError(f"localisation 'amcl' cannot work: {lacks}; use 'odometry' or 'truth'")

@@ -17,7 +17,7 @@ from clearway.indicators import score_row
 from clearway.navigators.registry import make_navigator, navigator_class
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.store import write_partial
 from clearway.world.bodies import bodies_of
@@ -93,7 +93,7 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
 
 def _broken(spec: TrialSpec, about: Mapping[str, Any], reason: str, detail: str) -> Trial:
     """A trial of which nothing is known but what was attempted and that it broke: one sample, at its start."""
-    bodies = bodies_of(load_plan(spec.scenario.plan).fixtures, spec.scenario)
+    bodies = bodies_of(load_floor_plan(spec.scenario.floor_plan).fixtures, spec.scenario)
     return Trial(
         attempt=attempt_of(spec.scenario, load_robot(spec.robot), bodies, **about),
         t=np.zeros(1),

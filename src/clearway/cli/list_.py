@@ -12,7 +12,7 @@ from clearway.cli._options import Json
 
 def list_(
     what: Annotated[
-        str, typer.Argument(help="suites, robots, plans, navigators, indicators or formats; all by default.")
+        str, typer.Argument(help="suites, robots, floor-plans, navigators, indicators or formats; all by default.")
     ] = "all",
     as_json: Json = False,
 ) -> None:
@@ -24,13 +24,13 @@ def list_(
     from clearway.navigators.registry import navigator_class, navigator_names
     from clearway.recordings.formats import formats
     from clearway.robots import load_robot, robot_names
-    from clearway.scenarios.floorplan import load_plan, plan_names
+    from clearway.scenarios.floorplan import floor_plan_names, load_floor_plan
     from clearway.scenarios.suites import load_suite, suite_names
 
     tables: dict[str, Callable[[], dict[str, str]]] = {
         "suites": lambda: {n: load_suite(n).title for n in suite_names()},
         "robots": lambda: {n: load_robot(n).title for n in robot_names()},
-        "plans": lambda: {n: load_plan(n).title for n in plan_names()},
+        "floor-plans": lambda: {n: load_floor_plan(n).title for n in floor_plan_names()},
         "navigators": lambda: {n: (navigator_class(n).__doc__ or "").partition("\n")[0] for n in navigator_names()},
         "indicators": lambda: {n: f"{i.title} [{i.unit}]" if i.unit else i.title for n, i in INDICATORS.items()},
         "formats": lambda: {

@@ -11,7 +11,7 @@ from clearway.cli._options import Json, RobotName
 
 
 def map_(
-    plan: Annotated[str, typer.Argument(help="A floor plan: a shipped name or a file.", show_default=False)],
+    floor_plan: Annotated[str, typer.Argument(help="A floor plan: a shipped name or a file.", show_default=False)],
     robot: RobotName = "tiago",
     out: Annotated[Path, typer.Option(help="Folder for the map: map.yaml and map.pgm.")] = Path("results/map"),
     seed: Annotated[int, typer.Option(min=0, help="Of the sensor noise, the odometry's and the mapper's.")] = 0,
@@ -27,7 +27,7 @@ def map_(
     from clearway.robots import load_robot
 
     with Progress("mapping") as progress:
-        made = build_map(plan, load_robot(robot), seed, out, progress, scan_matching=not odometry_only)
+        made = build_map(floor_plan, load_robot(robot), seed, out, progress, scan_matching=not odometry_only)
     if as_json:
         typer.echo(json.dumps(asdict(made), default=str))
     else:

@@ -23,13 +23,13 @@ def protocol(
     gaps: _options.Gaps = None,
     repetitions: _options.Repetitions = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the suite: shifts when moving obstacles start.")] = 0,
-    plan: _options.FloorPlanName = None,
+    floor_plan: _options.FloorPlanName = None,
     out: Annotated[Path | None, typer.Option(help="The test plan's file; default: it is printed.")] = None,
     sheet: Annotated[Path | None, typer.Option(help="Write the run sheet, an HTML page to print (A4).")] = None,
 ) -> None:
     """Write the test plan of a suite for real robots (TOML, to fill in), and its run sheet. Overwrites nothing."""
     from clearway.errors import ClearwayError
-    from clearway.recordings.lab.test_plan import load_plan
+    from clearway.recordings.lab.test_plan import load_test_plan
     from clearway.recordings.protocol.lab_trials import behind, scenarios
     from clearway.recordings.protocol.protocol import is_plan_file, parsed, refuse_existing, skeleton, write_new
     from clearway.recordings.protocol.run_sheet import sheet_of
@@ -39,7 +39,7 @@ def protocol(
     if is_plan_file(suite):
         if sheet is None or out is not None:
             raise ClearwayError("is a test plan already; --sheet FILE writes its run sheet", file=suite)
-        made = load_plan(suite)
+        made = load_test_plan(suite)
         known = behind(made, Path(suite).parent)
     else:
         selection = Selection(
@@ -50,7 +50,7 @@ def protocol(
             sizes=tuple(sizes or ()),
             gaps=tuple(gaps or ()),
             repetitions=repetitions,
-            plan=plan,
+            floor_plan=floor_plan,
         )
         text = skeleton(suite, robot, selection, seed=seed, folder=None if out is None else out.parent)
         made, known = parsed(text), scenarios(suite, robot, selection, seed)

@@ -55,7 +55,7 @@ def run(
     disturbance: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Times what disturbs the robot in each scenario, as in 2.")
     ] = None,
-    plan: _options.FloorPlanName = None,
+    floor_plan: _options.FloorPlanName = None,
     localisation: Annotated[str | None, typer.Option(help="truth, odometry or amcl; default: the scenario's.")] = None,
     map_: Annotated[
         Path | None, typer.Option("--map", help="A map that the robot built (map.yaml) instead of the true one.")
@@ -112,7 +112,7 @@ def run(
                 worlds=worlds or (),
                 seeds=seeds,
                 repetitions=repetitions,
-                plan=plan,
+                floor_plan=floor_plan,
                 seed=seed,
                 localisation=localisation,
                 map=map_,

@@ -15,7 +15,7 @@ class Kind(StrEnum):
     SCENARIO = "scenario"
     SUITE = "suite"
     ROBOT = "robot"
-    PLAN = "plan"
+    FLOOR_PLAN = "floor-plan"
     TEST_PLAN = "test-plan"
     TABLE = "table"
 
@@ -32,7 +32,7 @@ def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show
         Kind.SCENARIO: files.scenario_schema,
         Kind.SUITE: files.suite_schema,
         Kind.ROBOT: files.robot_schema,
-        Kind.PLAN: files.plan_schema,
+        Kind.FLOOR_PLAN: files.floor_plan_schema,
         Kind.TEST_PLAN: lambda: files.schema_of(TestPlan),
         Kind.TABLE: lambda: files.schema_of(TableSpec),
     }

@@ -11,7 +11,7 @@ from clearway.cli._options import Json
 
 
 def score(
-    plan: Annotated[Path, typer.Argument(help="The test plan (TOML); `clearway protocol` writes its skeleton.")],
+    test_plan: Annotated[Path, typer.Argument(help="The test plan (TOML); `clearway protocol` writes its skeleton.")],
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME-OF-THE-PLAN.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Processes; default: one a core.")] = None,
     resume: Annotated[
@@ -31,7 +31,7 @@ def score(
     if resume and out is None:
         raise ClearwayError("say with --out which results to complete", field="--resume")
     with stoppable(), Progress("trials") as progress:
-        results = api.score(plan, out=out, workers=workers, resume=resume, progress=progress)
+        results = api.score(test_plan, out=out, workers=workers, resume=resume, progress=progress)
     page = None if no_report else results.report()
     confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]
     if as_json:

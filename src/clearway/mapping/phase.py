@@ -24,7 +24,7 @@ from clearway.perception.map_quality import map_quality
 from clearway.perception.mapping import GridMapper, render
 from clearway.perception.scan_matching import beams as usable_beams
 from clearway.robots import Robot
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LegSpec, Scenario
 from clearway.trials import Outcome
@@ -39,7 +39,7 @@ class MappingResult:
     """What came of a mapping tour.
 
     Attributes:
-        plan: The floor plan's name.
+        floor_plan: Its name.
         robot: The robot's name.
         seed: What the sensors' noise, the odometry's and the mapper's draws came from.
         scan_matching: Whether scans were matched; without it the odometry was believed.
@@ -56,7 +56,7 @@ class MappingResult:
         wall: How long it took to compute, s of wall clock.
     """
 
-    plan: str
+    floor_plan: str
     robot: str
     seed: int
     scan_matching: bool
@@ -74,7 +74,7 @@ class MappingResult:
     def __str__(self) -> str:
         how = "scan matching" if self.scan_matching else "odometry alone"
         return (
-            f"{self.map}: {self.plan} mapped by {self.robot} ({how}): F1 {self.f1:.3f} of occupied cells within one "
+            f"{self.map}: {self.floor_plan} mapped by {self.robot} ({how}): F1 {self.f1:.3f} of occupied cells within one "
             f"cell (precision {self.precision:.3f}, recall {self.recall:.3f}; with true poses {self.limit:.3f}); "
             f"{self.distance:.0f} m in {self.duration:.0f} s, {self.scans} scans used, at most {self.path_error:.2f} m "
             f"off the true path; computed in {self.wall:.0f} s"
@@ -82,7 +82,7 @@ class MappingResult:
 
 
 def build_map(
-    plan_name: str,
+    floor_plan: str,
     robot: Robot,
     seed: int,
     out: Path,
@@ -95,7 +95,7 @@ def build_map(
     map comes out in the plan's frame.
 
     Args:
-        plan_name: A shipped floor plan's name or a file.
+        floor_plan: A shipped floor plan's name or a file.
         robot: The robot that is driven; it needs a lidar.
         seed: Of the sensors' noise, the odometry's, and the mapper's draws.
         out: Folder for the map, made if it isn't there.
@@ -113,10 +113,10 @@ def build_map(
     if robot.lidar is None:
         raise ClearwayError(f"mapping needs a lidar, robot {robot.name!r} has none", field="lidar")
     parameters = mapping_parameters(robot)
-    plan = load_plan(plan_name)
+    plan = load_floor_plan(floor_plan)
     start = _start(plan) if plan.a is None else plan.a
     way = plan_tour(plan, start, robot)
-    driver = drive_tour(plan_name, robot, seed, start, way)
+    driver = drive_tour(floor_plan, robot, seed, start, way)
 
     mapper = GridMapper(parameters, start, seed, scan_matching=scan_matching)
     total = len(driver.scans)
@@ -139,7 +139,7 @@ def build_map(
     tell(total, total, "")
     moves = np.diff([p[:2] for p in driver.truth], axis=0)
     return MappingResult(
-        plan=plan.name,
+        floor_plan=plan.name,
         robot=robot.name,
         seed=seed,
         scan_matching=scan_matching,
@@ -156,11 +156,11 @@ def build_map(
     )
 
 
-def drive_tour(plan_name: str, robot: Robot, seed: int, start: FloatArray, way: FloatArray) -> Teleoperator:
+def drive_tour(floor_plan: str, robot: Robot, seed: int, start: FloatArray, way: FloatArray) -> Teleoperator:
     """Drive `robot` along a way in the world, as a person with a joystick would.
 
     Args:
-        plan_name: A shipped floor plan's name or a file.
+        floor_plan: A shipped floor plan's name or a file.
         robot: The robot that is driven.
         seed: Of the sensors' noise and the odometry's.
         start: (3,) pose where the way begins, map frame: m, m, rad.
@@ -180,8 +180,8 @@ def drive_tour(plan_name: str, robot: Robot, seed: int, start: FloatArray, way: 
         time_limit=4.0 * length / SPEED + 60.0,
     )
     scenario = Scenario(
-        name=f"mapping-{plan_name}",
-        plan=plan_name,
+        name=f"mapping-{floor_plan}",
+        floor_plan=floor_plan,
         start=(float(start[0]), float(start[1]), float(start[2])),
         legs=(leg,),
         speed=SPEED,
@@ -193,7 +193,7 @@ def drive_tour(plan_name: str, robot: Robot, seed: int, start: FloatArray, way: 
     driver = Teleoperator(way)
     trial = simulate(scenario, robot, driver, navigator="teleoperation", localisation="truth", map=None)
     if trial.outcome is not Outcome.REACHED:
-        raise ClearwayError(f"the mapping tour ended early ({trial.outcome}): {trial.reason}", file=plan_name)
+        raise ClearwayError(f"the mapping tour ended early ({trial.outcome}): {trial.reason}", file=floor_plan)
     return driver
 
 

@@ -66,7 +66,7 @@ def barn(f: Findings, system: System) -> Barn | None:
 
 def world_of(row: Row) -> int | None:
     """The number of the world that a trial was driven in, from its floor plan's name."""
-    name = str(row["plan"]).removeprefix("barn-")
+    name = str(row["floor_plan"]).removeprefix("barn-")
     return int(name) if name.isdigit() else None
 
 

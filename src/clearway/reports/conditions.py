@@ -61,7 +61,7 @@ def test(f: Findings) -> Facts:
     campaign = f.results.campaign
     plan, run = (_dict(campaign.get(key)) for key in ("plan", "run"))
     map_used = plan.get("map") or "the floor plan's true map"
-    if all(r["plan"].startswith("barn-") for r in f.rows):
+    if all(r["floor_plan"].startswith("barn-") for r in f.rows):
         map_used = "none"
     recorded = bool(f.rows) and all(map(is_recorded, f.rows))
     if recorded:
@@ -76,7 +76,7 @@ def test(f: Findings) -> Facts:
     facts: Facts = [
         ("kind of test", kind),
         ("suite", ", ".join(distinct(f.rows, "suite"))),
-        ("floor plan", _some([p for p in distinct(f.rows, "plan") if p])),
+        ("floor plan", _some([p for p in distinct(f.rows, "floor_plan") if p])),
         ("floor surface", recordings.stated(f, "floor") if f.recorded else _floor(f)),
         *([("measured by", recordings.stated(f, "capture"))] if f.recorded else []),
         ("map given to the robot", "the floor plan's true map" if map_used == "true" else str(map_used)),

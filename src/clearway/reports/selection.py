@@ -13,7 +13,7 @@ from clearway.trials.store import Results
 
 Row = dict[str, Any]
 COLUMNS = (
-    "suite", "batch", "configuration", "robot", "navigator", "setup", "localisation", "plan", "speed", "obstacle_speed", "size",
+    "suite", "batch", "configuration", "robot", "navigator", "setup", "localisation", "floor_plan", "speed", "obstacle_speed", "size",
     "gap", "repetition", "outcome", "scenario", "trial",
 )  # fmt: skip
 """What trials can be selected by."""

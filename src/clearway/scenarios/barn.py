@@ -127,9 +127,9 @@ def world_plan(number: int) -> FloorPlan:
 
 def build(robot: Robot, selection: Selection, seed: int, suite: str = "barn") -> list[Scenario]:
     """Every selected world with its repetitions; `selection.speeds` sets the speed (default 0.5 m/s)."""
-    if selection.plan is not None:
+    if selection.floor_plan is not None:
         raise ClearwayError(
-            f"the worlds of the suite {suite!r} are its floor plans; select them by number instead", field="plan"
+            f"the worlds of the suite {suite!r} are its floor plans; select them by number instead", field="floor_plan"
         )
     for number in selection.worlds:
         if number not in worlds():
@@ -170,7 +170,7 @@ def _scenario(suite: str, world: World, speed: float, repetition: int, seed: int
     )
     return Scenario(
         name=name,
-        plan=f"barn-{world.number}",
+        floor_plan=f"barn-{world.number}",
         start=task.start,
         legs=(leg,),
         speed=speed,

@@ -19,17 +19,17 @@ from clearway.robots import Robot, load_robot
 from clearway.scenarios import motions
 from clearway.scenarios.files import (
     SuiteSpec,
+    floor_plan_schema,
     kind_of,
     load_scenario,
     parse,
-    plan_schema,
     read_toml,
     robot_schema,
     scenario_schema,
     scenarios_of,
     suite_schema,
 )
-from clearway.scenarios.floorplan import PlanSpec, load_plan
+from clearway.scenarios.floorplan import FloorPlanSpec, load_floor_plan
 from clearway.scenarios.plan import Fixture, FloorPlan
 from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, PoseSpec, RunSpec, Scenario
 from clearway.scenarios.way import widest_way
@@ -37,8 +37,8 @@ from clearway.scenarios.way import widest_way
 __all__ = [
     "check_file",
     "check_scenario",
+    "floor_plan_schema",
     "load_scenario",
-    "plan_schema",
     "robot_schema",
     "scenario_schema",
     "suite_schema",
@@ -65,9 +65,9 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
     Contact is exact; whether the robot fits through is judged on a grid of 0.05 m in the robot's favour.
     """
     try:
-        plan = load_plan(scenario.plan)
+        plan = load_floor_plan(scenario.floor_plan)
     except ClearwayError as error:
-        return [ClearwayError(str(error), field="plan")]
+        return [ClearwayError(str(error), field="floor_plan")]
     fixtures = [_Standing(f.name, f.shape, f.pose) for f in plan.fixtures]
     static, found = _static(scenario, plan, fixtures)
     standing = fixtures + static
@@ -100,7 +100,7 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
     robot = robot or load_robot(ROBOT)
     try:
         if path.suffix in (".yaml", ".yml"):
-            load_plan(str(path))
+            load_floor_plan(str(path))
             return []
         table = read_toml(path)
         kind = kind_of(table)
@@ -115,8 +115,8 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
                 for s in scenarios_of(model, path)
                 for e in check_scenario(s, robot)
             ]
-        if isinstance(model, PlanSpec):
-            return _in(path, _plan(load_plan(str(path))))
+        if isinstance(model, FloorPlanSpec):
+            return _in(path, _plan(load_floor_plan(str(path))))
         return list(_presets(path, table))
     except ClearwayError as error:
         return [error]

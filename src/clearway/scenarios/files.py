@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError
 from clearway.robots import Robot
-from clearway.scenarios.floorplan import PlanSpec, is_shipped
+from clearway.scenarios.floorplan import FloorPlanSpec, is_shipped
 from clearway.scenarios.scenario import Positive, RobotBodySpec, Scenario
 from clearway.scenarios.suite import Selection, Suite, scenario_seed
 from clearway.validation import problems
@@ -61,9 +61,9 @@ def robot_schema() -> dict[str, Any]:
     return schema_of(Robot)
 
 
-def plan_schema() -> dict[str, Any]:
+def floor_plan_schema() -> dict[str, Any]:
     """JSON Schema of a floor plan's file."""
-    return schema_of(PlanSpec)
+    return schema_of(FloorPlanSpec)
 
 
 def schema_of(model: type[BaseModel]) -> dict[str, Any]:
@@ -167,15 +167,15 @@ class _Maker:
                     name = f"{scenario.name}-v{speed:g}-r{repetition}"
                     change: dict[str, Any] = {"name": name, "speed": speed, "seed": scenario_seed(seed, name)}
                     change["labels"] = scenario.labels.model_copy(update={"repetition": repetition})
-                    if selection.plan is not None:
-                        change["plan"] = selection.plan
+                    if selection.floor_plan is not None:
+                        change["floor_plan"] = selection.floor_plan
                     made.append(scenario.model_copy(update=change))
         return made
 
 
 def kind_of(table: dict[str, Any]) -> type[BaseModel]:
-    """Which kind of file has most of these keys: `Scenario`, `SuiteSpec`, `Robot` or `PlanSpec`."""
-    kinds: tuple[type[BaseModel], ...] = (Scenario, SuiteSpec, Robot, PlanSpec)
+    """Which kind of file has most of these keys: `Scenario`, `SuiteSpec`, `Robot` or `FloorPlanSpec`."""
+    kinds: tuple[type[BaseModel], ...] = (Scenario, SuiteSpec, Robot, FloorPlanSpec)
     common = {"name", "title", "description"}
     return max(kinds, key=lambda kind: len(set(table) & (set(kind.model_fields) - common)))
 
@@ -190,8 +190,8 @@ def _first(model: type[Model], path: Path) -> Model:
 def _located(scenario: Any, path: Path) -> Any:
     """The scenario with the files that it names seen from the folder of its own file."""
     change: dict[str, Any] = {}
-    if not is_shipped(scenario.plan):
-        change["plan"] = _beside(scenario.plan, path)
+    if not is_shipped(scenario.floor_plan):
+        change["floor_plan"] = _beside(scenario.floor_plan, path)
     obstacles = tuple(
         o.model_copy(update={"shape": o.shape.model_copy(update={"robot": _beside(o.shape.robot, path)})})
         if isinstance(o.shape, RobotBodySpec) and ".toml" in o.shape.robot

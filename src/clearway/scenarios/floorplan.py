@@ -90,7 +90,7 @@ class RoomSpec(_Part):
         return self
 
 
-class PlanSpec(_Part):
+class FloorPlanSpec(_Part):
     """A floor plan's file."""
 
     name: str = Field(min_length=1)
@@ -108,7 +108,7 @@ class PlanSpec(_Part):
     rooms: tuple[RoomSpec, ...] = Field(default=(), description="names and floors, for people")
 
     @model_validator(mode="after")
-    def _consistent(self) -> PlanSpec:
+    def _consistent(self) -> FloorPlanSpec:
         _ordered(self.clear)
         _ordered(self.area)
         if not self.walls and self.area is None:
@@ -131,18 +131,18 @@ def _shipped() -> tuple[str, ...]:
     return tuple(sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name.endswith(".toml")))
 
 
-def plan_names() -> list[str]:
+def floor_plan_names() -> list[str]:
     """Names of the plans that come with Clearway, without BARN's worlds (`barn-0`, `barn-2`, ... `barn-298`)."""
     return list(_shipped())
 
 
 def is_shipped(name: str) -> bool:
-    """Whether a plan of this name comes with Clearway: one of `plan_names()`, or a world of BARN."""
+    """Whether a plan of this name comes with Clearway: one of `floor_plan_names()`, or a world of BARN."""
     prefix, _, number = name.partition("barn-")
-    return name in plan_names() or (not prefix and number.isdecimal() and int(number) in worlds())
+    return name in floor_plan_names() or (not prefix and number.isdecimal() and int(number) in worlds())
 
 
-def load_plan(which: str) -> FloorPlan:
+def load_floor_plan(which: str) -> FloorPlan:
     """Read a floor plan: a shipped name, the path of a plan's TOML file or of a ROS map's yaml.
 
     Raises:
@@ -152,7 +152,7 @@ def load_plan(which: str) -> FloorPlan:
         return _load(which, 0)
     path = Path(which)
     if path.suffix not in (".toml", ".yaml", ".yml"):
-        raise unknown("floor plan", path.name, [*plan_names(), "barn-0"])
+        raise unknown("floor plan", path.name, [*floor_plan_names(), "barn-0"])
     if not path.is_file():
         raise ClearwayError("no such file", file=path)
     return _load(which, path.stat().st_mtime_ns)  # read again once it has changed
@@ -160,7 +160,7 @@ def load_plan(which: str) -> FloorPlan:
 
 @lru_cache(maxsize=64)
 def _load(which: str, changed: int) -> FloorPlan:
-    if which in plan_names():
+    if which in floor_plan_names():
         return _from_toml(Path(str(resources.files("clearway.scenarios") / "plans" / f"{which}.toml")))
     if is_shipped(which):
         return world_plan(int(which.removeprefix("barn-")))
@@ -168,19 +168,19 @@ def _load(which: str, changed: int) -> FloorPlan:
     return _from_toml(path) if path.suffix == ".toml" else _from_map(path)
 
 
-def read_plan(path: Path) -> PlanSpec:
+def read_floor_plan(path: Path) -> FloorPlanSpec:
     """Read and validate a plan's TOML file."""
     try:
-        return PlanSpec.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+        return FloorPlanSpec.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
     except OSError as error:
         raise ClearwayError("no such file" if not path.exists() else str(error), file=path) from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ClearwayError(f"not a TOML file: {error}", file=path) from error
     except ValidationError as error:
-        raise first_problem(error, PlanSpec, file=path) from error
+        raise first_problem(error, FloorPlanSpec, file=path) from error
 
 
-def draw_map(spec: PlanSpec, margin: float = 0.2) -> OccupancyGrid:
+def draw_map(spec: FloorPlanSpec, margin: float = 0.2) -> OccupancyGrid:
     """The occupancy grid of a plan: what a perfect mapping run would give.
 
     The origin lies half a cell off a multiple of the resolution, so that a face drawn on a multiple runs through the
@@ -198,7 +198,7 @@ def draw_map(spec: PlanSpec, margin: float = 0.2) -> OccupancyGrid:
     return OccupancyGrid(explored(occupied, [seed]), k, (left, low))
 
 
-def _fixtures(spec: PlanSpec) -> tuple[Fixture, ...]:
+def _fixtures(spec: FloorPlanSpec) -> tuple[Fixture, ...]:
     walls = [Fixture(w.name, "wall", w.polygon, np.zeros(3)) for w in spec.walls]
     return (*walls, *(Fixture(f.name, "furniture", f.shape.shape(), np.array(f.pose)) for f in spec.furniture))
 
@@ -211,7 +211,7 @@ def _bounds(fixtures: tuple[Fixture, ...], area: Box | None = None) -> tuple[flo
 
 
 def _from_toml(path: Path) -> FloorPlan:
-    spec = read_plan(path)
+    spec = read_floor_plan(path)
     fixtures = _fixtures(spec)
     grid = None if spec.map is None else read_map(path.parent / spec.map)
     if grid is None and fixtures:  # where nothing stands there is nothing to know
@@ -233,10 +233,10 @@ def _from_map(path: Path) -> FloorPlan:
 
 def write_shipped_maps() -> None:
     """Draw the maps of the shipped plans anew from their TOML files."""
-    for name in plan_names():
+    for name in floor_plan_names():
         path = Path(str(resources.files("clearway.scenarios") / "plans" / f"{name}.toml"))
-        if read_plan(path).walls:
-            write_map(path.with_suffix(".yaml"), draw_map(read_plan(path)))
+        if read_floor_plan(path).walls:
+            write_map(path.with_suffix(".yaml"), draw_map(read_floor_plan(path)))
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.robots import Robot, load_robot
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import (
     LabelSpec,
     LegSpec,
@@ -63,7 +63,7 @@ TIMING = 0.5
 
 def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
     """Every scenario of the protocol for `robot`, on the selection's plan and with its repetitions."""
-    plan = selection.plan or PLAN
+    plan = selection.floor_plan or PLAN
     line = _Line(plan)
     return [
         _scenario(robot, line, plan, test, repetition, seed)
@@ -76,7 +76,7 @@ class _Line:
     """A-B of a plan: maps a place (along, across), measured from the middle, and a heading into the plan."""
 
     def __init__(self, plan: str) -> None:
-        place = load_plan(plan)
+        place = load_floor_plan(plan)
         if place.a is None or place.b is None:
             raise ClearwayError(f"the floor plan {plan!r} has no line from a to b, which the protocol needs")
         length = float(np.hypot(*(place.b - place.a)[:2]))
@@ -121,7 +121,7 @@ def _scenario(
     own_seed = scenario_seed(seed, name)
     return Scenario(
         name=name,
-        plan=plan,
+        floor_plan=plan,
         start=line.pose(-D_AB / 2, 0.0, 0.0),
         legs=_legs(robot, line, speed),
         speed=speed,

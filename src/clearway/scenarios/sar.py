@@ -52,8 +52,8 @@ def build(
 ) -> list[Scenario]:
     """The frozen scenarios of the `cases`, or those of `selection.seeds`; at `selection.speeds` (default: each
     case's set speed, or what the robot can do), `selection.repetitions` times, each with another disturbance."""
-    if selection.plan is not None:
-        raise ClearwayError(f"the suite {suite!r} takes place in the floor plan 'arena'", field="plan")
+    if selection.floor_plan is not None:
+        raise ClearwayError(f"the suite {suite!r} takes place in the floor plan 'arena'", field="floor_plan")
     for speed in selection.speeds:
         if not 0 < speed <= robot.drive.v_max:
             raise ClearwayError(
@@ -91,7 +91,7 @@ def _scenario(
     name = f"{case.name.replace(' ', '-')}-{label}-v{speed:g}-r{repetition}"
     return Scenario(
         name=name,
-        plan="arena",
+        floor_plan="arena",
         start=_START,
         legs=(LegSpec(name="way", goal=_GOAL, yaw_tolerance=math.inf, time_limit=TASK["time_limit"]),),
         speed=speed,

@@ -192,7 +192,7 @@ class Scenario(_Part):
     """One test."""
 
     name: str = Field(min_length=1, description="unique in its suite")
-    plan: str = Field(description="floor plan: a shipped name, or the path of a plan or of a ROS map's yaml")
+    floor_plan: str = Field(description="a shipped name, or the path of a plan or of a ROS map's yaml")
     start: PoseSpec = Field(description="m, m, rad")
     legs: tuple[LegSpec, ...] = Field(min_length=1, description="goals, one after another")
     speed: Positive = Field(description="set speed, caps the robot's, m/s")

@@ -23,7 +23,7 @@ class Selection:
     Attributes:
         batches, configurations: names. speeds, obstacle_speeds: m/s. sizes: edge of the static obstacles, m.
         gaps: in multiples of d_base. repetitions: how many of each. worlds: numbers of BARN's worlds.
-        plan: floor plan to use instead of the suite's. seeds: (a, b): instead of the suite's frozen scenarios those that
+        floor_plan: to use instead of the suite's. seeds: (a, b): instead of the suite's frozen scenarios those that
         its generator draws from the seeds a, a + 1, ..., b - 1. disturbance: factor on each scenario's disturbance.
     """
 
@@ -35,7 +35,7 @@ class Selection:
     obstacle_speeds: tuple[float, ...] = ()
     repetitions: int | None = None
     worlds: tuple[int, ...] = ()
-    plan: str | None = None
+    floor_plan: str | None = None
     seeds: tuple[int, int] | None = None
     disturbance: float | None = None
 
@@ -74,7 +74,7 @@ class Suite:
     Attributes:
         batches: names, in the order in which they run. configurations: names.
         make: builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered;
-        of the selection it heeds `plan`, `repetitions`, `worlds`, `seeds`.
+        of the selection it heeds `floor_plan`, `repetitions`, `worlds`, `seeds`.
         file: where it was read from, None for one that comes with Clearway. generator: draws more scenarios from
         `Selection.seeds`, if it has one.
     """

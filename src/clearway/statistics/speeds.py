@@ -31,7 +31,7 @@ from clearway.statistics.signed_rank import signed_rank
 COMPLETE, WORST, MEANS = "complete pairs", "failures ranked worst", "configuration means"
 ANALYSES = (COMPLETE, WORST, MEANS)
 
-CONFIGURATION = ("configuration", "plan", "localisation", "size", "gap", "obstacle_speed")
+CONFIGURATION = ("configuration", "floor_plan", "localisation", "size", "gap", "obstacle_speed")
 """Columns that make a configuration; with the repetition they make a pair."""
 
 _TESTS = schema(

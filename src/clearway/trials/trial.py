@@ -96,7 +96,7 @@ class Attempt:
         robot, navigator, localisation: names as the user gave them (`recorded` where nobody knows).
         footprint: contact shape in base_link; None if unknown. speed_limit: set speed, m/s, None if unknown.
         period: control or sampling period, s. reference_length: of one leg, m (paper A's d_AB, BARN's path), None without.
-        plan: name of the floor plan. scenario: id in its suite, None for a recording. seed: of this attempt.
+        floor_plan: its name. scenario: id in its suite, None for a recording. seed: of this attempt.
         privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
         weren't. optimal_time [s], optimal_path [m]: of the best that a clairvoyant could do, None where that is not known
         to 0.5 %.
@@ -116,7 +116,7 @@ class Attempt:
     speed_limit: float | None
     period: float
     reference_length: float | None = None
-    plan: str = ""
+    floor_plan: str = ""
     scenario: str | None = None
     seed: int | None = None
     privileged: bool = False

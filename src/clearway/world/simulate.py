@@ -17,7 +17,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.robots import Robot
-from clearway.scenarios.floorplan import load_plan
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Trial
 from clearway.world.bodies import bodies_of, moving_obstacles_of
@@ -56,7 +56,7 @@ def simulate(
     Raises:
         ClearwayError: the scenario can't be built, or the pilot says that it can't do this task at all.
     """
-    plan = load_plan(scenario.plan)
+    plan = load_floor_plan(scenario.floor_plan)
     way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], longest(scenario.legs))
     return simulate_in(
         bodies_of(plan.fixtures, scenario), way, scenario, robot, pilot, navigator=navigator, localisation=localisation,
@@ -268,7 +268,7 @@ def attempt_of(
         speed_limit=scenario.speed,
         period=robot.period,
         reference_length=scenario.reference_length,
-        plan=scenario.plan,
+        floor_plan=scenario.floor_plan,
         scenario=scenario.name,
         seed=scenario.seed,
         privileged=privileged,

@@ -76,7 +76,7 @@ def record(
             "robot": first.robot,
             "navigator": first.navigator,
             "localisation": first.localisation,
-            "plan": first.plan,
+            "floor_plan": first.floor_plan,
             "reference_length": first.reference_length,
         },
         "sources": _Sources(folder, trials, to, system, coordinates).table(),

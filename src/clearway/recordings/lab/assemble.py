@@ -95,7 +95,7 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
         "clearway": _version(),
-        "plan": lab.path.name,
+        "test_plan": lab.path.name,
         "sources": {
             name: {
                 "file": files[name],
@@ -152,7 +152,7 @@ def _unrecorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
         reason=f"{reason}; not recorded" if reason else "attempted, not recorded",
         provenance={
             "clearway": _version(),
-            "plan": lab.path.name,
+            "test_plan": lab.path.name,
             "conditions": _conditions(lab, spec),
             "note": spec.note,
         },
@@ -269,7 +269,7 @@ def _attempt(
         speed_limit=spec.speed,
         period=period,
         reference_length=test.reference_length,
-        plan=test.plan or "",
+        floor_plan=test.floor_plan or "",
         drive=drive,
         source="recorded",
     )

@@ -29,7 +29,7 @@ from clearway.recordings.motion.markers import resolve
 from clearway.recordings.recording import Contents, Want, contents_of
 from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml
-from clearway.scenarios.floorplan import load_plan as load_floor
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite, suite_names
 
 Looker = Callable[[str, str], Contents]
@@ -78,7 +78,10 @@ def _at(i: int, field: str) -> str:
 
 def _names(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
     """Robot, floor plan, batches and configurations that do not exist."""
-    for field, name, load in (("robot", plan.test.robot, load_robot), ("plan", plan.test.plan, load_floor)):
+    for field, name, load in (
+        ("robot", plan.test.robot, load_robot),
+        ("floor_plan", plan.test.floor_plan, load_floor_plan),
+    ):
         try:
             if name is not None:
                 load(seen_from(folder, name))

@@ -22,7 +22,7 @@ from clearway.recordings.lab.test_plan import (
     RecordedTrialSpec,
     StretchSpec,
     TestPlan,
-    load_plan,
+    load_test_plan,
     seen_from,
     without_coordinates,
 )
@@ -53,7 +53,7 @@ class Lab:
 
     def __init__(self, path: Path) -> None:
         self.path, self.folder = Path(path), Path(path).parent
-        self.plan: TestPlan = load_plan(path)
+        self.plan: TestPlan = load_test_plan(path)
         self._kept: OrderedDict[tuple[str, Path], Recording] = OrderedDict()
         self._bases: dict[str, Base | None] = {}
         self._ties: dict[str, Tie] = {}

@@ -16,7 +16,7 @@ from clearway.recordings.lab.lab import ROBOT, Lab
 from clearway.recordings.lab.robot_log import Offsets, Recordings
 from clearway.recordings.lab.test_plan import PlacedSpec, RecordedTrialSpec, seen_from, shape_of
 from clearway.recordings.motion.motion import Motion
-from clearway.scenarios.floorplan import load_plan as load_floor
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.trials import Body
 
 STOOD = (0.02, 0.05)
@@ -37,10 +37,10 @@ class Obstacles:
 
 def fixtures(lab: Lab, tied: bool) -> list[Body]:
     """Walls and furniture of the floor plan, where the map is known."""
-    which = lab.plan.test.plan
+    which = lab.plan.test.floor_plan
     if which is None or not tied:
         return []
-    floor = load_floor(seen_from(lab.folder, which))
+    floor = load_floor_plan(seen_from(lab.folder, which))
     return [Body(f.name, f.kind, f.shape, np.array(f.pose, dtype=np.float64)) for f in floor.fixtures]
 
 

@@ -41,8 +41,8 @@ class TestSpec(_Part):
     robot: str | None = Field(default=None, description="name or TOML file: its footprint, tolerances and limits")
     navigator: str = Field(default="recorded", description="what drove it, for the tables")
     localisation: str = Field(default="recorded", description="how it knew where it was, for the tables")
-    plan: str | None = Field(
-        default=None, description="floor plan, drawn behind the paths: a name, a plan or a ROS map's yaml"
+    floor_plan: str | None = Field(
+        default=None, description="drawn behind the paths: a name, a plan or a ROS map's yaml"
     )
     xy_tolerance: Positive | None = Field(default=None, description="at a goal, m; default: the robot's")
     yaw_tolerance: Annotated[float, Field(gt=0)] | None = Field(
@@ -290,7 +290,7 @@ class _Unknown(ValueError):
         self.found = found
 
 
-def load_plan(path: str | Path) -> TestPlan:
+def load_test_plan(path: str | Path) -> TestPlan:
     """Read a test plan.
 
     Raises:

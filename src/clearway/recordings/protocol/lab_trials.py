@@ -52,8 +52,8 @@ def behind(plan: TestPlan, folder: Path) -> list[Scenario]:
     """The scenarios that a plan's trials were made from, as far as its suite is known; to be found by their labels."""
     if plan.test.robot is None:
         return []
-    robot, floor = (None if n is None else seen_from(folder, n) for n in (plan.test.robot, plan.test.plan))
-    selection = Selection(plan=floor, repetitions=max(t.repetition for t in plan.trials))
+    robot, floor = (None if n is None else seen_from(folder, n) for n in (plan.test.robot, plan.test.floor_plan))
+    selection = Selection(floor_plan=floor, repetitions=max(t.repetition for t in plan.trials))
     try:
         return scenarios(plan.test.suite, str(robot), selection)
     except ClearwayError:

@@ -36,7 +36,7 @@ def skeleton(
     seed: int = 0,
     folder: Path | None = None,
 ) -> str:
-    """The test plan of a suite as TOML: everything that is known before the tests; `load_plan` accepts it as it is.
+    """The test plan of a suite as TOML: everything that is known before the tests; `load_test_plan` accepts it as it is.
 
     Args:
         suite: name or file. robot: name, preset or file. selection: which part of the suite.
@@ -47,19 +47,19 @@ def skeleton(
         ClearwayError: an unknown suite, robot or selection, or a suite with several floor plans or tolerances.
     """
     chosen = scenarios(suite, robot, selection, seed)
-    floors = list(dict.fromkeys(s.plan for s in chosen))
+    floors = list(dict.fromkeys(s.floor_plan for s in chosen))
     if len(floors) > 1:
         raise ClearwayError(
             f"the suite {suite!r} takes place on {len(floors)} floor plans, such as {floors[0]!r} and {floors[1]!r}; "
             "a test plan has one",
             field="suite",
         )
-    said = suite.endswith(".toml") or (selection is not None and selection.plan is not None)
+    said = suite.endswith(".toml") or (selection is not None and selection.floor_plan is not None)
     return _Writer(load_robot(robot), robot, chosen, floors[0] if said else None, folder or Path()).text(suite)
 
 
 def parsed(text: str) -> TestPlan:
-    """A skeleton as the plan that `load_plan` would read."""
+    """A skeleton as the plan that `load_test_plan` would read."""
     return TestPlan.model_validate(tomllib.loads(text))
 
 
@@ -144,9 +144,9 @@ class _Writer:
             'localisation = "recorded"  # how it knew where it was, such as "amcl"',
         ]
         if self.floor is None:
-            lines.append('# plan = "lab.yaml"  # floor plan or ROS map: what stands in it counts as obstacles')
+            lines.append('# floor_plan = "lab.yaml"  # or ROS map: what stands in it counts as obstacles')
         else:
-            lines.append(f"plan = {_toml(self.file(self.floor))}  # floor plan: what stands in it counts as obstacles")
+            lines.append(f"floor_plan = {_toml(self.file(self.floor))}  # what stands in it counts as obstacles")
         lines += [f"xy_tolerance = {_toml(xy)}  # at a goal, m", f"yaw_tolerance = {_toml(yaw)}  # rad"]
         if length is not None:
             lines.append(f"reference_length = {_toml(length)}  # of one leg, m")
