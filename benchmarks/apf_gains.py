@@ -96,7 +96,7 @@ def scenarios(suite: str, seeds: tuple[int, int] | None) -> list[Scenario]:
 
 def attempt(scenario: Scenario, gains: Gains) -> tuple[bool, float, str, Any]:
     """Whether it reached the goal, after how long [s], the outcome, and what it saw first."""
-    robot, navigator = load_robot("rescue"), Watched(gains)
+    robot, navigator = load_robot("rescue"), Watched(**gains)
     localiser, tracker = make_localiser("truth", robot), make_tracker(scenario.tracking, robot)
     pilot = compose(navigator, localiser, "truth", tracker=tracker)
     trial = simulate(

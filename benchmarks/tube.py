@@ -26,7 +26,7 @@ from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.navigators.hp_tmpc.ancillary import gain
-from clearway.navigators.hp_tmpc.parameters import Parameters, parameters_of
+from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.navigators.hp_tmpc.tube import damping, deviation, tightening
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
@@ -157,7 +157,7 @@ def main() -> None:
     parser.add_argument("--smoke", action="store_true", help="a small run")
     options = parser.parse_args()
     runs, scenarios = (200, 1) if options.smoke else (options.runs, 50)
-    p = parameters_of(load_robot("rescue"), xi_rob=options.xi, w_dyn=options.w_dyn)
+    p = Parameters.read(load_robot("rescue"), xi_rob=options.xi, w_dyn=options.w_dyn)
     robot, obstacles = robot_tube(p, options.horizon, runs), obstacle_tube(p, p.prediction_horizon, scenarios)
     if options.json:
         print(json.dumps({"robot": robot, "obstacles": obstacles}, indent=1))

@@ -201,8 +201,12 @@ class Diagnostics:
 class Navigator(Protocol):
     """Decides. Register it under the entry-point group `clearway.navigators`, or name it `my_pkg:MyNavigator`.
 
-    `needs` says what observations must hold. A navigator may also have `diagnostics() -> Diagnostics`, asked for
-    now and then, and `privileged = True`, which gives it `Task.obstacle_oracle` and a label in every table.
+    `needs` says what observations must hold. A navigator may also have
+
+    - `read_parameters(robot)`, which reads what the robot's file holds for it and raises a `ClearwayError` where that is
+      wrong (`clearway.robots.RobotTable` does both): it is asked before the first trial runs;
+    - `diagnostics() -> Diagnostics`, asked for now and then;
+    - `privileged = True`, which gives it `Task.obstacle_oracle` and a label in every table.
     """
 
     needs: ClassVar[frozenset[Need]]

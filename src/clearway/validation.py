@@ -32,9 +32,14 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
     value = finding["input"]
     match finding["type"]:
         case "extra_forbidden":
-            known = _fields_at(model, where[:-1])
-            close = difflib.get_close_matches(str(where[-1]), known, n=1, cutoff=0.5)
-            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(sorted(known))}"
+            models = _models_at(model, where[:-1])
+            key = str(where[-1])
+            renamed = {old: new for m in models for old, new in getattr(m, "RENAMED", {}).items()}
+            if key in renamed:
+                return ClearwayError(f"unknown key; it is called {renamed[key]!r} now", file=file, field=field)
+            known = sorted({name for m in models for name in _keys(m)})
+            close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+            hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
             return ClearwayError(f"unknown key; {hint}", file=file, field=field)
         case "missing":
             return ClearwayError("is missing", file=file, field=field)
@@ -45,15 +50,15 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             return ClearwayError(f"{value!r} is wrong: {message}", file=file, field=field)
 
 
-def _fields_at(model: type[BaseModel], where: list[Any]) -> list[str]:
-    """Names of the fields of the (sub)model that the path `where` leads to."""
+def _models_at(model: type[BaseModel], where: list[Any]) -> list[type[BaseModel]]:
+    """The (sub)models that the path `where` may lead to."""
     candidates: list[type[BaseModel]] = [model]
     for step in where:
         if isinstance(step, int):
             continue
         found = [m for c in candidates if step in _keys(c) for m in _models_in(_keys(c)[step])]
         candidates = found or candidates  # a union's tag is a step that names no field
-    return sorted({key for c in candidates for key in _keys(c)})
+    return candidates
 
 
 def _keys(model: type[BaseModel]) -> dict[str, Any]:

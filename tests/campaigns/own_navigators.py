@@ -9,6 +9,7 @@ import time
 import numpy as np
 
 from clearway.contract import Command, Observation, Task
+from clearway.errors import ClearwayError
 from clearway.robots import Robot
 
 
@@ -97,3 +98,17 @@ class Dies(Drives):
 
     def step(self, o: Observation) -> Command:
         os._exit(1)
+
+
+class Particular(Drives):
+    """Reads parameters, and finds them wrong."""
+
+    def read_parameters(self, robot: Robot) -> None:
+        raise ClearwayError("2 is wrong", file="mine", field="braveness")
+
+
+class Careless(Drives):
+    """Has a fault where it reads its parameters."""
+
+    def read_parameters(self, robot: Robot) -> float:
+        return float(robot.navigators["careless"]["braveness"])

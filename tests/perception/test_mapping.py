@@ -9,7 +9,7 @@ from simulated_room import BOXES, cast, drive, make_robot
 from clearway.contract import Sensing
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from clearway.perception import MappingParameters, mapping_parameters
+from clearway.perception import MappingParameters
 from clearway.perception import scan_matching as sm
 from clearway.perception.map_quality import map_quality
 from clearway.perception.mapping import GridMapper, render
@@ -151,7 +151,7 @@ def test_quality_by_hand() -> None:
 
 
 def test_a_wrong_mapping_parameter_is_named() -> None:
-    with pytest.raises(ClearwayError, match=r"mapping: particels: unknown key; did you mean 'particles'"):
-        mapping_parameters(make_robot(mapping={"particels": 3}))
+    with pytest.raises(ClearwayError, match=r"robot box: mapping.particels: unknown key; did you mean 'particles'"):
+        MappingParameters.read(make_robot(mapping={"particels": 3}))
     with pytest.raises(ClearwayError, match="xmax"):
-        mapping_parameters(make_robot(mapping={"xmin": 1.0, "xmax": 0.0}))
+        MappingParameters.read(make_robot(mapping={"xmin": 1.0, "xmax": 0.0}))

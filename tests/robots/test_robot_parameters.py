@@ -1,4 +1,4 @@
-"""Every shipped robot, with every preset, is accepted by what reads its parameters."""
+"""What move_base makes of the shipped robots and their presets."""
 
 from __future__ import annotations
 
@@ -6,28 +6,24 @@ from typing import Any
 
 import pytest
 
-from clearway.navigators.move_base.parameters import parameters_of
-from clearway.perception.parameters import AmclParameters, MappingParameters
+from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import load_robot, robot_names
 
 ALL = [name + preset for name in robot_names() for preset in ["", *(f":{p}" for p in load_robot(name).presets)]]
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_parameters_are_accepted(name: str) -> None:
+def test_move_base_controls_once_a_period(name: str) -> None:
     robot = load_robot(name)
-    parameters = parameters_of(robot)
-    assert parameters.move_base.controller_frequency == pytest.approx(1 / robot.period)
-    AmclParameters.model_validate(robot.localisation.get("amcl", {}))
-    MappingParameters.model_validate(robot.mapping)
+    assert Parameters.read(robot).move_base.controller_frequency == pytest.approx(1 / robot.period)
 
 
 def test_presets_change_what_they_say() -> None:
-    planner = {n: parameters_of(load_robot(n)).move_base.base_local_planner for n in ("hosbot", "hosbot:rollout")}
+    planner = {n: Parameters.read(load_robot(n)).move_base.base_local_planner for n in ("hosbot", "hosbot:rollout")}
     assert planner["hosbot"] == "dwa_local_planner/DWAPlannerROS"
     assert planner["hosbot:rollout"] == "base_local_planner/TrajectoryPlannerROS"
     for name, enabled in (("hosbot", True), ("hosbot:vendor", False)):
-        layer = parameters_of(load_robot(name)).global_costmap.obstacle_layer
+        layer = Parameters.read(load_robot(name)).global_costmap.obstacle_layer
         assert layer is not None
         assert layer.enabled is enabled
 
@@ -36,7 +32,9 @@ def test_a_global_costmap_holds_the_map_unless_it_rolls_or_lies_in_odom() -> Non
     tiago = load_robot("tiago")
 
     def static_layer(table: dict[str, Any]) -> object:
-        return parameters_of(tiago.model_copy(update={"navigators": {"move-base": table}})).global_costmap.static_layer
+        return Parameters.read(
+            tiago.model_copy(update={"navigators": {"move-base": table}})
+        ).global_costmap.static_layer
 
     assert static_layer({}) is not None
     assert static_layer({"global_costmap": {"update_frequency": 2.0}}) is not None
@@ -46,6 +44,6 @@ def test_a_global_costmap_holds_the_map_unless_it_rolls_or_lies_in_odom() -> Non
 
 def test_jackal_navigates_without_a_map() -> None:
     """BARN grants none."""
-    parameters = parameters_of(load_robot("jackal"))
+    parameters = Parameters.read(load_robot("jackal"))
     assert parameters.global_costmap.static_layer is None
     assert parameters.local_costmap.static_layer is None

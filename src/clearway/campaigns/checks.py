@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from clearway.campaigns.robot_tables import table_problems
 from clearway.errors import ClearwayError
-from clearway.navigators.move_base.parameters import parameters_of
-from clearway.perception import make_localiser
-from clearway.perception.parameters import mapping_parameters
 from clearway.recordings.lab.checks import problems_of, summary
 from clearway.recordings.lab.test_plan import is_test_plan
 from clearway.robots import Robot, load_robot
@@ -18,25 +16,20 @@ from clearway.scenarios.files import kind_of, read_toml
 def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     """What is wrong with a scenario, suite, robot, floor plan, test plan or map file; `robot` would drive the scenarios.
 
-    A robot's file is also read as its navigator, localiser and mapper would; of a test plan its recordings are looked at.
+    A robot's file is also read as its navigators, localisers and mapper would, with each of its presets; of a test plan
+    its recordings are looked at.
     """
     if _is_plan(path):
         return problems_of(path)
     found = check.check_file(path, robot)
     if found or path.suffix != ".toml" or kind_of(read_toml(path)) is not Robot:
         return found
-    own = load_robot(str(path))
-    readers = (
-        parameters_of,
-        lambda r: make_localiser("amcl", r) if r.lidar else None,
-        mapping_parameters,
-    )
-    for read in readers:
-        try:
-            read(own)
-        except ClearwayError as error:
-            found.append(ClearwayError(error.problem, file=path, field=error.field))
-    return found
+    told: dict[tuple[str | None, str], ClearwayError] = {}
+    for preset in ("", *load_robot(str(path)).presets):
+        where, before = (f"{path}:{preset}", f"presets.{preset}.") if preset else (str(path), "")
+        for e in table_problems(load_robot(where)):
+            told.setdefault((e.field, e.problem), ClearwayError(e.problem, file=path, field=f"{before}{e.field}"))
+    return list(told.values())
 
 
 def about_file(path: Path) -> list[str]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import make_navigator
+from clearway.navigators.registry import check_parameters, make_navigator
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
@@ -38,8 +39,12 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
 def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> None:
     """Whether the robot, with what it is told, can do what its navigator and its localiser take."""
     robot = load_robot(spec.robot)
-    make_localiser(spec.localisation, robot)
     navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
+    with in_file_of(spec.robot, robot):
+        for problem in unread_tables(robot):
+            raise problem
+        make_localiser(spec.localisation, robot)
+        check_parameters(spec.navigator, navigator, robot)
     needs: frozenset[str] = getattr(navigator, "needs", frozenset())
     if "obstacles" in needs:
         make_tracker(spec.tracking, robot)

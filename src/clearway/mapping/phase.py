@@ -19,7 +19,7 @@ from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.ros_map import write_map
 from clearway.geometry.shapes import FloatArray
 from clearway.mapping.tour import SPEED, Teleoperator, plan_tour
-from clearway.perception import mapping_parameters
+from clearway.perception import MappingParameters
 from clearway.perception.map_quality import map_quality
 from clearway.perception.mapping import GridMapper, render
 from clearway.perception.scan_matching import beams as usable_beams
@@ -112,7 +112,7 @@ def build_map(
     tell: Tell = progress or _silent
     if robot.lidar is None:
         raise ClearwayError(f"mapping needs a lidar, robot {robot.name!r} has none", field="lidar")
-    parameters = mapping_parameters(robot)
+    parameters = MappingParameters.read(robot)
     plan = load_floor_plan(floor_plan)
     start = _start(plan) if plan.a is None else plan.a
     way = plan_tour(plan, start, robot)

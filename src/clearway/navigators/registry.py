@@ -20,6 +20,7 @@ from typing import Any
 
 from clearway.contract import Navigator
 from clearway.errors import ClearwayError, unknown
+from clearway.robots import Robot
 
 GROUP = "clearway.navigators"
 """The entry-point group that navigators register under."""
@@ -80,6 +81,21 @@ def make_navigator(name: str, **options: Any) -> Navigator:
                 f"{name!r} is not a navigator: it has no method {method}(); see clearway.contract.Navigator"
             )
     return navigator
+
+
+def check_parameters(name: str, navigator: Navigator, robot: Robot) -> Any:
+    """Have `navigator`, which goes by `name`, read its parameters for `robot`; what it made of them, None if it reads none.
+
+    Raises:
+        ClearwayError: one of them is wrong, in the robot's file or among the navigator's options.
+    """
+    read = getattr(navigator, "read_parameters", None)
+    try:
+        return None if read is None else read(robot)
+    except ClearwayError:
+        raise
+    except Exception as error:
+        raise ClearwayError(f"navigator {name!r} cannot read its parameters: {_words(error)}") from error
 
 
 def split_options(name: str) -> tuple[str, dict[str, Any]]:

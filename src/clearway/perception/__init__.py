@@ -10,12 +10,12 @@ from clearway.contract import Localiser
 from clearway.errors import unknown
 from clearway.perception.amcl import Amcl
 from clearway.perception.localisers import Odometry, Truth
-from clearway.perception.parameters import AmclParameters, MappingParameters, amcl_parameters, mapping_parameters
+from clearway.perception.parameters import AmclParameters, MappingParameters
 from clearway.perception.trackers import TRACKERS, TrackerParameters, make_tracker
 from clearway.robots import Robot
 
 LOCALISERS: dict[str, Callable[[Robot], Localiser]] = {
-    "amcl": lambda robot: Amcl(amcl_parameters(robot)),
+    "amcl": lambda robot: Amcl(AmclParameters.read(robot)),
     "odometry": lambda robot: Odometry(),
     "truth": lambda robot: Truth(),
 }
@@ -42,8 +42,6 @@ __all__ = [
     "Odometry",
     "TrackerParameters",
     "Truth",
-    "amcl_parameters",
     "make_localiser",
     "make_tracker",
-    "mapping_parameters",
 ]

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from clearway.errors import ClearwayError
-from clearway.robots import Robot
-from clearway.validation import first_problem
+from clearway.robots import RobotTable
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
-class AmclParameters(BaseModel):
+class AmclParameters(RobotTable):
     """Parameters of AMCL; names and defaults are those of ROS's `amcl` node (`amcl_node.cpp`, `AMCL.cfg`).
 
     Two defaults differ: the initial covariance is that of a robot which is already localised when it is placed at
@@ -24,7 +22,7 @@ class AmclParameters(BaseModel):
     poses is off, as the node's own documentation recommends.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    TABLE = "localisation.amcl"
 
     min_particles: int = Field(default=100, ge=1)
     max_particles: int = Field(default=5000, ge=1, le=1_000_000)
@@ -66,7 +64,7 @@ class AmclParameters(BaseModel):
         return self
 
 
-class MappingParameters(BaseModel):
+class MappingParameters(RobotTable):
     """Parameters of the mapper; names and defaults are those of ROS's `slam_gmapping` node.
 
     The extent is only where the map begins: it grows as the robot sees more. `proposal` is ours: `matched` moves a
@@ -74,7 +72,7 @@ class MappingParameters(BaseModel):
     scan matching does not use them); `gaussian` draws around that place, as the paper does.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    TABLE = "mapping"
 
     maxUrange: Positive | None = Field(
         default=None, description="range up to which beams are used, m; default: maxRange"
@@ -118,32 +116,3 @@ class MappingParameters(BaseModel):
         if self.xmax <= self.xmin or self.ymax <= self.ymin:
             raise ValueError("xmax and ymax must lie above xmin and ymin")
         return self
-
-
-def amcl_parameters(robot: Robot) -> AmclParameters:
-    """The robot file's table `[localisation.amcl]`, checked.
-
-    Raises:
-        ClearwayError: a key is unknown or a value is wrong.
-    """
-    return _checked(AmclParameters, robot.localisation.get("amcl", {}), f"robot {robot.name}: localisation.amcl")
-
-
-def mapping_parameters(robot: Robot) -> MappingParameters:
-    """The robot file's table `[mapping]`, checked.
-
-    Raises:
-        ClearwayError: a key is unknown or a value is wrong.
-    """
-    return _checked(MappingParameters, robot.mapping, f"robot {robot.name}: mapping")
-
-
-_Model = TypeVar("_Model", bound=BaseModel)
-
-
-def _checked(model: type[_Model], table: dict[str, Any], where: str) -> _Model:
-    try:
-        return model.model_validate(table)
-    except ValidationError as error:
-        problem: ClearwayError = first_problem(error, model, file=where)
-        raise problem from error

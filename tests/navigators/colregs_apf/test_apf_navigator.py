@@ -47,7 +47,7 @@ class Meeting:
     """One robot from the origin to a goal, among discs that keep their velocities; what happened, step by step."""
 
     def __init__(self, rows: Any, goal: Any = (8.0, 0.0, 0.0), moving: bool = True, steps: int = 400, **gains: Any):
-        navigator = ColregsApf(BY_HAND | gains)
+        navigator = ColregsApf(**(BY_HAND | gains))
         navigator.reset(task(), RESCUE, np.random.default_rng(0))
         pose, velocity, rows = np.zeros(3), np.zeros(2), np.array(rows, dtype=float).reshape(-1, 4)
         target, c = Goal(np.array(goal, float), 0.2, math.pi), RESCUE.period
@@ -162,7 +162,7 @@ def test_turns_to_the_goals_heading_in_place() -> None:
 
 
 def one_step(obstacles: Obstacles | None, pose: Any = (0.0, 0.0, 0.0), goal: Any = (5.0, 0.0, 0.0), **of_task: Any):  # type: ignore[no-untyped-def]
-    navigator = ColregsApf(BY_HAND)
+    navigator = ColregsApf(**BY_HAND)
     navigator.reset(task(**of_task), RESCUE, np.random.default_rng(0))
     command = navigator.step(observe(0.0, pose, obstacles, Goal(np.array(goal, float), 0.2, math.pi), (0.3, 0.1)))
     shown = navigator.diagnostics()
@@ -235,19 +235,19 @@ def test_the_field_is_higher_at_an_obstacle_and_lower_to_the_goal() -> None:
 
 
 @pytest.mark.parametrize(
-    ("gains", "words"),
+    ("options", "words"),
     [
-        ("tuned", "'tuned'"),
-        ({"eta": 1.0}, "gains.eta"),
-        ({"eta_d": -1.0}, "gains.eta_d"),
-        ({"rho_0": math.nan}, "gains.rho_0"),
-        ({"horizon": 0}, "gains.horizon"),
-        ({"w1": 1.5}, "gains.w1"),
+        ({"gains": "tuned"}, "gains: 'tuned'"),
+        ({"eta": 1.0}, "colregs-apf: eta: unknown key; did you mean 'eta_s'"),
+        ({"eta_d": -1.0}, "colregs-apf: eta_d: -1.0"),
+        ({"rho_0": math.nan}, "rho_0"),
+        ({"horizon": 0}, "horizon"),
+        ({"w1": 1.5}, "w1"),
     ],
 )
-def test_wrong_gains_are_told_at_once(gains: Any, words: str) -> None:
+def test_wrong_options_are_told_at_once(options: Any, words: str) -> None:
     with pytest.raises(ClearwayError, match=words):
-        ColregsApf(gains)
+        ColregsApf(**options)
 
 
 def test_a_wrong_value_in_the_robots_file_is_named() -> None:

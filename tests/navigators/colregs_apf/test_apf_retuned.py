@@ -57,7 +57,7 @@ def commands(navigator: ColregsApf, *views: Obstacles) -> list[tuple[float, floa
 @pytest.mark.usefixtures("two")
 def test_the_first_obstacles_decide_and_gains_stay() -> None:
     a, later = seen((2.0, 3.0), (4.0, 1.0)), seen((1.8, 1.6))
-    tuned = ColregsApf({"eta_d": 0.7})
+    tuned = ColregsApf(eta_d=0.7)
     assert commands(RetunedColregsApf(), seen(), a, later) == commands(tuned, seen(), a, later)
     unknown = seen((3.0, 1.5))
     assert commands(RetunedColregsApf(), unknown, a, later) == commands(ColregsApf(), unknown, a, later)
@@ -67,7 +67,7 @@ def test_the_shipped_gains_are_valid_and_tell_scenarios_apart() -> None:
     entries = json.loads(retuned.FILE.read_text(encoding="utf-8"))["scenarios"]
     assert len(entries) == 20
     for entry in entries:
-        ColregsApf(entry["gains"])
+        ColregsApf(**entry["gains"])
         assert retuned.recall(seen(*map(tuple, entry["seen"]))) == entry["gains"]
     assert isinstance(make_navigator("colregs-apf-retuned"), RetunedColregsApf)
 
@@ -92,7 +92,7 @@ def test_retuning_removes_a_livelock() -> None:
         "velocity_term": 0.0,
     }
     outcomes = []
-    for navigator in (ColregsApf(by_hand), RetunedColregsApf()):
+    for navigator in (ColregsApf(**by_hand), RetunedColregsApf()):
         tracker = make_tracker(scenario.tracking, RESCUE)
         pilot = compose(navigator, make_localiser("truth", RESCUE), "truth", tracker=tracker)
         trial = simulate(scenario, RESCUE, pilot, navigator="colregs-apf", localisation="truth", map=None)

@@ -14,7 +14,7 @@ from clearway.geometry.motion import step_arc
 from clearway.navigators.hp_tmpc import HpTmpc
 from clearway.navigators.hp_tmpc.decision import obstacle_rows
 from clearway.navigators.hp_tmpc.navigator import _settings
-from clearway.navigators.hp_tmpc.parameters import parameters_of
+from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.robots import load_robot
 
 ROBOT = load_robot("rescue")
@@ -145,7 +145,7 @@ def test_the_clock_ends_a_decision_of_the_default_solver():
         now = np.array((c.v, c.omega))
         assert -1e-9 <= c.v <= 1.0 + 1e-9
         assert abs(c.omega) <= 1.5 + 1e-9
-        assert np.hypot(*(now - before)) <= parameters_of().input_change + 1e-9
+        assert np.hypot(*(now - before)) <= Parameters.read().input_change + 1e-9
         before = now
 
 
@@ -174,7 +174,7 @@ def test_literal_3k_gives_the_reference_inputs_when_nothing_disturbs():
 
 def test_what_is_known_of_a_moving_obstacles_error_counts_once():
     """(5) starts at the error of the position: a second's doubt of 0.3 m doesn't grow by 0.3 m every period."""
-    p = parameters_of()
+    p = Parameters.read()
     settings = _settings(p, task(), ROBOT, frozenset(), False)
     rows, counts = obstacle_rows(
         settings, np.zeros((0, 3)), np.array([[1.0, 0.0, 0.0, 0.0, 0.6, 0.3]]), np.zeros(3), np.zeros(6)
@@ -276,8 +276,8 @@ def test_unknown_choices_list_the_known(option):
 
 
 def test_control_horizon_follows_the_prediction_horizon():
-    assert parameters_of(None, prediction_horizon=12).control_horizon == 12
-    assert parameters_of(None, prediction_horizon=12, control_horizon=3).control_horizon == 3
+    assert Parameters.read(None, prediction_horizon=12).control_horizon == 12
+    assert Parameters.read(None, prediction_horizon=12, control_horizon=3).control_horizon == 3
 
 
 def test_the_same_seed_gives_the_same_commands():
@@ -372,7 +372,7 @@ def test_on_the_rescue_robot_it_drives_as_if_there_were_no_reverse():
     assert [(c.v, c.omega) for c in runs[0]] == [(c.v, c.omega) for c in runs[1]]
     assert min(c.v for c in runs[0]) >= 0.0
     assert ROBOT.drive.v_min == -1.0
-    assert not parameters_of(ROBOT).reverse
-    assert parameters_of(load_robot("tiago")).reverse
+    assert not Parameters.read(ROBOT).reverse
+    assert Parameters.read(load_robot("tiago")).reverse
     backwards = ROBOT.model_copy(update={"navigators": {"hp-tmpc": {"reverse": True}}})
-    assert _settings(parameters_of(backwards), task(), backwards, frozenset(), False).low[0] == -1.0
+    assert _settings(Parameters.read(backwards), task(), backwards, frozenset(), False).low[0] == -1.0

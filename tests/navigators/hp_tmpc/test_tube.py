@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from clearway.geometry.motion import step_arc
 from clearway.navigators.hp_tmpc.ancillary import gain
-from clearway.navigators.hp_tmpc.parameters import parameters_of
+from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.navigators.hp_tmpc.tube import damping, deviation, tightening
 from clearway.robots import load_robot
 
@@ -50,7 +50,7 @@ def test_damping_finds_the_one_that_made_the_numbers(xi, bound):
 
 
 def test_worst_case_is_worse_than_random_ones_and_nearly_reached_by_the_worst():
-    p = parameters_of(load_robot("rescue"))
+    p = Parameters.read(load_robot("rescue"))
     poles = np.array((p.pole_along, p.pole_left, p.pole_heading))
     poses, inputs = nominal(0.5, 0.4, 8, theta=0.7)
     worst = deviation(poses, inputs, C, poles, p.gain_limit, 0.01, 0.01)
@@ -76,7 +76,7 @@ def test_worst_case_is_worse_than_random_ones_and_nearly_reached_by_the_worst():
 @pytest.mark.parametrize("speed", [0.0, 0.1, 0.25, 0.5, 0.75, 1.0])
 def test_the_damping_that_ships_makes_eq_4_true(speed):
     """Over the horizons that benchmarks and sweeps use, at every speed, with the stand-ins' disturbance."""
-    p = parameters_of(load_robot("rescue"))
+    p = Parameters.read(load_robot("rescue"))
     poles = np.array((p.pole_along, p.pole_left, p.pole_heading))
     for omega in (-1.0, 0.0, 0.5):
         poses, inputs = nominal(speed, omega, 20)

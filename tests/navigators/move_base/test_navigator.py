@@ -15,7 +15,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base import MoveBase
 from clearway.navigators.move_base.local_interface import LocalResult
-from clearway.navigators.move_base.parameters import parameters_of
+from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import Robot, load_robot
 
 PERIOD = 0.1
@@ -186,11 +186,11 @@ def test_a_wrong_parameter_is_named_with_its_robot() -> None:
     with pytest.raises(
         ClearwayError, match=r"robot hosbot: navigators.move-base.move_base.planer_frequency.*planner_f"
     ):
-        parameters_of(robot(move_base={"planer_frequency": 1.0}))
+        Parameters.read(robot(move_base={"planer_frequency": 1.0}))
     with pytest.raises(ClearwayError, match=r"move-base.local_costmap.inflation_layer.inflation_radius: -1.0 is wrong"):
-        parameters_of(robot(local_costmap={"inflation_layer": {"inflation_radius": -1.0}}))
+        Parameters.read(robot(local_costmap={"inflation_layer": {"inflation_radius": -1.0}}))
     with pytest.raises(ClearwayError, match="use_dijkstra is a parameter of global_planner/GlobalPlanner"):
-        parameters_of(robot(global_planner={"use_dijkstra": False}))
+        Parameters.read(robot(global_planner={"use_dijkstra": False}))
 
 
 def test_an_unknown_local_planner_is_refused() -> None:

@@ -7,8 +7,7 @@ along its mean. No search and no budget: it takes what it takes, well under a mi
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -20,10 +19,9 @@ from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.navigators.arrival import Arrival
 from clearway.navigators.colregs_apf.encounters import CLEAR, WORDS, IntArray, follow
 from clearway.navigators.colregs_apf.force import Pace, course, levels, roll_out, situation, steer
-from clearway.navigators.colregs_apf.parameters import NAVIGATOR, Parameters, parameters_of, with_gains
+from clearway.navigators.colregs_apf.parameters import Parameters
 from clearway.navigators.colregs_apf.retuned import recall
 from clearway.robots import Robot
-from clearway.stand_ins import stand_ins
 
 STATUS = (*WORDS, "emergency")
 FIELD_CELLS, FIELD_SIZE = 60, 9.0
@@ -38,21 +36,32 @@ class ColregsApf:
     Args:
         gains: `fixed`, those in `stand_ins.toml` (or the robot's file), chosen once on other scenarios; `retuned`,
             those found for the very scenario where there are some (`sar-case1`, `sar-case2`), as paper B did by hand,
-            else `fixed`; or single ones by name, such as `{"eta_d": 0.5}`.
+            else `fixed`.
+        options: Any field of `Parameters`, which overrides the robot's file and the stand-ins.
+
+    Raises:
+        ClearwayError: An option is wrong.
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
 
-    def __init__(self, gains: Literal["fixed", "retuned"] | Mapping[str, float] = "fixed") -> None:
-        if isinstance(gains, str) and gains not in ("fixed", "retuned"):
-            raise ClearwayError(f"{gains!r} is wrong: 'fixed', 'retuned', or gains by name", field="gains")
-        self._retuned = gains == "retuned"
-        self._given = {} if isinstance(gains, str) else dict(gains)
-        with_gains(Parameters(**stand_ins(NAVIGATOR)), self._given)  # a wrong one is told at once
+    def __init__(self, gains: Literal["fixed", "retuned"] = "fixed", **options: Any) -> None:
+        if gains not in ("fixed", "retuned"):
+            raise ClearwayError(f"{gains!r} is wrong: 'fixed' or 'retuned'", field="gains")
+        self._retuned, self._options = gains == "retuned", options
+        Parameters.read(None, **options)  # a wrong one is told at once
+
+    def read_parameters(self, robot: Robot) -> Parameters:
+        """What it would drive `robot` with.
+
+        Raises:
+            ClearwayError: One of them is wrong, in the robot's file or among the options.
+        """
+        return Parameters.read(robot, **self._options)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything. Nothing is drawn from `rng`."""
-        self._parameters = parameters_of(robot, self._given)
+        self._robot, self._parameters = robot, self.read_parameters(robot)
         self._gains = self._parameters.gains()
         self._radius = circumscribed_radius(robot.shape)
         d = robot.drive
@@ -125,7 +134,8 @@ class ColregsApf:
         discs, identity = _discs(observation.obstacles)
         if self._unrecognised and len(discs) and observation.obstacles is not None:
             self._unrecognised = False
-            self._gains = with_gains(self._parameters, recall(observation.obstacles) or {}).gains()
+            tuned = recall(observation.obstacles) or {}
+            self._gains = Parameters.read(self._robot, **(self._options | tuned)).gains()
         self._discs = discs
         targets = discs.copy()
         targets[:, 4] += self._radius + self._gains.d_safe

@@ -2,27 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
-from clearway.errors import ClearwayError
 from clearway.navigators.colregs_apf.potentials import Gains
-from clearway.robots import Robot
-from clearway.stand_ins import stand_ins
-from clearway.validation import first_problem
-
-NAVIGATOR = "colregs-apf"
+from clearway.robots import RobotTable
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
-class Parameters(BaseModel):
+class Parameters(RobotTable):
     """Everything under `[navigators.colregs-apf]`; the first nine are what `benchmarks/apf_gains.py` chooses."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    TABLE = "navigators.colregs-apf"
+    STAND_INS = "colregs-apf"
 
     epsilon: Positive = Field(description="of the attraction")
     eta_d: NonNegative = Field(description="of the risk of moving obstacles")
@@ -43,31 +38,3 @@ class Parameters(BaseModel):
     def gains(self) -> Gains:
         """The first nine, as the kernels take them."""
         return Gains(**{name: getattr(self, name) for name in Gains._fields})
-
-
-def parameters_of(robot: Robot, gains: Mapping[str, Any] | None = None) -> Parameters:
-    """The stand-ins, overridden by the robot's file, overridden by `gains`.
-
-    Raises:
-        ClearwayError: one of them is wrong; the message names the robot, the field and the value.
-    """
-    own = robot.navigators.get(NAVIGATOR, {})
-    parameters = _checked(stand_ins(NAVIGATOR) | own, f"robot {robot.name}", f"navigators.{NAVIGATOR}.")
-    return with_gains(parameters, gains) if gains else parameters
-
-
-def with_gains(parameters: Parameters, gains: Mapping[str, Any]) -> Parameters:
-    """`parameters` with some of them replaced, as given in the option `gains`.
-
-    Raises:
-        ClearwayError: an unknown name or a wrong value.
-    """
-    return _checked(parameters.model_dump() | dict(gains), f"navigator {NAVIGATOR}", "gains.")
-
-
-def _checked(table: Mapping[str, Any], file: str, prefix: str) -> Parameters:
-    try:
-        return Parameters.model_validate(table)
-    except ValidationError as error:
-        problem = first_problem(error, Parameters)
-        raise ClearwayError(problem.problem, file=file, field=prefix + (problem.field or "")) from error

@@ -14,10 +14,9 @@ from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.navigators.arrival import Arrival
 from clearway.navigators.hl_rrt.following import Body, follow, turn
-from clearway.navigators.hl_rrt.parameters import Parameters, parameters_of
+from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.planner import Plan, Planner
 from clearway.robots import Robot
-from clearway.stand_ins import stand_ins
 
 _NONE = Plan(np.empty((0, 2)), math.inf, False, 0, False)
 
@@ -39,8 +38,16 @@ class HlRrt:
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
 
     def __init__(self, **options: Any) -> None:
-        parameters_of(None, options)  # tells of a wrong one at once
+        Parameters.read(None, **options)  # tells of a wrong one at once
         self._options = options
+
+    def read_parameters(self, robot: Robot) -> Parameters:
+        """What it would drive `robot` with.
+
+        Raises:
+            ClearwayError: One of them is wrong, in the robot's file or among the options.
+        """
+        return Parameters.read(robot, **self._options)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
@@ -48,7 +55,7 @@ class HlRrt:
         Raises:
             ClearwayError: a parameter in the robot's file or an option is wrong.
         """
-        p, d = parameters_of(robot, self._options), robot.drive
+        p, d = self.read_parameters(robot), robot.drive
         _compile()
         area = np.array(task.area if task.area is not None else (-np.inf, -np.inf, np.inf, np.inf), np.float64)
         self._planner = Planner(p, area, rng)
@@ -129,7 +136,7 @@ class HlRrt:
 @cache
 def _compile() -> None:
     """Compile all kernels now, so that no decision of a trial waits for it."""
-    parameters = Parameters.model_validate(stand_ins("hl-rrt") | {"cap": 20, "capacity": 16})
+    parameters = Parameters.read(None, cap=20, capacity=16)
     planner = Planner(parameters, np.array((-9.0, -9.0, 9.0, 9.0)), np.random.default_rng(0))
     planner.forget(np.zeros(2))
     for _ in range(2):

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from clearway.errors import ClearwayError
-from clearway.robots import Robot
-from clearway.stand_ins import stand_ins
-from clearway.validation import first_problem
+from clearway.robots import RobotTable
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
-NAVIGATOR = "hl-rrt"
-"""Its name in the registry, in a robot's file and in the file of stand-ins."""
 
-
-class Parameters(BaseModel):
+class Parameters(RobotTable):
     """Everything under `[navigators.hl-rrt]` of a robot's file."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    TABLE = "navigators.hl-rrt"
+    STAND_INS = "hl-rrt"
 
     step: Positive = Field(description="the longest new edge, eta, m")
     spacing: Annotated[float, Field(ge=0, allow_inf_nan=False)] = Field(
@@ -65,21 +59,3 @@ class Parameters(BaseModel):
                 "below step, and step at most the horizon"
             )
         return self
-
-
-def parameters_of(robot: Robot | None, options: Mapping[str, Any] | None = None) -> Parameters:
-    """The stand-ins, overridden by the robot's file, and that by the navigator's `options`.
-
-    Raises:
-        ClearwayError: one of them is wrong; the message names where it stands and the field.
-    """
-    given = robot.navigators.get(NAVIGATOR, {}) if robot is not None else {}
-    chosen = dict(options or {})
-    try:
-        return Parameters.model_validate(stand_ins(NAVIGATOR) | given | chosen)
-    except ValidationError as error:
-        problem = first_problem(error, Parameters)
-        if robot is None or (problem.field or "").split(".")[0] in chosen:
-            raise ClearwayError(problem.problem, file=NAVIGATOR, field=problem.field) from error
-        field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")
-        raise ClearwayError(problem.problem, file=f"robot {robot.name}", field=field) from error

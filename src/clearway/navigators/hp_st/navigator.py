@@ -40,9 +40,9 @@ from clearway.navigators.hp_st.field import Field, make_field
 from clearway.navigators.hp_st.parameters import (
     GUARANTEES,
     INGREDIENTS,
+    Parameters,
     guarantee_from,
     ingredients_from,
-    parameters_of,
 )
 from clearway.navigators.hp_st.search import SearchCosts
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
@@ -91,8 +91,16 @@ class HpSt:
     def __init__(self, guarantee: str = "passive", without: Collection[str] | str = (), **parameters: float) -> None:
         self._guarantee, self._without = guarantee_from(guarantee), ingredients_from(without)
         self._chosen = parameters
-        parameters_of(None, **parameters)  # tells of a wrong one at once
+        Parameters.read(None, **parameters)  # tells of a wrong one at once
         self._decision: Decision | None = None
+
+    def read_parameters(self, robot: Robot) -> Parameters:
+        """What it would drive `robot` with.
+
+        Raises:
+            ClearwayError: One of them is wrong, in the robot's file or among the options.
+        """
+        return Parameters.read(robot, **self._chosen)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
@@ -100,7 +108,7 @@ class HpSt:
         Raises:
             ClearwayError: a parameter in the robot's file is wrong.
         """
-        p = parameters_of(robot, **self._chosen)
+        p = self.read_parameters(robot)
         d, without = robot.drive, self._without
         layers = p.short if "horizon" in without else p.layers
         stride = max(1, round(p.step / task.period))

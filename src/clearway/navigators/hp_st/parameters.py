@@ -4,17 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import Annotated, Any
+from typing import Annotated, ClassVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import Field
 
-from clearway.errors import ClearwayError, unknown
-from clearway.robots import Robot
-from clearway.stand_ins import stand_ins
-from clearway.validation import first_problem
-
-NAVIGATOR = "hp-st"
-"""Its name in the registry, in a robot's file and in the file of stand-ins."""
+from clearway.errors import unknown
+from clearway.robots import RobotTable
 
 INGREDIENTS = ("time-aware", "candidates", "horizon", "forecast", "certificate", "reverse", "time-to-go")
 """What it can be run without, to see what each brings."""
@@ -26,10 +21,18 @@ NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 
 
-class Parameters(BaseModel):
+class Parameters(RobotTable):
     """Everything that HP-ST can be told about itself."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    TABLE = "navigators.hp-st"
+    STAND_INS = "hp-st"
+    RENAMED: ClassVar = {
+        "calm": "low_cost_threshold",
+        "fear": "contact_cost",
+        "fade": "discount",
+        "swing": "yaw_change_cost",
+        "back": "reverse_cost",
+    }
 
     layers: int = Field(ge=1, le=40, description="of the search")
     step: Positive = Field(description="between two layers, s; rounded to control periods")
@@ -68,25 +71,6 @@ class Parameters(BaseModel):
     heading_error: NonNegative = Field(description="the same of the heading, rad")
     unseen_speed: NonNegative = Field(description="speed at which something unseen may enter the perceived circle, m/s")
     scan_range: Positive = Field(description="perception radius of a robot with a lidar is at most this, m")
-
-
-def parameters_of(robot: Robot | None = None, **chosen: Any) -> Parameters:
-    """The stand-ins, overridden by the robot's file, overridden by what is `chosen` and not None.
-
-    Raises:
-        ClearwayError: one of them is wrong; the message names the robot, the field, the value and what would be right.
-    """
-    picked = {k: v for k, v in chosen.items() if v is not None}
-    given = (robot.navigators.get(NAVIGATOR, {}) if robot else {}) | picked
-    try:
-        return Parameters.model_validate(stand_ins(NAVIGATOR) | given)
-    except ValidationError as error:
-        problem = first_problem(error, Parameters)
-        name = (problem.field or "").split(".")[0]
-        if name in picked or robot is None or name not in given:
-            raise ClearwayError(problem.problem, file=NAVIGATOR, field=problem.field) from error
-        field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")
-        raise ClearwayError(problem.problem, file=f"robot {robot.name}", field=field) from error
 
 
 def ingredients_from(names: Collection[str] | str) -> frozenset[str]:

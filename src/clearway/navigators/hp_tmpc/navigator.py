@@ -33,13 +33,11 @@ from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, begin, conclude, se
 from clearway.navigators.hp_tmpc.genetic import genetic
 from clearway.navigators.hp_tmpc.motion import stop_and_turn
 from clearway.navigators.hp_tmpc.parameters import (
-    NAVIGATOR,
     Parameters,
     Planner,
     Solver,
     chosen_from,
     literal_from,
-    parameters_of,
 )
 from clearway.navigators.hp_tmpc.pattern_search import pattern_search
 from clearway.navigators.hp_tmpc.tracking import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
@@ -84,9 +82,17 @@ class HpTmpc:
         self._planner = chosen_from("planner", planner, Planner)
         self._literal = literal_from(literal)
         self._chosen = {"prediction_horizon": prediction_horizon, "control_horizon": control_horizon, **parameters}
-        parameters_of(None, **self._chosen)  # tells of a wrong one at once
+        Parameters.read(None, **self._chosen)  # tells of a wrong one at once
         self.correction, self.spectral_radius = 0.0, 0.0
         self._decision: Decision | None = None
+
+    def read_parameters(self, robot: Robot) -> Parameters:
+        """What it would drive `robot` with.
+
+        Raises:
+            ClearwayError: One of them is wrong, in the robot's file or among the options.
+        """
+        return Parameters.read(robot, **self._chosen)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
@@ -94,10 +100,10 @@ class HpTmpc:
         Raises:
             ClearwayError: a parameter in the robot's file is wrong.
         """
-        p = parameters_of(robot, **self._chosen)
+        p = self.read_parameters(robot)
         self._settings = _settings(p, task, robot, self._literal, self._planner == "exact")
         self._memory = fresh_memory(p.prediction_horizon, p.prediction_horizon + p.commitment)
-        self._rng, self._key = rng, np.uint64(stream(int(rng.integers(2**62)), NAVIGATOR))
+        self._rng, self._key = rng, np.uint64(stream(int(rng.integers(2**62)), "hp-tmpc"))
         self._seconds = task.budget.seconds
         self._iterations = task.budget.iterations
         self._goal: Goal | None = None

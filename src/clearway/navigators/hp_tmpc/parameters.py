@@ -8,15 +8,10 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Annotated, Any, Literal, TypeAlias, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
-from clearway.errors import ClearwayError, unknown
-from clearway.robots import Robot
-from clearway.stand_ins import stand_ins
-from clearway.validation import first_problem
-
-NAVIGATOR = "hp-tmpc"
-"""Its name in the registry, in a robot's file and in the file of stand-ins."""
+from clearway.errors import unknown
+from clearway.robots import RobotTable
 
 MAX_HORIZON = 40
 """Longest prediction horizon, periods: the solver's arrays and its time grow with it."""
@@ -33,14 +28,22 @@ Literally: TypeAlias = Literal["1", "2", "3f", "3k"]
 """Equations of the paper whose printed form can be had: see DECISIONS.md beside this file."""
 
 
-class Parameters(BaseModel):
-    """Everything that HP+TMPC can be told about itself; the papers' symbols behind the colons."""
+class Parameters(RobotTable):
+    """Everything that HP+TMPC can be told about itself; the papers' symbols behind the colons.
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    The stand-ins are for any robot; those of paper B's own, such as N^P = 5, stand in that robot's table.
+    """
+
+    TABLE = "navigators.hp-tmpc"
+    STAND_INS = "hp-tmpc"
 
     prediction_horizon: Horizon = Field(description="N^P: periods")
-    control_horizon: Horizon = Field(description="N^c: periods after which the inputs stay as they are")
-    planning_window: Horizon = Field(description="periods over which the planner predicts moving obstacles")
+    control_horizon: Horizon = Field(
+        description="N^c: periods after which the inputs stay as they are; default: prediction_horizon"
+    )
+    planning_window: Horizon = Field(
+        description="periods over which the planner predicts moving obstacles; default: prediction_horizon"
+    )
     w1: float = Field(gt=0, lt=1, description="w_1 of (2): discount of the tracking error per period")
     w2: Positive = Field(description="w_2 of (2): weight of u'u beside the tracking error in m")
     heading_weight: NonNegative = Field(description="of the heading's error in (2) beside the position's, m/rad")
@@ -64,6 +67,13 @@ class Parameters(BaseModel):
     turn_share: float = Field(gt=0, le=1, description="speed of that turn as a share of the largest yaw rate")
     reverse: bool = Field(description="whether it may drive backwards, as far as the robot can")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _followers(cls, table: Any) -> Any:
+        if not isinstance(table, dict) or "prediction_horizon" not in table:
+            return table
+        return dict.fromkeys(("control_horizon", "planning_window"), table["prediction_horizon"]) | table
+
     @model_validator(mode="after")
     def _horizons(self) -> Parameters:
         if self.control_horizon > self.prediction_horizon:
@@ -72,32 +82,6 @@ class Parameters(BaseModel):
                 " it must be at most that"
             )
         return self
-
-
-def parameters_of(robot: Robot | None = None, **chosen: Any) -> Parameters:
-    """The stand-ins, overridden by the robot's file, overridden by what is `chosen` and not None.
-
-    The stand-ins are for any robot; those of paper B's own, such as N^P = 5, stand in that robot's table.
-    Where only the stand-ins give the control horizon or the planner's window, they are the prediction horizon.
-
-    Raises:
-        ClearwayError: one of them is wrong; the message names the robot, the field, the value and what would be right.
-    """
-    picked = {k: v for k, v in chosen.items() if v is not None}
-    given = (robot.navigators.get(NAVIGATOR, {}) if robot else {}) | picked
-    table = stand_ins(NAVIGATOR) | given
-    for follower in ("control_horizon", "planning_window"):
-        if follower not in given:
-            table[follower] = table["prediction_horizon"]
-    try:
-        return Parameters.model_validate(table)
-    except ValidationError as error:
-        problem = first_problem(error, Parameters)
-        name = (problem.field or "").split(".")[0]
-        if name in picked or robot is None or name not in given:
-            raise ClearwayError(problem.problem, file=NAVIGATOR, field=problem.field) from error
-        field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")
-        raise ClearwayError(problem.problem, file=f"robot {robot.name}", field=field) from error
 
 
 def chosen_from(kind: str, value: str, choices: Any) -> str:

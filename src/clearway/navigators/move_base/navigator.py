@@ -24,7 +24,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base.costmap import Costmap
 from clearway.navigators.move_base.global_planner import make_global_planner
 from clearway.navigators.move_base.local import make_local_planner
-from clearway.navigators.move_base.parameters import ClearCostmapRecovery, parameters_of
+from clearway.navigators.move_base.parameters import ClearCostmapRecovery, Parameters
 from clearway.navigators.move_base.plans import local_plan, to_frame
 from clearway.navigators.move_base.recovery import Rotation, clear_costmap, recovery_behaviors
 from clearway.robots import Robot
@@ -90,13 +90,21 @@ class MoveBase:
             raise unknown("local planner", base_local_planner, names)
         self._local_name = None if base_local_planner is None else names[base_local_planner]
 
+    def read_parameters(self, robot: Robot) -> Parameters:
+        """What it would drive `robot` with.
+
+        Raises:
+            ClearwayError: One of them is wrong.
+        """
+        return Parameters.read(robot)
+
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
 
         Raises:
             ClearwayError: a parameter in the robot's file is wrong, or a static layer has no map.
         """
-        self._parameters = p = parameters_of(robot)
+        self._parameters = p = self.read_parameters(robot)
         self._settings = s = p.move_base
         shape = robot.planner_shape
         self._global = Costmap(p.global_costmap, shape, task.map, "global_costmap")

@@ -9,19 +9,14 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from clearway.errors import ClearwayError
 from clearway.navigators.move_base.local_parameters import DWAParameters, TrajectoryParameters
-from clearway.robots import Robot
-from clearway.validation import first_problem
+from clearway.robots import RobotTable
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-
-NAVIGATOR = "move-base"
-"""Its name in the registry and in a robot's file."""
 
 
 class Group(BaseModel):
@@ -158,8 +153,10 @@ class GlobalPlannerGroup(Group):
     orientation_window_size: int = Field(default=1, ge=1, le=255, description="points")
 
 
-class Parameters(Group):
+class Parameters(RobotTable):
     """Everything under `[navigators.move-base]`."""
+
+    TABLE = "navigators.move-base"
 
     move_base: MoveBaseGroup = MoveBaseGroup()
     global_costmap: Costmap = Costmap(static_layer=StaticLayer())
@@ -192,17 +189,3 @@ class Parameters(Group):
                 "but move_base.base_global_planner is navfn/NavfnROS"
             )
         return self
-
-
-def parameters_of(robot: Robot) -> Parameters:
-    """The parameters in the robot's file.
-
-    Raises:
-        ClearwayError: one of them is wrong; the message names the robot and the field.
-    """
-    try:
-        return Parameters.model_validate(robot.navigators.get(NAVIGATOR, {}))
-    except ValidationError as error:
-        problem = first_problem(error, Parameters)
-        field = f"navigators.{NAVIGATOR}" + (f".{problem.field}" if problem.field else "")
-        raise ClearwayError(problem.problem, file=f"robot {robot.name}", field=field) from error
