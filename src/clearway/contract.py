@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
@@ -22,6 +23,49 @@ from clearway.robots import Robot
 
 Need: TypeAlias = Literal["map", "scan", "obstacles"]
 """What a navigator may ask for: the floor's map, lidar scans, obstacles with position and velocity."""
+
+
+class BodyKind(StrEnum):
+    """What a body is that a robot can hit."""
+
+    WALL = "wall"
+    FURNITURE = "furniture"
+    OBSTACLE = "obstacle"  # placed by the test
+    MOVING_OBSTACLE = "moving obstacle"
+
+
+PLACED = frozenset({BodyKind.OBSTACLE, BodyKind.MOVING_OBSTACLE})
+"""What the test puts there; the rest belongs to the floor."""
+
+
+class EventKind(StrEnum):
+    """What can happen in a trial."""
+
+    ARRIVED = "arrived"
+    STATUS = "status"  # the navigator's word, whenever it changes
+    ASSUMPTION = "assumption"  # something that its guarantee assumes was seen to be untrue
+    CONTACT = "contact"
+    TIMEOUT = "timeout"
+    LIVELOCK = "livelock"
+    GAVE_UP = "gave up"
+    ERROR = "error"
+    POSSIBLE_CONTACT = "possible contact"  # a measured clearance of zero within its uncertainty: a person must look
+    NEAR_MISS = "near miss"  # one that a person has denied
+    UNSEEN_DEPARTURE = "unseen departure"  # the start of a leg that had to be found and did not show
+    UNSEEN_ARRIVAL = "unseen arrival"
+
+
+class Status(StrEnum):
+    """How a navigator found its command: the words that scoring understands. Any other word is for people only."""
+
+    TRACKING = "tracking"
+    TURNING = "turning"
+    ARRIVED = "arrived"
+    BRAKING = "braking"
+    NO_PATH = "no path"
+    INFEASIBLE = "infeasible"
+    INPUT_LIMIT = "input limit"
+    ITERATION_LIMIT = "iteration limit"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,7 +207,7 @@ class Command:
         arrived: True or False where the navigator judges arrival itself (as move_base does); None leaves it to the
         run's goal checker (within the goal's tolerances by the estimated pose).
         gave_up: why the navigator can't go on; ends the trial as `aborted`.
-        status: a word on how it was found, such as `infeasible`; each change of it becomes an event of the trial.
+        status: how it was found, a `Status` or a word of its own; each change of it becomes an event of the trial.
         cut: whether the budget ended the thinking before it was finished.
         violated: what this period showed to be untrue of that which the navigator's guarantee assumes (a bound on the
         disturbance, on an obstacle's speed), one text each; each becomes an event of the trial.

@@ -32,7 +32,7 @@ def contact(discs: np.ndarray, *, sight: float | None = 4.0, bodies: tuple[Body,
     trial = Trial(
         replace(attempt, **changes), t, robot, np.zeros((n, 2)), robot, np.zeros((n, 2)), np.zeros(n, np.int64),
         np.concatenate([discs, np.zeros((n, m, 1))], axis=2), (Span(0, 0.0, float(t[-1]), False),),
-        (Event(float(t[-1]), "contact", "moving obstacle 'd0' at 1 m/s, robot at 0 m/s"),), Outcome.COLLISION,
+        (Event(float(t[-1]), "contact", "moving obstacle 'd0' at 1 m/s, robot at 0 m/s", 0),), Outcome.COLLISION,
     )  # fmt: skip
     return trial
 
@@ -102,7 +102,12 @@ def test_a_known_wall_is_seen_from_the_start() -> None:
     trial = contact(
         np.full((20, 1, 2), 50.0), bodies=(Body("w", "wall", rectangle(0.1, 9.0), np.array([0.3, 0.0, 0.0])),)
     )
-    told = replace(trial, events=(Event(float(trial.t[-1]), "contact", "wall 'w' at 0 m/s, robot at 1 m/s"),))
+    told = replace(
+        trial,
+        events=(
+            Event(float(trial.t[-1]), "contact", "wall 'w' at 0 m/s, robot at 1 m/s", len(trial.attempt.bodies) - 1),
+        ),
+    )
     assert avoidable(told) == PLANNER
 
 

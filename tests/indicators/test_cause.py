@@ -32,7 +32,7 @@ def contact(robot: np.ndarray, moving_obstacles: np.ndarray, *, status: str = ""
     return Trial(
         attempt, t, robot, velocity, robot, velocity, np.zeros(n, np.int64),
         np.concatenate([moving_obstacles, np.zeros((n, m, 1))], axis=2), (Span(0, 0.0, float(t[-1]), False),),
-        (*events, Event(float(t[-1]), "contact", "moving obstacle 'd0' at 1 m/s")), Outcome.COLLISION,
+        (*events, Event(float(t[-1]), "contact", "moving obstacle 'd0' at 1 m/s", 0)), Outcome.COLLISION,
     )  # fmt: skip
 
 

@@ -257,7 +257,7 @@ def near_box(*events):
 
 
 def test_a_contact_ends_a_recorded_trial_as_it_ends_a_simulated_one():
-    possible = Event(5.5, "possible contact", "obstacle 'box 2.5 0.426': measured clearance 0.006 m +- 0.007 m")
+    possible = Event(5.5, "possible contact", "obstacle 'box 2.5 0.426': measured clearance 0.006 m +- 0.007 m", 0)
     row = score_row(near_box(possible))
     assert (row["success"], row["MDO"]) == (True, pytest.approx(0.006))
     assert "possible contact" in row["to_confirm"]
@@ -296,7 +296,7 @@ def test_what_a_real_robot_does_after_the_contact_does_not_decide_how_it_was():
 
 
 def test_a_confirmed_contact_with_the_wall_is_none_with_an_obstacle():
-    wall = Event(5.5, "possible contact", "wall 'box 2.5 3.0': measured clearance 0.001 m +- 0.04 m")
+    wall = Event(5.5, "possible contact", "wall 'box 2.5 3.0': measured clearance 0.001 m +- 0.04 m", 1)
     row = score_row(near_box(wall, Event(5.5, "contact")))
     assert (row["MDO"], row["MDO_walls"]) == (None, 0.0)
 

@@ -40,7 +40,7 @@ def trial(navigator: str, number: int, time: float, *, fails: bool = False, assu
     )  # fmt: skip
     velocity, end = np.tile([0.5, 0.0], (n, 1)), float(t[-1])
     events = [Event(0.0, "assumption", "obstacle 1: faster than 4.4 m/s")] * assumptions
-    events += [Event(end, "contact", "moving obstacle 'moving-1' at 0.3 m/s, robot at 0.5 m/s")] if fails else []
+    events += [Event(end, "contact", "moving obstacle 'moving-1' at 0.3 m/s, robot at 0.5 m/s", 0)] if fails else []
     return Trial(
         attempt, t, pose, velocity, pose, velocity, np.zeros(n, np.int64), moving_obstacles, (Span(0, 0.0, end, not fails),),
         tuple(events), Outcome.COLLISION if fails else Outcome.REACHED, "contact" if fails else "",

@@ -64,7 +64,7 @@ def trial(suite: str, setup: str, navigator: str, number: int, run: paper_b.Run)
     events = (
         ()
         if run
-        else (Event(0.0, "status", "iteration limit"), Event(end, "contact", "moving obstacle 'moving-1' at 1 m/s"))
+        else (Event(0.0, "status", "iteration limit"), Event(end, "contact", "moving obstacle 'moving-1' at 1 m/s", 1))
     )
     return Trial(
         attempt, t, pose, velocity, pose, velocity, np.zeros(n, np.int64), moving_obstacles, (Span(0, 0.0, end, run is not None),), events,

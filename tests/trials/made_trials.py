@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pyarrow as pa
 
-from clearway.contract import Diagnostics
+from clearway.contract import BodyKind, Diagnostics, EventKind
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
@@ -24,8 +24,8 @@ def make_trial(i: int, n: int = 40) -> Trial:
     """Trial number i, with n samples; every third has a moving obstacle, every fifth fails."""
     rng = np.random.default_rng(i)
     m = int(i % 3 == 0)
-    bodies = [Body("wall", "wall", rectangle(4.0, 0.1), np.array([0.0, 2.0, 0.0]))]
-    bodies += [Body("cart", "moving obstacle", Circle(0.3), None)] * m
+    bodies = [Body("wall", BodyKind.WALL, rectangle(4.0, 0.1), np.array([0.0, 2.0, 0.0]))]
+    bodies += [Body("cart", BodyKind.MOVING_OBSTACLE, Circle(0.3), None)] * m
     leg = Leg("forth", np.zeros(3), np.array([5.0, 0.0, 0.0]), 0.1, np.inf)
     attempt = Attempt(
         labels=Labels("made", "M", "free", 0.6),
@@ -53,7 +53,7 @@ def make_trial(i: int, n: int = 40) -> Trial:
         leg=np.zeros(n, np.int64),
         moving_obstacles=rng.normal(size=(n, m, 3)),
         spans=(Span(0, 0.0, 0.1 * (n - 1), i % 5 != 0),),
-        events=(Event(0.5, "recovery", "clear"),),
+        events=(Event(0.5, EventKind.STATUS, "recovery: clear"),),
         outcome=Outcome.TIMEOUT if i % 5 == 0 else Outcome.REACHED,
         snapshots=(Snapshot(0.5, Diagnostics({"global plan": line}, status="driving")),),
         provenance={"source": "made"},
@@ -63,7 +63,9 @@ def make_trial(i: int, n: int = 40) -> Trial:
 def make_recorded(i: int, n: int = 40) -> Trial:
     """Trial number i as if it had been measured: uncertainties, an obstacle without an outline, no set speed."""
     trial = make_trial(i, n)
-    bed = Body("bed", "obstacle", Circle(0.0), np.array([1.0, 1.0, np.nan]), sigma=0.005, outlined=False, measured=True)
+    bed = Body(
+        "bed", BodyKind.OBSTACLE, Circle(0.0), np.array([1.0, 1.0, np.nan]), sigma=0.005, outlined=False, measured=True
+    )
     a = trial.attempt
     attempt = replace(
         a, labels=replace(a.labels, speed=None), bodies=(*a.bodies, bed), speed_limit=None, scenario=None, seed=None, source="recorded"
@@ -71,7 +73,11 @@ def make_recorded(i: int, n: int = 40) -> Trial:
     sigma = np.random.default_rng(i).uniform(0.001, 0.01, (n, 1 + trial.moving_obstacles.shape[1], 2))
     sigma[3] = np.nan
     return replace(
-        trial, attempt=attempt, sigma=sigma, tie=sigma[:, 0] / 2, events=(Event(1.0, "possible contact", "bed"),)
+        trial,
+        attempt=attempt,
+        sigma=sigma,
+        tie=sigma[:, 0] / 2,
+        events=(Event(1.0, EventKind.POSSIBLE_CONTACT, "bed", 0),),
     )
 
 

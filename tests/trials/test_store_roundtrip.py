@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from made_trials import make_recorded, make_trial
 
-from clearway.contract import Diagnostics
+from clearway.contract import BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, Polygon
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
@@ -43,7 +43,7 @@ legs = st.builds(Leg, text, array(3), array(3), finite, anything, st.booleans(),
 bodies = st.builds(
     Body,
     text,
-    st.sampled_from(["wall", "furniture", "obstacle", "moving obstacle"]),
+    st.sampled_from(BodyKind),
     shapes,
     st.none() | array(3),
     anything,
@@ -106,7 +106,14 @@ def trials(draw: st.DrawFn) -> Trial:
         leg=draw(hnp.arrays(np.int64, n, elements=st.integers(0, 5))),
         moving_obstacles=draw(array(n, m, 3)),
         spans=tuple(draw(st.lists(st.builds(Span, st.integers(0, 5), anything, anything, st.booleans()), max_size=3))),
-        events=tuple(draw(st.lists(st.builds(Event, anything, text, text), max_size=3))),
+        events=tuple(
+            draw(
+                st.lists(
+                    st.builds(Event, anything, st.sampled_from(EventKind), text, st.none() | st.integers(0, 3)),
+                    max_size=3,
+                )
+            )
+        ),
         outcome=draw(st.sampled_from(list(Outcome))),
         reason=draw(text),
         snapshots=tuple(draw(st.lists(st.builds(Snapshot, finite, diagnostics), max_size=3))),

@@ -12,6 +12,7 @@ import numpy as np
 
 from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.contract import EventKind
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
 from clearway.navigators.registry import make_navigator, navigator_class
@@ -104,7 +105,7 @@ def _broken(spec: TrialSpec, about: Mapping[str, Any], reason: str, detail: str)
         leg=np.zeros(1, dtype=np.int64),
         moving_obstacles=np.full((1, sum(body.pose is None for body in bodies), 3), np.nan),
         spans=(),
-        events=(Event(0.0, "error", detail),),
+        events=(Event(0.0, EventKind.ERROR, detail),),
         outcome=Outcome.NAVIGATOR_FAILED,
         reason=reason,
     )

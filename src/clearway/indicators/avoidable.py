@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.contract import PLACED, EventKind
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.indicators.cause import WINDOW
 from clearway.indicators.escape import escapes
@@ -61,7 +62,7 @@ def _first_seen(trial: Trial) -> float | None:
     body = touched_body(trial)
     if body is None:
         return None
-    if body.kind not in ("obstacle", "moving obstacle"):
+    if body.kind not in PLACED:
         return float(trial.t[0])
     if trial.attempt.sight is None:
         return None
@@ -76,6 +77,6 @@ def _first_seen(trial: Trial) -> float | None:
 
 
 def touched_body(trial: Trial) -> Body | None:
-    """The body that the contact's event names."""
-    told = next((e.detail for e in reversed(trial.events) if e.kind == "contact"), "")
-    return next((b for b in trial.attempt.bodies if repr(b.name) in told), None)
+    """The body that was touched; None without a contact, or where nobody knows."""
+    touched = next((e.body for e in reversed(trial.events) if e.kind == EventKind.CONTACT), None)
+    return None if touched is None else trial.attempt.bodies[touched]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import finished
 from clearway.indicators.success import failure
@@ -45,6 +46,6 @@ def barn_score(trial: Trial) -> float:
 _SOURCE = "BARN Challenge, scoring of a run"
 
 ALL = (
-    Indicator("barn_score", "BARN score", "", _SOURCE, "higher", barn_score),
+    Indicator("barn_score", "BARN score", "", _SOURCE, "higher", barn_score, Kind.SHARE),
     Indicator("barn_time", "BARN time", "s", _SOURCE, "lower", barn_time),
 )

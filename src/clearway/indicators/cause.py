@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.contract import EventKind, Status
 from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray
 from clearway.indicators.indicator import NotComputable
@@ -22,12 +23,12 @@ from clearway.trials import Outcome, Trial
 WINDOW = 0.75
 """s before the contact: paper B's prediction window, N^P = 5 periods of 0.15 s."""
 _SPEEDS, _TURNS, _STEP = 6, 7, 0.05
-_WORDS = {
-    "iteration limit": "iteration limit",
-    "input limit": "input-limit violation",
-    "infeasible": "infeasible",
-    "braking": "infeasible",
-    "no path": "infeasible",
+_WORDS: dict[str, str] = {
+    Status.ITERATION_LIMIT: "iteration limit",
+    Status.INPUT_LIMIT: "input-limit violation",
+    Status.INFEASIBLE: "infeasible",
+    Status.BRAKING: "infeasible",
+    Status.NO_PATH: "infeasible",
 }
 """A navigator's status -> cause."""
 
@@ -42,7 +43,7 @@ def cause(trial: Trial) -> str:
         return how
     if how != Outcome.COLLISION.value:
         return "contact at rest"
-    crushed, said = _crushed(until_contact(trial)), [e.detail for e in trial.events if e.kind == "status"]
+    crushed, said = _crushed(until_contact(trial)), [e.detail for e in trial.events if e.kind == EventKind.STATUS]
     if crushed:
         return "crushing zone"
     if trial.attempt.source == "recorded" and (crushed is None or not said):
@@ -77,10 +78,10 @@ def who_moved(trial: Trial) -> str:
 
 
 def _touched(trial: Trial) -> int | None:
-    """The moving body that the contact's event names; None if that one stands."""
-    told = next((e.detail for e in reversed(trial.events) if e.kind == "contact"), "")
-    moving = [b for b in trial.attempt.bodies if b.pose is None]
-    return next((k for k, b in enumerate(moving) if repr(b.name) in told), None)
+    """The column of the moving body that was touched; None if that one stands, or nobody knows which it was."""
+    touched = next((e.body for e in reversed(trial.events) if e.kind == EventKind.CONTACT), None)
+    moving = [i for i, b in enumerate(trial.attempt.bodies) if b.pose is None]
+    return moving.index(touched) if touched in moving else None
 
 
 def _crushed(trial: Trial) -> bool | None:

@@ -20,13 +20,13 @@ from functools import lru_cache
 
 import numpy as np
 
+from clearway.contract import PLACED, EventKind
 from clearway.geometry.distance import path_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import DrivenLeg, begun, contact_time, finished, gap_time, known_rows, positions, track
 from clearway.trials import Body, Trial
 
-PLACED = frozenset({"obstacle", "moving obstacle"})
 """Kinds of bodies that the test placed."""
 TOUCH = 1e-5
 """m; a smaller gap is contact and counts as 0 (no measurement tells them apart; the simulated world stops there)."""
@@ -153,11 +153,11 @@ def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
 
 def _confirmed(trial: Trial, kinds: Iterable[str] | None) -> bool:
     """Whether a person saw the contact that the measurement called possible, with such a body and no other."""
-    possible = [event.detail for event in trial.events if event.kind == "possible contact"]
+    possible = [event.body for event in trial.events if event.kind == EventKind.POSSIBLE_CONTACT]
     if contact_time(trial) is None or not possible:
         return False
-    names = [repr(body.name) for body in trial.attempt.bodies if kinds is None or body.kind in kinds]
-    return all(any(name in detail for name in names) for detail in possible)
+    such = {i for i, body in enumerate(trial.attempt.bodies) if kinds is None or body.kind in kinds}
+    return such.issuperset(possible)
 
 
 @lru_cache(maxsize=8)

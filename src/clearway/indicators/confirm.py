@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from clearway.contract import EventKind
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.legs import contact_time, named
 from clearway.indicators.success import goals
@@ -14,9 +15,11 @@ _UNITS = {"DE": "m", "OE": "rad"}
 def to_confirm(trial: Trial) -> str:
     """Possible contacts, unless a contact was confirmed, and starts and ends of legs that did not show, in phrases joined
     by `; `; empty where there is nothing to confirm."""
-    possible = [] if contact_time(trial) is not None else [e for e in trial.events if e.kind == "possible contact"]
+    possible = (
+        [] if contact_time(trial) is not None else [e for e in trial.events if e.kind == EventKind.POSSIBLE_CONTACT]
+    )
     said = [f"possible contact at {e.t:.1f} s" + (f" ({e.detail})" if e.detail else "") for e in possible]
-    said += [e.detail for e in trial.events if e.kind in ("unseen departure", "unseen arrival")]
+    said += [e.detail for e in trial.events if e.kind in (EventKind.UNSEEN_DEPARTURE, EventKind.UNSEEN_ARRIVAL)]
     return "; ".join(said).replace("+-", "±")
 
 

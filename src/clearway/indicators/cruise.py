@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.geometry.shapes import FloatArray
+from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, Measure, measure
 from clearway.indicators.legs import finished, speed, speed_limit
 from clearway.trials import Trial
@@ -56,7 +57,19 @@ def time_at_cruise_speed(band: float) -> Measure:
 
 
 ALL = (
-    Indicator("TCS", "time at cruise speed", "%", "paper A, eq. 7, band 10 %", "higher", time_at_cruise_speed(0.10)),
-    Indicator("TCS_5", "TCS, band 5 %", "%", "paper A, eq. 7, band 5 %", "higher", time_at_cruise_speed(0.05)),
-    Indicator("TCS_20", "TCS, band 20 %", "%", "paper A, eq. 7, band 20 %", "higher", time_at_cruise_speed(0.20)),
+    Indicator(
+        "TCS",
+        "time at cruise speed",
+        "%",
+        "paper A, eq. 7, band 10 %",
+        "higher",
+        time_at_cruise_speed(0.10),
+        Kind.SHARE,
+    ),
+    Indicator(
+        "TCS_5", "TCS, band 5 %", "%", "paper A, eq. 7, band 5 %", "higher", time_at_cruise_speed(0.05), Kind.SHARE
+    ),
+    Indicator(
+        "TCS_20", "TCS, band 20 %", "%", "paper A, eq. 7, band 20 %", "higher", time_at_cruise_speed(0.20), Kind.SHARE
+    ),
 )

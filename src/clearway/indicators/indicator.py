@@ -8,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from clearway.indicators.column import Kind
 from clearway.trials import Trial
 
 
@@ -31,9 +32,13 @@ class Indicator:
     """An indicator of how well a trial went.
 
     Attributes:
-        name: its column. title: as it is printed. unit: `s`, `m`, `rad`, `%` or `` (a ratio or a yes/no).
-        source: paper and equation, or where else it comes from. better: which way is better, `neither` if it only
-        describes. function: Trial -> Value; never raises for want of data.
+        name: Its column.
+        title: How it is printed.
+        unit: `s`, `m`, `rad`, `%`, or empty for a ratio or a yes/no.
+        source: Paper and equation, or where else it comes from.
+        better: Which way is better; `neither` if it only describes.
+        function: Trial -> Value; never raises for want of data.
+        kind: What its values are; a BOOLEAN is 1 or 0.
     """
 
     name: str
@@ -42,6 +47,7 @@ class Indicator:
     source: str
     better: Literal["lower", "higher", "neither"]
     function: Measure
+    kind: Kind = Kind.NUMBER
 
 
 def measure(function: Callable[[Trial], float]) -> Measure:

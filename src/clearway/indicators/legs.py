@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 import numpy.typing as npt
 
+from clearway.contract import EventKind
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import NotComputable
 from clearway.trials import Leg, Outcome, Span, Trial
@@ -67,7 +68,7 @@ def finished(trial: Trial) -> tuple[DrivenLeg, ...]:
 
 def contact_time(trial: Trial) -> float | None:
     """When the trial ended with a contact, s; None without one."""
-    touched = [event.t for event in trial.events if event.kind == "contact"]
+    touched = [event.t for event in trial.events if event.kind == EventKind.CONTACT]
     if touched or trial.outcome is Outcome.COLLISION:
         return min(touched, default=float(trial.t[-1]) if len(trial.t) else 0.0)
     return None

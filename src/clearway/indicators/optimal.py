@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import finished
 from clearway.indicators.path_length import length
@@ -41,7 +42,7 @@ def cut_share(trial: Trial) -> float:
 _SOURCE = "clairvoyant space-time search"
 
 ALL = (
-    Indicator("PL_time_optimal", "path length over the clairvoyant's", "", _SOURCE, "lower", path_ratio),
-    Indicator("CT_optimal", "time over the clairvoyant's", "", _SOURCE, "lower", time_ratio),
-    Indicator("cut", "decisions cut by the budget", "%", "paper B, set-up 1", "neither", cut_share),
+    Indicator("PL_time_optimal", "path length over the clairvoyant's", "", _SOURCE, "lower", path_ratio, Kind.SHARE),
+    Indicator("CT_optimal", "time over the clairvoyant's", "", _SOURCE, "lower", time_ratio, Kind.SHARE),
+    Indicator("cut", "decisions cut by the budget", "%", "paper B, set-up 1", "neither", cut_share, Kind.SHARE),
 )

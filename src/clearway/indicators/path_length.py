@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
 from clearway.indicators.legs import DrivenLeg, finished, named, positions
 from clearway.trials import Trial
@@ -46,7 +47,7 @@ def normalised(trial: Trial) -> float:
 
 ALL = (
     Indicator("PL", "path length", "m", "paper A, eq. 2, numerator", "lower", path_length),
-    Indicator("PL_norm", "path length over 2 d_AB", "", "paper A, eq. 2", "lower", normalised),
+    Indicator("PL_norm", "path length over 2 d_AB", "", "paper A, eq. 2", "lower", normalised, Kind.SHARE),
     Indicator("PL_forth", "path length, A to B", "m", "paper A, eq. 2, one leg", "lower", leg_length("forth")),
     Indicator("PL_back", "path length, B to A", "m", "paper A, eq. 2, one leg", "lower", leg_length("back")),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from clearway.geometry.shapes import Circle, FloatArray, Shape
+from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import DrivenLeg, finished, goal_of, positions, track
 from clearway.trials import Trial
@@ -59,5 +60,5 @@ _RULE = "Clearway, after paper A's rule of 10 % of the robot's size"
 
 ALL = (
     Indicator("space", "manoeuvring space", "m", _RULE, "lower", space),
-    Indicator("space_rel", "manoeuvring space over the robot's width", "", _RULE, "lower", relative_space),
+    Indicator("space_rel", "manoeuvring space over the robot's width", "", _RULE, "lower", relative_space, Kind.SHARE),
 )

@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from clearway.contract import EventKind
+from clearway.indicators.column import Kind
 from clearway.indicators.goal_error import Whose, distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import DrivenLeg, begun, contact_on_a_leg, contact_time
@@ -67,7 +69,7 @@ def _stood(trial: Trial) -> bool:
         return False
     if trial.attempt.source == "recorded" and not contact_on_a_leg(trial):
         return False  # nobody knows when it was
-    touched = next((event.t for event in trial.events if event.kind == "contact"), float(trial.t[-1]))
+    touched = next((event.t for event in trial.events if event.kind == EventKind.CONTACT), float(trial.t[-1]))
     if trial.attempt.source == "recorded" and touched >= float(trial.t[-1]):
         return False  # an operator saw it, and didn't say when
     at = min(int(np.searchsorted(trial.t, touched)), len(trial.t) - 1)
@@ -87,6 +89,14 @@ def success_self(trial: Trial) -> float:
 
 
 ALL = (
-    Indicator("success", "success", "", "paper A, eq. 5, by the true pose", "higher", success),
-    Indicator("success_self", "success by the robot's own estimate", "", "paper A, eq. 5", "higher", success_self),
+    Indicator("success", "success", "", "paper A, eq. 5, by the true pose", "higher", success, Kind.BOOLEAN),
+    Indicator(
+        "success_self",
+        "success by the robot's own estimate",
+        "",
+        "paper A, eq. 5",
+        "higher",
+        success_self,
+        Kind.BOOLEAN,
+    ),
 )

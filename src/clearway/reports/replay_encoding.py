@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.contract import BodyKind
 from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
 from clearway.geometry.grid import OccupancyGrid
@@ -75,8 +76,8 @@ class Packer:
             "index": index,
             "robot": self.robots.place(_robot(a.robot, a.footprint)),
             "scenes": [
-                self.scenes.place([_body(b) for b in fixed if b.kind != "obstacle"]),
-                self.scenes.place([_body(b) for b in fixed if b.kind == "obstacle"]),
+                self.scenes.place([_body(b) for b in fixed if b.kind != BodyKind.OBSTACLE]),
+                self.scenes.place([_body(b) for b in fixed if b.kind == BodyKind.OBSTACLE]),
             ],
             "movingObstacles": [{"name": b.name, **(_shape(b.shape) if b.outlined else CROSS)} for b in moving],
             "legs": [

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from clearway.contract import PLACED, BodyKind
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.reports import theme
 from clearway.reports.selection import Row, label, verdict
@@ -94,7 +95,7 @@ def chosen(trial: Trial, at: float | None = None) -> Snapshot | None:
 
 def centre_distance(trial: Trial) -> tuple[FloatArray | None, float]:
     """(n,) distance between the centres of the robot and of the nearest obstacle [m], and that at which two touch."""
-    obstacles = [b for b in trial.attempt.bodies if b.kind in ("obstacle", "moving obstacle")]
+    obstacles = [b for b in trial.attempt.bodies if b.kind in PLACED]
     if not obstacles or trial.attempt.footprint is None:
         return None, 0.0
     out, k = np.full(len(trial.t), np.inf), 0
@@ -123,7 +124,7 @@ def _arena(ax: Axes, trial: Trial, at: int | None = None) -> None:
     k = 0
     for body in trial.attempt.bodies:
         if body.pose is not None:
-            colour = theme.INK if body.kind == "obstacle" else theme.FIXTURE
+            colour = theme.INK if body.kind == BodyKind.OBSTACLE else theme.FIXTURE
             ax.fill(*theme.outline(body.shape, body.pose).T, facecolor=colour, zorder=3)
             continue
         track = trial.moving_obstacles[:, k]

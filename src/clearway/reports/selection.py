@@ -7,15 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from clearway.errors import ClearwayError, unknown
-from clearway.indicators import shown_digits
+from clearway.indicators import COLUMNS, shown_digits
 from clearway.reports import paper
 from clearway.trials.store import Results
 
 Row = dict[str, Any]
-COLUMNS = (
-    "suite", "batch", "configuration", "robot", "navigator", "setup", "localisation", "floor_plan", "speed", "obstacle_speed", "size",
-    "gap", "repetition", "outcome", "scenario", "trial",
-)  # fmt: skip
+SELECTABLE = (*(column.name for column in COLUMNS if column.selectable), "trial")
 """What trials can be selected by."""
 
 
@@ -50,8 +47,8 @@ def rows_of(results: Results, **selection: Any) -> list[Row]:
     """
     rows: list[Row] = results.trials.to_pylist()
     for column, value in selection.items():
-        if column not in COLUMNS:
-            raise unknown("selection", column, COLUMNS)
+        if column not in SELECTABLE:
+            raise unknown("selection", column, SELECTABLE)
         wanted = set(value) if isinstance(value, list | tuple | set | frozenset) else {value}
         found = [r for r in rows if r[column] in wanted]
         if not found:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.contract import PLACED, BodyKind
 from clearway.geometry.shapes import Circle, FloatArray, circumscribed_radius
 from clearway.reports import paper, theme
 from clearway.reports.selection import Row, configurations, distinct, label, representative, verdict
@@ -27,7 +28,7 @@ SLIMMEST = 0.42
 """Short side of a panel over its long one, at least."""
 FOOTPRINT_EVERY = 0.6
 """m of path between two footprints drawn."""
-_FILLS = {"wall": theme.FIXTURE, "furniture": theme.FURNITURE, "obstacle": theme.OBSTACLE}
+_FILLS = {BodyKind.WALL: theme.FIXTURE, BodyKind.FURNITURE: theme.FURNITURE, BodyKind.OBSTACLE: theme.OBSTACLE}
 
 
 def layout(results: Results, rows: Sequence[Row]) -> Figure:
@@ -46,7 +47,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
             row = next((r for r in chosen if r["gap"] == gap and r["size"] == size), None)
             if row is not None:
                 nested = results.trial(row["trial"]).attempt.bodies
-                _bodies(ax, [b for b in nested if b.kind == "obstacle"], alpha=0.25 + 0.75 / len(sizes))
+                _bodies(ax, [b for b in nested if b.kind == BodyKind.OBSTACLE], alpha=0.25 + 0.75 / len(sizes))
         _lanes(ax, lanes or [trial])
         for leg in trial.attempt.legs[:1]:
             _robot_at(ax, trial, leg.start)
@@ -78,7 +79,7 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
         assert row is not None
         trial = results.trial(row["trial"])
         _set_up(ax, trial, theme.FIXTURE)
-        _bodies(ax, [b for b in trial.attempt.bodies if b.kind == "obstacle"])
+        _bodies(ax, [b for b in trial.attempt.bodies if b.kind == BodyKind.OBSTACLE])
         _tracks(ax, trial)
         ended = "" if row["success"] else f" ({verdict(row)})"
         ax.set_title(f"{key[0]} {key[1]}" if key[1] not in (key[0], "free") else key[0])
@@ -93,7 +94,7 @@ def one_trial(trial: Trial, title: str) -> Figure:
     ax = figure.add_subplot()
     _frame(ax, _around([trial]))
     _set_up(ax, trial, theme.FIXTURE)
-    _bodies(ax, [b for b in trial.attempt.bodies if b.kind == "obstacle"])
+    _bodies(ax, [b for b in trial.attempt.bodies if b.kind == BodyKind.OBSTACLE])
     _tracks(ax, trial)
     ax.set_title(title)
     return figure
@@ -157,7 +158,9 @@ def _around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True
         points += [trial.pose[:, :2]] if driven else []
         points += [*(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
         points += [
-            np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind == "obstacle" and b.pose is not None
+            np.atleast_2d(b.pose[:2])
+            for b in trial.attempt.bodies
+            if b.kind == BodyKind.OBSTACLE and b.pose is not None
         ]
         moving_obstacles.append(trial.moving_obstacles[:, :, :2].reshape(-1, 2))
     inner = np.vstack([np.empty((0, 2)), *points])
@@ -186,7 +189,7 @@ def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
 
 def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
     """Walls and furniture, the line between the ends of the scored legs, and their names."""
-    _bodies(ax, [b for b in trial.attempt.bodies if b.kind in ("wall", "furniture")], edge)
+    _bodies(ax, [b for b in trial.attempt.bodies if b.kind not in PLACED], edge)
     legs = trial.attempt.legs[:1]
     ends = [(end, name) for leg in legs for end, name in ((leg.start, "A"), (leg.goal, "B")) if known_positions(end)]
     if not ends:
@@ -209,7 +212,7 @@ def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
 def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha: float = 1.0) -> None:
     from matplotlib.collections import PolyCollection
 
-    groups: dict[str, list[FloatArray]] = {}
+    groups: dict[BodyKind, list[FloatArray]] = {}
     for body in bodies:
         if body.pose is None or not known_positions(body.pose):
             continue
@@ -228,7 +231,7 @@ def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha:
             PolyCollection(shown, facecolors=_FILLS.get(kind, theme.FURNITURE), edgecolors=edge, linewidths=0.5, alpha=alpha, zorder=3),
             autolim=False,
         )  # fmt: skip
-        if kind == "obstacle":
+        if kind == BodyKind.OBSTACLE:
             small = np.array([o.mean(0) for o in shown if np.ptp(o, axis=0).max() < 0.1]).reshape(-1, 2)
             ax.plot(*small.T, linestyle="", marker="s", markersize=2.2, color=edge, zorder=7)  # S1 would be lost
 
@@ -337,7 +340,7 @@ def _tracks(ax: Axes, trial: Trial) -> None:
 def _robot(trial: Trial) -> Body | None:
     """The robot as a body; None if nobody knows its footprint."""
     footprint = trial.attempt.footprint
-    return None if footprint is None else Body("robot", "moving obstacle", footprint, None)
+    return None if footprint is None else Body("robot", BodyKind.MOVING_OBSTACLE, footprint, None)
 
 
 def _prints(ax: Axes, body: Body, track: FloatArray, colour: str, every: float) -> None:

@@ -11,7 +11,7 @@ import pyarrow as pa
 from scipy import stats
 
 from clearway.geometry.shapes import FloatArray
-from clearway.indicators import INDICATORS
+from clearway.indicators import INDICATORS, Kind
 from clearway.statistics.columns import GROUP, findings, groups, indicators_in, numbers, reasons, schema
 from clearway.statistics.proportions import Interval, checked_probability, success_interval, wilson_interval
 
@@ -87,7 +87,7 @@ def describe(
     all speeds within robot, navigator, set-up and batch (Fig. 6), 0 where that range is nil.
     """
     rows = []
-    chosen = [i for i in indicators_in(table, indicators, INDICATORS) if not i.name.startswith("success")]
+    chosen = [i for i in indicators_in(table, indicators, INDICATORS) if i.kind is not Kind.BOOLEAN]
     data = {i.name: numbers(table, i.name) for i in chosen}
     wide = groups(table, GROUP[:-1])
     for group, members in groups(table, GROUP).items():

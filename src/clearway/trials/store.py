@@ -189,7 +189,7 @@ class TrialStore:
         plans = [fixtures[k] for k in sorted(fixtures)] or [FILES["fixtures"].schema.empty_table()]
         layout = _layout(FILES["fixtures"].schema)
         pq.write_table(pa.concat_tables(plans).combine_chunks(), new / FILES["fixtures"].path, **layout)
-        trials = pa.Table.from_pylist(rows, schema=_row_schema(self._schema))
+        trials = pa.Table.from_pylist(rows, schema=results_schema(self._schema))
         pq.write_table(trials, new / "trials.parquet", **_layout(trials.schema))
         pyarrow.csv.write_csv(trials, new / "trials.csv")
 
@@ -260,9 +260,17 @@ def _partial_file(folder: Path, index: int) -> Path:
     return folder / f"{index:06d}.trial"
 
 
-def _row_schema(schema: Any) -> Any:
-    first = [pa.field("trial", pa.int32()), pa.field("id", pa.string())]
-    duration = pa.field("duration", pa.float64(), metadata={"unit": "s"})
+def results_schema(schema: Any) -> Any:
+    """The Arrow schema of `trials.parquet`, given that of a row; the first two columns and the last are the store's own."""
+    first = [
+        pa.field("trial", pa.int32(), metadata={"unit": "", "title": "number, from 0; the key of every other file"}),
+        pa.field(
+            "id", pa.string(), metadata={"unit": "", "title": "suite/scenario/robot/navigator, and the set-up if any"}
+        ),
+    ]
+    duration = pa.field(
+        "duration", pa.float64(), metadata={"unit": "s", "title": "of the whole trial, simulated or recorded"}
+    )
     return pa.schema([*first, *(f for f in schema if f.name not in ("trial", "id")), duration])
 
 

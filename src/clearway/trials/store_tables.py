@@ -15,7 +15,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import pyarrow as pa
 
-from clearway.contract import Diagnostics
+from clearway.contract import PLACED, BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape
 from clearway.trials.trial import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
@@ -72,7 +72,7 @@ FILES: dict[str, TableFile] = {
             attempt=(_S, "JSON: robot, shapes, legs, goals, tolerances (m, rad, s)"),
             fixtures=(_S, "key in fixtures.parquet"),
             spans=(_S, "JSON: leg, start, end (s), reached"),
-            events=(_S, "JSON: t (s), kind, detail"),
+            events=(_S, "JSON: t (s), kind, detail, index of the body"),
             provenance=(_S, "JSON"),
         ),
     ),
@@ -150,7 +150,7 @@ def to_tables(index: int, trial: Trial) -> Tables:
         "attempt": _dumps(attempt),
         "fixtures": key,
         "spans": _dumps([[s.leg, _number(s.start), _number(s.end), s.reached] for s in trial.spans]),
-        "events": _dumps([[_number(e.t), e.kind, e.detail] for e in trial.events]),
+        "events": _dumps([[_number(e.t), e.kind, e.detail, e.body] for e in trial.events]),
         "provenance": _dumps(_jsonable(trial.provenance)),
     }
     snapshots, drawings = _snapshots(index, trial.snapshots)
@@ -187,7 +187,9 @@ def from_tables(tables: Tables) -> Trial:
         leg=_vector(robot, "leg").astype(np.int64),
         moving_obstacles=_matrix(tables["obstacles"], ("x", "y", "theta")).reshape(n, m, 3),
         spans=tuple(Span(leg, float(a), float(b), reached) for leg, a, b, reached in json.loads(row["spans"])),
-        events=tuple(Event(float(t), kind, detail) for t, kind, detail in json.loads(row["events"])),
+        events=tuple(
+            Event(float(t), EventKind(kind), detail, body) for t, kind, detail, body in json.loads(row["events"])
+        ),
         outcome=Outcome(row["outcome"]),
         reason=attempt["reason"],
         tie=_matrix(robot, _TIE) if "tie" in attempt["known"] else None,
@@ -257,7 +259,7 @@ def _read_rates(values: Sequence[Any] | None) -> tuple[float, float, float, floa
 
 def _fixed(bodies: Sequence[Body]) -> int:
     """How many bodies at the front belong to the floor plan: they are stored once a plan."""
-    return next((i for i, b in enumerate(bodies) if b.kind not in ("wall", "furniture")), len(bodies))
+    return next((i for i, b in enumerate(bodies) if b.kind in PLACED), len(bodies))
 
 
 def _shape(shape: Shape) -> dict[str, Any]:
@@ -287,7 +289,9 @@ def _body(b: Body) -> dict[str, Any]:
 
 def _read_body(d: Mapping[str, Any]) -> Body:
     pose = None if d["pose"] is None else np.array([float(v) for v in d["pose"]])
-    return Body(d["name"], d["kind"], _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"], d["measured"])
+    return Body(
+        d["name"], BodyKind(d["kind"]), _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"], d["measured"]
+    )
 
 
 def _leg(leg: Leg) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from clearway.contract import Diagnostics
+from clearway.contract import BodyKind, Diagnostics, EventKind
 from clearway.geometry.shapes import FloatArray, Shape
 
 
@@ -72,7 +72,7 @@ class Body:
     """Something that the robot can hit.
 
     Attributes:
-        kind: `wall`, `furniture`, `obstacle` (placed by the test) or `moving_obstacle`. shape: in the body's frame.
+        kind: what it is. shape: in the body's frame.
         pose: (3,) map frame; None for a moving obstacle, whose poses are a column of `Trial.moving_obstacles`.
         sigma: standard uncertainty of a static one's position, m. outlined: False where nobody knows its shape, for
         which a point stands. measured: whether the capture that saw the robot saw it too, so that an error of the
@@ -80,7 +80,7 @@ class Body:
     """
 
     name: str
-    kind: str
+    kind: BodyKind
     shape: Shape
     pose: FloatArray | None
     sigma: float = 0.0
@@ -131,15 +131,19 @@ class Attempt:
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Something that happened at time `t` [s]: kind `contact`, `status`, `timeout`, `error`, ...; detail for people
-    (of `status`: the navigator's word, whenever it changes; of `assumption`: what its guarantee assumes and this period
-    showed to be untrue). `possible contact`: a clearance was measured that is zero
-    or less within its uncertainty; a person has to confirm it. `near miss`: one that a person has denied.
-    `unseen departure`, `unseen arrival`: the start or end of a leg that had to be found and did not show."""
+    """Something that happened.
+
+    Attributes:
+        t: When, in seconds since the trial began.
+        kind: What it was.
+        detail: What people read about it; of a `STATUS` the navigator's word.
+        body: Index into `Attempt.bodies` of the body that it happened with, None without one or where nobody knows.
+    """
 
     t: float
-    kind: str
+    kind: EventKind
     detail: str = ""
+    body: int | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearway.contract import BodyKind
 from clearway.scenarios.plan import Fixture
 from clearway.scenarios.scenario import ObstacleSpec, Scenario
 from clearway.trials import Body
@@ -13,7 +14,7 @@ from clearway.trials import Body
 
 def bodies_of(fixtures: Sequence[Fixture], scenario: Scenario) -> tuple[Body, ...]:
     """Everything that the robot can hit: the plan's fixtures, then the scenario's obstacles in their order."""
-    fixed = [Body(f.name, f.kind, f.shape, np.array(f.pose, dtype=np.float64)) for f in fixtures]
+    fixed = [Body(f.name, BodyKind(f.kind), f.shape, np.array(f.pose, dtype=np.float64)) for f in fixtures]
     return (*fixed, *(_body(o) for o in scenario.obstacles))
 
 
@@ -25,5 +26,5 @@ def moving_obstacles_of(scenario: Scenario) -> tuple[ObstacleSpec, ...]:
 def _body(obstacle: ObstacleSpec) -> Body:
     shape = obstacle.shape.shape()
     if obstacle.pose is None:
-        return Body(obstacle.name, "moving obstacle", shape, None)
-    return Body(obstacle.name, "obstacle", shape, np.array(obstacle.pose, dtype=np.float64))
+        return Body(obstacle.name, BodyKind.MOVING_OBSTACLE, shape, None)
+    return Body(obstacle.name, BodyKind.OBSTACLE, shape, np.array(obstacle.pose, dtype=np.float64))

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.contract import Obstacles
+from clearway.contract import PLACED, Obstacles
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
@@ -35,7 +35,7 @@ class ObstacleSensor:
         self._key = stream(seed, "camera")
         reach = {True: iter(moving_reach.tolist()), False: iter(still_reach.tolist())}
         seen = [(i, b, next(reach[b.pose is None])) for i, b in enumerate(bodies)]
-        seen = [(i, b, r) for i, b, r in seen if b.kind in ("obstacle", "moving obstacle")]
+        seen = [(i, b, r) for i, b, r in seen if b.kind in PLACED]
         self._identity = np.array([i for i, _, _ in seen], dtype=np.int64)
         self._moving = np.array([b.pose is None for _, b, _ in seen], dtype=np.bool_)
         self._radius = np.array([r for _, _, r in seen], dtype=np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from clearway.contract import Command, Goal
+from clearway.contract import Command, EventKind, Goal
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.scenario import LegSpec
@@ -44,26 +44,38 @@ class GoalAndProgressChecker:
         if self._clock is None and math.hypot(x - self._from[0], y - self._from[1]) >= rule.clock_starts_after:
             self._clock = t
         if self._arrived(leg, rule, pose, estimate, command):
-            self.events.append(Event(t, "arrived", leg.name))
+            self.events.append(Event(t, EventKind.ARRIVED, leg.name))
             self._end(t, reached=True)
             if self.leg + 1 == len(self._legs):
                 return Outcome.REACHED
             self._begin(self.leg + 1, t, pose)
             return None
         if command.gave_up is not None:
-            return self.stop(t, Outcome.ABORTED, "gave up", command.gave_up)
+            return self.stop(t, Outcome.ABORTED, EventKind.GAVE_UP, command.gave_up)
         if t - (self._since if self._clock is None else self._clock) >= leg.time_limit - _EPS:
-            return self.stop(t, Outcome.TIMEOUT, "timeout", f"leg {leg.name!r} took longer than {leg.time_limit:g} s")
+            return self.stop(
+                t, Outcome.TIMEOUT, EventKind.TIMEOUT, f"leg {leg.name!r} took longer than {leg.time_limit:g} s"
+            )
         if self._livelock:
             if math.hypot(x - self._baseline[1], y - self._baseline[2]) > PROGRESS:
                 self._baseline = (t, x, y)
             elif t - self._baseline[0] >= PATIENCE - _EPS:
-                return self.stop(t, Outcome.LIVELOCK, "livelock", f"no {PROGRESS:g} m of progress in {PATIENCE:g} s")
+                return self.stop(
+                    t, Outcome.LIVELOCK, EventKind.LIVELOCK, f"no {PROGRESS:g} m of progress in {PATIENCE:g} s"
+                )
         return None
 
-    def stop(self, t: float, outcome: Outcome, kind: str, detail: str, reason: str | None = None) -> Outcome:
+    def stop(
+        self,
+        t: float,
+        outcome: Outcome,
+        kind: EventKind,
+        detail: str,
+        reason: str | None = None,
+        body: int | None = None,
+    ) -> Outcome:
         """End the trial at `t` [s] in the middle of a leg; `reason` defaults to the event's `detail`."""
-        self.events.append(Event(t, kind, detail))
+        self.events.append(Event(t, kind, detail, body))
         self.reason = detail if reason is None else reason
         self._end(t, reached=False)
         return outcome

@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from clearway.contract import Budget, Command, Decision, Pilot, Sensing, Task
+from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
@@ -161,8 +161,8 @@ class _Drive:
                 self.snapshots.append(Snapshot(t, decision.diagnostics))
             if command.status != status:
                 status = command.status
-                checker.events.append(Event(t, "status", status))
-            checker.events += [Event(t, "assumption", text) for text in command.violated]
+                checker.events.append(Event(t, EventKind.STATUS, status))
+            checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
             log.add(t, now[:5], estimate, command, leg, world.moving_obstacles)
             outcome = checker.judge(t, now, estimate, command)
             if outcome is not None:
@@ -178,9 +178,10 @@ class _Drive:
         self._record(t, estimate, command)
         own, other = abs(float(self._world.state[3])), self._world.speed_of(body, t)
         return self._referee.stop(
-            t, Outcome.COLLISION, "contact",
+            t, Outcome.COLLISION, EventKind.CONTACT,
             f"{body.kind} {body.name!r} at {other:.3f} m/s, robot at {own:.3f} m/s",
             f"contact with {body.kind} {body.name!r}{where}",
+            self._world.bodies.index(body),
         )  # fmt: skip
 
     def _failed(self, t: float, error: Exception, estimate: FloatArray, command: Command) -> Outcome:
@@ -188,7 +189,7 @@ class _Drive:
         frames = traceback.extract_tb(error.__traceback__)
         place = f" ({frames[-1].filename}:{frames[-1].lineno})" if len(frames) > 1 else ""
         return self._referee.stop(
-            t, Outcome.NAVIGATOR_FAILED, "error", "".join(traceback.format_exception(error)).rstrip(),
+            t, Outcome.NAVIGATOR_FAILED, EventKind.ERROR, "".join(traceback.format_exception(error)).rstrip(),
             f"{type(error).__name__}: {error}{place}",
         )  # fmt: skip
 

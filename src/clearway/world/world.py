@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.contract import Obstacles, Scan
+from clearway.contract import BodyKind, Obstacles, Scan
 from clearway.geometry.distance import clearance
 from clearway.geometry.packing import boxes, pack, place
 from clearway.geometry.raycast import beams, scene
@@ -178,7 +178,7 @@ class World:
         """(n, 4) x, y, radius [m] and presence (1 or 0) at time `t` [s] of every obstacle of the test, as planned now."""
         _, still, moving = self._reach
         rows = [(b.pose[0], b.pose[1], r, 1.0) for b, r in zip(self._still, still, strict=True)
-                if b.kind == "obstacle" and b.pose is not None]  # fmt: skip
+                if b.kind == BodyKind.OBSTACLE and b.pose is not None]  # fmt: skip
         at = np.empty(3)
         for (begin, end), since, reach in zip(self._rows.tolist(), self._since.tolist(), moving, strict=True):
             there = pose_at(self._tracks.knots, begin, end, t - since, at)

@@ -11,6 +11,7 @@ from typing import Any, Literal, Protocol, cast, get_args
 
 import numpy as np
 
+from clearway.contract import PLACED
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats
@@ -160,7 +161,7 @@ def columns(trial: Trial) -> dict[str, FloatArray]:
             else trial.moving_obstacles[:, moving_obstacle]
         )
         moving_obstacle += body.pose is None
-        if body.kind not in ("wall", "furniture"):
+        if body.kind in PLACED:
             parts.append((f"{body_name(body)} ", pose, track))
     return {
         f"{who}{name}": values[:, i]

@@ -36,6 +36,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.rosbag2.errors import WriterError
 from rosbags.typesys import Stores, get_typestore
 
+from clearway.contract import BodyKind
 from clearway.errors import ClearwayError
 from clearway.geometry.raycast import Beams, beams, cast, cast_moving, scene
 from clearway.geometry.shapes import Circle, FloatArray, Shape
@@ -55,10 +56,10 @@ _HEIGHT = 1.0  # m, of what the plan knows no height of, for the eye only
 _SIDES = 32  # of a round footprint
 _LATCHED = ("/tf_static", "/obstacles/static")
 _COLOURS = {
-    "wall": (0.3, 0.3, 0.3),
-    "furniture": (0.5, 0.4, 0.3),
-    "obstacle": (0.9, 0.5, 0.1),
-    "moving obstacle": (0.8, 0.1, 0.2),
+    BodyKind.WALL: (0.3, 0.3, 0.3),
+    BodyKind.FURNITURE: (0.5, 0.4, 0.3),
+    BodyKind.OBSTACLE: (0.9, 0.5, 0.1),
+    BodyKind.MOVING_OBSTACLE: (0.8, 0.1, 0.2),
 }
 _PLANS = {"plan": "/plan", "global plan": "/plan", "local plan": "/local_plan"}
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.contract import PLACED
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, Shape, inscribed_radius
 from clearway.recordings.recording import Points, Recording, Track
@@ -94,7 +95,7 @@ def captured(trial: Trial, system: System = LAB, *, bodies: bool = False) -> Rec
     poses = {ROBOT: robot_at(trial, t - system.lead)}
     column = 0
     for body in trial.attempt.bodies:
-        if body.kind in ("wall", "furniture"):
+        if body.kind not in PLACED:
             column += body.pose is None
             continue
         if body.pose is not None:
@@ -148,7 +149,7 @@ def marker_sets(trial: Trial) -> dict[str, Coordinates]:
     size = 0.25 if trial.attempt.footprint is None else inscribed_radius(trial.attempt.footprint)
     sets: dict[str, Coordinates] = {ROBOT: _set(ROBOT, (*_LOW, *_HIGH), 0.9 * size)}
     for body in trial.attempt.bodies:
-        if body.kind not in ("wall", "furniture"):
+        if body.kind in PLACED:
             name = body_name(body)
             sets[name] = _set(name, _AROUND, max(ARM, 0.9 * inscribed_radius(body.shape)))
     return sets
@@ -163,7 +164,7 @@ def plan_tables(trial: Trial, *, bodies: bool = False) -> dict[str, Any]:
             return {"track": name}
         return {"markers": f"{name}:", "coordinates": {marker: list(at) for marker, at in sets[name].items()}}
 
-    around = {body_name(b): b.shape for b in trial.attempt.bodies if b.kind not in ("wall", "furniture")}
+    around = {body_name(b): b.shape for b in trial.attempt.bodies if b.kind in PLACED}
     others = {name: {"shape": shape_table(shape)} | seen(name) for name, shape in around.items()}
     return {ROBOT: seen(ROBOT), "bodies": others}
 

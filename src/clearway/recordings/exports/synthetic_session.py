@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.contract import PLACED
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
 from clearway.recordings.exports.export import CAPTURES, TARGETS, export, track_of
@@ -166,7 +167,7 @@ def _robot(trial: Trial, to: str, coordinates: bool) -> Table:
 def _bodies(trial: Trial, to: str) -> Table:
     bodies: Table = {}
     for body in trial.attempt.bodies:
-        if body.kind in ("wall", "furniture"):
+        if body.kind not in PLACED:
             continue
         name = body_name(body)
         entry: Table = {"shape": shape_table(body.shape), "outline": 0.0}
@@ -195,7 +196,7 @@ def _trial(folder: Path, i: int, trial: Trial, to: str, system: System) -> Table
     placed = []
     there = seen_moving(trial)
     for body in trial.attempt.bodies:
-        if body.kind not in ("wall", "furniture") and (body.pose is not None or body in there):
+        if body.kind in PLACED and (body.pose is not None or body in there):
             seen = to in CAPTURES or to == "csv" or body.pose is None
             placed.append(
                 {"body": body_name(body)} | ({} if seen or body.pose is None else {"pose": body.pose.tolist()})

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.contract import EventKind
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.alignment import frames
@@ -287,10 +288,11 @@ def _outcome(
     """How the attempt ended, why, and its events with what the operator saw; `going`: the robot was when the record ended."""
     if spec.contact is False:  # somebody stood beside it and saw none; overlap that was measured has to be explained
         events = tuple(_denied(e) for e in events)
-    touched = [e for e in events if e.kind == "contact"]
+    touched = [e for e in events if e.kind == EventKind.CONTACT]
     if spec.contact and not touched:
-        possible = [e.t for e in events if e.kind == "possible contact"]
-        touched = [Event(possible[0] if possible else end, "contact", "observed by the operator")]
+        possible = [e for e in events if e.kind == EventKind.POSSIBLE_CONTACT]
+        when, body = (possible[0].t, possible[0].body) if possible else (end, None)
+        touched = [Event(when, EventKind.CONTACT, "observed by the operator", body)]
         events = (*events, *touched)
     if touched:
         return Outcome.COLLISION, touched[0].detail, events
@@ -312,7 +314,7 @@ def _outcome(
                 return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
             reason = f"leg {leg.name}: the recording ends at {end:.1f} s, while the robot moves"
             said = f"{reason}; give all of it, or say what happened (aborted, stopped, intervention)"
-            return Outcome.ABORTED, reason, (*events, Event(end, "unseen arrival", said))
+            return Outcome.ABORTED, reason, (*events, Event(end, EventKind.UNSEEN_ARRIVAL, said))
     return Outcome.REACHED, "", events
 
 
@@ -327,22 +329,25 @@ def _unseen(leg: Leg, found: FoundLeg, zero: float) -> list[Event]:
     """What did not show of when a leg began and ended."""
     events = []
     for at, gap, kind, what in (
-        (found.start, found.unseen[0], "unseen departure", "start"),
-        (found.end, found.unseen[1], "unseen arrival", "end"),
+        (found.start, found.unseen[0], EventKind.UNSEEN_DEPARTURE, "start"),
+        (found.end, found.unseen[1], EventKind.UNSEEN_ARRIVAL, "end"),
     ):
         if gap:
             said = f"leg {leg.name}: the robot was not seen for {gap:.1f} s about its {what}; give its span"
             events.append(Event(at - zero, kind, said))
     if not found.rested and not found.unseen[1]:
         said = f"leg {leg.name} ended without a rest; give its span, or the goals that were sent"
-        events.append(Event(found.end - zero, "unseen arrival", said))
+        events.append(Event(found.end - zero, EventKind.UNSEEN_ARRIVAL, said))
     return events
 
 
 def _denied(event: Event) -> Event:
     """What becomes of a measured contact of which the operator saw nothing."""
-    kind = {"contact": "possible contact", "possible contact": "near miss"}.get(event.kind, event.kind)
-    return event if kind == event.kind else Event(event.t, kind, f"{event.detail}; the operator saw none")
+    kind = {
+        EventKind.CONTACT: EventKind.POSSIBLE_CONTACT,
+        EventKind.POSSIBLE_CONTACT: EventKind.NEAR_MISS,
+    }.get(event.kind, event.kind)
+    return event if kind is event.kind else Event(event.t, kind, f"{event.detail}; the operator saw none", event.body)
 
 
 def _conditions(lab: Lab, spec: RecordedTrialSpec) -> dict[str, str]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linprog
 
+from clearway.contract import PLACED, EventKind
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape, circumscribed_radius
@@ -25,7 +26,6 @@ SURVEYED = 0.02
 """m; walls and furniture of a plan are taken to be surveyed no better."""
 APART = 0.5
 """s; two approaches closer in time are one episode."""
-_ROOM = ("wall", "furniture")
 
 
 def assess(
@@ -69,21 +69,21 @@ def assess(
     among = _Placed(attempt.footprint, pose, _without(known[:, 0], common))
     events: list[Event] = []
     column = 0
-    for body in attempt.bodies:
+    for index, body in enumerate(attempt.bodies):
         column += body.pose is None
         if not body.outlined:
             continue
         if body.pose is None:
             other = _Placed(body.shape, moving_obstacles[:, column - 1], known[:, column])
         else:
-            at = max(body.sigma, SURVEYED) if body.kind in _ROOM and attempt.source == "recorded" else body.sigma
+            at = max(body.sigma, SURVEYED) if body.kind not in PLACED and attempt.source == "recorded" else body.sigma
             still = np.zeros((n, 2))
             still[:, 0] = at
             other = _Placed(body.shape, np.broadcast_to(body.pose, (n, 3)), still)
         if body.measured:
-            events += _with(among, body, replace(other, sigma=_without(other.sigma, common)), t)
+            events += _with(among, index, body, replace(other, sigma=_without(other.sigma, common)), t)
         else:
-            events += _with(robot, body, other, t)
+            events += _with(robot, index, body, other, t)
     return tuple(sorted(events, key=lambda e: e.t))
 
 
@@ -125,8 +125,8 @@ class _Alone:
     pose: None = None
 
 
-def _with(robot: _Placed, body: Body, other: _Placed, t: FloatArray) -> list[Event]:
-    """The events with one body."""
+def _with(robot: _Placed, index: int, body: Body, other: _Placed, t: FloatArray) -> list[Event]:
+    """The events with one body, which is number `index` of the attempt's."""
     way, at = robot.known(), other.known()
     there = np.flatnonzero(np.isfinite(way[:, 0]) & np.isfinite(at[:, 0]))
     if not len(there):
@@ -144,7 +144,7 @@ def _with(robot: _Placed, body: Body, other: _Placed, t: FloatArray) -> list[Eve
         return []
     cuts = np.flatnonzero(np.diff(t[hit]) > APART) + 1
     parts = zip(np.split(hit, cuts), np.split(gaps, cuts), np.split(expanded, cuts), strict=True)
-    return [_episode(robot, body, other, t, *part) for part in parts]
+    return [_episode(robot, index, body, other, t, *part) for part in parts]
 
 
 def _gaps(shape: Shape, pose: FloatArray, other: Shape, at: FloatArray) -> FloatArray:
@@ -152,7 +152,14 @@ def _gaps(shape: Shape, pose: FloatArray, other: Shape, at: FloatArray) -> Float
 
 
 def _episode(
-    robot: _Placed, body: Body, other: _Placed, t: FloatArray, hit: Any, gaps: FloatArray, expanded: FloatArray
+    robot: _Placed,
+    index: int,
+    body: Body,
+    other: _Placed,
+    t: FloatArray,
+    hit: Any,
+    gaps: FloatArray,
+    expanded: FloatArray,
 ) -> Event:
     """One approach: contact if anything in it was certain, else the nearest instant."""
     name = f"{body.kind} {body.name!r}"
@@ -169,15 +176,16 @@ def _episode(
         if len(certain):
             return Event(
                 float(t[hit[certain[0]]]),
-                "contact",
+                EventKind.CONTACT,
                 f"{name}: the outlines overlap by more than {worth:.3f} m (U, k = 2)",
+                index,
             )
     i = int(np.argmin(gaps)) if gaps.min() > 0 else int(np.flatnonzero(gaps <= 0)[(gaps <= 0).sum() // 2])
     within = f"+- {expanded[i]:.3f} m (k = 2)" if math.isfinite(expanded[i]) else "of unknown uncertainty"
     seconds = t[hit[-1]] - t[hit[0]]
     return Event(
-        float(t[hit[i]]), "possible contact",
-        f"{name}: measured clearance {gaps[i]:.3f} m {within} for {seconds:.2f} s: to be confirmed",
+        float(t[hit[i]]), EventKind.POSSIBLE_CONTACT,
+        f"{name}: measured clearance {gaps[i]:.3f} m {within} for {seconds:.2f} s: to be confirmed", index,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.contract import BodyKind
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.recordings.alignment import clocks
@@ -41,7 +42,7 @@ def fixtures(lab: Lab, tied: bool) -> list[Body]:
     if which is None or not tied:
         return []
     floor = load_floor_plan(seen_from(lab.folder, which))
-    return [Body(f.name, f.kind, f.shape, np.array(f.pose, dtype=np.float64)) for f in floor.fixtures]
+    return [Body(f.name, BodyKind(f.kind), f.shape, np.array(f.pose, dtype=np.float64)) for f in floor.fixtures]
 
 
 def obstacles(
@@ -58,7 +59,7 @@ def obstacles(
         if placed.pose is not None or not lab.body(placed.body).measured:
             pose = lab.pose(placed.pose) if tied else np.full(3, np.nan)
             sigma = math.hypot(lab.body(placed.body).uncertainty, outlines)
-            standing.append(Body(placed.body, "obstacle", shape, pose, sigma, outlined))
+            standing.append(Body(placed.body, BodyKind.OBSTACLE, shape, pose, sigma, outlined))
             continue
         motion = _measured(lab, placed, recordings, offsets, t)
         together = lab.source_of(placed.body) == lab.source_of(ROBOT)
@@ -67,9 +68,9 @@ def obstacles(
         if (still := _stood(motion)) is not None:
             known = lab.body(placed.body).uncertainty if motion.sigma is None else np.nanmedian(motion.sigma[:, 0])
             sigma = math.hypot(float(known), outlines)
-            standing.append(Body(placed.body, "obstacle", shape, still, sigma, outlined, together))
+            standing.append(Body(placed.body, BodyKind.OBSTACLE, shape, still, sigma, outlined, together))
         else:
-            moving.append(Body(placed.body, "moving obstacle", shape, None, 0.0, outlined, together))
+            moving.append(Body(placed.body, BodyKind.MOVING_OBSTACLE, shape, None, 0.0, outlined, together))
             poses.append(motion.wrapped)
             own = np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma
             sigmas.append(np.hypot(own, [outlines, 0.0]))

@@ -1,0 +1,107 @@
+"""The columns of `trials.parquet` that are no indicators: what was tested, how it ended, and what a person should know.
+
+To add one, add it to `COLUMNS`; the row, its schema, the reference and the selection of figures are made from that.
+"""
+
+from __future__ import annotations
+
+from operator import attrgetter
+
+from clearway.contract import EventKind
+from clearway.indicators.avoidable import avoidable
+from clearway.indicators.cause import cause, who_moved
+from clearway.indicators.column import Column, Kind
+from clearway.indicators.confirm import near_tolerance, to_confirm
+from clearway.indicators.indicator import NotComputable
+from clearway.indicators.success import failure
+from clearway.trials import Trial
+
+
+def _failure(trial: Trial) -> str | None:
+    try:
+        return failure(trial)
+    except NotComputable:
+        return None
+
+
+def _violations(trial: Trial) -> int:
+    return sum(event.kind == EventKind.ASSUMPTION for event in trial.events)
+
+
+def _legs_by_motion(trial: Trial) -> bool:
+    """Whether a leg of a recording begins where the robot moved off: neither a goal nor the test plan says when."""
+    told = trial.provenance.get("legs")
+    legs = [leg for leg in told if isinstance(leg, str)] if isinstance(told, list | tuple) else []
+    given = ("goal sent", "span given")
+    return trial.attempt.source == "recorded" and any(not any(how in leg for how in given) for leg in legs)
+
+
+def _label(name: str, kind: Kind, text: str, unit: str = "", *, selectable: bool = True) -> Column:
+    return Column(name, kind, text, attrgetter(f"attempt.labels.{name}"), unit, selectable)
+
+
+def _attempted(
+    name: str, kind: Kind, text: str, *, selectable: bool = False, of: str = "", arrow: str | None = None
+) -> Column:
+    return Column(name, kind, text, attrgetter(f"attempt.{of or name}"), "", selectable, arrow)
+
+
+COLUMNS = (
+    _attempted("scenario", Kind.WORD, "unique in its suite", selectable=True),
+    _label("suite", Kind.WORD, "name of the suite"),
+    _label("batch", Kind.WORD, "NO, SO, MO, CE in the hospital protocol; what the report groups by"),
+    _label("configuration", Kind.WORD, "the same test at other speeds has the same configuration"),
+    _attempted("robot", Kind.WORD, "name, with :PRESET if one was used", selectable=True),
+    _attempted("navigator", Kind.WORD, "name, with [option=value] if any was given", selectable=True),
+    _label("setup", Kind.WORD, "how much thinking was allowed a decision; empty: no bound"),
+    _attempted("localisation", Kind.WORD, "truth, odometry or amcl", selectable=True),
+    _attempted("tracking", Kind.WORD, "how obstacles were followed; empty if the navigator asked for none"),
+    _attempted("privileged", Kind.BOOLEAN, "whether the navigator was told the obstacles' future"),
+    _attempted("floor_plan", Kind.WORD, "where it was driven", selectable=True),
+    _label("speed", Kind.NUMBER, "set speed", "m/s"),
+    _label("obstacle_speed", Kind.NUMBER, "of the moving obstacle", "m/s"),
+    _label("size", Kind.NUMBER, "edge of the static obstacles", "m"),
+    _label("gap", Kind.NUMBER, "between double obstacles", "d_base"),
+    _label("repetition", Kind.COUNT, "of the same test, from 1"),
+    _attempted("seed", Kind.COUNT, "of the scenario; the same for every robot and navigator", arrow="uint64"),
+    Column(
+        "outcome", Kind.WORD, "reached, collision, timeout, livelock, navigator_failed or aborted",
+        lambda trial: trial.outcome.value, selectable=True,
+    ),
+    Column("reason", Kind.WORD, "of an outcome other than reached, in words", attrgetter("reason")),
+    Column(
+        "failure", Kind.WORD, "why success is false; empty if it is true, null where nobody can tell", _failure
+    ),
+    Column("cause", Kind.WORD, "why success is false in paper B's words, each decided by a stated test", cause),
+    Column(
+        "moved_at_contact", Kind.WORD,
+        "who moved at contact: robot, obstacle, both or neither; empty without one", who_moved,
+    ),
+    Column(
+        "avoidable", Kind.WORD,
+        "of a contact: seen too late, escape existed when first seen, or planner's fault, each decided by a stated test",
+        avoidable,
+    ),
+    Column(
+        "violations", Kind.COUNT,
+        "how often an assumption of the navigator's guarantee was seen to be untrue (events `assumption`)", _violations,
+    ),
+    _attempted("source", Kind.WORD, "simulated or recorded"),
+    Column(
+        "legs_by_motion", Kind.BOOLEAN,
+        "whether a recording's legs were found by the robot's motion, not by goals or given spans; see CT",
+        _legs_by_motion,
+    ),
+    Column(
+        "to_confirm", Kind.WORD,
+        "what a person has to look at: possible contacts, starts and ends of legs that did not show", to_confirm,
+    ),
+    Column(
+        "near_tolerance", Kind.WORD,
+        "DE or OE closer to its tolerance than its uncertainty; success keeps to the values", near_tolerance,
+    ),
+    Column(
+        "note", Kind.WORD, "the tester's, of a recorded trial", lambda trial: str(trial.provenance.get("note", ""))
+    ),
+)  # fmt: skip
+"""In the order of the table."""
