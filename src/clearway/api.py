@@ -74,6 +74,7 @@ def run(
     sizes: Iterable[float] = (),
     gaps: Iterable[float] = (),
     worlds: Iterable[int] = (),
+    scenarios: Iterable[str] = (),
     seeds: tuple[int, int] | str | None = None,
     repetitions: int | None = None,
     floor_plan: str | None = None,
@@ -95,27 +96,37 @@ def run(
     """Run suites with robots and navigators, and score every trial.
 
     Args:
-        suites: names (`hospital`, `barn`), or paths of TOML files.
-        robots: names, presets (`hosbot:vendor`) or files; default: the suite's usual ones.
-        navigators: registered names, or addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`.
-        batches, configurations, speeds [m/s], obstacle_speeds [m/s], sizes [m], gaps [d_base], worlds: only these;
-            empty: all. repetitions: of each; None: as the suite has it. floor_plan: another one for the suite.
+        suites: Names (`hospital`, `barn`), or paths of TOML files.
+        robots: Names, presets (`hosbot:vendor`) or files; default: the suite's usual ones.
+        navigators: Registered names, or addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`.
+        batches: Only these batches; empty: all.
+        configurations: Only these configurations; empty: all.
+        speeds: Only these set speeds, m/s; empty: all.
+        obstacle_speeds: Only these speeds of the moving obstacle, m/s; empty: all.
+        sizes: Only these edges of the static obstacles, m; empty: all.
+        gaps: Only these gaps, in multiples of d_base; empty: all.
+        worlds: Only these of BARN's worlds, by number; empty: all.
+        scenarios: Only these scenarios, by name (the column `scenario` of a table of trials); empty: all.
         seeds: (A, B) or "A:B": instead of a suite's frozen scenarios those that its generator draws from the seeds
             A, A + 1, ..., B - 1 (`sar-case1` and its like).
-        seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
-        map: None for the true map, or the ROS map (yaml) that a robot built.
-        tracking: how obstacles are followed, `difference` or `kalman`; None: as each scenario says.
-        setups: how much a navigator may think per decision: `1`, `2` (paper B's), `0.15 s` (wall clock) or
+        repetitions: How many of each configuration; None: as the suite has it.
+        floor_plan: Another floor plan for the suite.
+        seed: Of the whole campaign.
+        localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
+        map: The ROS map (yaml) that a robot built; None: the true one.
+        tracking: How obstacles are followed, `difference` or `kalman`; None: as each scenario says.
+        setups: How much a navigator may think per decision: `1`, `2` (paper B's), `0.15 s` (wall clock) or
             `400 iterations`; several are run side by side; empty: no bound.
-        decision_limit: s of wall clock after which a decision counts as hung; None: never.
-        without: ingredients to leave out: beside each navigator that knows one, the variant without it is run too
-            (`hp-st[without=reverse]`). guarantees: modes (`passive`, `none`) in which to run the navigators that have them.
-        disturbance: factor on what disturbs the robot in each scenario; None: as each scenario says.
-        options: navigator's name -> what its constructor is given.
-        workers: processes; None: one a core. The results don't depend on it.
-        out: the results directory; None: `results/SUITE`, numbered if that is taken.
-        resume: go on with a campaign in `out` that was interrupted.
-        progress: called with (done, total, note).
+        decision_limit: Wall clock after which a decision counts as hung, s; None: never.
+        without: Ingredients to leave out: beside each navigator that knows one, the variant without it is run too
+            (`hp-st[without=reverse]`).
+        guarantees: Modes (`passive`, `none`) in which to run the navigators that have them.
+        disturbance: Factor on what disturbs the robot in each scenario; None: as each scenario says.
+        options: What a navigator's constructor is given, by the navigator's name.
+        workers: How many processes; None: one a core. The results don't depend on it.
+        out: The results directory; None: `results/SUITE`, numbered if that is taken.
+        resume: Whether to go on with a campaign in `out` that was interrupted.
+        progress: Called with (done, total, note).
 
     Raises:
         ClearwayError: something that was given is wrong; one sentence says what and what would be right.
@@ -129,6 +140,7 @@ def run(
         obstacle_speeds=tuple(float(v) for v in obstacle_speeds),
         repetitions=repetitions,
         worlds=tuple(worlds),
+        scenarios=_strings(scenarios, "scenarios"),
         floor_plan=floor_plan,
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
         disturbance=disturbance,

@@ -20,8 +20,9 @@ import clearway.robots
 import clearway.world
 from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
 from clearway.campaigns.plan import USUAL_ROBOTS, TrialSpec
+from clearway.campaigns.provenance import asked_of_plan
 from clearway.errors import ClearwayError
-from clearway.scenarios.suites import Selection
+from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Outcome
 from clearway.trials.store_tables import to_tables
 
@@ -194,6 +195,47 @@ def test_the_whole_protocol_is_672_trials() -> None:
     for s in specs:
         by_name.setdefault(s.scenario.name, set()).add(s.scenario.seed)
     assert all(len(seeds) == 1 for seeds in by_name.values())  # both robots meet the same seeds
+
+
+def test_scenarios_by_name() -> None:
+    every = CampaignPlan(("hospital", "sar-case1"), robots=("tiago",)).specs()
+    names = ("MO-passing-v0.6-o0.6-r2", "case-1-scenario-4-v1-r1")
+    some = CampaignPlan(("hospital", "sar-case1"), robots=("tiago",), selection=Selection(scenarios=names)).specs()
+    assert [s.scenario for s in some] == [s.scenario for s in every if s.scenario.name in names]
+    assert [s.index for s in some] == [0, 1]
+    with pytest.raises(ClearwayError, match=r"'case-1-scenario-40-v1-r1'; did you mean 'case-1-scenario-4-v1-r1'\?"):
+        CampaignPlan(("sar-case1",), selection=Selection(scenarios=("case-1-scenario-40-v1-r1",))).specs()
+    with pytest.raises(ClearwayError, match=r"that is selected has the name 'NO-v0\.6-r1'$"):
+        CampaignPlan(("sar-case1",), selection=Selection(scenarios=("NO-v0.6-r1",))).specs()
+
+
+def test_a_drawn_scenario_by_name_is_drawn_alone() -> None:
+    generator = load_suite("sar-case1").generator
+    assert generator is not None
+    generator.drawn.clear()
+    selection = Selection(seeds=(0, 100), scenarios=("case-1-seed-17-v1-r1",))
+    (spec,) = CampaignPlan(("sar-case1",), selection=selection).specs()
+    assert spec.scenario.labels.configuration == "seed-17"
+    assert [seed for _, seed in generator.drawn] == [17]
+
+
+def test_what_is_in_a_floor_plan_counts_on_resuming(tmp_path: Path) -> None:
+    """The same scenario among other walls is another task."""
+    floor, own = tmp_path / "own.toml", tmp_path / "scenario.toml"
+    wall = '[[walls]]\nname = "wall"\nbox = [0.0, {}, 8.0, 4.1]\n'
+    floor.write_text('name = "own"\n' + wall.format(4.0))
+    legs = '[[legs]]\nname = "forth"\ngoal = [6.0, 2.0, 0.0]\ntime_limit = 60.0\n'
+    own.write_text(
+        f'name = "x"\nfloor_plan = "own.toml"\nstart = [1.0, 2.0, 0.0]\nspeed = 0.6\nlocalisation = "truth"\n{legs}'
+    )
+    asked = CampaignPlan((str(own),), robots=("tiago",), navigators=(f"{OWN}:Drives",))
+    before = asked_of_plan(asked, asked.specs())
+    assert before == asked_of_plan(asked, asked.specs())
+    time.sleep(0.01)
+    floor.write_text('name = "own"\n' + wall.format(3.9))
+    after = asked_of_plan(asked, asked.specs())
+    assert list(before["tasks"]) == ["scenario/x-v0.6-r1/tiago"]
+    assert {name for name in before if before[name] != after[name]} == {"tasks"}
 
 
 def test_resuming_takes_the_plan_along_and_keeps_what_is_done(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
@@ -32,17 +33,20 @@ USUAL_ROBOTS: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True, slots=True)
 class CampaignPlan:
-    """Suites x robots x navigators, in this order. Everything that decides the results' bits is in here.
+    """Suites x robots x navigators x set-ups, in this order. Everything that decides the results' bits is in here.
 
     Attributes:
-        suites: names, or paths of TOML files. robots: names, presets or files; empty: the suites' usual ones.
-        navigators: registered names, or addresses such as `my_pkg:MyNavigator`. selection: which part of each suite.
-        seed: of the whole campaign. localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
-        map: None for the floor plan's true map, or the path of a ROS map that a robot built.
-        tracking: how obstacles are followed, `difference` or `kalman`; None: as each scenario says.
-        setups: how much a navigator may think per control period, as `read_thinking_budget` has it; empty: no bound.
-        decision_limit: s of wall clock after which a decision counts as hung and the trial as failed; None: never.
-        options: navigator's name -> what its constructor is given.
+        suites: Names, or paths of TOML files.
+        robots: Names, presets or files; empty: the suites' usual ones.
+        navigators: Registered names, or addresses such as `my_pkg:MyNavigator`.
+        selection: Which part of each suite.
+        seed: Of the whole campaign.
+        localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
+        map: The path of a ROS map that a robot built; None: the floor plan's true map.
+        tracking: How obstacles are followed, `difference` or `kalman`; None: as each scenario says.
+        setups: How much a navigator may think per control period, as `read_thinking_budget` has it; empty: no bound.
+        decision_limit: Wall clock after which a decision counts as hung and the trial as failed, s; None: never.
+        options: What a navigator's constructor is given, by the navigator's name.
     """
 
     suites: tuple[str, ...]
@@ -94,7 +98,7 @@ class CampaignPlan:
         """Every trial, in the order of the results.
 
         Raises:
-            ClearwayError: an unknown suite or robot, or a selection that selects nothing.
+            ClearwayError: an unknown suite, robot or scenario, or a selection that selects nothing.
         """
         built = []
         setups = [read_thinking_budget(s) for s in self.setups] or [FREE]
@@ -103,6 +107,7 @@ class CampaignPlan:
             for robot in self.robots:
                 scenarios = suite.build(load_robot(robot), self.selection, self.seed)
                 built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
+        _refuse_unknown(self, {s.name for *_, s in built})
         return [
             TrialSpec(
                 i, s, robot, navigator, self.localisation or s.localisation, self.tracking or s.tracking, setup, suite
@@ -113,7 +118,18 @@ class CampaignPlan:
 
 @dataclass(frozen=True, slots=True)
 class TrialSpec:
-    """One trial to run: its number in the results, and who does what, by name; `suite` as the user named it."""
+    """One trial to run.
+
+    Attributes:
+        index: Its number in the results.
+        scenario: The test.
+        robot: Who does it: a name, a preset or a file.
+        navigator: Who decides: a registered name or an address.
+        localisation: How the robot knows where it is, by name.
+        tracking: How it follows obstacles, by name.
+        setup: How much the navigator may think per control period.
+        suite: The suite that the scenario is of, as the user named it.
+    """
 
     index: int
     scenario: Scenario
@@ -125,10 +141,35 @@ class TrialSpec:
     suite: str
 
     @property
+    def task(self) -> str:
+        """What is to be done, and by which robot: readable, the same for every navigator."""
+        return f"{self.scenario.labels.suite}/{self.scenario.name}/{self.robot}"
+
+    @property
     def id(self) -> str:
         """Readable, unique in its campaign."""
-        id = f"{self.scenario.labels.suite}/{self.scenario.name}/{self.robot}/{self.navigator}"
+        id = f"{self.task}/{self.navigator}"
         return id if self.setup.name is None else f"{id}/{self.setup.name}"
+
+
+def _refuse_unknown(plan: CampaignPlan, found: set[str]) -> None:
+    """Complain of the first scenario that is asked for and that no suite has."""
+    missing = [name for name in plan.selection.scenarios if name not in found]
+    if not missing:
+        return
+    every = dataclasses.replace(plan.selection, scenarios=(), seeds=None)  # frozen ones: their names are alike
+    known = [
+        scenario.name
+        for suite in plan.suites
+        for robot in plan.robots
+        for scenario in load_suite(suite).build(load_robot(robot), every, plan.seed)
+    ]
+    close = difflib.get_close_matches(missing[0], known, n=1, cutoff=0.5)
+    raise ClearwayError(
+        f"no scenario of {', '.join(map(repr, plan.suites))} that is selected has the name {missing[0]!r}"
+        + (f"; did you mean {close[0]!r}?" if close else ""),
+        field="scenarios",
+    )
 
 
 def granted_map(plan: str | None, scenario: Scenario) -> OccupancyGrid | None:

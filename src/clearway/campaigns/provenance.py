@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import datetime
 import hashlib
 import json
@@ -12,20 +13,27 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.geometry.grid import OccupancyGrid
 from clearway.robots import load_robot
+from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.plan import FloorPlan
 
 
 def asked_of_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
-    """What campaign.json holds of a simulated campaign, and resuming compares: everything that decides the bits."""
+    """What campaign.json holds of a simulated campaign, and resuming and rerunning compare: all that decides the bits.
+
+    Of each task (a scenario with its floor plan, and the robot that it was made for) it is a digest.
+    """
     robots = {name: json.loads(load_robot(name).model_dump_json()) for name in plan.robots}  # JSON knows no infinity
-    seen = hashlib.sha256()
-    for spec in specs:
-        seen.update(spec.id.encode("utf-8", "backslashreplace"))
-        seen.update(spec.scenario.model_dump_json().encode())
-    grid = None if plan.map in (None, "true") else granted_map(plan.map, specs[0].scenario)
-    if grid is not None:
-        seen.update(grid.data.tobytes())
-    return asked_of(robots) | {"plan": json.loads(json.dumps(plan.to_json())), "scenarios": seen.hexdigest()}
+    floors = {name: _floor(load_floor_plan(name)) for name in {spec.scenario.floor_plan for spec in specs}}
+    tasks = {spec.task: (spec.scenario.model_dump_json(), floors[spec.scenario.floor_plan]) for spec in specs}
+    own = () if plan.map in (None, "true") else (granted_map(plan.map, spec.scenario) for spec in specs)
+    grid = next((grid for grid in own if grid is not None), None)
+    return asked_of(robots) | {
+        "plan": json.loads(json.dumps(plan.to_json())),
+        "map": None if grid is None else _grid(grid),
+        "tasks": {task: _digest(*parts) for task, parts in tasks.items()},
+    }
 
 
 def asked_of(robots: Mapping[str, Any]) -> dict[str, Any]:
@@ -53,3 +61,20 @@ def _version(package: str) -> str:
         return version(package)
     except PackageNotFoundError:
         return "unknown"
+
+
+def _floor(plan: FloorPlan) -> str:
+    """A digest of what stands in a floor plan and of its map."""
+    bodies = [(f.name, f.kind, dataclasses.asdict(f.shape), f.pose.tolist()) for f in plan.fixtures]
+    return _digest(json.dumps([bodies, plan.area]), "" if plan.map is None else _grid(plan.map))
+
+
+def _grid(grid: OccupancyGrid) -> str:
+    return _digest(json.dumps([grid.resolution, grid.origin, grid.data.shape]), grid.data.tobytes())
+
+
+def _digest(*parts: str | bytes) -> str:
+    seen = hashlib.sha256()
+    for part in parts:
+        seen.update(part.encode("utf-8", "backslashreplace") if isinstance(part, str) else part)
+    return seen.hexdigest()[:16]

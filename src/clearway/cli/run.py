@@ -41,6 +41,10 @@ def run(
     sizes: _options.Sizes = None,
     gaps: _options.Gaps = None,
     worlds: Annotated[list[int] | None, typer.Option("--worlds", help="Only these worlds (barn).")] = None,
+    scenarios: Annotated[
+        list[str] | None,
+        typer.Option("--scenario", help="Only these scenarios, by name (the column scenario of trials.csv)."),
+    ] = None,
     official: Annotated[
         bool, typer.Option("--official", help="BARN's official set: 50 worlds, ten runs each.")
     ] = False,
@@ -110,6 +114,7 @@ def run(
                 sizes=sizes or (),
                 gaps=gaps or (),
                 worlds=worlds or (),
+                scenarios=scenarios or (),
                 seeds=seeds,
                 repetitions=repetitions,
                 floor_plan=floor_plan,

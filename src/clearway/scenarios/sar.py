@@ -63,7 +63,7 @@ def build(
     return [
         _scenario(suite, case, label, drawn, robot, speed, repetition, seed)
         for case in _chosen(cases, selection)
-        for label, drawn in _drawn(case, selection.seeds, generator)
+        for label, drawn in _drawn(case, selection, generator)
         for speed in selection.speeds or (min(case.speed, robot.drive.v_max),)
         for repetition in range(1, (selection.repetitions or 1) + 1)
     ]
@@ -75,20 +75,31 @@ def _chosen(cases: Sequence[str], selection: Selection) -> list[Case]:
 
 def _calls(selection: Selection, cases: Sequence[str]) -> list[tuple[Case, int]]:
     """What `generate` is to be called with for the `selection`."""
-    return [(case, seed) for case in _chosen(cases, selection) for seed in range(*(selection.seeds or (0, 0)))]
+    return [(case, seed) for case in _chosen(cases, selection) for seed in _seeds(case, selection)]
 
 
-def _drawn(case: Case, seeds: tuple[int, int] | None, generator: Generator) -> list[tuple[str, Drawn]]:
+def _drawn(case: Case, selection: Selection, generator: Generator) -> list[tuple[str, Drawn]]:
     """Labels and obstacles."""
-    if seeds is None:
+    if selection.seeds is None:
         return [(f"scenario-{i}", drawn) for i, drawn in enumerate(frozen()[case.name], 1)]
-    return [(f"seed-{s}", generator(case, s)) for s in range(*seeds)]
+    return [(f"seed-{seed}", generator(case, seed)) for seed in _seeds(case, selection)]
+
+
+def _seeds(case: Case, selection: Selection) -> list[int]:
+    """The seeds to draw from, without those that give no scenario of a name that is asked for."""
+    seeds = range(*(selection.seeds or (0, 0)))
+    wanted = [name.rpartition("-v")[0] for name in selection.scenarios]
+    return [s for s in seeds if not wanted or _stem(case, f"seed-{s}") in wanted]
+
+
+def _stem(case: Case, label: str) -> str:
+    return f"{case.name.replace(' ', '-')}-{label}"
 
 
 def _scenario(
     suite: str, case: Case, label: str, drawn: Drawn, robot: Robot, speed: float, repetition: int, seed: int
 ) -> Scenario:
-    name = f"{case.name.replace(' ', '-')}-{label}-v{speed:g}-r{repetition}"
+    name = f"{_stem(case, label)}-v{speed:g}-r{repetition}"
     return Scenario(
         name=name,
         floor_plan="arena",

@@ -25,6 +25,7 @@ class Selection:
         gaps: in multiples of d_base. repetitions: how many of each. worlds: numbers of BARN's worlds.
         floor_plan: to use instead of the suite's. seeds: (a, b): instead of the suite's frozen scenarios those that
         its generator draws from the seeds a, a + 1, ..., b - 1. disturbance: factor on each scenario's disturbance.
+        scenarios: names; a suite that has none of them gives no scenario.
     """
 
     batches: tuple[str, ...] = ()
@@ -38,6 +39,7 @@ class Selection:
     floor_plan: str | None = None
     seeds: tuple[int, int] | None = None
     disturbance: float | None = None
+    scenarios: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,7 +76,7 @@ class Suite:
     Attributes:
         batches: names, in the order in which they run. configurations: names.
         make: builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered;
-        of the selection it heeds `floor_plan`, `repetitions`, `worlds`, `seeds`.
+        of the selection it heeds `floor_plan`, `repetitions`, `worlds`, `seeds`; it may leave out what isn't among `scenarios`.
         file: where it was read from, None for one that comes with Clearway. generator: draws more scenarios from
         `Selection.seeds`, if it has one.
     """
@@ -89,7 +91,7 @@ class Suite:
     generator: Generator | None = None
 
     def build(self, robot: Robot, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
-        """The selected scenarios for `robot`, in the suite's order.
+        """The selected scenarios for `robot`, in the suite's order; none if it has none of `selection.scenarios`.
 
         A scenario's seed comes from the campaign's `seed` and its name alone: every navigator, every robot and every
         selection meets the same.
@@ -111,6 +113,10 @@ class Suite:
                 f"{factor:g} is no factor on a disturbance: 0 for none, 1 as it is, 2 for twice", field="disturbance"
             )
         made = self.make(robot, chosen, seed)
+        if chosen.scenarios:
+            made = [s for s in made if s.name in chosen.scenarios]
+            if not made:
+                return []
         _refuse_unknown(self, chosen, made)
         kept = [s for s in made if _selects(chosen, s)]
         if not kept:
