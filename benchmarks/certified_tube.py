@@ -30,7 +30,7 @@ from clearway.geometry.streams import stream, uniform
 from clearway.navigators.hp_st.certificate import Rules, Safety, braking_tail, certify, longest_certified
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.navigators.hp_tmpc.ancillary import linearise
-from clearway.robots import load_robot
+from clearway.robots import DriveLimits, load_robot
 
 KINDS = (
     "random",
@@ -52,26 +52,22 @@ BASES = {  # period, disturbance (5,), error of the perceived pose (3,)
 }
 
 
-def limits_of(name: str) -> FloatArray:
-    """(7,) as `drive` takes them; the rescue robot drives backwards as well."""
-    d = load_robot(name).drive
-    low = -d.v_max if name == "rescue" else d.v_min
-    return np.array(
-        [low, d.v_max, d.acceleration, d.deceleration, d.omega_max, d.angular_acceleration, d.angular_deceleration]
-    )
+def limits_of(name: str) -> DriveLimits:
+    """What the base of a robot can do."""
+    return load_robot(name).limits()
 
 
-def random_commands(limits: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+def random_commands(limits: DriveLimits, count: int, rng: np.random.Generator) -> FloatArray:
     """(count, 2) commands that are held for 1 to 6 periods each: anything within the limits, at them, turns, rest."""
     held: list[tuple[float, float]] = []
     while len(held) < count:
-        v, w = rng.uniform(limits[0], limits[1]), rng.uniform(-limits[4], limits[4])
-        ways = ((0.0, 0.0), (0.0, w), (v, 0.0), (v, 0.0), (limits[1], w), *[(v, w)] * 5)
+        v, w = rng.uniform(limits.v_min, limits.v_max), rng.uniform(-limits.omega_max, limits.omega_max)
+        ways = ((0.0, 0.0), (0.0, w), (v, 0.0), (v, 0.0), (limits.v_max, w), *[(v, w)] * 5)
         held += [ways[rng.integers(10)]] * int(rng.integers(1, 7))
     return np.array(held[:count])
 
 
-def stopping(state: FloatArray, commands: FloatArray, limits: FloatArray, period: float, rest: int) -> Plan:
+def stopping(state: FloatArray, commands: FloatArray, limits: DriveLimits, period: float, rest: int) -> Plan:
     """The plan that follows `commands`, brakes as hard as it can, and stands for `rest` periods more."""
     moved = drive(state, commands, limits, period)
     tail = braking_tail(np.concatenate([moved.states[-1], moved.velocities[-1]]), limits, period)
@@ -92,7 +88,7 @@ def worst_case(plan: Plan, tube: Tube, period: float, target: int, angle: float)
 
 
 def follow(
-    plan: Plan, tube: Tube, limits: FloatArray, period: float, disturbance: FloatArray, start: FloatArray, kind: int,
+    plan: Plan, tube: Tube, limits: DriveLimits, period: float, disturbance: FloatArray, start: FloatArray, kind: int,
     key: np.uint64, run: int, path: FloatArray, worst: FloatArray,
 ) -> None:  # fmt: skip
     """Follow `plan` with the tube's gains, disturbed in the manner KINDS[kind].
@@ -111,7 +107,7 @@ def follow(
 
 @kernel
 def _follow(
-    plan: Plan, tube: Tube, limits: FloatArray, period: float, disturbance: FloatArray, start: FloatArray, kind: int,
+    plan: Plan, tube: Tube, limits: DriveLimits, period: float, disturbance: FloatArray, start: FloatArray, kind: int,
     key: np.uint64, run: int, rows: FloatArray, path: FloatArray, worst: FloatArray,
 ) -> None:  # fmt: skip
     m, n = len(plan.inputs), max(1, math.ceil(period / STEP - 1e-9))
@@ -171,10 +167,13 @@ def _follow(
             radius = pushed[1] = pushed[2] = pushed[3] = 0.0
 
         nx, ny, nt = x, y, t
-        goal_v, goal_w = min(max(u[0], limits[0]), limits[1]), min(max(u[1], -limits[4]), limits[4])
+        goal_v, goal_w = (
+            min(max(u[0], limits.v_min), limits.v_max),
+            min(max(u[1], -limits.omega_max), limits.omega_max),
+        )
         for i in range(n):
-            v, mean_v = ramp(v, goal_v, limits[2], limits[3], h)
-            w, mean_w = ramp(w, goal_w, limits[5], limits[6], h)
+            v, mean_v = ramp(v, goal_v, limits.acceleration, limits.deceleration, h)
+            w, mean_w = ramp(w, goal_w, limits.angular_acceleration, limits.angular_deceleration, h)
             nx, ny, nt = arc(nx, ny, nt, mean_v + pushed[2], mean_w + pushed[3], h)
             share = (i + 1.0) / n
             x, y = nx + share * radius * math.cos(angle), ny + share * radius * math.sin(angle)
@@ -195,7 +194,7 @@ def _follow(
 
 
 def shares(
-    limits: FloatArray, period: float, disturbance: FloatArray, start: FloatArray, plans: int, runs: int, count: int,
+    limits: DriveLimits, period: float, disturbance: FloatArray, start: FloatArray, plans: int, runs: int, count: int,
     key: np.uint64,
 ) -> FloatArray:  # fmt: skip
     """(plans, kinds, 7) worst shares of the bounds over `runs` of each kind along each of `plans` random plans."""

@@ -12,10 +12,11 @@ from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import score_row
 from clearway.indicators.avoidable import FORESIGHT, PLANNER, TOO_LATE, avoidable
 from clearway.indicators.escape import escapes, prolonged
+from clearway.robots import DriveLimits
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Span, Trial
 
 PERIOD = 0.15
-AT_ONCE = (np.inf,) * 4
+AT_ONCE = DriveLimits(-1.0, 1.0, np.inf, np.inf, 1.5, np.inf, np.inf)
 
 
 def contact(discs: np.ndarray, *, sight: float | None = 4.0, bodies: tuple[Body, ...] = (), **changes: object) -> Trial:
@@ -26,7 +27,7 @@ def contact(discs: np.ndarray, *, sight: float | None = 4.0, bodies: tuple[Body,
     leg = Leg("way", robot[0], np.array([9.0, 0.0, 0.0]), 0.2, np.inf)
     attempt = Attempt(
         Labels("own", "own", "own", 1.0), "rescue", "some", "truth", Circle(0.25), (leg,), bodies + moving_obstacles, 1.0, PERIOD,
-        drive=(-1.0, 1.0, 1.5), rates=AT_ONCE, sight=sight,
+        limits=AT_ONCE, sight=sight,
     )  # fmt: skip
     t = PERIOD * np.arange(n)
     trial = Trial(
@@ -57,18 +58,18 @@ def test_a_ring_is_left_in_time_or_not_at_all() -> None:
     assert avoidable(contact(ring(1, 1.0), sight=None)) == PLANNER, "which does not matter here"
 
 
-@pytest.mark.parametrize(("drive", "expected"), [((-1.0, 1.0, 1.5), PLANNER), ((0.0, 1.0, 1.5), FORESIGHT)])
-def test_backwards_is_a_way_out_for_who_can_drive_so(drive: tuple[float, float, float], expected: str) -> None:
+@pytest.mark.parametrize(("v_min", "expected"), [(-1.0, PLANNER), (0.0, FORESIGHT)])
+def test_backwards_is_a_way_out_for_who_can_drive_so(v_min: float, expected: str) -> None:
     """A corridor as wide as the robot with a disc that comes along it: there is no time left to turn around."""
     walls = tuple(Body(f"wall {s}", "wall", rectangle(40.0, 0.1), np.array([0.0, 0.31 * s, 0.0])) for s in (-1, 1))
     disc = ring(1, 0.6)
-    assert avoidable(contact(disc, bodies=walls, drive=drive)) == expected
+    assert avoidable(contact(disc, bodies=walls, limits=AT_ONCE._replace(v_min=v_min))) == expected
 
 
 @pytest.mark.parametrize(("rate", "expected"), [(np.inf, True), (2.0, True), (0.2, False)])
 def test_a_base_that_cannot_speed_up_does_not_get_away(rate: float, expected: bool) -> None:
     """A disc at 1.5 m/s, 1.125 m off: to get 0.6 m aside or away the robot has about 0.75 s."""
-    trial = contact(ring(1, 1.5), rates=(rate, rate, 10.0, 10.0))
+    trial = contact(ring(1, 1.5), limits=DriveLimits(-1.0, 1.0, rate, rate, 1.5, 10.0, 10.0))
     end = float(trial.t[-1])
     assert escapes(trial, end - 0.75, end + 1.5) is expected
     assert escapes(trial, end - 5.0, end + 1.5) is True
@@ -90,7 +91,7 @@ def test_an_escape_has_to_last() -> None:
 def test_what_is_no_contact_has_no_class() -> None:
     trial = contact(ring(1, 1.0))
     assert avoidable(replace(trial, outcome=Outcome.TIMEOUT, events=())) == ""
-    assert avoidable(replace(trial, attempt=replace(trial.attempt, rates=None))) == ""
+    assert avoidable(replace(trial, attempt=replace(trial.attempt, limits=None))) == ""
     row = score_row(
         replace(trial, events=(Event(0.0, "assumption", "too fast"), Event(0.3, "assumption", "a"), *trial.events))
     )

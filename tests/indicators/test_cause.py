@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -10,9 +11,15 @@ import pytest
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import INDICATORS, score_row
 from clearway.indicators.cause import cause, who_moved
+from clearway.robots import DriveLimits
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Span, Trial
 
 PERIOD = 0.15
+
+
+def at_once(v_min: float, v_max: float, omega_max: float) -> DriveLimits:
+    """Of a base that takes up any speed at once."""
+    return DriveLimits(v_min, v_max, math.inf, math.inf, omega_max, math.inf, math.inf)
 
 
 def contact(robot: np.ndarray, moving_obstacles: np.ndarray, *, status: str = "", stood: bool = False) -> Trial:
@@ -26,7 +33,7 @@ def contact(robot: np.ndarray, moving_obstacles: np.ndarray, *, status: str = ""
     leg = Leg("forth", robot[0], np.array([9.0, 0.0, 0.0]), 0.2, np.inf)
     attempt = Attempt(
         Labels("own", "own", "own", 1.0), "rescue", "some", "truth", Circle(0.25), (leg,), bodies, 1.0, PERIOD,
-        drive=(0.0, 1.0, 1.5), optimal_time=5.0, optimal_path=4.0,
+        limits=at_once(0.0, 1.0, 1.5), optimal_time=5.0, optimal_path=4.0,
     )  # fmt: skip
     events = [Event(0.0, "status", status)] if status else []
     return Trial(
@@ -63,7 +70,7 @@ def test_walls_count_as_what_they_are(away: float, expected: str) -> None:
     """A disc comes at a robot that could turn aside, if the walls to both sides, 20 m long and `away` [m], let it."""
     trial = closing(1, 1.0)
     walls = tuple(Body(f"wall {y:g}", "wall", rectangle(20.0, 0.02), np.array([0.0, y, 0.0])) for y in (-away, away))
-    attempt = replace(trial.attempt, bodies=walls + trial.attempt.bodies, drive=(0.0, 2.0, 4.0))
+    attempt = replace(trial.attempt, bodies=walls + trial.attempt.bodies, limits=at_once(0.0, 2.0, 4.0))
     assert (
         cause(replace(trial, attempt=attempt, moving_obstacles=trial.moving_obstacles - [0.001, 0.0, 0.0])) == expected
     )

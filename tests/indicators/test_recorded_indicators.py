@@ -340,7 +340,7 @@ def test_what_no_recording_can_have_is_no_reason():
 
 
 def test_nobody_can_tell_why_a_recorded_robot_touched_something():
-    trial = recorded(shuttle(outcome=Outcome.COLLISION, events=(Event(5.0, "contact", "seen"),)), drive=None)
+    trial = recorded(shuttle(outcome=Outcome.COLLISION, events=(Event(5.0, "contact", "seen"),)), limits=None)
     assert score_row(trial)["failure"] == "collision"
     assert score_row(trial)["cause"] == ""
     lost_speed = replace(trial, velocity=np.full_like(trial.velocity, np.nan))

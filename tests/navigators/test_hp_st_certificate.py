@@ -27,11 +27,12 @@ from clearway.navigators.hp_st.certificate import (
     stopped_after,
 )
 from clearway.navigators.hp_st.tube import drive, room, tube
+from clearway.robots import DriveLimits
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "certified_tube.py"
 PERIOD = 0.15
-INSTANT = np.array([-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf])
-HOSBOT = np.array([-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0])
+INSTANT = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
+HOSBOT = DriveLimits(-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0)
 SHOVED = np.array([0.01, 0.01, 0.0, 0.0, 0.0])
 DISC = footprint(Circle(0.25))
 FREE = Rules(math.inf, np.array([-math.inf, -math.inf, math.inf, math.inf]), math.inf, 0.0)
@@ -200,7 +201,7 @@ def test_braking_by_hand() -> None:
 
 
 @pytest.mark.parametrize("limits", [INSTANT, HOSBOT])
-def test_the_longest_certified_part_is_the_longest(benchmark: Any, limits: FloatArray) -> None:
+def test_the_longest_certified_part_is_the_longest(benchmark: Any, limits: DriveLimits) -> None:
     rng = np.random.default_rng(8)
     safety, found = Safety(limits, PERIOD, SHOVED, np.zeros(3)), []
     for _ in range(60):

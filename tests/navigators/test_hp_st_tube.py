@@ -15,12 +15,12 @@ from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
-from clearway.robots import load_robot
+from clearway.robots import DriveLimits, load_robot
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "certified_tube.py"
 PERIOD = 0.15
-RESCUE = np.array([-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf])
-RAMPED = np.array([-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0])
+RESCUE = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
+RAMPED = DriveLimits(-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0)
 SHOVED = np.array([0.01, 0.01, 0.0, 0.0, 0.0])
 EXACT = np.zeros(3)
 
@@ -141,4 +141,4 @@ def test_a_ramped_base_has_no_feedback_and_a_bound_on_its_ramps() -> None:
 
 def test_the_robots_files_are_what_the_benchmark_drives(benchmark: Any) -> None:
     hosbot = load_robot("hosbot").drive
-    assert benchmark.limits_of("hosbot")[2:4].tolist() == [hosbot.acceleration, hosbot.deceleration]
+    assert benchmark.limits_of("hosbot")[2:4] == (hosbot.acceleration, hosbot.deceleration)

@@ -15,14 +15,13 @@ from clearway.contract import Command, Decision, Sensing, Task
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
-from clearway.robots import Robot, load_robot
+from clearway.robots import DriveLimits, Robot, load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.world import simulate_in
-from clearway.world.plant import drive_limits
 from clearway.world.tracks import stack
 
 SHOVED = np.array([0.01, 0.01, 0.0, 0.0, 0.0])
-INSTANT = np.array([-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf])
+INSTANT = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
 ROBOTS = {"rescue": SHOVED, "hosbot": np.array([0.004, 0.01, 0.05, 0.08, 0.0])}
 
 
@@ -30,7 +29,7 @@ class Wanderer:
     """A pilot that drives at random and watches."""
 
     def __init__(self, assumed: FloatArray, robot: Robot, seed: int) -> None:
-        self.limits = drive_limits(robot.drive, 99.0)
+        self.limits = robot.limits()
         self.watch = AssumptionMonitor(self.limits, robot.period, assumed, np.zeros(3))
         self.rng, self.texts, self.count = np.random.default_rng(seed), list[str](), 0
 

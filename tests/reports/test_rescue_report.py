@@ -57,7 +57,7 @@ def trial(suite: str, setup: str, navigator: str, number: int, run: paper_b.Run)
     )
     attempt = Attempt(
         Labels(suite, suite[4:], f"scenario-{number}", 1.0, setup=setup), "rescue", navigator, "truth", Circle(0.25), (leg,),
-        bodies, 1.0, 0.15, scenario=f"{suite}-{number}", seed=number, optimal_time=14.7, optimal_path=14.7, drive=(0.0, 1.0, 1.5),
+        bodies, 1.0, 0.15, scenario=f"{suite}-{number}", seed=number, optimal_time=14.7, optimal_path=14.7,
     )  # fmt: skip
     velocity = np.tile([0.4, 0.0], (n, 1))
     end = float(t[-1])
@@ -150,7 +150,7 @@ def test_failures_are_linked_to_their_replays(results: Results) -> None:
     row = by["Search-and-rescue robot · hl-rrt · set-up 1"]
     own = [r["trial"] for r in f.rows if (r["suite"], r["navigator"], r["setup"]) == ("sar-case2", "hl-rrt", "1")]
     column = [c.name for c in table.columns].index("not known")
-    assert row[column].trials == tuple(own), "these trials were made without the base's accelerations"
+    assert row[column].trials == tuple(own), "these trials do not know what their base can do"
     text = write_report(results.path).read_text(encoding="utf-8")
     assert f'<a href="#replay-{own[0]}" title="replay trial {own[0]}">{own[0]}</a>' in text
 

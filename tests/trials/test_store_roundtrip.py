@@ -21,6 +21,7 @@ from made_trials import make_recorded, make_trial
 from clearway.contract import BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, Polygon
+from clearway.robots import DriveLimits
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 from clearway.trials.store import TrialStore, open_results
 
@@ -69,8 +70,7 @@ attempts = st.builds(
     tracking=text,
     optimal_time=maybe,
     optimal_path=maybe,
-    drive=st.none() | st.tuples(anything, anything, anything),
-    rates=st.none() | st.tuples(anything, anything, anything, anything),
+    limits=st.none() | st.builds(DriveLimits, *[anything] * 7),
     sight=maybe,
     source=st.sampled_from(["simulated", "recorded"]),
 )

@@ -18,6 +18,7 @@ from clearway.geometry.shapes import Circle, FloatArray
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.legs import contact_on_a_leg, until_contact
 from clearway.indicators.success import AT_REST, failure
+from clearway.robots.drive_limits import DriveLimits
 from clearway.trials import Outcome, Trial
 
 WINDOW = 0.75
@@ -87,7 +88,7 @@ def _touched(trial: Trial) -> int | None:
 def _crushed(trial: Trial) -> bool | None:
     """Whether each sampled manoeuvre from `WINDOW` before the end touches something until the end; None: unknown."""
     a = trial.attempt
-    if a.footprint is None or a.drive is None or not len(trial.t):
+    if a.footprint is None or a.limits is None or not len(trial.t):
         return None
     begin = max(float(trial.t[-1]) - WINDOW, float(trial.t[0]))
     theta = np.unwrap(trial.pose[:, 2])
@@ -95,7 +96,7 @@ def _crushed(trial: Trial) -> bool | None:
     times = begin + np.arange(_STEP, 2.0 * WINDOW + 1e-9, _STEP)
     if not np.isfinite(start).all():
         return None
-    poses = _manoeuvres(start, a.drive, len(times))
+    poses = _manoeuvres(start, a.limits, len(times))
     tracks = [_track(trial, m, times) for m in range(trial.moving_obstacles.shape[1])]
     moving_obstacles = np.stack(tracks, axis=1) if tracks else np.empty((len(times), 0, 3))
     gaps = min_clearance(a.footprint, poses.reshape(-1, 3), a.bodies, np.tile(moving_obstacles, (len(poses), 1, 1)))
@@ -103,11 +104,10 @@ def _crushed(trial: Trial) -> bool | None:
     return crushed if crushed or all(b.outlined for b in a.bodies) else None
 
 
-def _manoeuvres(start: FloatArray, drive: tuple[float, float, float], steps: int) -> FloatArray:
+def _manoeuvres(start: FloatArray, limits: DriveLimits, steps: int) -> FloatArray:
     """(k, steps, 3) poses along every pair of commands, the second from the middle on."""
-    v_min, v_max, omega_max = drive
-    commands = np.array([(v, w) for v in np.append(np.linspace(v_min, v_max, _SPEEDS), 0.0)
-                         for w in np.linspace(-omega_max, omega_max, _TURNS)])  # fmt: skip
+    commands = np.array([(v, w) for v in np.append(np.linspace(limits.v_min, limits.v_max, _SPEEDS), 0.0)
+                         for w in np.linspace(-limits.omega_max, limits.omega_max, _TURNS)])  # fmt: skip
     pairs = np.concatenate([np.repeat(commands, len(commands), 0), np.tile(commands, (len(commands), 1))], axis=1)
     x, y, theta = (np.full(len(pairs), float(s)) for s in start)
     out = np.empty((len(pairs), steps, 3))

@@ -27,6 +27,7 @@ from scipy.ndimage import distance_transform_edt
 
 from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray, circumscribed_radius, inscribed_radius
+from clearway.robots.drive_limits import DriveLimits, immediate
 from clearway.trials import Body, Trial
 
 STEP = 0.15
@@ -50,7 +51,7 @@ def escapes(
     None where nobody knows: the trial lacks footprint, limits, speed, a pose, or a body's outline.
     """
     a = trial.attempt
-    if a.footprint is None or a.drive is None or a.rates is None or trial.velocity is None or len(trial.t) < 2:
+    if a.footprint is None or a.limits is None or trial.velocity is None or len(trial.t) < 2:
         return None
     state = _state(trial, begin)
     if not np.isfinite(state).all() or not all(b.outlined for b in a.bodies):
@@ -91,8 +92,8 @@ def _viability(trial: Trial, state: FloatArray, bodies: Sequence[Body], tracks: 
     """From the last of the `tracks` (n, k, 3) back to the robot at `state` (5,)."""
     a = trial.attempt
     assert a.footprint is not None
-    assert a.drive is not None
-    ahead, steps = max(-a.drive[0], a.drive[1]) * STEP, len(tracks) // _LOOKS
+    assert a.limits is not None
+    ahead, steps = a.limits.fastest * STEP, len(tracks) // _LOOKS
     cell = max(_CELL, ahead * steps / _GRID)
     half = math.ceil(ahead * steps / cell) + 2
     centres = cell * np.arange(-half, half + 1)
@@ -136,11 +137,11 @@ def _found(
     """Whether a beam search from `state` (5,) reaches the end of the `tracks` (n, k, 3) of the moving `bodies`."""
     a = trial.attempt
     assert a.footprint is not None
-    assert a.drive is not None
-    commands, rates = _commands(a.drive, speeds, turns), np.asarray(a.rates)
+    assert a.limits is not None
+    commands = _commands(a.limits, speeds, turns)
     kept = state[None]
     for k in range(0, len(tracks), _LOOKS):
-        kept, ways = _carried(kept, commands, rates)
+        kept, ways = _carried(kept, commands, a.limits)
         at = np.repeat(tracks[k : k + _LOOKS], len(kept), axis=0)
         gaps = min_clearance(a.footprint, ways.reshape(-1, 3), bodies, at).reshape(_LOOKS, -1).min(axis=0)
         clear, worth = gaps > 0.0, gaps
@@ -149,7 +150,7 @@ def _found(
             clear &= worth > 0.0
         if not clear.any():
             return False
-        kept = _thinned(kept[clear], worth[clear], width, moving=bool(np.isfinite(rates).any()))
+        kept = _thinned(kept[clear], worth[clear], width, moving=not immediate(a.limits))
     return True
 
 
@@ -217,8 +218,8 @@ def _near(trial: Trial, state: FloatArray, times: FloatArray) -> tuple[list[Body
     """The bodies that the robot could meet by the last of `times` (n,), and the poses (n, k, 3) of those that move."""
     a = trial.attempt
     assert a.footprint is not None
-    assert a.drive is not None
-    fastest = max(-a.drive[0], a.drive[1])
+    assert a.limits is not None
+    fastest = a.limits.fastest
     own, still = circumscribed_radius(a.footprint), [b for b in a.bodies if b.pose is not None]
     reach = own + fastest * (float(times[-1]) - float(times[0]) + STEP)
     close = [b for b in still if min_clearance(a.footprint, state[None, :3], [b], np.empty((1, 0, 3)))[0] <= reach]
@@ -229,24 +230,23 @@ def _near(trial: Trial, state: FloatArray, times: FloatArray) -> tuple[list[Body
     return [*close, *(moving[k] for k in met)], np.ascontiguousarray(tracks[:, met])
 
 
-def _commands(drive: tuple[float, float, float], speeds: int, turns: int) -> FloatArray:
+def _commands(limits: DriveLimits, speeds: int, turns: int) -> FloatArray:
     """(k, 2) target speeds: all pairs of forward speeds (rest among them) and yaw rates."""
-    v_min, v_max, omega_max = drive
-    forward = np.unique(np.append(np.linspace(v_min, v_max, speeds), 0.0))
-    return np.array([(v, w) for v in forward for w in np.linspace(-omega_max, omega_max, turns)])
+    forward = np.unique(np.append(np.linspace(limits.v_min, limits.v_max, speeds), 0.0))
+    return np.array([(v, w) for v in forward for w in np.linspace(-limits.omega_max, limits.omega_max, turns)])
 
 
-def _carried(states: FloatArray, commands: FloatArray, rates: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _carried(states: FloatArray, commands: FloatArray, limits: DriveLimits) -> tuple[FloatArray, FloatArray]:
     """Each of `states` (n, 5) under each of `commands` (k, 2): the states (n k, 5) a step later, and the poses on the
     way (`_LOOKS`, n k, 3)."""
     goal = np.tile(commands, (len(states), 1))
     x, y, theta, v, w = np.repeat(states, len(commands), axis=0).T
     ways, h = np.empty((_LOOKS, len(goal), 3)), STEP / _LOOKS
     for k in range(_LOOKS):
-        before, v = v, _ramp(v, goal[:, 0], rates[0] * h, rates[1] * h)
-        turned, w = w, _ramp(w, goal[:, 1], rates[2] * h, rates[3] * h)
-        mean_v = 0.5 * (before + v) if np.isfinite(rates[0]) else v
-        mean_w = 0.5 * (turned + w) if np.isfinite(rates[2]) else w
+        before, v = v, _ramp(v, goal[:, 0], limits.acceleration * h, limits.deceleration * h)
+        turned, w = w, _ramp(w, goal[:, 1], limits.angular_acceleration * h, limits.angular_deceleration * h)
+        mean_v = 0.5 * (before + v) if np.isfinite(limits.acceleration) else v
+        mean_w = 0.5 * (turned + w) if np.isfinite(limits.angular_acceleration) else w
         half = 0.5 * h * mean_w
         chord = h * mean_v * np.sinc(half / np.pi)
         x, y, theta = x + chord * np.cos(theta + half), y + chord * np.sin(theta + half), theta + 2.0 * half

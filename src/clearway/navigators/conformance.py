@@ -158,7 +158,7 @@ def _not_finite(c: Command) -> str:
 
 
 def _beyond(c: Command, robot: Robot) -> str:
-    d = robot.drive
+    d = robot.limits()
     top = min(practice_room.SPEED, d.v_max)
     if not d.v_min - SLACK <= c.v <= top + SLACK:
         return f"v = {c.v:.4g} m/s; the robot and the set speed allow {d.v_min:g} to {top:g}"

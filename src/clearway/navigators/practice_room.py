@@ -118,7 +118,7 @@ class Room:
 
     def obey(self, command: Command) -> None:
         """Move for one control period, about as the robot's drive would."""
-        d, dt = self.robot.drive, self.robot.period
+        d, dt = self.robot.limits(), self.robot.period
         v = _towards(self.velocity[0], min(max(command.v, d.v_min), d.v_max), d.acceleration * dt)
         omega = min(max(command.omega, -d.omega_max), d.omega_max)
         omega = _towards(self.velocity[1], omega, d.angular_acceleration * dt)

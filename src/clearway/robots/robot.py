@@ -6,6 +6,7 @@ A robot's file holds one table per part and a `[sources]` table that says where 
 
 from __future__ import annotations
 
+import math
 import tomllib
 from functools import lru_cache
 from importlib import resources
@@ -16,6 +17,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape
+from clearway.robots.drive_limits import DriveLimits
 from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
 
@@ -61,8 +63,8 @@ class PolygonSpec(_Part):
 FootprintSpec = Annotated[CircleSpec | PolygonSpec, Field(discriminator="kind")]
 
 
-class DriveLimits(_Part):
-    """Limits of a differential drive, as the base's own controller enforces them."""
+class DriveSpec(_Part):
+    """Limits of a differential drive, as the base's own controller enforces them, and where it turns about."""
 
     v_max: Positive = Field(description="forward speed, m/s")
     v_min: Finite = Field(description="most negative speed (reverse), m/s, at most 0", le=0)
@@ -124,7 +126,7 @@ class Robot(_Part):
         default=None, description="what its planner believes; default: the footprint"
     )
     period: Positive = Field(description="control period, s")
-    drive: DriveLimits
+    drive: DriveSpec
     lidar: Lidar | None = None
     camera: Camera | None = Field(default=None, description="sees obstacles as discs; default: none")
     odometry: Odometry
@@ -151,6 +153,19 @@ class Robot(_Part):
     def planner_shape(self) -> Shape:
         """The shape that its own planner keeps clear of obstacles."""
         return (self.planner_footprint or self.footprint).shape()
+
+    def limits(self, speed: float = math.inf) -> DriveLimits:
+        """What its base can do where no more than `speed` [m/s] is allowed either way."""
+        d = self.drive
+        return DriveLimits(
+            v_min=d.v_min,
+            v_max=d.v_max,
+            acceleration=d.acceleration,
+            deceleration=d.deceleration,
+            omega_max=d.omega_max,
+            angular_acceleration=d.angular_acceleration,
+            angular_deceleration=d.angular_deceleration,
+        ).capped(speed)
 
     def source(self, field: str) -> str | None:
         """Where the value of the dotted `field` comes from: the entry of `sources` that is its longest prefix."""

@@ -18,6 +18,7 @@ import pyarrow as pa
 from clearway.contract import PLACED, BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape
+from clearway.robots.drive_limits import DriveLimits
 from clearway.trials.trial import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
 Tables: TypeAlias = dict[str, pa.Table]
@@ -220,8 +221,7 @@ def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
         **{name: _number(getattr(a, name)) for name in _NUMBERS},
         "labels": labels | {name: _number(getattr(a.labels, name)) for name in _LABEL_NUMBERS},
         "footprint": None if a.footprint is None else _shape(a.footprint),
-        "drive": None if a.drive is None else [_number(v) for v in a.drive],
-        "rates": None if a.rates is None else [_number(v) for v in a.rates],
+        "limits": None if a.limits is None else {name: _number(v) for name, v in a.limits._asdict().items()},
         "sight": _number(a.sight),
         "legs": [_leg(leg) for leg in a.legs],
         "bodies": [_body(b) for b in a.bodies[fixed:]],
@@ -234,27 +234,12 @@ def _read_attempt(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
     return Attempt(
         labels=Labels(**labels),
         footprint=None if d["footprint"] is None else _read_shape(d["footprint"]),
-        drive=_read_drive(d["drive"]),
-        rates=_read_rates(d.get("rates")),  # results from before it was recorded don't have it
+        limits=None if d["limits"] is None else DriveLimits(**{k: float(v) for k, v in d["limits"].items()}),
         sight=_read_number(d.get("sight")),
         legs=tuple(_read_leg(leg) for leg in d["legs"]),
         bodies=tuple(_read_body(b) for b in (*fixtures, *d["bodies"])),
         **rest,
     )
-
-
-def _read_drive(values: Sequence[Any] | None) -> tuple[float, float, float] | None:
-    if values is None:
-        return None
-    v_min, v_max, omega_max = (float(v) for v in values)
-    return v_min, v_max, omega_max
-
-
-def _read_rates(values: Sequence[Any] | None) -> tuple[float, float, float, float] | None:
-    if values is None:
-        return None
-    up, down, turning, straightening = (float(v) for v in values)
-    return up, down, turning, straightening
 
 
 def _fixed(bodies: Sequence[Body]) -> int:

@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from clearway.contract import BodyKind, Diagnostics, EventKind
 from clearway.geometry.shapes import FloatArray, Shape
+from clearway.robots.drive_limits import DriveLimits
 
 
 class Outcome(StrEnum):
@@ -100,8 +101,7 @@ class Attempt:
         privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
         weren't. optimal_time [s], optimal_path [m]: of the best that a clairvoyant could do, None where that is not known
         to 0.5 %.
-        drive: v_min, v_max [m/s], omega_max [rad/s] of the base at this set speed, None if unknown.
-        rates: its acceleration, deceleration [m/s^2], angular acceleration, deceleration [rad/s^2], inf: no limit, None if unknown.
+        limits: of the base at this set speed, None if unknown.
         sight: how far obstacles are perceived (the camera's range, without one the lidar's), m, None if unknown.
         source: `simulated` (what is known is exact) or `recorded` (what is known was measured).
     """
@@ -123,9 +123,8 @@ class Attempt:
     tracking: str = ""
     optimal_time: float | None = None
     optimal_path: float | None = None
-    drive: tuple[float, float, float] | None = None
+    limits: DriveLimits | None = None
     source: Literal["simulated", "recorded"] = "simulated"
-    rates: tuple[float, float, float, float] | None = None
     sight: float | None = None
 
 

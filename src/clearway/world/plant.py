@@ -22,7 +22,8 @@ from clearway.geometry.packing import to_box, transform
 from clearway.geometry.raycast import cast, cast_moving
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
-from clearway.robots import DriveLimits, Odometry
+from clearway.robots import Odometry
+from clearway.robots.drive_limits import DriveLimits
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.world.tracks import pose_at
 
@@ -37,14 +38,6 @@ X, Y, THETA, V, OMEGA = 0, 1, 2, 3, 4
 ODOM_X, ODOM_Y, ODOM_THETA, ODOM_V, ODOM_OMEGA = 5, 6, 7, 8, 9
 ODOMETER, NEXT_CHECK, ELAPSED = 10, 11, 12  # m; the first reading at which a static body must be looked at; s
 STATE = 13
-
-
-def drive_limits(drive: DriveLimits, speed: float) -> FloatArray:
-    """(7,) v_min, v_max, acceleration, deceleration, omega_max, angular acceleration, angular deceleration."""
-    return np.array(
-        [max(drive.v_min, -speed), min(drive.v_max, speed), drive.acceleration, drive.deceleration,
-         drive.omega_max, drive.angular_acceleration, drive.angular_deceleration]
-    )  # fmt: skip
 
 
 def odometry_errors(odometry: Odometry, key: np.uint64) -> FloatArray:
@@ -80,7 +73,7 @@ def disturb(bounds: FloatArray, key: np.uint64, count: int, out: FloatArray) -> 
 def tick(
     state: FloatArray, v: float, omega: float, count: int, rows: np.ndarray, times: FloatArray, moving_poses: FloatArray,
     period: float,
-    drive: FloatArray, errors: FloatArray, odometry_key: np.uint64, bounds: FloatArray, disturbance_key: np.uint64,
+    limits: DriveLimits, errors: FloatArray, odometry_key: np.uint64, bounds: FloatArray, disturbance_key: np.uint64,
     foot: FloatArray, foot_radius: float, foot_reach: float,
     still_points: FloatArray, still_first: np.ndarray, still_radius: FloatArray, boxes: FloatArray, due: FloatArray,
     points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, knots: FloatArray, speed: FloatArray,
@@ -90,7 +83,7 @@ def tick(
 
     Args:
         state: (STATE,), updated; ELAPSED is the time driven. v, omega: the command. count: of control periods so far.
-        drive, errors, bounds: see `drive_limits`, `odometry_errors`, `disturbance_bounds`. foot...: the footprint, packed.
+        limits: of the base. errors, bounds: see `odometry_errors`, `disturbance_bounds`. foot...: the footprint, packed.
         still_...: bodies that stand still, packed in the map frame, with their boxes (n, 4), and when each is due: the
         reading of the odometer up to which it needs no look. points...: moving bodies, packed in their own frames,
         with their tracks; slack: metres for which each needs no look.
@@ -102,8 +95,8 @@ def tick(
     """
     n = max(1, math.ceil(period / STEP - 1e-9))
     h = period / n
-    v_goal = min(max(v, drive[0]), drive[1])
-    w_goal = min(max(omega, -drive[4]), drive[4])
+    v_goal = min(max(v, limits.v_min), limits.v_max)
+    w_goal = min(max(omega, -limits.omega_max), limits.omega_max)
     robot, shape = np.empty_like(foot), np.empty_like(points)
     here, there = np.empty(3), np.empty(3)
     noise_v, noise_w = 0.0, 0.0
@@ -118,8 +111,8 @@ def tick(
     nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
     for i in range(n):
         v0, w0 = state[V], state[OMEGA]
-        v1, driven = ramp(v0, v_goal, drive[2], drive[3], h)
-        w1, steered = ramp(w0, w_goal, drive[5], drive[6], h)
+        v1, driven = ramp(v0, v_goal, limits.acceleration, limits.deceleration, h)
+        w1, steered = ramp(w0, w_goal, limits.angular_acceleration, limits.angular_deceleration, h)
         vm, wm = driven + push[3], steered + push[4]
         x, y = state[X], state[Y]
         advance = abs(vm) + drift

@@ -276,13 +276,7 @@ def attempt_of(
         tracking=tracking,
         optimal_time=None if optimal is None else optimal.time,
         optimal_path=None if optimal is None else optimal.path,
-        drive=(max(robot.drive.v_min, -scenario.speed), min(robot.drive.v_max, scenario.speed), robot.drive.omega_max),
-        rates=(
-            robot.drive.acceleration,
-            robot.drive.deceleration,
-            robot.drive.angular_acceleration,
-            robot.drive.angular_deceleration,
-        ),
+        limits=robot.limits(scenario.speed),
         sight=robot.camera.range if robot.camera else robot.lidar.range_max if robot.lidar else None,
     )
 

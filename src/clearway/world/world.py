@@ -65,7 +65,7 @@ class World:
         self._slack = np.zeros(len(self._moving))
         self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
         self._tick: Any = (
-            robot.period, plant.drive_limits(robot.drive, speed), plant.odometry_errors(robot.odometry, key), key,
+            robot.period, robot.limits(speed), plant.odometry_errors(robot.odometry, key), key,
             plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
             still.points, still.first, still.radius, self._boxes, np.zeros(len(self._still)),

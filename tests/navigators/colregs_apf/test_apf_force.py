@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 from clearway.navigators.colregs_apf.encounters import CLEAR, GIVE_WAY, HEAD_ON, STAND_ON, STARBOARD
 from clearway.navigators.colregs_apf.force import CHANGE, EMERGENCY, Pace, course, roll_out, situation, steer, total
 from clearway.navigators.colregs_apf.potentials import Gains
+from clearway.robots import DriveLimits
 
 GAINS = Gains(1.0, 0.3, 1.0, 0.2, 4.0, 1.0, 0.3, 0.0, 1.0)
 RADIUS = 0.25
 GOAL = np.array((5.0, 1.0))
 NOWHERE = np.array((-np.inf, -np.inf, np.inf, np.inf))
 INF = math.inf
-PACE = Pace(0.15, 0.5, 2.0, 1.5, INF, INF, INF)
+PACE = Pace(DriveLimits(0.0, 0.5, INF, INF, 1.5, INF, INF), 2.0, 0.15)
 
 
 def felt(x, y, discs, v=(0.0, 0.0), kinds=None, area=NOWHERE):  # type: ignore[no-untyped-def]
@@ -83,7 +84,7 @@ def test_steer_without_limits() -> None:
 
 
 def test_steer_stops_in_time_within_its_limits() -> None:
-    slow = Pace(0.1, 1.0, 5.0, 2.0, 0.5, 0.8, 1.0)
+    slow = Pace(DriveLimits(0.0, 1.0, 0.5, 0.8, 2.0, 1.0, 1.5), 5.0, 0.1)
     x = theta = v = omega = 0.0
     for _ in range(200):
         v_new, omega_new = steer(0.0, theta, v, omega, max(3.0 - x, 0.0), slow)
@@ -109,7 +110,7 @@ def test_roll_out_in_the_open_is_straight_and_its_mean_is_the_attraction() -> No
 
 def test_the_horizons_weights() -> None:
     # within the cap the attraction is the distance: at k = 1, 2, 3 it is 0.85, 0.7 and 0.55 at 1 m/s
-    fast = PACE._replace(speed=1.0)
+    fast = PACE._replace(limits=PACE.limits._replace(v_max=1.0))
     _, mean = roll_out(np.zeros(3), np.zeros(2), np.array((1.0, 0.0)), np.empty((0, 6)), np.empty(0, np.int64), np.empty(0), NOWHERE, RADIUS, GAINS, fast, 3, 0.5)  # fmt: skip
     assert mean[0] == pytest.approx((0.5 * 0.85 + 0.25 * 0.7 + 0.125 * 0.55) / 0.875)
 

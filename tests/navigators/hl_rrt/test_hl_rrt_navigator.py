@@ -15,12 +15,12 @@ from clearway.geometry.motion import step_arc
 from clearway.navigators.hl_rrt import HlRrt
 from clearway.navigators.hl_rrt.checking import look
 from clearway.navigators.hl_rrt.following import Body, follow, turn
-from clearway.robots import Robot, load_robot
+from clearway.robots import DriveLimits, Robot, load_robot
 
 RESCUE = load_robot("rescue")
 GOAL = Goal(np.array((6.0, 0.0, 0.0)), 0.2, math.pi)
-FAST = Body(0.5, 1.5, math.inf, math.inf, math.inf, math.inf, 0.15)
-SLOW = Body(0.5, 1.5, 1.0, 1.0, 2.0, 2.0, 0.1)
+FAST = Body(DriveLimits(0.0, 0.5, math.inf, math.inf, 1.5, math.inf, math.inf), 0.15)
+SLOW = Body(DriveLimits(0.0, 0.5, 1.0, 1.0, 1.5, 2.0, 2.0), 0.1)
 NOTHING = look(np.empty((0, 3)), 0.0, 0.0, 3.5, 0.5)
 
 
@@ -187,7 +187,7 @@ def test_following_a_jagged_path_it_does_not_sway(body: Body) -> None:
         pose = step_arc(pose, v, omega, body.period)
         if k >= 30:
             sway.append(pose[2])
-            assert v > 0.9 * body.speed
+            assert v > 0.9 * body.limits.v_max
     assert np.abs(sway).max() < 0.1
 
 

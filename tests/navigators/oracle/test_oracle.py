@@ -124,7 +124,7 @@ def test_it_survives_a_thousand_obstacles() -> None:
 
 
 def test_without_a_forecast_it_says_so() -> None:
-    with pytest.raises(ClearwayError, match=r"task\.forecast: the navigator 'oracle' needs"):
+    with pytest.raises(ClearwayError, match=r"task\.obstacle_oracle: the navigator 'oracle' needs"):
         Oracle().reset(task_of(None), RESCUE, np.random.default_rng(0))
 
 

@@ -22,6 +22,7 @@ from clearway.navigators.colregs_apf.encounters import (
     side_to_pass,
 )
 from clearway.navigators.colregs_apf.potentials import Gains, attraction, emergency, risk, static
+from clearway.robots.drive_limits import DriveLimits
 
 EMERGENCY = 5
 """The status beyond those of `encounters`: a moving obstacle is nearer than d_m."""
@@ -32,15 +33,17 @@ CHANGE = math.radians(15.0)
 
 
 class Pace(NamedTuple):
-    """How the robot moves. `period` s; `speed` m/s; `turn_gain` 1/s; limits in m/s^2, rad/s and rad/s^2 (inf: none)."""
+    """How the robot moves.
 
-    period: float
-    speed: float
+    Attributes:
+        limits: of its base; `v_max` is the speed that it drives at.
+        turn_gain: of the heading's error, 1/s.
+        period: of control, s.
+    """
+
+    limits: DriveLimits
     turn_gain: float
-    omega_max: float
-    acceleration: float
-    deceleration: float
-    angular_acceleration: float
+    period: float
 
 
 @kernel
@@ -110,12 +113,14 @@ def steer(direction: float, theta: float, v: float, omega: float, d_g: float, pa
     the goal, `d_g` [m] away, and at the direction, and within what a period changes of the present `v` and `omega`.
     """
     e = wrap(direction - theta)
-    turn = min(pace.turn_gain * abs(e), pace.omega_max, _stopping(pace.angular_acceleration, abs(e)))
-    change = pace.angular_acceleration * pace.period
+    limits = pace.limits
+    rate = min(limits.angular_acceleration, limits.angular_deceleration)
+    turn = min(pace.turn_gain * abs(e), limits.omega_max, _stopping(rate, abs(e)))
+    change = rate * pace.period
     turn = min(max(math.copysign(turn, e), omega - change), omega + change)
-    drive = min(pace.speed, _stopping(pace.deceleration, d_g), d_g / pace.period) * max(0.0, math.cos(e))
-    drive = min(max(drive, v - pace.deceleration * pace.period), v + pace.acceleration * pace.period)
-    return max(drive, 0.0), min(max(turn, -pace.omega_max), pace.omega_max)
+    drive = min(limits.v_max, _stopping(limits.deceleration, d_g), d_g / pace.period) * max(0.0, math.cos(e))
+    drive = min(max(drive, v - limits.deceleration * pace.period), v + limits.acceleration * pace.period)
+    return max(drive, 0.0), min(max(turn, -limits.omega_max), limits.omega_max)
 
 
 @kernel

@@ -64,11 +64,8 @@ class ColregsApf:
         self._robot, self._parameters = robot, self.read_parameters(robot)
         self._gains = self._parameters.gains()
         self._radius = circumscribed_radius(robot.shape)
-        d = robot.drive
-        self._pace = Pace(
-            task.period, min(self._parameters.speed or math.inf, task.speed_limit, d.v_max), self._parameters.turn_gain,
-            d.omega_max, d.acceleration, d.deceleration, min(d.angular_acceleration, d.angular_deceleration),
-        )  # fmt: skip
+        limits = robot.limits(min(self._parameters.speed or math.inf, task.speed_limit))
+        self._pace = Pace(limits, self._parameters.turn_gain, task.period)
         self._area = np.array((-np.inf, -np.inf, np.inf, np.inf) if task.area is None else task.area)
         self._unrecognised = self._retuned
         self._encounters = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
@@ -105,7 +102,7 @@ class ColregsApf:
         if not mean.any():
             return Command(0.0, 0.0, arrived=arrived, status=STATUS[code])
         direction = course(
-            pose, mean, self._discs, self._kinds, self._sides, self._radius, self._gains, self._pace.speed
+            pose, mean, self._discs, self._kinds, self._sides, self._radius, self._gains, self._pace.limits.v_max
         )
         d_g = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
         v, omega = steer(direction, pose[2], velocity[0], velocity[1], d_g, self._pace)

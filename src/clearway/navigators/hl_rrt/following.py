@@ -10,6 +10,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hl_rrt.checking import FREE, Scene, edge
+from clearway.robots.drive_limits import DriveLimits
 
 _PARTS = 4
 """Chords by which the arc of a control period is checked, and that of braking."""
@@ -22,14 +23,14 @@ AHEAD = 1.0
 
 
 class Body(NamedTuple):
-    """What the drive can do (as in `Robot.drive`), with the control period [s] and the speed along a path [m/s]."""
+    """What the robot can do.
 
-    speed: float
-    omega_max: float
-    acceleration: float
-    deceleration: float
-    angular_acceleration: float
-    angular_deceleration: float
+    Attributes:
+        limits: of its base; `v_max` is the speed along a path.
+        period: of control, s.
+    """
+
+    limits: DriveLimits
     period: float
 
 
@@ -54,15 +55,17 @@ def follow(
     left = math.hypot(path[k, 0] - x, path[k, 1] - y)
     for i in range(k, last):
         left += math.hypot(path[i + 1, 0] - path[i, 0], path[i + 1, 1] - path[i, 1])
-    fastest = min(body.speed, left / body.period, math.sqrt(2.0 * body.deceleration * left))
+    fastest = min(body.limits.v_max, left / body.period, math.sqrt(2.0 * body.limits.deceleration * left))
 
-    error, away = _aim(path, k, pose, AHEAD * body.speed, scene)
+    error, away = _aim(path, k, pose, AHEAD * body.limits.v_max, scene)
     if abs(error) < 0.25 * math.pi:
         for half in range(_SLOWER):
             v, mean_v = _drive(fastest * 0.5**half, error, velocity[0], body)
-            wanted = min(max(2.0 * mean_v * math.sin(error) / max(away, near), -body.omega_max), body.omega_max)
+            wanted = min(
+                max(2.0 * mean_v * math.sin(error) / max(away, near), -body.limits.omega_max), body.limits.omega_max
+            )
             omega, mean_omega = ramp(
-                velocity[1], wanted, body.angular_acceleration, body.angular_deceleration, body.period
+                velocity[1], wanted, body.limits.angular_acceleration, body.limits.angular_deceleration, body.period
             )  # fmt: skip
             if _clear(x, y, theta, v, mean_v, mean_omega, body, scene):
                 return v, omega, True
@@ -73,14 +76,14 @@ def follow(
         v, mean_v = _drive(fastest * 0.5**half, error, velocity[0], body)
         if _clear(x, y, theta, v, mean_v, mean_omega, body, scene):
             return v, omega, True
-    v, mean_v = ramp(velocity[0], 0.0, body.acceleration, body.deceleration, body.period)
+    v, mean_v = ramp(velocity[0], 0.0, body.limits.acceleration, body.limits.deceleration, body.period)
     return v, omega, False
 
 
 @kernel
 def turn(error: float, velocity: FloatArray, body: Body) -> tuple[float, float]:
     """The command v, omega for one control period that brakes and turns by `error` [rad]."""
-    v, _ = ramp(velocity[0], 0.0, body.acceleration, body.deceleration, body.period)
+    v, _ = ramp(velocity[0], 0.0, body.limits.acceleration, body.limits.deceleration, body.period)
     omega, _ = _turn(error, velocity[1], body)
     return v, omega
 
@@ -114,18 +117,24 @@ def _along(path: FloatArray, k: int, x: float, y: float, left: float) -> tuple[f
 @kernel
 def _drive(fastest: float, error: float, v: float, body: Body) -> tuple[float, float]:
     wanted = fastest * math.cos(2.0 * error) if abs(error) < 0.25 * math.pi else 0.0
-    return ramp(v, wanted, body.acceleration, body.deceleration, body.period)
+    return ramp(v, wanted, body.limits.acceleration, body.limits.deceleration, body.period)
 
 
 @kernel
 def _turn(error: float, omega: float, body: Body) -> tuple[float, float]:
-    top = min(abs(error) / body.period, body.omega_max)
-    slower = body.angular_deceleration
+    top = min(abs(error) / body.period, body.limits.omega_max)
+    slower = body.limits.angular_deceleration
     if not math.isinf(slower):  # a rate from which it still stops in time, and gets to within this period
         lag = 0.5 * slower * body.period
         left = abs(error) - 0.5 * body.period * math.copysign(omega, omega * error)
         top = min(top, max(math.sqrt(max(lag * lag + 2.0 * slower * left, 0.0)) - lag, 0.0))
-    return ramp(omega, math.copysign(top, error), body.angular_acceleration, body.angular_deceleration, body.period)
+    return ramp(
+        omega,
+        math.copysign(top, error),
+        body.limits.angular_acceleration,
+        body.limits.angular_deceleration,
+        body.period,
+    )
 
 
 @kernel
@@ -133,7 +142,7 @@ def _clear(
     x: float, y: float, theta: float, v: float, mean_v: float, mean_omega: float, body: Body, scene: Scene
 ) -> bool:  # fmt: skip
     """Whether the arc of a period, with its mean velocities, and that of braking from `v` [m/s] meet no obstacle."""
-    last = 0.0 if math.isinf(body.deceleration) else v / body.deceleration
+    last = 0.0 if math.isinf(body.limits.deceleration) else v / body.limits.deceleration
     for part in range(2 * _PARTS if last > 0.0 else _PARTS):
         ax, ay = x, y
         if part < _PARTS:

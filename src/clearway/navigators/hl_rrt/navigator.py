@@ -17,6 +17,7 @@ from clearway.navigators.hl_rrt.following import Body, follow, turn
 from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.planner import Plan, Planner
 from clearway.robots import Robot
+from clearway.robots.drive_limits import DriveLimits
 
 _NONE = Plan(np.empty((0, 2)), math.inf, False, 0, False)
 
@@ -55,14 +56,11 @@ class HlRrt:
         Raises:
             ClearwayError: a parameter in the robot's file or an option is wrong.
         """
-        p, d = self.read_parameters(robot), robot.drive
+        p = self.read_parameters(robot)
         _compile()
         area = np.array(task.area if task.area is not None else (-np.inf, -np.inf, np.inf, np.inf), np.float64)
         self._planner = Planner(p, area, rng)
-        self._body = Body(
-            min(p.speed or math.inf, task.speed_limit, d.v_max), d.omega_max, d.acceleration, d.deceleration,
-            d.angular_acceleration, d.angular_deceleration, task.period,
-        )  # fmt: skip
+        self._body = Body(robot.limits(min(p.speed or math.inf, task.speed_limit)), task.period)
         self._margin = circumscribed_radius(robot.planner_shape) + p.padding
         self._budget = task.budget
         self._goal: Goal | None = None
@@ -94,7 +92,7 @@ class HlRrt:
             yaw = turn_between(float(o.pose[2]), float(o.goal.pose[2]))
             v, omega = turn(yaw if abs(yaw) > 0.5 * o.goal.yaw_tolerance else 0.0, o.velocity, self._body)
             return self._command(v, omega)
-        near = self._body.speed * self._body.period
+        near = self._body.limits.v_max * self._body.period
         discs = self._discs(o.obstacles)
         self._plan = plan = self._planner.plan(at, goal, 0.5 * tolerance, discs, near, self._budget, began)
         if not len(plan.points):
@@ -127,9 +125,9 @@ class HlRrt:
         return np.ascontiguousarray(discs[np.isfinite(discs).all(axis=1) & (obstacles.radius >= 0.0)])
 
     def _command(self, v: float, omega: float) -> Command:
-        top = self._body.speed
-        v = min(max(v, 0.0), top)
-        omega = min(max(omega, -self._body.omega_max), self._body.omega_max)
+        limits = self._body.limits
+        v = min(max(v, 0.0), limits.v_max)
+        omega = min(max(omega, -limits.omega_max), limits.omega_max)
         return Command(v, omega, arrived=self._arrived, status=self._status, cut=self._plan.cut)
 
 
@@ -143,7 +141,7 @@ def _compile() -> None:
         plan = planner.plan(
             np.zeros(2), np.array((0.4, 0.0)), 0.1, np.array(((5.0, 0.0, 0.2),)), 0.01, Budget(), 0.0
         )  # fmt: skip
-    body = Body(0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.1)
+    body = Body(DriveLimits(0.0, 0.5, 1.0, 1.0, 1.0, 1.0, 1.0), 0.1)
     assert planner.scene is not None
     follow(plan.points, np.zeros(3), np.zeros(2), body, 0.01, planner.scene)
     turn(0.1, np.zeros(2), body)

@@ -15,6 +15,7 @@ import numpy as np
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.tube import drive
+from clearway.robots.drive_limits import DriveLimits
 
 ROUNDING = 1e-9
 """A bound counts as exceeded from here on, m, rad, s."""
@@ -24,13 +25,13 @@ class AssumptionMonitor:
     """Compares where the robot is with where it was sent a period ago.
 
     Args:
-        limits: (7,) of the base, see `tube.drive`. period: s. disturbance: (5,), start: (3,): see `tube.tube`.
+        limits: of the base. period: s. disturbance: (5,), start: (3,): see `tube.tube`.
         misread: (2,) bounds of the error of measured v [m/s] and omega [rad/s]; inf: that isn't looked at.
     """
 
     def __init__(
         self,
-        limits: FloatArray,
+        limits: DriveLimits,
         period: float,
         disturbance: FloatArray,
         start: FloatArray,

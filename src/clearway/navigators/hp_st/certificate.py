@@ -19,6 +19,7 @@ from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, stands, tube
+from clearway.robots.drive_limits import DriveLimits
 
 TOUCH = 1e-4
 """A gap below this counts as contact, m: advancement comes close to zero, but never there."""
@@ -46,9 +47,9 @@ class Rules(NamedTuple):
 
 
 class Safety(NamedTuple):
-    """What `longest_certified` needs beside plan and forecast: `limits` as of `drive`, the rest as of `tube`."""
+    """What `longest_certified` needs beside plan and forecast: the `limits` of the base, the rest as of `tube`."""
 
-    limits: FloatArray
+    limits: DriveLimits
     period: float
     disturbance: FloatArray
     start: FloatArray
@@ -93,21 +94,21 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
 
 
 @kernel
-def braking_tail(state: FloatArray, limits: FloatArray, period: float) -> Plan:
+def braking_tail(state: FloatArray, limits: DriveLimits, period: float) -> Plan:
     """The hardest braking to rest from `state` (5,) x, y, theta, v, omega, and one period at rest.
 
-    Without bounds on the acceleration (`limits`, see `drive`) that one period is all: it stands from its start on, but
+    Without bounds on the acceleration that one period is all: it stands from its start on, but
     is still disturbed in it, as it moved before.
     """
-    longest = max(abs(state[3]) / limits[3], abs(state[4]) / limits[6])
+    longest = max(abs(state[3]) / limits.deceleration, abs(state[4]) / limits.angular_deceleration)
     return drive(state, np.zeros((math.ceil(longest / period - 1e-9) + 1, 2)), limits, period)
 
 
 @kernel
-def stopped_after(plan: Plan, k: int, limits: FloatArray, period: float) -> Plan:
-    """The first `k` periods of `plan`, then the hardest braking; limits as of `drive`."""
+def stopped_after(plan: Plan, k: int, limits: DriveLimits, period: float) -> Plan:
+    """The first `k` periods of `plan`, then the hardest braking."""
     velocity = plan.velocities[k]
-    longest = max(abs(velocity[0]) / limits[3], abs(velocity[1]) / limits[6])
+    longest = max(abs(velocity[0]) / limits.deceleration, abs(velocity[1]) / limits.angular_deceleration)
     commands = np.zeros((k + math.ceil(longest / period - 1e-9) + 1, 2))
     for j in range(k):
         commands[j, 0], commands[j, 1] = plan.commands[j, 0], plan.commands[j, 1]

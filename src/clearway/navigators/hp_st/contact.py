@@ -11,6 +11,7 @@ from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import kernel
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.shapes import FloatArray
+from clearway.robots.drive_limits import DriveLimits
 
 _FAR = 3.5  # standard deviations beyond which a contact is not counted with
 _PER = 32  # entries of the table below per standard deviation
@@ -22,16 +23,14 @@ BELT = 9
 
 
 class Base(NamedTuple):
-    """What the base can do, and its outline.
+    """The robot's base.
 
     Attributes:
-        low, high: m/s. turn: rad/s. rates: (4,) growth and decline of |v| [m/s^2] and |omega| [rad/s^2]; may be inf.
+        limits: what it can do at the set speed; `v_min` is 0 for one that may not reverse.
+        foot: its outline.
     """
 
-    low: float
-    high: float
-    turn: float
-    rates: FloatArray
+    limits: DriveLimits
     foot: Footprint
 
 

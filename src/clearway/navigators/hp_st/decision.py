@@ -26,6 +26,7 @@ from clearway.navigators.hp_st.goal_approach import home
 from clearway.navigators.hp_st.search import COST, SearchCosts, Tree, leaf, nodes_of, search, time_to_go, trace, worth
 from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
+from clearway.robots.drive_limits import immediate
 
 PLANNED, KEPT, STORED, STOPPED = range(4)
 STATUSES = ("planned", "kept", "stored", "stopped")
@@ -148,12 +149,12 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     costs, base, obstacles, field, start = scene.costs, scene.base, scene.obstacles, scene.field, scene.start
     n, c = len(commands), scene.settings.period
     plan = drive(start, commands, scene.safety.limits, c)
-    still, foot, fastest = obstacles.still, base.foot, max(base.high, -base.low)
+    still, foot, fastest = obstacles.still, base.foot, max(base.limits.v_max, -base.limits.v_min)
     belts = np.empty((len(obstacles.radius) * (len(obstacles.at) + 1), BELT))
     stills, moving_obstacles = np.empty((len(still), 3)), np.empty((len(belts), BELT))
     cost, total = 0.0, -1.0
     first, _, _ = look(field, start[0], start[1])
-    fall = base.rates[1]
+    fall = base.limits.deceleration
     states[0] = start
     for k in range(n):
         x, y, theta = plan.states[k, 0], plan.states[k, 1], plan.states[k, 2]
@@ -180,11 +181,11 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         if costs.stop:
             left, v = math.hypot(gx - dx, gy - dy), plan.velocities[k + 1, 0]
             if left <= costs.reach and v * v <= 2.0 * fall * costs.reach:
-                total = worth(costs, first, (k + 1) * c, 0.0, abs(v) / fall + left / base.high)
+                total = worth(costs, first, (k + 1) * c, 0.0, abs(v) / fall + left / base.limits.v_max)
             continue
         share = min(max((gx * dx + gy * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
         if math.hypot(gx - share * dx, gy - share * dy) <= costs.reach:
-            total = worth(costs, first, k * c, 0.0, max(math.hypot(gx, gy) - costs.reach, 0.0) / base.high)
+            total = worth(costs, first, k * c, 0.0, max(math.hypot(gx, gy) - costs.reach, 0.0) / base.limits.v_max)
     if total < 0.0:
         x, y, theta = states[n, 0], states[n, 1], states[n, 2]
         far, ux, uy = look(field, x, y)
@@ -239,7 +240,7 @@ def _hint(scene: Scene, memory: Memory) -> FloatArray:
     if not memory.age[1] > 0.0:
         return np.zeros((0, 2))
     hint, plan = np.zeros((settings.layers, 2)), memory.plan
-    at_once = scene.base.rates.min() == math.inf
+    at_once = immediate(scene.base.limits)
     for k in range(settings.layers):
         for i in range(2):
             if at_once:
@@ -256,13 +257,7 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
 
     The best of the new ones is tracked: `rounds` linearisations, at most.
     """
-    settings, costs, base, limits, n = (
-        scene.settings,
-        scene.costs,
-        scene.base,
-        scene.safety.limits,
-        scene.settings.periods,
-    )
+    settings, costs, base, n = scene.settings, scene.costs, scene.base, scene.settings.periods
     tree, stride = found.tree, costs.stride
     ends = distinct(tree, scene.obstacles, stride, found.layer, found.node, settings.candidates, settings.apart)
     count = len(ends) + (1 if costs.stop else 0)
@@ -273,7 +268,7 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
         for k in range(min(len(told) * stride, n)):
             commands[p, k, 0], commands[p, k, 1] = told[k // stride, 0], told[k // stride, 1]
     if costs.stop:
-        home(scene.start, base, scene.field, limits, settings.period, costs.reach, commands[count - 1])
+        home(scene.start, base.limits, scene.field, settings.period, costs.reach, commands[count - 1])
     best = 0
     for p in range(count):
         total[p], cost[p] = weigh(scene, commands[p], states[p])
@@ -285,7 +280,7 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
         total[count] -= settings.keep
     if rounds > 0 and total[best] < total[count]:
         better = track(
-            scene.obstacles, costs, scene.start, states[best], commands[best], base, scene.area, limits, settings.period,
+            scene.obstacles, costs, scene.start, states[best], commands[best], base, scene.area, settings.period,
             rounds, settings.effort, settings.heading_weight,
         )  # fmt: skip
         tried = np.empty((n + 1, 5))

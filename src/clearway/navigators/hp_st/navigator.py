@@ -108,20 +108,19 @@ class HpSt:
         Raises:
             ClearwayError: a parameter in the robot's file is wrong.
         """
-        p = self.read_parameters(robot)
-        d, without = robot.drive, self._without
+        p, without = self.read_parameters(robot), self._without
         layers = p.short if "horizon" in without else p.layers
         stride = max(1, round(p.step / task.period))
         periods = layers * stride
-        top = min(d.v_max, task.speed_limit)
-        low = max(d.v_min, -task.speed_limit) if p.reverse and "reverse" not in without else 0.0
-        rates = np.array((d.acceleration, d.deceleration, d.angular_acceleration, d.angular_deceleration))
+        limits = robot.limits(task.speed_limit)
+        if not p.reverse or "reverse" in without:
+            limits = limits._replace(v_min=0.0)
         self._p, self._period = p, task.period
-        self._base = Base(low, top, d.omega_max, rates, footprint(robot.shape))
+        self._base = Base(limits, footprint(robot.shape))
         self._settings = Settings(
             period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
             budget=_ENDLESS if task.budget.iterations is None else task.budget.iterations,
-            controls=CONTROLS if low < 0.0 else CONTROLS[:11].copy(),
+            controls=CONTROLS if limits.v_min < 0.0 else CONTROLS[:11].copy(),
             candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=p.rounds,
             effort=p.effort, heading_weight=p.heading_weight,
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
@@ -129,8 +128,8 @@ class HpSt:
         )  # fmt: skip
         self._wishes = SearchCosts(
             stride * task.period, stride, p.contact_cost, p.discount, p.margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
-            0 if "time-aware" not in without else periods, bool(np.isfinite(rates[:2]).all()),
-            0.0 if "time-to-go" not in without else PACE * top, "candidates" not in without,
+            0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
+            0.0 if "time-to-go" not in without else PACE * limits.v_max, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
         self._area = np.array(task.area or (-math.inf, -math.inf, math.inf, math.inf), np.float64)
@@ -139,7 +138,6 @@ class HpSt:
              float(p.disturbed_at_rest))
         )  # fmt: skip
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
-        limits = np.array((low, top, *rates[:2], d.omega_max, *rates[2:]))
         sees = (
             robot.camera.range
             if robot.camera
@@ -239,7 +237,7 @@ class HpSt:
         """Turn to the goal's heading on the spot, where that is certified."""
         memory, base = self._memory, self._base
         before = memory.velocity
-        v, omega = stop_and_turn(error, float(before[0]), float(before[1]), base.turn, base.rates, self._period)
+        v, omega = stop_and_turn(error, float(before[0]), float(before[1]), base.limits, self._period)
         memory.age[1], self._decision = 0.0, None
         if self._settings.certified:
             assert self._forecast is not None
@@ -277,8 +275,8 @@ class HpSt:
         off = pose - plan.states[k]
         off[2] = math.remainder(off[2], 2.0 * math.pi)
         v, omega = (plan.commands[k] + about.gains[k] @ off).tolist()
-        base = self._base  # beyond its limits only where it was pushed farther than is assumed
-        return min(max(v, base.low), base.high), min(max(omega, -base.turn), base.turn)
+        limits = self._base.limits  # beyond them only where it was pushed farther than is assumed
+        return min(max(v, limits.v_min), limits.v_max), min(max(omega, -limits.omega_max), limits.omega_max)
 
     def _see(self, goal: FloatArray, pose: FloatArray) -> None:
         """Distances to the goal, anew where what stands or the goal has changed."""

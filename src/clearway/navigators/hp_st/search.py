@@ -23,6 +23,7 @@ from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import BELT, Base, PredictedObstacles, belts_of, collision_risk, near
 from clearway.navigators.hp_st.field import Field, look_at
+from clearway.robots.drive_limits import immediate
 
 IntArray = npt.NDArray[np.int64]
 
@@ -89,8 +90,9 @@ def time_to_go(base: Base, far: float, cos_off: float, v: float, stop: bool) -> 
         cos_off: cosine of the angle between the heading and the way. v: speed now, m/s. stop: whether it has to stop there.
         A turn by a at full speed on an arc loses (a - sin a) / turn; what is lost to speeding up and braking is added.
     """
-    fall = base.rates[1] if stop else math.inf
-    return _to_go(base.low, base.high, base.turn, base.rates[0], fall, far, cos_off, v)
+    limits = base.limits
+    fall = limits.deceleration if stop else math.inf
+    return _to_go(limits.v_min, limits.v_max, limits.omega_max, limits.acceleration, fall, far, cos_off, v)
 
 
 @kernel
@@ -171,12 +173,15 @@ def search(
         field.resolution,
         field.goal,
     )
-    low, high, yaw, rates = base.low, base.high, base.turn, base.rates
+    limits = base.limits
+    low, high, yaw = limits.v_min, limits.v_max, limits.omega_max
+    faster, slower = limits.acceleration, limits.deceleration
+    turn_faster, turn_slower = limits.angular_acceleration, limits.angular_deceleration
     vertices, rim, outer = base.foot.vertices, base.foot.radius, base.foot.circumscribed
     margin, soft = costs.margin, costs.soft
     stride, dt, yaw_change_cost, pace = costs.stride, costs.step, costs.yaw_change_cost, costs.pace
-    free, reach, per_high = rates.min() == math.inf, costs.reach, 1.0 / high
-    fall = rates[1] if costs.stop else math.inf
+    free, reach, per_high = immediate(limits), costs.reach, 1.0 / high
+    fall = slower if costs.stop else math.inf
 
     nodes[0, 0, :5] = start
     nodes[0, 0, COST] = 0.0
@@ -238,8 +243,8 @@ def search(
                 if free:
                     v_end, v, w_end, w = v_goal, v_goal, w_goal, w_goal
                 else:
-                    v_end, v = ramp(v0, v_goal, rates[0], rates[1], dt)
-                    w_end, w = ramp(w0, w_goal, rates[2], rates[3], dt)
+                    v_end, v = ramp(v0, v_goal, faster, slower, dt)
+                    w_end, w = ramp(w0, w_goal, turn_faster, turn_slower, dt)
                 # the arc, by series: half the turn of a step is small
                 h = 0.5 * w * dt
                 h2 = h * h
@@ -254,7 +259,7 @@ def search(
                 cost = cost0 + yaw_change_cost * abs(w_end - w0) + (costs.reverse_cost * dt if v < 0.0 else 0.0)
                 far1, ux, uy = look_at(distance, hidden, corner, resolution, target, x, y)
                 along = ux * (cos0 * c2 - sin0 * s2) + uy * (sin0 * c2 + cos0 * s2)
-                left = _to_go(low, high, yaw, rates[0], fall, far1, along, v_end)
+                left = _to_go(low, high, yaw, faster, fall, far1, along, v_end)
                 total = worth(costs, first, ended, far1, left) + cost
                 if total >= best_goal and pace == 0.0:
                     continue

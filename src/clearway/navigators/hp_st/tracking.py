@@ -11,6 +11,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import Base, PredictedObstacles
 from clearway.navigators.hp_st.search import SearchCosts
 from clearway.navigators.hp_tmpc.gauss_newton import refine
+from clearway.navigators.hp_tmpc.motion import reachable
 from clearway.navigators.hp_tmpc.tracking import PENALTY, Problem, judge, project
 
 _SURE = 1.5  # standard deviations of a forecast that the rows keep clear of
@@ -21,23 +22,15 @@ _ITERATIONS = 30  # interior-point iterations for each linearisation
 @kernel
 def track(
     obstacles: PredictedObstacles, costs: SearchCosts, start: FloatArray, states: FloatArray, commands: FloatArray, base: Base, area: FloatArray,
-    limits: FloatArray, period: float, rounds: int, effort: float, heading_weight: float,
+    period: float, rounds: int, effort: float, heading_weight: float,
 ) -> FloatArray:  # fmt: skip
     """A plan (N, 2) that tracks `states` (N + 1, 5), smoother and clear of the rows where it can be.
 
     Args:
-        start: (5,). commands: (N, 2) that lead along `states`. limits: (7,), see `drive`. rounds: linearisations.
+        start: (5,). commands: (N, 2) that lead along `states`. rounds: linearisations.
     """
     n = len(commands)
-    low, high = np.empty((n, 2)), np.empty((n, 2))
-    for j in range(2):
-        floor, top = (limits[0], limits[1]) if j == 0 else (-limits[4], limits[4])
-        grow, fall = limits[2 + 3 * j], limits[3 + 3 * j]
-        now = start[3 + j]
-        up, down = (grow, fall) if now >= 0.0 else (fall, grow)
-        for k in range(n):
-            t = (k + 1) * period
-            low[k, j], high[k, j] = max(floor, now - down * t), min(top, now + up * t)
+    low, high = reachable(base.limits, start[3], start[4], n, period)
     m, s = len(obstacles.radius), len(obstacles.still)
     rows, counts = np.empty((n, m + s, 3)), np.zeros(n, np.int64)
     outer = base.foot.circumscribed

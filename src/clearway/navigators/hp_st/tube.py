@@ -21,6 +21,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.ancillary import chord, gain
+from clearway.robots.drive_limits import DriveLimits, immediate
 
 POLES = (0.3, 0.3, 0.3)
 """Of the error along, left, and of the heading (benchmarks/certified_tube.py compares)."""
@@ -80,26 +81,27 @@ class Tube(NamedTuple):
 
 
 @kernel
-def drive(state: FloatArray, commands: FloatArray, limits: FloatArray, period: float) -> Plan:
+def drive(state: FloatArray, commands: FloatArray, limits: DriveLimits, period: float) -> Plan:
     """The nominal motion that follows `commands`.
 
     Args:
         state: (5,) x, y, theta, v, omega now. commands: (M, 2) v [m/s], omega [rad/s], cut to the limits.
-        limits: (7,) v_min, v_max [m/s], acceleration, deceleration [m/s^2], omega_max [rad/s], angular acceleration
-            and deceleration [rad/s^2]; the last of each may be inf. period: s.
+        limits: of the base. period: s.
     """
     n = len(commands)
+    faster, slower = limits.acceleration, limits.deceleration
+    turn_faster, turn_slower = limits.angular_acceleration, limits.angular_deceleration
     states, inputs, swings = np.empty((n + 1, 3)), np.empty((n, 2)), np.empty((n, 2))
     velocities, told = np.empty((n + 1, 2)), np.empty((n, 2))
     states[0, 0], states[0, 1], states[0, 2] = state[0], state[1], state[2]
     velocities[0, 0], velocities[0, 1] = state[3], state[4]
     for j in range(n):
-        told[j, 0] = min(max(commands[j, 0], limits[0]), limits[1])
-        told[j, 1] = min(max(commands[j, 1], -limits[4]), limits[4])
-        velocities[j + 1, 0], inputs[j, 0] = ramp(velocities[j, 0], told[j, 0], limits[2], limits[3], period)
-        velocities[j + 1, 1], inputs[j, 1] = ramp(velocities[j, 1], told[j, 1], limits[5], limits[6], period)
-        swings[j, 0] = abs(velocities[j + 1, 0] - velocities[j, 0]) if math.isfinite(limits[2] + limits[3]) else 0.0
-        swings[j, 1] = abs(velocities[j + 1, 1] - velocities[j, 1]) if math.isfinite(limits[5] + limits[6]) else 0.0
+        told[j, 0] = min(max(commands[j, 0], limits.v_min), limits.v_max)
+        told[j, 1] = min(max(commands[j, 1], -limits.omega_max), limits.omega_max)
+        velocities[j + 1, 0], inputs[j, 0] = ramp(velocities[j, 0], told[j, 0], faster, slower, period)
+        velocities[j + 1, 1], inputs[j, 1] = ramp(velocities[j, 1], told[j, 1], turn_faster, turn_slower, period)
+        swings[j, 0] = abs(velocities[j + 1, 0] - velocities[j, 0]) if math.isfinite(faster + slower) else 0.0
+        swings[j, 1] = abs(velocities[j + 1, 1] - velocities[j, 1]) if math.isfinite(turn_faster + turn_slower) else 0.0
         states[j + 1, 0], states[j + 1, 1], states[j + 1, 2] = arc(
             states[j, 0], states[j, 1], states[j, 2], inputs[j, 0], inputs[j, 1], period
         )
@@ -107,18 +109,17 @@ def drive(state: FloatArray, commands: FloatArray, limits: FloatArray, period: f
 
 
 @kernel
-def room(plan: Plan, limits: FloatArray) -> FloatArray:
-    """(M, 2) how far v and omega may be corrected either way without touching the base's `limits` (7,), see `drive`.
+def room(plan: Plan, limits: DriveLimits) -> FloatArray:
+    """(M, 2) how far v and omega may be corrected either way without touching the base's `limits`.
 
     None where an acceleration is bounded: such a base follows its plan without feedback.
     """
     left = np.zeros(plan.inputs.shape)
-    for i in (2, 3, 5, 6):
-        if math.isfinite(limits[i]):
-            return left
+    if not immediate(limits):
+        return left
     for j in range(len(left)):
-        left[j, 0] = max(0.0, min(limits[1] - plan.inputs[j, 0], plan.inputs[j, 0] - limits[0]))
-        left[j, 1] = max(0.0, limits[4] - abs(plan.inputs[j, 1]))
+        left[j, 0] = max(0.0, min(limits.v_max - plan.inputs[j, 0], plan.inputs[j, 0] - limits.v_min))
+        left[j, 1] = max(0.0, limits.omega_max - abs(plan.inputs[j, 1]))
     return left
 
 

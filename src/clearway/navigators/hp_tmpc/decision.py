@@ -19,7 +19,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.ancillary import gain, stability
 from clearway.navigators.hp_tmpc.belts import Reference, plan_reference, predict
 from clearway.navigators.hp_tmpc.gauss_newton import solve_gauss_newton
-from clearway.navigators.hp_tmpc.motion import turn_first
+from clearway.navigators.hp_tmpc.motion import reachable, turn_first
 from clearway.navigators.hp_tmpc.planner import NO_PATH
 from clearway.navigators.hp_tmpc.tracking import (
     INPUT_LIMIT,
@@ -36,6 +36,7 @@ from clearway.navigators.hp_tmpc.tracking import (
     shift,
 )
 from clearway.navigators.hp_tmpc.tube import tightening
+from clearway.robots.drive_limits import DriveLimits
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 
@@ -56,8 +57,7 @@ class Settings(NamedTuple):
     """What doesn't change during a trial; symbols as in `parameters`. Units: m, s, rad.
 
     Attributes:
-        area: (4,) of (3c). low, high: (2,) of (3d). rates: (4,) bounds on growth and decline of |v| and |omega|, which
-        may be infinite. poles: (3,) of the ancillary gain. speed: v_ref. align: deviation of the heading from the path
+        area: (4,) of (3c). limits: of (3d) and of the base's accelerations; `v_min` is 0 for one that may not reverse. poles: (3,) of the ancillary gain. speed: v_ref. align: deviation of the heading from the path
         beyond which the robot turns on the spot first, and turn: how fast. model, discount, circle, feedback: whether
         (1), (2), (3f), (3k) are read literally. exact: the planner's mode. keep: share by
         which the other side must be shorter to be changed to. window: periods that the planner predicts.
@@ -72,9 +72,7 @@ class Settings(NamedTuple):
     safe_margin: float
     perception: float
     area: FloatArray
-    low: FloatArray
-    high: FloatArray
-    rates: FloatArray
+    limits: DriveLimits
     input_change: float
     w1: float
     w2: float
@@ -275,14 +273,8 @@ def pose_problem(
     radius = stability(nominal[2], base[0], base[1], c, settings.model, k)
     tube = tightening(settings.w_rob, settings.xi_rob, n, math.hypot(error[0], error[1]))
 
-    low, high = np.empty((n, 2)), np.empty((n, 2))
+    low, high = reachable(settings.limits, memory.input[0], memory.input[1], n, c)
     for j in range(2):
-        grow, fall = settings.rates[2 * j], settings.rates[2 * j + 1]
-        now = memory.input[j]
-        up, down = (grow, fall) if now >= 0.0 else (fall, grow)
-        for i in range(n):
-            t = (i + 1) * c
-            low[i, j], high[i, j] = max(settings.low[j], now - down * t), min(settings.high[j], now + up * t)
         low[0, j] -= correction[j]
         high[0, j] -= correction[j]
     rows, counts = obstacle_rows(settings, still, moving_obstacles, nominal, tube)
@@ -321,7 +313,7 @@ def obstacle_rows(
     A moving obstacle counts where it is at the steps before, at and after that of the stage, as far as the window knows.
     """
     n, c = settings.horizon, settings.period
-    fastest = max(settings.high[0], -settings.low[0]) * c
+    fastest = max(settings.limits.v_max, -settings.limits.v_min) * c
     doubts = np.empty((len(moving_obstacles), n + 1))
     for i in range(len(moving_obstacles)):
         doubts[i] = tightening(settings.w_dyn, settings.xi_dyn, n, moving_obstacles[i, 5])
@@ -383,8 +375,9 @@ def settle(settings: Settings, memory: Memory, posed: Posed, solution: Solution)
     )
     memory.nominal[0], memory.nominal[1], memory.nominal[2] = x, y, theta
     memory.plan[:] = inputs
-    for j in range(2):
-        memory.input[j] = min(max(first[j] + posed.correction[j], settings.low[j]), settings.high[j])
+    limits = settings.limits
+    memory.input[0] = min(max(first[0] + posed.correction[0], limits.v_min), limits.v_max)
+    memory.input[1] = min(max(first[1] + posed.correction[1], -limits.omega_max), limits.omega_max)
     memory.clock[STEP] += 1
     memory.clock[AGE] += 1
     return Decision(

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
+from clearway.robots.drive_limits import DriveLimits
 
 
 @kernel
@@ -26,17 +29,32 @@ def spin(error: float, now: float, most: float, faster: float, slower: float, c:
     return min(max(rate, now - down * c), now + up * c)
 
 
-def stop_and_turn(
-    error: float, v: float, omega: float, most: float, rates: FloatArray, c: float
-) -> tuple[float, float]:
+def stop_and_turn(error: float, v: float, omega: float, limits: DriveLimits, c: float) -> tuple[float, float]:
     """The next v [m/s] and omega [rad/s] of a robot that brakes and turns by `error` [rad] on the spot.
 
     Args:
-        v, omega: now. most: bound on omega. rates: (4,) growth and decline of |v| [m/s^2] and |omega| [rad/s^2]; may be
-        infinite. c: control period, s.
+        v, omega: now. limits: of the base. c: control period, s.
     """
-    v = math.copysign(max(abs(v) - min(rates[1], abs(v) / c) * c, 0.0), v)
-    return v, spin(error, omega, most, rates[2], rates[3], c)
+    v = math.copysign(max(abs(v) - min(limits.deceleration, abs(v) / c) * c, 0.0), v)
+    return v, spin(error, omega, limits.omega_max, limits.angular_acceleration, limits.angular_deceleration, c)
+
+
+@kernel
+def reachable(limits: DriveLimits, v: float, omega: float, count: int, period: float) -> tuple[FloatArray, FloatArray]:
+    """(count, 2) least and largest v [m/s] and omega [rad/s] at the end of each of the next periods, from those now."""
+    low, high = np.empty((count, 2)), np.empty((count, 2))
+    for j in range(2):
+        if j == 0:
+            now, floor, top = v, limits.v_min, limits.v_max
+            grow, fall = limits.acceleration, limits.deceleration
+        else:
+            now, floor, top = omega, -limits.omega_max, limits.omega_max
+            grow, fall = limits.angular_acceleration, limits.angular_deceleration
+        up, down = (grow, fall) if now >= 0.0 else (fall, grow)
+        for k in range(count):
+            t = (k + 1) * period
+            low[k, j], high[k, j] = max(floor, now - down * t), min(top, now + up * t)
+    return low, high
 
 
 @kernel

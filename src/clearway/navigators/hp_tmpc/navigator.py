@@ -207,9 +207,7 @@ class HpTmpc:
     def _turn(self, error: float, arrived: bool) -> Command:
         """Stop, and turn by `error` [rad] on the spot."""
         settings, memory = self._settings, self._memory
-        v, rate = stop_and_turn(
-            error, memory.input[0], memory.input[1], settings.high[1], settings.rates, settings.period
-        )
+        v, rate = stop_and_turn(error, memory.input[0], memory.input[1], settings.limits, settings.period)
         memory.input[:] = v, rate
         memory.clock[AGE] = -1
         memory.plan[:] = 0.0
@@ -235,9 +233,9 @@ def _finite(name: str, pose: FloatArray) -> FloatArray:
 
 
 def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], exact: bool) -> Settings:
-    drive = robot.drive
-    top = min(drive.v_max, task.speed_limit)
-    low = max(drive.v_min, -task.speed_limit) if p.reverse else 0.0
+    limits = robot.limits(task.speed_limit)
+    if not p.reverse:
+        limits = limits._replace(v_min=0.0)
     sees = robot.camera.range if robot.camera else min(robot.lidar.range_max, p.scan_range) if robot.lidar else math.inf
     return Settings(
         period=task.period,
@@ -249,11 +247,7 @@ def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], 
         safe_margin=p.safe_margin,
         perception=float(sees),
         area=np.array(task.area or (-math.inf, -math.inf, math.inf, math.inf), np.float64),
-        low=np.array((low, -drive.omega_max)),
-        high=np.array((top, drive.omega_max)),
-        rates=np.array(
-            (drive.acceleration, drive.deceleration, drive.angular_acceleration, drive.angular_deceleration)
-        ),
+        limits=limits,
         input_change=p.input_change,
         w1=p.w1,
         w2=p.w2,
@@ -265,9 +259,9 @@ def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], 
         poles=np.array((p.pole_along, p.pole_left, p.pole_heading)),
         gain_limit=p.gain_limit,
         threshold=p.tracking_threshold,
-        speed=float(reference_speed(low, top, p.reference_share)),
+        speed=float(reference_speed(limits.v_min, limits.v_max, p.reference_share)),
         align=p.turn_beyond,
-        turn=p.turn_share * drive.omega_max,
+        turn=p.turn_share * limits.omega_max,
         model="1" in literal,
         discount="2" in literal,
         circle="3f" in literal,

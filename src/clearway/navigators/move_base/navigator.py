@@ -119,7 +119,7 @@ class MoveBase:
         self._controller.reset()
         self._behaviors = recovery_behaviors(s)
         self._speed_limit = task.speed_limit
-        self._drive = robot.drive
+        self._limits = robot.limits(task.speed_limit)
         self._goal: Goal | None = None
         self._active = False
         self._plan = self._latest = _NOWHERE  # in the global costmap's frame
@@ -151,9 +151,9 @@ class MoveBase:
             self._execute(o)
         if self._active:
             self._think(o)
-        top = min(self._speed_limit, self._drive.v_max)
-        v = min(max(self._v, self._drive.v_min), top)
-        omega = min(max(self._omega, -self._drive.omega_max), self._drive.omega_max)
+        limits = self._limits
+        v = min(max(self._v, limits.v_min), limits.v_max)
+        omega = min(max(self._omega, -limits.omega_max), limits.omega_max)
         return Command(v, omega, arrived=self._arrived, gave_up=self._gave_up)
 
     def diagnostics(self) -> Diagnostics:

@@ -11,6 +11,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
+from clearway.robots.drive_limits import DriveLimits
 
 AHEAD = 0.35
 """The base aims at where the way will be after this, s."""
@@ -38,12 +39,12 @@ def on_way(way: FloatArray, t: float) -> tuple[float, float]:
 
 @kernel
 def steer(
-    way: FloatArray, t: float, x: float, y: float, theta: float, limits: FloatArray, period: float
+    way: FloatArray, t: float, x: float, y: float, theta: float, limits: DriveLimits, period: float
 ) -> tuple[float, float]:
     """The command (v, omega) at time t [s] that brings a base at (x, y, theta) to where the way soon will be.
 
     Args:
-        limits: (2,) v [m/s] and omega [rad/s]. period: of control, s.
+        limits: of the base. period: of control, s.
     """
     gx, gy = on_way(way, t + AHEAD)
     gx, gy = gx - x, gy - y
@@ -57,14 +58,14 @@ def steer(
             if math.hypot(fx - x, fy - y) > 2.0 * _PAUSE:
                 turn = wrap(math.atan2(fy - y, fx - x) - theta)
                 break
-    omega = min(max(turn / max(1.5 * period, 0.1), -limits[1]), limits[1])
-    v = min(max(speed * math.cos(turn), 0.0), limits[0]) if abs(turn) < 0.5 * math.pi else 0.0
+    omega = min(max(turn / max(1.5 * period, 0.1), -limits.omega_max), limits.omega_max)
+    v = min(max(speed * math.cos(turn), 0.0), limits.v_max) if abs(turn) < 0.5 * math.pi else 0.0
     return v, omega
 
 
 @kernel
 def foresee(
-    scene: Scene, way: FloatArray, t: float, pose: FloatArray, limits: FloatArray, period: float, duration: float,
+    scene: Scene, way: FloatArray, t: float, pose: FloatArray, limits: DriveLimits, period: float, duration: float,
     first: FloatArray, hold: float,
 ) -> tuple[float, float]:  # fmt: skip
     """How close an undisturbed base comes to the discs' edges in `duration` [s], and when it first is within one.
@@ -96,16 +97,16 @@ def foresee(
 
 @kernel
 def evade(
-    scene: Scene, way: FloatArray, t: float, pose: FloatArray, limits: FloatArray, v_min: float, period: float
+    scene: Scene, way: FloatArray, t: float, pose: FloatArray, limits: DriveLimits, period: float
 ) -> tuple[float, float]:  # fmt: skip
     """The command that keeps contact off longest, then clearance largest, if it is held for a while before the way is
     taken up again: the last resort."""
     best_v, best_omega, best_contact, best_gap = 0.0, 0.0, -1.0, -math.inf
     first = np.empty(2)
     for i in range(-2, 5):
-        first[0] = max(limits[0] * 0.25 * i, v_min)
+        first[0] = max(limits.v_max * 0.25 * i, limits.v_min)
         for j in range(-3, 4):
-            first[1] = limits[1] * j / 3.0
+            first[1] = limits.omega_max * j / 3.0
             for k in range(2):
                 gap, contact = foresee(scene, way, t, pose, limits, period, 2.5, first, 0.3 + 0.5 * k)
                 if contact > best_contact + 1e-9 or (contact > best_contact - 1e-9 and gap > best_gap):

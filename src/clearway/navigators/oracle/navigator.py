@@ -62,9 +62,7 @@ class Oracle:
             )
         self._task, self._forecast = task, task.obstacle_oracle
         self._radius = circumscribed_radius(robot.shape)
-        top = min(robot.drive.v_max, task.speed_limit)
-        self._limits = np.array([top, robot.drive.omega_max])
-        self._v_min = max(robot.drive.v_min, -top)
+        self._limits = robot.limits(task.speed_limit)
         self._goal: Goal | None = None
         self._way: FloatArray | None = None
         self._sought, self._since, self._searches = -math.inf, 0.0, 0
@@ -106,7 +104,9 @@ class Oracle:
         turn = wrap(float(goal.pose[2] - pose[2]))
         if abs(turn) <= 0.5 * goal.yaw_tolerance:
             return self._command(0.0, 0.0, "arrived")
-        return self._command(0.0, float(np.clip(turn / 0.5, -self._limits[1], self._limits[1])), "turning")
+        return self._command(
+            0.0, float(np.clip(turn / 0.5, -self._limits.omega_max, self._limits.omega_max)), "turning"
+        )
 
     def _follow(self, pose: FloatArray, t: float) -> Command | None:
         """The next command along the way; None if there is none, it is old, or it won't do any more."""
@@ -138,12 +138,12 @@ class Oracle:
 
     def _evade(self, pose: FloatArray, t: float) -> Command:
         way = self._way if self._way is not None else np.array([[t, pose[0], pose[1]]])
-        v, omega = evade(self._scenes[-1], way, t, pose, self._limits, self._v_min, self._task.period)
+        v, omega = evade(self._scenes[-1], way, t, pose, self._limits, self._task.period)
         return self._command(v, omega, "evading" if self._way is not None else "no path")
 
     def _look_ahead(self, goal: Goal, t: float) -> None:
         """Ask for the next stretch of the future."""
-        straight = math.dist(goal.pose[:2], self._pose[:2]) / (PACE * float(self._limits[0]))
+        straight = math.dist(goal.pose[:2], self._pose[:2]) / (PACE * self._limits.v_max)
         self._since, self._ahead = t, max(_AHEAD, _DETOUR * straight)
         first = math.floor(t / _SAMPLE)
         count = round(2.0 * self._ahead / _SAMPLE) + 1
@@ -164,7 +164,7 @@ class Oracle:
             static = np.column_stack([samples[0, still, :2], grown[still]])
             self._scenes.append(
                 scene_of(
-                    goal.pose[:2], 0.3 * goal.xy_tolerance, PACE * float(self._limits[0]), static, moving, grown[moves],
+                    goal.pose[:2], 0.3 * goal.xy_tolerance, PACE * self._limits.v_max, static, moving, grown[moves],
                     _SAMPLE, self._task.area,
                 )
             )  # fmt: skip

@@ -246,10 +246,6 @@ def _attempt(
 ) -> Attempt:
     test, robot = lab.plan.test, lab.robot
     own = lab.plan.robot.shape
-    drive = None
-    if robot is not None and spec.speed is not None:
-        d = robot.drive
-        drive = (max(d.v_min, -spec.speed), min(d.v_max, spec.speed), d.omega_max)
     return Attempt(
         labels=Labels(
             suite=test.suite,
@@ -271,7 +267,7 @@ def _attempt(
         period=period,
         reference_length=test.reference_length,
         floor_plan=test.floor_plan or "",
-        drive=drive,
+        limits=robot.limits(spec.speed) if robot is not None and spec.speed is not None else None,
         source="recorded",
     )
 
