@@ -112,3 +112,14 @@ def test_ratios_to_the_limit_and_the_share_of_cut_decisions() -> None:
         .value
         is None
     )
+
+
+def test_who_cannot_brake_in_time_is_in_a_crushing_zone():
+    """0.375 m before a wall at 0.5 m/s: at 0.1 m/s² it takes 1.25 m to stop, at 5 m/s² 25 mm."""
+    n = 12
+    robot = np.column_stack([PERIOD * 0.5 * np.arange(n), np.zeros(n), np.zeros(n)])
+    wall = Body("wall", "wall", rectangle(0.1, 40.0), np.array([robot[-1, 0] + 0.25 + 0.05, 0.0, 0.0]))
+    trial = contact(robot, np.empty((n, 0, 2)))
+    for rate, told in ((0.1, "crushing zone"), (5.0, "unforeseen")):
+        attempt = replace(trial.attempt, bodies=(wall,), limits=DriveLimits(0.0, 1.0, rate, rate, 1.5, rate, rate))
+        assert cause(replace(trial, attempt=attempt)) == told

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from synthetic_results import write_campaign
 
+from clearway.contract import EventKind
 from clearway.scenarios.suites import Selection
 from clearway.trials import Trial
 from clearway.trials.store import Results
@@ -47,7 +48,7 @@ def hostile(tmp_path_factory: pytest.TempPathFactory) -> Results:
 def _event(text: str) -> Any:
     from clearway.trials import Event
 
-    return Event(1.0, text, text)
+    return Event(1.0, EventKind.STATUS, text)
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -118,7 +119,8 @@ def write_campaign(
     change: Callable[[Trial], Trial] = lambda trial: trial,
 ) -> Results:  # fmt: skip
     """A results directory of the hospital suite, every 23rd trial of it a collision."""
-    asked = {"suite": "hospital", "robots": list(robots), "navigators": ["move-base"], "seed": 1}
+    known = {name: json.loads(load_robot(name).model_dump_json()) for name in robots}
+    asked = {"suite": "hospital", "robots": known, "navigators": ["move-base"], "seed": 1}
     scenarios = [
         (s, r) for r in map(load_robot, robots) for s in load_suite("hospital").build(r, selection or Selection(), 1)
     ]

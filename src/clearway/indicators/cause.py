@@ -2,7 +2,7 @@
 
 A contact while the robot stood (neither drove nor turned) is `contact at rest`. Otherwise, if no way out was left
 `WINDOW` before the contact, it was a `crushing zone`; a way out is a manoeuvre of two commands within the base's limits,
-each held for a window, that touches nothing while the obstacles move as they did, and after the contact as they did
+its accelerations among them, each held for a window, that touches nothing while the obstacles move as they did, and after the contact as they did
 last: so to put the contact off by a moment is no way out. If there was one, the navigator's own last word
 before the contact tells: `iteration limit`, `input-limit violation`, `infeasible`; without such a word the contact
 was `unforeseen`. Outcomes without contact are causes of their own.
@@ -15,6 +15,7 @@ import numpy as np
 from clearway.contract import EventKind, Status
 from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray
+from clearway.indicators.escape import commands, state_at, stepped
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.legs import contact_on_a_leg, until_contact
 from clearway.indicators.success import AT_REST, failure
@@ -88,11 +89,10 @@ def _touched(trial: Trial) -> int | None:
 def _crushed(trial: Trial) -> bool | None:
     """Whether each sampled manoeuvre from `WINDOW` before the end touches something until the end; None: unknown."""
     a = trial.attempt
-    if a.footprint is None or a.limits is None or not len(trial.t):
+    if a.footprint is None or a.limits is None or trial.velocity is None or not len(trial.t):
         return None
     begin = max(float(trial.t[-1]) - WINDOW, float(trial.t[0]))
-    theta = np.unwrap(trial.pose[:, 2])
-    start = np.array([np.interp(begin, trial.t, column) for column in (trial.pose[:, 0], trial.pose[:, 1], theta)])
+    start = state_at(trial, begin)
     times = begin + np.arange(_STEP, 2.0 * WINDOW + 1e-9, _STEP)
     if not np.isfinite(start).all():
         return None
@@ -105,17 +105,13 @@ def _crushed(trial: Trial) -> bool | None:
 
 
 def _manoeuvres(start: FloatArray, limits: DriveLimits, steps: int) -> FloatArray:
-    """(k, steps, 3) poses along every pair of commands, the second from the middle on."""
-    commands = np.array([(v, w) for v in np.append(np.linspace(limits.v_min, limits.v_max, _SPEEDS), 0.0)
-                         for w in np.linspace(-limits.omega_max, limits.omega_max, _TURNS)])  # fmt: skip
-    pairs = np.concatenate([np.repeat(commands, len(commands), 0), np.tile(commands, (len(commands), 1))], axis=1)
-    x, y, theta = (np.full(len(pairs), float(s)) for s in start)
-    out = np.empty((len(pairs), steps, 3))
+    """(k, steps, 3) poses from `start` (5,) along every pair of commands, the second from the middle on."""
+    targets = commands(limits, _SPEEDS, _TURNS)
+    first, second = np.repeat(targets, len(targets), axis=0), np.tile(targets, (len(targets), 1))
+    states, out = np.tile(start, (len(first), 1)), np.empty((len(first), steps, 3))
     for k in range(steps):
-        v, w = (pairs[:, 0], pairs[:, 1]) if k < steps // 2 else (pairs[:, 2], pairs[:, 3])
-        middle = theta + 0.5 * _STEP * w
-        x, y, theta = x + _STEP * v * np.cos(middle), y + _STEP * v * np.sin(middle), theta + _STEP * w
-        out[:, k] = np.stack([x, y, theta], axis=1)
+        states = stepped(states, first if k < steps // 2 else second, limits, _STEP)
+        out[:, k] = states[:, :3]
     return out
 
 

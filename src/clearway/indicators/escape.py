@@ -53,7 +53,7 @@ def escapes(
     a = trial.attempt
     if a.footprint is None or a.limits is None or trial.velocity is None or len(trial.t) < 2:
         return None
-    state = _state(trial, begin)
+    state = state_at(trial, begin)
     if not np.isfinite(state).all() or not all(b.outlined for b in a.bodies):
         return None
     steps = max(math.ceil((until - begin) / STEP - 1e-9), 1)
@@ -138,10 +138,10 @@ def _found(
     a = trial.attempt
     assert a.footprint is not None
     assert a.limits is not None
-    commands = _commands(a.limits, speeds, turns)
+    targets = commands(a.limits, speeds, turns)
     kept = state[None]
     for k in range(0, len(tracks), _LOOKS):
-        kept, ways = _carried(kept, commands, a.limits)
+        kept, ways = _carried(kept, targets, a.limits)
         at = np.repeat(tracks[k : k + _LOOKS], len(kept), axis=0)
         gaps = min_clearance(a.footprint, ways.reshape(-1, 3), bodies, at).reshape(_LOOKS, -1).min(axis=0)
         clear, worth = gaps > 0.0, gaps
@@ -206,7 +206,7 @@ def _recurrence(x: FloatArray) -> tuple[float, float, float]:
     return 2.0, -1.0, 0.0
 
 
-def _state(trial: Trial, at: float) -> FloatArray:
+def state_at(trial: Trial, at: float) -> FloatArray:
     """(5,) x, y, theta, v, omega at `at` [s]; the speeds are those of the sample before."""
     assert trial.velocity is not None
     pose = np.column_stack([trial.pose[:, :2], np.unwrap(trial.pose[:, 2])])
@@ -230,7 +230,7 @@ def _near(trial: Trial, state: FloatArray, times: FloatArray) -> tuple[list[Body
     return [*close, *(moving[k] for k in met)], np.ascontiguousarray(tracks[:, met])
 
 
-def _commands(limits: DriveLimits, speeds: int, turns: int) -> FloatArray:
+def commands(limits: DriveLimits, speeds: int, turns: int) -> FloatArray:
     """(k, 2) target speeds: all pairs of forward speeds (rest among them) and yaw rates."""
     forward = np.unique(np.append(np.linspace(limits.v_min, limits.v_max, speeds), 0.0))
     return np.array([(v, w) for v in forward for w in np.linspace(-limits.omega_max, limits.omega_max, turns)])
@@ -240,18 +240,25 @@ def _carried(states: FloatArray, commands: FloatArray, limits: DriveLimits) -> t
     """Each of `states` (n, 5) under each of `commands` (k, 2): the states (n k, 5) a step later, and the poses on the
     way (`_LOOKS`, n k, 3)."""
     goal = np.tile(commands, (len(states), 1))
-    x, y, theta, v, w = np.repeat(states, len(commands), axis=0).T
-    ways, h = np.empty((_LOOKS, len(goal), 3)), STEP / _LOOKS
+    states, ways = np.repeat(states, len(commands), axis=0), np.empty((_LOOKS, len(goal), 3))
     for k in range(_LOOKS):
-        before, v = v, _ramp(v, goal[:, 0], limits.acceleration * h, limits.deceleration * h)
-        turned, w = w, _ramp(w, goal[:, 1], limits.angular_acceleration * h, limits.angular_deceleration * h)
-        mean_v = 0.5 * (before + v) if np.isfinite(limits.acceleration) else v
-        mean_w = 0.5 * (turned + w) if np.isfinite(limits.angular_acceleration) else w
-        half = 0.5 * h * mean_w
-        chord = h * mean_v * np.sinc(half / np.pi)
-        x, y, theta = x + chord * np.cos(theta + half), y + chord * np.sin(theta + half), theta + 2.0 * half
-        ways[k] = np.column_stack([x, y, theta])
-    return np.column_stack([x, y, theta, v, w]), ways
+        states = stepped(states, goal, limits, STEP / _LOOKS)
+        ways[k] = states[:, :3]
+    return states, ways
+
+
+def stepped(states: FloatArray, goal: FloatArray, limits: DriveLimits, h: float) -> FloatArray:
+    """`states` (n, 5) `h` seconds later, each on its way to the speeds `goal` (n, 2) within `limits`."""
+    x, y, theta, before, turned = states.T
+    v = _ramp(before, goal[:, 0], limits.acceleration * h, limits.deceleration * h)
+    w = _ramp(turned, goal[:, 1], limits.angular_acceleration * h, limits.angular_deceleration * h)
+    mean_v = 0.5 * (before + v) if np.isfinite(limits.acceleration) else v
+    mean_w = 0.5 * (turned + w) if np.isfinite(limits.angular_acceleration) else w
+    half = 0.5 * h * mean_w
+    chord = h * mean_v * np.sinc(half / np.pi)
+    return np.column_stack(
+        [x + chord * np.cos(theta + half), y + chord * np.sin(theta + half), theta + 2.0 * half, v, w]
+    )
 
 
 def _ramp(now: FloatArray, goal: FloatArray, faster: float, slower: float) -> FloatArray:

@@ -10,7 +10,6 @@ from typing import Any
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
 from clearway.reports.charts import Bars
-from clearway.reports.replay_encoding import robot_or_none
 from clearway.reports.selection import Row, System, is_recorded, system_of, systems, table_of
 from clearway.robots import Robot
 from clearway.statistics import (
@@ -117,12 +116,12 @@ class Findings:
 
     @cached_property
     def robots(self) -> Mapping[str, Robot | None]:
-        """By the name that the campaign used: as campaign.json recorded them, else as they are now; None if unknown."""
+        """By the name that the campaign used: as campaign.json recorded them; None of one that nobody knows."""
         recorded = self.results.campaign.get("robots")
         found: dict[str, Robot | None] = {}
         for name in dict.fromkeys(r["robot"] for r in self.rows):
             values = recorded.get(name) if isinstance(recorded, dict) else None
-            found[name] = _recorded(values) or robot_or_none(name)
+            found[name] = _recorded(values)
         return found
 
     def title(self, robot: str) -> str:

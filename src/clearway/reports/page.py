@@ -85,7 +85,7 @@ def write_replay(results: Results, trial: int) -> Path:
     row = next((r for r in f.rows if r["trial"] == trial), None)
     if row is None:
         raise ClearwayError(f"there is no trial {trial}; it holds 0 to {len(results) - 1}", file=results.path)
-    packer = Packer()
+    packer = Packer(f.robots)
     packed = {trial: _json(_packed(f, packer, row))}
     page = _environment().get_template("replay.html").render(
         title=f"Trial {trial}: {f.title(row['robot'])}, {label(row)}",
@@ -109,7 +109,7 @@ def build(results: Results, folder: Path) -> None:
     f = Findings(results)
     figures = _figures(f, folder / "figures")
     tables = write_tables(f, folder / "tables")
-    packer = Packer()
+    packer = Packer(f.robots)
     packed = {row["trial"]: _json(_packed(f, packer, row)) for row in f.rows}
     beside = sum(len(p) for p in packed.values()) > MOST_INLINE
     if beside:

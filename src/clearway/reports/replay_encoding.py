@@ -11,6 +11,7 @@ import base64
 import json
 import math
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -18,12 +19,11 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.contract import BodyKind
-from clearway.errors import ClearwayError
 from clearway.geometry.compiled import kernel
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.legs import missed
-from clearway.robots import Robot, load_robot
+from clearway.robots import Robot
 from clearway.trials import Body, Snapshot, Trial
 
 MILLI, ANGLE = 1e-3, 1e-4
@@ -57,8 +57,15 @@ class Shelf:
 
 @dataclass(slots=True)
 class Packer:
-    """Packs trials of one report."""
+    """Packs trials of one report.
 
+    Attributes:
+        known: The campaign's robots by name, None for one of which nobody has a file.
+        scenes: What stands around, each once.
+        robots: The robots that drove, each once.
+    """
+
+    known: Mapping[str, Robot | None] = field(default_factory=dict)
     scenes: Shelf = field(default_factory=Shelf)
     robots: Shelf = field(default_factory=Shelf)
 
@@ -74,7 +81,7 @@ class Packer:
         moving = [b for b in a.bodies if b.pose is None]
         return {
             "index": index,
-            "robot": self.robots.place(_robot(a.robot, a.footprint)),
+            "robot": self.robots.place(_robot(a.robot, self.known.get(a.robot), a.footprint)),
             "scenes": [
                 self.scenes.place([_body(b) for b in fixed if b.kind != BodyKind.OBSTACLE]),
                 self.scenes.place([_body(b) for b in fixed if b.kind == BodyKind.OBSTACLE]),
@@ -260,16 +267,7 @@ def _body(body: Body) -> dict[str, Any]:
     return {"name": body.name, "kind": body.kind, "at": _list(body.pose, 4), **shape}
 
 
-def robot_or_none(name: str) -> Robot | None:
-    """The robot of that name; None where nobody has its file (a recording of an unknown robot)."""
-    try:
-        return load_robot(name)
-    except ClearwayError:
-        return None
-
-
-def _robot(name: str, footprint: Shape | None) -> dict[str, Any]:
-    robot = robot_or_none(name)
+def _robot(name: str, robot: Robot | None, footprint: Shape | None) -> dict[str, Any]:
     lidar = robot.lidar if robot is not None else None
     return {
         "name": name if robot is None else robot.title,
