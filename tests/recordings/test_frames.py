@@ -35,9 +35,9 @@ def close(pose: np.ndarray, to: np.ndarray) -> bool:
 @given(
     st.floats(-50, 50), st.floats(-50, 50), st.floats(-math.pi, math.pi), st.integers(1, 4),
 )  # fmt: skip
-def test_a_tie_finds_the_frame_that_made_the_holds(x: float, y: float, theta: float, k: int) -> None:
+def test_a_tie_finds_the_frame_that_made_the_static_poses(x: float, y: float, theta: float, k: int) -> None:
     frame = np.array([x, y, theta])
-    tie = frames.tie_by_holds(HOLDS[:k], mapped(HOLDS[:k], frame))
+    tie = frames.tie_by_static_poses(HOLDS[:k], mapped(HOLDS[:k], frame))
     assert close(tie.pose, frame)
     assert tie.residuals == pytest.approx(0, abs=1e-9)
 
@@ -49,9 +49,9 @@ def test_two_places_are_enough_without_headings_and_one_is_not() -> None:
         frames.tie_by_points(HOLDS[:1, :2], mapped(HOLDS)[:1, :2])
     blind = HOLDS.copy()
     blind[:, 2] = np.nan
-    assert close(frames.tie_by_holds(blind[:2], mapped(HOLDS)[:2]).pose, FRAME)
+    assert close(frames.tie_by_static_poses(blind[:2], mapped(HOLDS)[:2]).pose, FRAME)
     with pytest.raises(ClearwayError, match="heading"):
-        frames.tie_by_holds(blind[:1], mapped(HOLDS)[:1])
+        frames.tie_by_static_poses(blind[:1], mapped(HOLDS)[:1])
 
 
 @pytest.mark.parametrize("k", [1, 2, 4])
@@ -64,7 +64,7 @@ def test_the_uncertainty_covers_what_noise_does(k: int) -> None:
     errors, stated = [], []
     for _ in range(1500):
         noisy = mapped(HOLDS[:k]) + rng.normal(size=(k, 3)) * [sigma[0], sigma[0], sigma[1]]
-        moved = frames.apply(frames.tie_by_holds(HOLDS[:k], noisy, sigma), motion(place[None], sigma=(0.0, 0.0)))
+        moved = frames.apply(frames.tie_by_static_poses(HOLDS[:k], noisy, sigma), motion(place[None], sigma=(0.0, 0.0)))
         errors.append([*(moved.pose[0, :2] - truth[:2]), math.remainder(moved.pose[0, 2] - truth[2], math.tau)])
         assert moved.sigma is not None
         stated.append(moved.sigma[0])
@@ -81,7 +81,7 @@ def test_headings_and_places_weigh_as_they_should() -> None:
     for arm, expected in ((0.1, 0.05), (10.0, 0.0)):
         known = np.array([[-arm, 0, 0.0], [arm, 0, 0.0]])
         measured = known - [0, 0, 0.05]
-        tie = frames.tie_by_holds(measured, known, (0.01, 0.01))
+        tie = frames.tie_by_static_poses(measured, known, (0.01, 0.01))
         weight = 2 / 0.01**2 / (2 / 0.01**2 + 2 * arm**2 / 0.01**2)
         assert tie.pose[2] == pytest.approx(0.05 * weight, abs=2e-3 * 0.05)
         assert tie.pose[2] == pytest.approx(expected, abs=0.1 * 0.05)
@@ -92,7 +92,7 @@ def test_a_mirrored_frame_is_named() -> None:
     with pytest.raises(ClearwayError, match=r"mirror image.*left-handed, or Y-up"):
         frames.tie_by_points(mirrored[:, :2], mapped(HOLDS)[:, :2])
     with pytest.raises(ClearwayError, match="mirror image"):
-        frames.tie_by_holds(mirrored[:2], mapped(HOLDS)[:2])
+        frames.tie_by_static_poses(mirrored[:2], mapped(HOLDS)[:2])
     assert "mirrored frame as well" in frames.tie_by_points(HOLDS[:2, :2], mapped(HOLDS)[:2, :2]).note
     assert "mirrored" not in frames.tie_by_points(HOLDS[:, :2], mapped(HOLDS)[:, :2]).note
 
@@ -112,8 +112,8 @@ def test_a_wrong_place_is_named(wrong: int) -> None:
         frames.tie_by_points(HOLDS[:, :2], known[:, :2])
     known = mapped(HOLDS)
     known[wrong, 2] += math.pi  # the robot was put down the wrong way round
-    with pytest.raises(ClearwayError, match=rf"hold {wrong + 1} lies 3\.142 rad turned"):
-        frames.tie_by_holds(HOLDS, known)
+    with pytest.raises(ClearwayError, match=rf"static pose {wrong + 1} lies 3\.142 rad turned"):
+        frames.tie_by_static_poses(HOLDS, known)
 
 
 def test_two_places_that_disagree_show_a_residual_or_are_refused() -> None:
@@ -141,31 +141,31 @@ def test_applying_moves_the_pose_and_leaves_the_rest() -> None:
     assert np.array_equal(same.pose, m.pose, equal_nan=True)
 
 
-def test_a_hold_is_a_robust_mean() -> None:
+def test_a_static_pose_is_a_robust_mean() -> None:
     rng = np.random.default_rng(3)
     pose = np.array([1.0, 2.0, 0.5]) + rng.normal(size=(400, 3)) * [5e-4, 5e-4, 2e-3]
     pose[37] += 5.0  # a ghost marker
     pose[200:220] = np.nan
-    found = frames.hold(motion(pose))
+    found = frames.static_pose(motion(pose))
     assert found.pose == pytest.approx([1.0, 2.0, 0.5], abs=3e-4)
     assert 1e-5 < found.sigma[0] < 2e-4
     assert 5e-5 < found.sigma[1] < 5e-4
 
 
-def test_a_hold_that_moved_is_refused() -> None:
+def test_a_static_pose_that_moved_is_refused() -> None:
     pose = np.tile([1.0, 2.0, 0.5], (600, 1))
     pose[500:, 0] += np.linspace(0, 0.3, 100)
     with pytest.raises(ClearwayError, match=r"moved by 0\.\d+ m.*rested longest from 0\.00 s to 5\.0\d s"):
-        frames.hold(motion(pose))
-    assert frames.hold(motion(pose), (0.0, 4.9)).pose == pytest.approx([1.0, 2.0, 0.5])
+        frames.static_pose(motion(pose))
+    assert frames.static_pose(motion(pose), (0.0, 4.9)).pose == pytest.approx([1.0, 2.0, 0.5])
     turning = np.tile([1.0, 2.0, 0.5], (600, 1))
     turning[:, 2] += np.linspace(0, 0.1, 600)
     with pytest.raises(ClearwayError, match="turned by"):
-        frames.hold(motion(turning))
+        frames.static_pose(motion(turning))
     with pytest.raises(ClearwayError, match="are needed"):
-        frames.hold(motion(pose), (100.0, 110.0))
+        frames.static_pose(motion(pose), (100.0, 110.0))
     with pytest.raises(ClearwayError, match="are needed"):
-        frames.hold(motion(np.zeros((0, 3))))
+        frames.static_pose(motion(np.zeros((0, 3))))
 
 
 def test_nonsense_is_refused() -> None:
@@ -173,8 +173,8 @@ def test_nonsense_is_refused() -> None:
         frames.tie_by_points(np.array([[0.0, 0.0], [np.nan, 1.0]]), np.zeros((2, 2)))
     with pytest.raises(ClearwayError, match="as many of both"):
         frames.tie_by_points(np.zeros((2, 2)), np.zeros((3, 2)))
-    with pytest.raises(ClearwayError, match="no hold"):
-        frames.tie_by_holds(np.zeros((0, 3)), np.zeros((0, 3)))
+    with pytest.raises(ClearwayError, match="no static pose"):
+        frames.tie_by_static_poses(np.zeros((0, 3)), np.zeros((0, 3)))
     with pytest.raises(ClearwayError, match="above 0"):
         frames.tie_by_points(HOLDS[:, :2], HOLDS[:, :2], 0.0)
     with pytest.raises(ClearwayError, match="far apart"):

@@ -121,7 +121,7 @@ def test_a_static_pose_needs_the_map(scored: Scored) -> None:
 
 def test_holds_of_markers_that_nothing_ties(scored: Scored) -> None:
     with pytest.raises(ClearwayError, match="nothing ties it"):
-        scored({}, frame={"holds": [STATIC]})
+        scored({}, frame={"static_poses": [STATIC]})
 
 
 def test_markers_that_nothing_ties_find_no_leg_by_its_goal(scored: Scored) -> None:

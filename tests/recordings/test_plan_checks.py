@@ -201,10 +201,17 @@ class TestTies:
         said = only(lab(('{ marker = "floor:C", at = [0.0, 2.0] }', '{ marker = "floor:C", at = [0.0, 3.0] }')))
         assert "sources.capture.frame" in said
 
-    def test_a_hold_in_which_the_robot_drives(self, lab: Lab):
+    def test_the_old_name_of_static_poses_is_told_the_new_one(self, lab: Lab):
+        text = lab().read_text(encoding="utf-8")
+        start, end = text.index('file = "survey.csv"'), text.index("# Other ways")
+        hold = 'holds = [{ file = "static_A.csv", pose = "A" }]\n'
+        said = only(lab(source=text[:start] + hold + text[end:]))
+        assert "sources.capture.frame.holds: unknown key; it is called 'static_poses' now" in said
+
+    def test_a_static_pose_in_which_the_robot_drives(self, lab: Lab):
         text = lab(by_coordinates()).read_text(encoding="utf-8")
         start, end = text.index('file = "survey.csv"'), text.index("# Other ways")
-        hold = 'holds = [{ file = "first.csv", pose = "A" }]\n'
+        hold = 'static_poses = [{ file = "first.csv", pose = "A" }]\n'
         said = only(lab(source=text[:start] + hold + text[end:]))
         assert "sources.capture.frame: the robot moved by" in said
 

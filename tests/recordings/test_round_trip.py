@@ -63,7 +63,7 @@ def test_with_the_legs_to_be_found(tmp_path, trial, to):
     assert row["success"]
 
 
-def test_base_link_by_a_hold_and_a_straight_drive(tmp_path, trial):
+def test_base_link_by_a_static_pose_and_a_straight_drive(tmp_path, trial):
     _, (row,) = scored(tmp_path, [trial], "c3d", spans=True, coordinates=False)
     assert not off(row, trial, 1 / LAB.rate)
 

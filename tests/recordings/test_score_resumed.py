@@ -11,7 +11,7 @@ import clearway
 from clearway.errors import ClearwayError
 
 PLAN = """
-sources.capture = { format = "tum", frame = { holds = [{ file = "hold.tum", pose = [0.0, 0.0, 0.0] }] } }
+sources.capture = { format = "tum", frame = { static_poses = [{ file = "hold.tum", pose = [0.0, 0.0, 0.0] }] } }
 robot.track = "trajectory"
 [[trial]]
 file = "one.tum"

@@ -69,7 +69,7 @@ def test_clocks(a: Motion, b: Motion) -> None:
 def test_frames(pairs: list[tuple[float, ...]], motion: Motion) -> None:
     both = np.array(pairs).reshape(-1, 6)
     for tie in (
-        lambda: frames.tie_by_holds(both[:, :3], both[:, 3:]),
+        lambda: frames.tie_by_static_poses(both[:, :3], both[:, 3:]),
         lambda: frames.tie_by_points(both[:, :2], both[:, 3:5]),
         lambda: frames.given(both[0, :3] if len(both) else np.zeros(2), (0.01, 0.01)),
     ):
@@ -79,7 +79,7 @@ def test_frames(pairs: list[tuple[float, ...]], motion: Motion) -> None:
             assert np.isfinite(found.sigma).all()
             frames.apply(found, motion)
     with contextlib.suppress(ClearwayError):
-        frames.hold(motion)
+        frames.static_pose(motion)
 
 
 @settings(max_examples=60, deadline=None)

@@ -1,4 +1,4 @@
-"""Ties a source's frame to the map: by holds of the robot on known poses, by surveyed points, or as given.
+"""Ties a source's frame to the map: by static poses of the robot at rest on known places, by surveyed points, or as given.
 
 A tie is planar and rigid: no scale, no mirror. Both are looked for, as millimetres and left-handed or Y-up exports are
 the common mistakes, and refused by name.
@@ -22,7 +22,7 @@ REFUSED = 10.0
 DOUBTFUL = 3.0
 """Above so many, it is said."""
 BLOCK = 0.25
-"""s; a hold is averaged in stretches of this length, whose scatter shows what the mean is worth."""
+"""s; a static pose is averaged in stretches of this length, whose scatter shows what the mean is worth."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +32,7 @@ class Tie:
     Attributes:
         pose: (3,) of the source's frame in the map: m, m, rad. sigma: (2,) standard uncertainty of a place at `pivot`
         [m] and of the heading [rad], NaN if unknown; farther off the lever arm adds. residuals: (k,) m, how far each
-        hold or point lies from where the tie puts it. note: what was done, in a sentence. pivot: (2,) m, in the
+        static pose or point lies from where the tie puts it. note: what was done, in a sentence. pivot: (2,) m, in the
         source's frame.
     """
 
@@ -52,7 +52,7 @@ class StaticPose:
     sigma: FloatArray
 
 
-def hold(
+def static_pose(
     motion: Motion, span: tuple[float, float] | None = None, *, moved: float = 0.005, turned: float = 0.01
 ) -> StaticPose:
     """Where the robot stood in `span` [s on the motion's clock; default: all of it], by medians.
@@ -69,19 +69,19 @@ def hold(
     if len(medians) < 4:
         seen = len(medians) * BLOCK
         raise ClearwayError(
-            f"the hold from {start:g} s to {end:g} s shows the robot for {seen:g} s; at least {4 * BLOCK:g} s are needed"
+            f"the static pose from {start:g} s to {end:g} s shows the robot for {seen:g} s; at least {4 * BLOCK:g} s are needed"
         )
     middle = np.median(pose, axis=0)
     away = float(np.hypot(*(medians[:, :2] - middle[:2]).T).max())
     if away > moved:
         raise ClearwayError(
-            f"the robot moved by {away:.3f} m in the hold from {start:g} s to {end:g} s; at rest it may move by {moved:g} m. "
+            f"the robot moved by {away:.3f} m in the static pose from {start:g} s to {end:g} s; at rest it may move by {moved:g} m. "
             + _longest_rest(t, pose, moved)
         )
     swing = float(np.abs(medians[:, 2] - middle[2]).max())
     if swing > turned:
         raise ClearwayError(
-            f"the robot turned by {swing:.3f} rad in the hold from {start:g} s to {end:g} s; at rest it may turn by "
+            f"the robot turned by {swing:.3f} rad in the static pose from {start:g} s to {end:g} s; at rest it may turn by "
             f"{turned:g} rad"
         )
     spread = medians.std(axis=0, ddof=1) * math.sqrt(math.pi / 2 / len(medians))  # of a median of medians
@@ -101,10 +101,10 @@ def _longest_rest(t: FloatArray, pose: FloatArray, moved: float) -> str:
     return f"It rested longest from {best[0]:.2f} s to {best[1]:.2f} s"
 
 
-def tie_by_holds(measured: FloatArray, known: FloatArray, sigma: tuple[float, float] = (0.005, 0.01)) -> Tie:
+def tie_by_static_poses(measured: FloatArray, known: FloatArray, sigma: tuple[float, float] = (0.005, 0.01)) -> Tie:
     """From the robot at rest on known poses.
 
-    Positions and headings weigh as their uncertainties say. One hold will do with its heading, of two and more the
+    Positions and headings weigh as their uncertainties say. One static pose will do with its heading, of two and more the
     residuals tell how well they agree.
 
     Args:
@@ -115,8 +115,8 @@ def tie_by_holds(measured: FloatArray, known: FloatArray, sigma: tuple[float, fl
         ClearwayError: too little to tie by, places that fit only with another scale or as a mirror image, or a hold
             that doesn't fit the others.
     """
-    a, b = _pairs(measured, known, 3, "hold")
-    return _tie(a, b, sigma, "hold")
+    a, b = _pairs(measured, known, 3, "static pose")
+    return _tie(a, b, sigma, "static pose")
 
 
 def tie_by_points(measured: FloatArray, known: FloatArray, sigma: float = 0.005) -> Tie:
@@ -126,7 +126,7 @@ def tie_by_points(measured: FloatArray, known: FloatArray, sigma: float = 0.005)
         measured: (k, 2) in the source's frame. known: (k, 2) in the map. sigma: standard uncertainty of one pair, m.
 
     Raises:
-        ClearwayError: as `tie_by_holds`.
+        ClearwayError: as `tie_by_static_poses`.
     """
     a, b = _pairs(measured, known, 2, "surveyed point")
     none = np.full((len(a), 1), np.nan)
@@ -224,7 +224,7 @@ def _tie(a: Any, b: Any, sigma: tuple[float, float], kind: str) -> Tie:
     if headings == 0 and spread < REFUSED * sigma[0]:
         raise ClearwayError(
             f"{k} {kind}{'s' * (k > 1)} without a heading, none farther than {spread:.3f} m from their middle, can't tell how "
-            "the frame is turned; two places far apart are needed" + (", or a heading" if kind == "hold" else "")
+            "the frame is turned; two places far apart are needed" + (", or a heading" if kind == "static pose" else "")
         )
     fit = _fit(a, b, sigma)
     worst = _share(fit, sigma).max()

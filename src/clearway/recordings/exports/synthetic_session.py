@@ -124,7 +124,7 @@ class _Sources:
                 self.folder, self.to, f"hold_{name}", held(self.trial, pose, self.system, bodies=self._bodies)
             )
             holds.append({"file": file, "pose": pose.tolist()})
-        return {"capture": {"format": self.to, "frame": {"holds": holds, "uncertainty": KNOWN}}}
+        return {"capture": {"format": self.to, "frame": {"static_poses": holds, "uncertainty": KNOWN}}}
 
     @property
     def _bodies(self) -> bool:

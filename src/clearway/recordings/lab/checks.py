@@ -217,8 +217,8 @@ def references(plan: TestPlan) -> Iterator[tuple[str, str, str, Span | None]]:
     for name, source in plan.sources.items():
         if source.frame.file is not None:
             yield f"sources.{name}.frame.file", name, source.frame.file, None
-        for j, hold in enumerate(source.frame.holds):
-            yield f"sources.{name}.frame.holds.{j}", name, hold.file, hold.span
+        for j, pose in enumerate(source.frame.static_poses):
+            yield f"sources.{name}.frame.static_poses.{j}", name, pose.file, pose.span
     recorded = {"robot"} | {
         f"bodies.{o.body}" for t in plan.trials if plan.files_of(t) for o in t.obstacles if o.pose is None
     }
@@ -338,7 +338,7 @@ def _looked_for(plan: TestPlan, field: str, source: str) -> list[tuple[str, Body
         there = {f"bodies.{o.body}" for o in trial.obstacles if o.pose is None} | {"robot"}
     elif field.endswith((".static", ".straight", ".turn")):
         there = {field.rpartition(".")[0]}
-    elif ".frame.holds." in field:
+    elif ".frame.static_poses." in field:
         there = {"robot"}
     else:
         there = set()

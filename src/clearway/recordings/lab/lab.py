@@ -109,7 +109,7 @@ class Lab:
     def _want(self, source: str, file: str) -> Want:
         """What the plan needs of a file, so that no more of it is kept; all of it where a marker set is named by its prefix."""
         spec, frame = self.plan.sources[source], self.plan.sources[source].frame
-        bodies: set[str] = {ROBOT} if file in {hold.file for hold in frame.holds} else set()
+        bodies: set[str] = {ROBOT} if file in {pose.file for pose in frame.static_poses} else set()
         for name in (ROBOT, *self.plan.bodies):
             b = self.body(name)
             if file in {stretch.file for stretch in (b.static, b.straight, b.turn) if stretch}:
@@ -203,7 +203,7 @@ class Lab:
             return frames.given(np.array(spec.transform), sigma)
         if spec.surveyed and spec.file is None:
             return self._surveyed(source, recording)
-        if not spec.surveyed and not spec.holds:
+        if not spec.surveyed and not spec.static_poses:
             return None
         if source not in self._ties:
             if spec.file is not None:
@@ -240,14 +240,16 @@ class Lab:
                 else "nothing ties it"
             )
             raise ClearwayError(
-                f"holds tie the frame by where base_link is, and {how}: give the markers' coordinates alone, or tie the frame "
+                f"static poses tie the frame by where base_link is, and {how}: give the markers' coordinates alone, or tie the frame "
                 "by surveyed points",
                 file=self.path,
-                field=f"sources.{source}.frame.holds",
+                field=f"sources.{source}.frame.static_poses",
             )
-        poses = [frames.hold(self.stretch(ROBOT, hold, source)).pose for hold in spec.holds]
-        known = np.array([self.pose(hold.pose) for hold in spec.holds])
-        return frames.tie_by_holds(np.array(poses), known, *([] if spec.uncertainty is None else [spec.uncertainty]))
+        poses = [frames.static_pose(self.stretch(ROBOT, pose, source)).pose for pose in spec.static_poses]
+        known = np.array([self.pose(pose.pose) for pose in spec.static_poses])
+        return frames.tie_by_static_poses(
+            np.array(poses), known, *([] if spec.uncertainty is None else [spec.uncertainty])
+        )
 
     def stretch(self, name: str, stretch: StretchSpec, source: str, *, tied: bool = True) -> Motion:
         """The body's motion during a stretch of a recording, in the source's frame."""

@@ -10,7 +10,7 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -88,7 +88,9 @@ class FrameSpec(_Part):
 
     same: bool = Field(default=False, description="it is the map's")
     transform: PoseSpec | None = Field(default=None, description="the source frame's pose in the map: m, m, rad")
-    holds: tuple[StretchSpec, ...] = Field(default=(), description="the robot at rest on known poses")
+    RENAMED: ClassVar = {"holds": "static_poses"}
+
+    static_poses: tuple[StretchSpec, ...] = Field(default=(), description="the robot at rest on known poses")
     surveyed: tuple[SurveyedSpec, ...] = Field(default=(), description="markers on known places")
     file: str | None = Field(default=None, description="where the surveyed markers are seen; default: each trial's own")
     uncertainty: tuple[NonNegative, NonNegative] | None = Field(
@@ -97,10 +99,10 @@ class FrameSpec(_Part):
 
     @model_validator(mode="after")
     def _one_way(self) -> FrameSpec:
-        ways = sum((self.same, self.transform is not None, bool(self.holds), bool(self.surveyed)))
+        ways = sum((self.same, self.transform is not None, bool(self.static_poses), bool(self.surveyed)))
         if ways > 1:
-            raise ValueError("say one of same, transform, holds, surveyed")
-        if any(h.pose is None for h in self.holds):
+            raise ValueError("say one of same, transform, static_poses, surveyed")
+        if any(h.pose is None for h in self.static_poses):
             raise ValueError("every hold needs the pose that the robot stood on")
         return self
 
@@ -216,6 +218,8 @@ class RecordedTrialSpec(ConditionsSpec):
 class TestPlan(_Part):
     """A test plan."""
 
+    __test__: ClassVar = False  # it is not one of pytest's, whatever its name
+
     test: TestSpec = TestSpec()
     conditions: ConditionsSpec = ConditionsSpec()
     poses: dict[str, PoseSpec] = Field(default_factory=dict, description="named poses in the map, such as A and B")
@@ -263,7 +267,8 @@ class TestPlan(_Part):
         found: list[tuple[str, str, object]] = []
         for name, source in self.sources.items():
             found += [
-                (f"sources.{name}.frame.holds.{i}.pose", "poses", h.pose) for i, h in enumerate(source.frame.holds)
+                (f"sources.{name}.frame.static_poses.{i}.pose", "poses", h.pose)
+                for i, h in enumerate(source.frame.static_poses)
             ]
         for name, body in bodies.items():
             found.append((f"{name}.source", "sources", body.source))

@@ -13,7 +13,7 @@ from clearway.recordings.lab.test_plan import RecordedTrialSpec
 
 
 def problems_of_ties(path: Path) -> list[ClearwayError]:
-    """Ties that scoring would refuse: holds and static poses not at rest, drives that aren't straight, coordinates that
+    """Ties that scoring would refuse: static poses not at rest, drives that aren't straight, coordinates that
     don't fit the markers. Each frame and body is tied once, by the smallest recording that has it.
 
     Args:

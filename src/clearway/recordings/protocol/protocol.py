@@ -359,7 +359,7 @@ surveyed = [
 # Other ways, instead of `file` and `surveyed`: the system's frame is the map's, or the robot stood on known poses
 # (needs the markers' coordinates below).
 # same = true
-# holds = [{{ file = "static_A.csv", pose = {pose} }}, {{ file = "static_B.csv", pose = {other} }}]
+# static_poses = [{{ file = "static_A.csv", pose = {pose} }}, {{ file = "static_B.csv", pose = {other} }}]
 
 # The robot's own log, if there is one: take the # away, and add to each trial: files = {{ robot = "NAME" }}
 # [sources.robot]

@@ -137,7 +137,7 @@ def _checklist(plan: TestPlan, line: Line | None) -> list[str]:
         marked = "; ".join(s.marker if line is None else f"{s.marker} {line.words(s.at)}" for s in spec.frame.surveyed)
         if marked:
             found.append(f"The floor's markers, 5 s{_named(spec.frame.file)}: {marked}")
-        found += [f"The robot at rest, 10 s, on {_place(h.pose)}{_named(h.file)}" for h in spec.frame.holds]
+        found += [f"The robot at rest, 10 s, on {_place(h.pose)}{_named(h.file)}" for h in spec.frame.static_poses]
     for name, body in {"The robot": plan.robot, **plan.bodies}.items():
         if body.static is not None:
             facing = "" if line is None else _looking(plan, line, body.static.pose)
