@@ -55,9 +55,11 @@ def test_whole_trials(suite: str, index: int, guarantee: str) -> None:
         assert all(text.endswith("robot at 0.000 m/s") for text in said(ran, "contact"))
 
 
-@pytest.mark.parametrize("index", [0, 4])
-def test_nothing_is_said_while_the_assumptions_hold(index: int) -> None:
-    assert said(trial("sar-case1", index, "passive"), "assumption") == set()
+@pytest.mark.parametrize("guarantee", HpSt.GUARANTEES)
+@pytest.mark.parametrize("index", [0, 4, 7])
+@pytest.mark.parametrize("suite", ["sar-case1", "sar-case2", "sar-case3", "sar-stress"])
+def test_nothing_is_said_while_the_assumptions_hold(suite: str, index: int, guarantee: str) -> None:
+    assert said(trial(suite, index, guarantee), "assumption") == set()
 
 
 def test_the_same_seed_the_same_trial() -> None:

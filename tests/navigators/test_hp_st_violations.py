@@ -15,14 +15,15 @@ from clearway.contract import Command, Decision, Sensing, Task
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
-from clearway.robots import DriveLimits, Robot, load_robot
+from clearway.robots import DriveLimits, Odometry, Robot, load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.world import simulate_in
 from clearway.world.tracks import stack
 
 SHOVED = np.array([0.01, 0.01, 0.0, 0.0, 0.0])
 INSTANT = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
-ROBOTS = {"rescue": SHOVED, "hosbot": np.array([0.004, 0.01, 0.05, 0.08, 0.0])}
+EXACT = Odometry(translation_per_metre=0.0, rotation_per_metre=0.0, rotation_per_radian=0.0)
+ROBOTS = {"rescue": SHOVED, "tiago": SHOVED, "hosbot": np.array([0.004, 0.01, 0.05, 0.08, 0.0])}
 
 
 class Wanderer:
@@ -30,7 +31,7 @@ class Wanderer:
 
     def __init__(self, assumed: FloatArray, robot: Robot, seed: int) -> None:
         self.limits = robot.limits()
-        self.watch = AssumptionMonitor(self.limits, robot.period, assumed, np.zeros(3))
+        self.watch = AssumptionMonitor(self.limits, robot.period, assumed, np.zeros(3), robot.odometry)
         self.rng, self.texts, self.count = np.random.default_rng(seed), list[str](), 0
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
@@ -90,10 +91,11 @@ def test_twice_the_disturbance_is_said() -> None:
     st.floats(-9, 9),
 )
 def test_the_bound_itself_is_allowed(periods: list[tuple[float, ...]], theta: float) -> None:
-    watch, pose, t = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3)), np.array([1.0, 2.0, theta]), 0.0
+    watch, pose, t = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3), EXACT), np.array([1.0, 2.0, theta]), 0.0
     moved = False
     for v, omega, share, angle, twist in periods:
         watch.told(t, pose, v, omega)
+        velocity = np.array([v, omega])
         pushed = 0.01 * share * (moved or v != 0.0 or omega != 0.0)
         moved = v != 0.0 or omega != 0.0
         x, y, theta = arc(*pose, v, omega, 0.15)
@@ -101,38 +103,55 @@ def test_the_bound_itself_is_allowed(periods: list[tuple[float, ...]], theta: fl
             [x + pushed * math.cos(angle), y + pushed * math.sin(angle), theta + math.copysign(pushed, twist)]
         )
         t += 0.15
-        assert watch.seen(t, pose, np.zeros(2)) == ()
+        assert watch.seen(t, pose, velocity) == ()
 
 
-def told(v: float = 0.5, **more: Any) -> AssumptionMonitor:
-    watch = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3), **more)
+def told(v: float = 0.5, odometry: Odometry = EXACT) -> AssumptionMonitor:
+    watch = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3), odometry)
     watch.told(1.0, np.zeros(3), v, 0.0)
     return watch
 
 
+DRIVEN = np.array([0.5, 0.0])
+
+
 def test_the_words() -> None:
-    assert told().seen(1.15, np.array([0.075, 0.023, 0.0]), np.zeros(2)) == (
+    assert told().seen(1.15, np.array([0.075, 0.023, 0.0]), DRIVEN) == (
         "disturbance: ended 0.0230 m from where it was commanded, assumed at most 0.0100",
     )
-    assert told().seen(1.15, np.array([0.075, 0.0, -0.02]), np.zeros(2)) == (
+    assert told().seen(1.15, np.array([0.075, 0.0, -0.02]), DRIVEN) == (
         "disturbance: turned 0.0200 rad off its command, assumed at most 0.0100",
     )
-    assert told().seen(1.3, np.array([0.15, 0.0, 0.0]), np.zeros(2)) == (
+    assert told().seen(1.3, np.array([0.15, 0.0, 0.0]), DRIVEN) == (
         "period: 0.3 s since the last command, assumed 0.15 s",
     )
-    assert told(misread=(0.1, 0.1)).seen(1.15, np.array([0.075, 0.0, 0.0]), np.array([0.2, 0.0])) == (
-        "command: v is 0.2000 m/s, should be 0.5000 within 0.1000",
+    assert told().seen(1.15, np.array([0.075, 0.0, 0.0]), np.array([0.5, -0.1])) == (
+        "command: omega is -0.1000 rad/s, should be 0.0000 within 0.0000",
     )
-    assert len(told().seen(1.15, np.array([math.nan, 0.0, math.nan]), np.zeros(2))) == 2
+    assert len(told().seen(1.15, np.array([math.nan, 0.0, math.nan]), np.full(2, math.nan))) == 4
+
+
+def test_a_measured_velocity_may_err_as_its_odometry_does() -> None:
+    noisy, there = (
+        Odometry(translation_per_metre=0.01, rotation_per_metre=0.0, rotation_per_radian=0.0, scale=0.01),
+        [0.075, 0.0, 0.0],
+    )
+    sigma = math.hypot(0.01 * 0.5, 0.01 * math.sqrt(0.5 / 0.15))
+    for off, said in ((4.99, 0), (-4.99, 0), (5.01, 1), (-5.01, 1)):
+        assert len(told(odometry=noisy).seen(1.15, np.array(there), np.array([0.5 + off * sigma, 0.0]))) == said
+    assert told(odometry=noisy).seen(1.15, np.array(there), np.array([5.0, 3.0])) == (
+        f"command: v is 5.0000 m/s, should be 0.5000 within {5.0 * sigma:.4f}",
+        "command: omega is 3.0000 rad/s, should be 0.0000 within 0.0000",
+    )
 
 
 def test_a_robot_at_rest_that_is_pushed_although_nothing_should_push_it() -> None:
-    watch = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3))
+    watch = AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3), EXACT)
     watch.told(0.0, np.zeros(3), 0.0, 0.0)
     assert watch.seen(0.15, np.array([0.004, 0.0, 0.0]), np.zeros(2)) == (
         "disturbance: ended 0.0040 m from where it was commanded, assumed at most 0.0000",
     )
-    allowed = AssumptionMonitor(INSTANT, 0.15, np.array([0.01, 0.01, 0.0, 0.0, 1.0]), np.zeros(3))
+    allowed = AssumptionMonitor(INSTANT, 0.15, np.array([0.01, 0.01, 0.0, 0.0, 1.0]), np.zeros(3), EXACT)
     allowed.told(0.0, np.zeros(3), 0.0, 0.0)
     assert allowed.seen(0.15, np.array([0.004, 0.0, 0.0]), np.zeros(2)) == ()
 
@@ -140,6 +159,6 @@ def test_a_robot_at_rest_that_is_pushed_although_nothing_should_push_it() -> Non
 def test_nothing_is_said_before_anything_was_told_and_everything_once() -> None:
     watch = told()
     far = np.array([9.0, 9.0, 0.0])
-    assert AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3)).seen(0.0, far, np.zeros(2)) == ()
+    assert AssumptionMonitor(INSTANT, 0.15, SHOVED, np.zeros(3), EXACT).seen(0.0, far, np.zeros(2)) == ()
     assert watch.seen(1.15, far, np.zeros(2))
     assert watch.seen(1.30, far, np.zeros(2)) == ()

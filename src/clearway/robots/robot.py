@@ -107,6 +107,14 @@ class Odometry(_Part):
     rotation_per_radian: NonNegative = Field(description="rad of error per sqrt(rad) turned")
     scale: NonNegative = Field(default=0.0, description="standard deviation of the relative scale error of a trial")
 
+    def velocity_errors(self, v: float, omega: float, period: float) -> tuple[float, float]:
+        """Standard deviations of measured v [m/s] and omega [rad/s] over a `period` [s] in which these are `v`, `omega`."""
+        rotation = self.rotation_per_metre**2 * abs(v) + self.rotation_per_radian**2 * abs(omega)
+        return (
+            math.hypot(self.scale * v, self.translation_per_metre * math.sqrt(abs(v) / period)),
+            math.hypot(self.scale * omega, math.sqrt(rotation / period)),
+        )
+
 
 class Tolerances(_Part):
     """When the robot's own navigation calls a goal reached, and what a test judges it by."""

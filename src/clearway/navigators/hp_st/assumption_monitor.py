@@ -2,42 +2,43 @@
 
 The bounds here are the triangle inequality's: no cleverness, so that a text is never a false alarm, and so that a robot
 whose disturbance is a disc of known radius is told of each excess. What obstacles do beyond their bounds is the
-forecasts' to tell.
+forecasts' to tell, what appears where it should have been seen before the sight monitor's.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.tube import drive
+from clearway.robots import Odometry
 from clearway.robots.drive_limits import DriveLimits
 
 ROUNDING = 1e-9
 """A bound counts as exceeded from here on, m, rad, s."""
 
+SIGMAS = 5.0
+"""So many standard deviations of a measured velocity are its error at most: 1 of 1.7 million lies beyond."""
+
 
 class AssumptionMonitor:
-    """Compares where the robot is with where it was sent a period ago.
+    """Compares where the robot is, and how fast, with what it was told a period ago.
 
     Args:
-        limits: of the base. period: s. disturbance: (5,), start: (3,): see `tube.tube`.
-        misread: (2,) bounds of the error of measured v [m/s] and omega [rad/s]; inf: that isn't looked at.
+        limits: Limits of the base.
+        period: Control period in seconds.
+        disturbance: (5,) bounds, see `tube.tube`.
+        start: (3,) bounds on the error of the perceived pose, see `tube.tube`.
+        odometry: How the measured velocities err.
     """
 
     def __init__(
-        self,
-        limits: DriveLimits,
-        period: float,
-        disturbance: FloatArray,
-        start: FloatArray,
-        misread: Sequence[float] = (math.inf, math.inf),
+        self, limits: DriveLimits, period: float, disturbance: FloatArray, start: FloatArray, odometry: Odometry
     ) -> None:
-        self.limits, self.period, self.misread = limits, period, misread
+        self.limits, self.period, self.odometry = limits, period, odometry
         self.disturbance, self.start = disturbance, start
         self.reset()
 
@@ -63,6 +64,7 @@ class AssumptionMonitor:
         turned = abs(turn_between(plan.states[1, 2], pose[2]))
         most, most_turned = self._bounds(plan.inputs[0], plan.swings[0])
         told, self._velocity, self._pose = self._velocity, plan.velocities[1], None
+        v, omega = np.maximum(np.abs(told), np.abs(self._velocity)).tolist()
         self._rested = not (told.any() or plan.inputs.any() or plan.swings.any())
         if abs(t - self._t - self.period) > ROUNDING + 1e-6 * self.period:
             return (f"period: {t - self._t:.4g} s since the last command, assumed {self.period:.4g} s",)
@@ -71,9 +73,10 @@ class AssumptionMonitor:
             texts.append(f"disturbance: ended {off:.4f} m from where it was commanded, assumed at most {most:.4f}")
         if not turned <= most_turned + ROUNDING:
             texts.append(f"disturbance: turned {turned:.4f} rad off its command, assumed at most {most_turned:.4f}")
+        errors = self.odometry.velocity_errors(v, omega, self.period)
         for i, (name, unit) in enumerate((("v", "m/s"), ("omega", "rad/s"))):
-            allowed = self.misread[i] + self.disturbance[2 + i]
-            if abs(velocity[i] - self._velocity[i]) > allowed + ROUNDING:
+            allowed = SIGMAS * errors[i] + float(self.disturbance[2 + i])
+            if not abs(velocity[i] - self._velocity[i]) <= allowed + ROUNDING:
                 texts.append(
                     f"command: {name} is {velocity[i]:.4f} {unit}, should be {self._velocity[i]:.4f}"
                     f" within {allowed:.4f}"

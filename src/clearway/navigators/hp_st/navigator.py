@@ -45,6 +45,8 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
 )
 from clearway.navigators.hp_st.search import SearchCosts
+from clearway.navigators.hp_st.sight import sight_of
+from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.navigators.hp_tmpc.motion import stop_and_turn
 from clearway.robots import Robot
@@ -147,7 +149,8 @@ class HpSt:
         )
         self._rules = Rules(p.obstacle_acceleration, self._area, float(sees), p.unseen_speed)
         self._safety = Safety(limits, task.period, disturbance, start)
-        self._watch = AssumptionMonitor(limits, task.period, disturbance, start)
+        self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry)
+        self._looks = SightMonitor(sight_of(robot, p.scan_range), p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
             constant_velocity_only="forecast" in without, velocities=robot.camera is None,
@@ -191,6 +194,7 @@ class HpSt:
             memory.age[1] = 0.0
         violated = self._watch.seen(observation.t, pose, observation.velocity)
         self._forecast, more = self._forecaster.update(observation.t, seen)
+        violated += self._looks.seen(observation.t, pose, seen, self._forecast)
         arrived = self._approach.reached(given)
         if self._approach.turning:
             v, omega, status = self._turn(turn_between(given[2], aim[2]), pose)

@@ -1,0 +1,70 @@
+"""What a robot sees: a sector of a circle about its sensor, where nothing hides what is behind it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from clearway.geometry.angles import turn_between
+from clearway.geometry.shapes import FloatArray
+from clearway.robots import Robot
+
+SIGMAS = 3.0
+"""So many standard deviations of a range are its error at most."""
+
+
+class Sight(NamedTuple):
+    """The sector of sight in base_link.
+
+    Attributes:
+        range: Radius of the sector in metres; inf: there is no limit.
+        middle: Bearing of the sector's middle in radians.
+        half: Half of the sector's angle in radians; pi: the whole circle.
+        x: Where the sensor is, in metres ahead of base_link.
+        y: Where the sensor is, in metres to the left of base_link.
+    """
+
+    range: float
+    middle: float = 0.0
+    half: float = math.pi
+    x: float = 0.0
+    y: float = 0.0
+
+
+def sight_of(robot: Robot, scan_range: float) -> Sight:
+    """What `robot` sees: a camera's circle; of a lidar, its sector up to `scan_range` [m] at most; without both, everything.
+
+    A lidar may miss what lies nearer to its range's end than its ranges err, so that doesn't count as seen.
+    """
+    if robot.camera is not None:
+        return Sight(robot.camera.range)
+    if robot.lidar is None:
+        return Sight(math.inf)
+    lidar = robot.lidar
+    angle = lidar.angle_max - lidar.angle_min
+    whole = angle >= 2.0 * math.pi * (1.0 - 1.5 / max(lidar.beams, 2))  # the last beam is next to the first
+    x, y, yaw = lidar.mount
+    return Sight(
+        max(0.0, min(lidar.range_max, scan_range) - SIGMAS * lidar.sigma),
+        yaw + 0.5 * (lidar.angle_min + lidar.angle_max),
+        math.pi if whole else 0.5 * angle,
+        x,
+        y,
+    )
+
+
+def depth(sight: Sight, pose: FloatArray, x: float, y: float) -> float:
+    """How deep [m] the place (x, y) lies within the sector that is seen from `pose` (3,); below 0: so far outside of it."""
+    theta = float(pose[2])
+    cos, sin = math.cos(theta), math.sin(theta)
+    dx = x - (float(pose[0]) + cos * sight.x - sin * sight.y)
+    dy = y - (float(pose[1]) + sin * sight.x + cos * sight.y)
+    far = math.hypot(dx, dy)
+    rim = sight.range - far
+    if sight.half >= math.pi:
+        return rim
+    off = sight.half - abs(turn_between(theta + sight.middle, math.atan2(dy, dx)))  # from the nearer edge; < 0: outside
+    along, across = (far * math.cos(off), far * math.sin(abs(off))) if abs(off) < 0.5 * math.pi else (0.0, far)
+    if off >= 0.0:
+        return min(rim, across)
+    return -math.hypot(max(0.0, along - sight.range), across)
