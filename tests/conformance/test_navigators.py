@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from clearway.navigators.conformance import check_navigator
+from clearway.campaigns.conformance import check_navigator
 from clearway.navigators.registry import make_navigator, navigator_names
 from clearway.robots import load_robot
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from space_time_scenes import OTHER, PERIOD, begun, drive, goal, line, observation, obstacles
 
+from clearway.campaigns.conformance import check_navigator
 from clearway.campaigns.pilot import compose
 from clearway.contract import Task
 from clearway.errors import ClearwayError
-from clearway.navigators.conformance import check_navigator
 from clearway.navigators.hp_st import HpSt, HpStForesight
 from clearway.navigators.hp_st.decision import STATUSES
 from clearway.navigators.registry import make_navigator

@@ -32,7 +32,7 @@ def check(
     elif Path(target).is_file():
         raise ClearwayError("is no TOML file; into recordings looks `clearway import --list`", file=target)
     else:
-        from clearway.navigators.conformance import check_navigator
+        from clearway.campaigns.conformance import check_navigator
         from clearway.navigators.registry import make_navigator
 
         make_navigator(target)  # a navigator that can't be made is an error of its own

@@ -1,4 +1,4 @@
-"""What decides: the registry, the conformance check; a folder or a file a method."""
+"""What decides: the registry; a folder or a file a method."""
 
 from __future__ import annotations
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clearway.campaigns.conformance import check_navigator
 from clearway.contract import Budget, Goal, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.motion import step_arc
 from clearway.navigators.colregs_apf import ColregsApf
-from clearway.navigators.conformance import check_navigator
 from clearway.robots import Robot, load_robot
 
 RESCUE = load_robot("rescue")

@@ -1,6 +1,6 @@
 """Does a navigator keep its contract? `clearway check my_pkg:MyNavigator` asks this, and so do Clearway's own tests.
 
-The navigator is driven through the situations of `practice_room`, twice over, by two instances.
+The navigator drives through short scenarios in a hall, as it would in a campaign, twice over, by two instances.
 """
 
 from __future__ import annotations
@@ -8,27 +8,31 @@ from __future__ import annotations
 import copy
 import math
 import time
-import traceback
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields, is_dataclass
-from functools import partial
-from pathlib import Path
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Navigator, Need, Observation
+from clearway.campaigns.pilot import compose
+from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
-from clearway.navigators import practice_room
-from clearway.navigators.practice_room import SITUATIONS, Room, Situation
+from clearway.perception import make_localiser, make_tracker
 from clearway.robots import Robot
+from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.scenario import DiscSpec, LegSpec, ObstacleSpec, Scenario
+from clearway.trials import Outcome, Trial
+from clearway.world import simulate
 
 SLACK = 1e-6
 """By how much a command may exceed the robot's limits: rounding."""
 
+SPEED = 0.4
+"""Set speed of the scenarios, m/s."""
+
+_START = (-3.0, 0.0, 0.0)
 _SEED = 2024
-_DIAGNOSTICS_EVERY = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +40,9 @@ class Finding:
     """One question and its answer.
 
     Attributes:
-        name: what was asked. passed: whether it is so. detail: what was seen, where it is not; or a figure.
+        name: What was asked.
+        passed: Whether it is so.
+        detail: What was seen, where it is not; or a figure.
     """
 
     name: str
@@ -44,11 +50,54 @@ class Finding:
     detail: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What a navigator is confronted with, in the middle of the plan `hall`.
+
+    Attributes:
+        name: For people.
+        goals: One after the other, x [m], y [m] and heading [rad] in the map frame.
+        duration: Time for each of them, s.
+        discs: Centre and radius (x, y, radius) [m] of what stands there and is not on the map.
+        near: The next goal comes as soon as the robot is so near to one, m; None: when it says that it has arrived.
+        sees: Whether it is shown what its sensors see; if not, every scan is empty and so are the obstacles.
+    """
+
+    name: str
+    goals: tuple[tuple[float, float, float], ...]
+    duration: float
+    discs: tuple[tuple[float, float, float], ...] = ()
+    near: float | None = None
+    sees: bool = True
+
+
+SITUATIONS = (
+    Situation("a free way", ((-0.5, 0.0, 0.0),), 20.0),
+    Situation("nothing in sight", ((0.0, 1.0, 0.0),), 4.0, sees=False),
+    Situation("an obstacle ahead", ((3.0, 0.0, 0.0),), 10.0, ((-1.2, 0.05, 0.25),)),
+    Situation("a goal behind", ((-4.5, 0.5, math.pi),), 10.0),
+    Situation(
+        "many obstacles",
+        ((3.0, 1.0, 0.0),),
+        5.0,
+        tuple((-1.5 + 0.9 * (i % 5), -3.0 + 1.2 * (i // 5), 0.15) for i in range(30)),
+    ),
+    Situation(
+        "walled in",
+        ((3.0, 0.0, 0.0),),
+        2.0,
+        tuple((-3.0 + 0.9 * math.cos(a), 0.9 * math.sin(a), 0.2) for a in np.linspace(0.0, math.tau, 14)[:-1]),
+    ),
+    Situation("a goal on top of itself", ((-3.0, 0.0, 0.0),), 2.0),
+    Situation("goals that change", ((0.0, 2.0, 0.0), (-3.0, -2.0, math.pi), (0.0, 0.0, 0.0)), 10.0, near=1.5),
+)
+
+
 def check_navigator(factory: Callable[[], Navigator], robot: Robot) -> tuple[Finding, ...]:
     """Drive navigators that `factory` makes, with the body and sensors of `robot`, and say what they keep and break.
 
-    No world is involved: the observations come from an empty room with a few discs in it. It takes as long as the
-    navigator needs for about 2 x 100 s of driving.
+    Raises:
+        ClearwayError: The robot lacks what the navigator needs.
     """
     first = factory()
     needs: Any = getattr(first, "needs", None)
@@ -57,9 +106,9 @@ def check_navigator(factory: Callable[[], Navigator], robot: Robot) -> tuple[Fin
         return tuple(findings)
     if "scan" in needs and robot.lidar is None:
         raise ClearwayError(f"it needs scans, and the robot {robot.name!r} has no lidar; check it with another robot")
-    runs = [_drive(first, robot, needs, s) for s in SITUATIONS]
+    runs = [_drive(first, robot, s) for s in SITUATIONS]
     again = factory()
-    repeats = [_drive(again, robot, needs, s) for s in reversed(SITUATIONS)][::-1]  # another order: reset must forget
+    repeats = [_drive(again, robot, s) for s in reversed(SITUATIONS)][::-1]  # another order: reset must forget
     findings += [Finding(f"decides: {run.situation.name}", not run.error, run.error) for run in runs]
     findings += [
         _first_fault("commands are finite", runs, _not_finite),
@@ -73,54 +122,93 @@ def check_navigator(factory: Callable[[], Navigator], robot: Robot) -> tuple[Fin
     return tuple(findings)
 
 
-@dataclass(eq=False)
-class _Run:
-    situation: Situation
-    commands: list[Command] = field(default_factory=list)
-    seconds: list[float] = field(default_factory=list)
-    error: str = ""
-    touched: str = ""
-    shown: str = ""
-    distance: float = math.inf
-    arrived: bool = False
+class _Watched:
+    """A navigator in one situation, and what it did there.
 
-    def asked(self, question: Callable[[], None]) -> bool:
-        """Whether the navigator answered; if not, `error` says why. The room's own faults are not caught."""
-        try:
-            question()
-        except Exception as error:
-            self.error = _words(error)
-        return not self.error
+    Attributes:
+        commands: What it answered.
+        seconds: How long it took for each, s.
+        error: Why it stopped answering; empty if it didn't.
+        touched: What of an observation it wrote into; empty if nothing.
+        shown: What is wrong with its diagnostics; empty if nothing.
+        trial: What became of it; None where it could not even begin.
+    """
 
-    def decide(self, navigator: Navigator, observation: Observation) -> None:
-        began = time.perf_counter()
-        command = navigator.step(observation)
+    def __init__(self, navigator: Navigator, situation: Situation) -> None:
+        self._navigator, self.situation, self.needs = navigator, situation, navigator.needs
+        self.commands: list[Command] = []
+        self.seconds: list[float] = []
+        self.error = self.touched = self.shown = ""
+        self.trial: Trial | None = None
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        self._navigator.reset(task, robot, rng)
+
+    def step(self, observation: Observation) -> Command:
+        if not self.situation.sees:
+            observation = _blind(observation)
+        before, began = copy.deepcopy(observation), time.perf_counter()
+        command = self._navigator.step(observation)
         self.seconds.append(time.perf_counter() - began)
-        self.error = _malformed(command)
-        if not self.error:
-            self.commands.append(command)
+        self.touched = self.touched or _changed(before, observation)
+        if malformed := _malformed(command):
+            self.error = malformed
+            return Command(0.0, 0.0, gave_up=malformed)
+        self.commands.append(command)
+        return Command(0.0, 0.0, gave_up=found) if (found := _not_finite(command)) else command
 
-    def show(self, navigator: Navigator) -> None:
-        self.shown = _diagnostics_fault(navigator)
+    def diagnostics(self) -> Diagnostics:
+        ask = getattr(self._navigator, "diagnostics", None)
+        shown = Diagnostics() if ask is None else ask()
+        self.shown = self.shown or _diagnostics_fault(shown)
+        return Diagnostics() if self.shown else shown
 
 
-def _drive(navigator: Navigator, robot: Robot, needs: frozenset[Need], situation: Situation) -> _Run:
-    run, room = _Run(situation), Room(situation, robot, needs)
-    task = practice_room.task(situation, robot, needs, bool(getattr(navigator, "privileged", False)))
-    if run.asked(lambda: navigator.reset(task, robot, np.random.default_rng(_SEED))):
-        for k, observation in enumerate(room.observations()):
-            before = copy.deepcopy(observation)
-            if not run.asked(partial(run.decide, navigator, observation)):
-                break
-            run.touched = run.touched or _changed(before, observation)
-            command = run.commands[-1]
-            if _not_finite(command) or command.gave_up is not None:
-                break
-            if k % _DIAGNOSTICS_EVERY == 0 and not run.shown:
-                run.asked(partial(run.show, navigator))
-            room.obey(command)
-    run.distance, run.arrived = room.distance(), room.arrived
+def _drive(navigator: Navigator, robot: Robot, situation: Situation) -> _Watched:
+    run, scenario = _Watched(navigator, situation), _scenario(situation, robot)
+    tracker = make_tracker(scenario.tracking, robot) if "obstacles" in run.needs else None
+    watched: Any = run  # a Navigator, but that its `needs` are those of another
+    pilot = compose(watched, make_localiser("truth", robot), "truth", tracker=tracker, decision_limit=None)
+    try:
+        run.trial = simulate(
+            scenario, robot, pilot, navigator="checked", localisation="truth",
+            map=load_floor_plan(scenario.floor_plan).map, privileged=bool(getattr(navigator, "privileged", False)),
+        )  # fmt: skip
+    except ClearwayError as error:
+        run.error = str(error)
+    if run.trial is not None and run.trial.outcome is Outcome.NAVIGATOR_FAILED:
+        run.error = run.trial.reason
     return run
+
+
+def _scenario(situation: Situation, robot: Robot) -> Scenario:
+    declared = {} if situation.near is None else {"arrival": "measured", "xy_tolerance": situation.near}
+    return Scenario(
+        name=situation.name,
+        floor_plan="hall",
+        start=_START,
+        legs=tuple(
+            LegSpec(name=f"goal {k + 1}", goal=goal, time_limit=situation.duration, **declared)
+            for k, goal in enumerate(situation.goals)
+        ),
+        speed=min(SPEED, robot.drive.v_max),
+        obstacles=tuple(
+            ObstacleSpec(name=f"disc {k + 1}", shape=DiscSpec(kind="disc", radius=radius), pose=(x, y, 0.0))
+            for k, (x, y, radius) in enumerate(situation.discs)
+        ),
+        placement_xy=0.0,
+        placement_yaw=0.0,
+        seed=_SEED,
+    )
+
+
+def _blind(o: Observation) -> Observation:
+    """The same, with nothing in sight."""
+    scan = None if o.scan is None else replace(o.scan, ranges=np.full_like(o.scan.ranges, np.inf))
+    seen = o.obstacles
+    if seen is not None:
+        seen = Obstacles(**{f.name: getattr(seen, f.name)[:0] for f in fields(seen)})
+    return replace(o, scan=scan, obstacles=seen)
 
 
 def _needs(needs: Any) -> Finding:
@@ -159,7 +247,7 @@ def _not_finite(c: Command) -> str:
 
 def _beyond(c: Command, robot: Robot) -> str:
     d = robot.limits()
-    top = min(practice_room.SPEED, d.v_max)
+    top = min(SPEED, d.v_max)
     if not d.v_min - SLACK <= c.v <= top + SLACK:
         return f"v = {c.v:.4g} m/s; the robot and the set speed allow {d.v_min:g} to {top:g}"
     if abs(c.omega) > d.omega_max + SLACK:
@@ -167,7 +255,7 @@ def _beyond(c: Command, robot: Robot) -> str:
     return ""
 
 
-def _first_fault(name: str, runs: list[_Run], fault: Callable[[Command], str]) -> Finding:
+def _first_fault(name: str, runs: list[_Watched], fault: Callable[[Command], str]) -> Finding:
     for run in runs:
         for k, command in enumerate(run.commands):
             if found := fault(command):
@@ -175,7 +263,7 @@ def _first_fault(name: str, runs: list[_Run], fault: Callable[[Command], str]) -
     return Finding(name, True)
 
 
-def _deterministic(runs: list[_Run], repeats: list[_Run]) -> Finding:
+def _deterministic(runs: list[_Watched], repeats: list[_Watched]) -> Finding:
     name = "same seed, same commands, whatever came before"
     for a, b in zip(runs, repeats, strict=True):
         left, right = ([(c.v, c.omega) for c in r.commands] for r in (a, b))
@@ -193,12 +281,16 @@ def _deterministic(runs: list[_Run], repeats: list[_Run]) -> Finding:
     return Finding(name, True)
 
 
-def _arrives(run: _Run) -> Finding:
-    detail = f"ended {run.distance:.2f} m from a goal 2.5 m ahead after {len(run.commands)} decisions"
-    return Finding("reaches a goal in the open", run.arrived, detail)
+def _arrives(run: _Watched) -> Finding:
+    name, trial = "reaches a goal in the open", run.trial
+    if trial is None:
+        return Finding(name, False, "it never began")
+    away = math.dist(trial.pose[-1, :2], run.situation.goals[-1][:2])
+    detail = f"ended {away:.2f} m from a goal 2.5 m ahead after {len(run.commands)} decisions"
+    return Finding(name, trial.outcome is Outcome.REACHED, detail)
 
 
-def _pace(runs: list[_Run], robot: Robot) -> Finding:
+def _pace(runs: list[_Watched], robot: Robot) -> Finding:
     name = "keeps up with its control period"
     seconds = np.array([s for r in runs for s in r.seconds])
     if not len(seconds):
@@ -208,11 +300,7 @@ def _pace(runs: list[_Run], robot: Robot) -> Finding:
     return Finding(name, bool(median <= robot.period), detail)
 
 
-def _diagnostics_fault(navigator: Navigator) -> str:
-    ask = getattr(navigator, "diagnostics", None)
-    if ask is None:
-        return ""
-    shown = ask()
+def _diagnostics_fault(shown: Any) -> str:
     if not isinstance(shown, Diagnostics):
         return f"diagnostics() returned a {type(shown).__name__}, not a clearway.contract.Diagnostics"
     arrays = [(f"polyline {n!r}", a, 2) for n, a in shown.polylines.items()]
@@ -246,11 +334,5 @@ def _pair(pair: tuple[float, float]) -> str:
     return f"({pair[0]!r}, {pair[1]!r})"
 
 
-def _join(texts: Any) -> str:
+def _join(texts: Iterable[str]) -> str:
     return next((text for text in texts if text), "")
-
-
-def _words(error: Exception) -> str:
-    frames = traceback.extract_tb(error.__traceback__)
-    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
-    return f"{type(error).__name__}: {' '.join(str(error).split())}{place}"

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from clearway.campaigns.conformance import Finding, check_navigator
 from clearway.contract import Command, Diagnostics, Observation
-from clearway.navigators.conformance import Finding, check_navigator
 from clearway.robots import load_robot
 
 ROBOT = load_robot("tiago")
