@@ -11,21 +11,23 @@ evenly over the period, so that contact on the way is as exact as ever.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.distance import gap
+from clearway.geometry.held import Held
 from clearway.geometry.motion import arc, ramp
-from clearway.geometry.packing import to_box, transform
+from clearway.geometry.packing import Packed, to_box, transform
 from clearway.geometry.raycast import cast, cast_moving
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 from clearway.robots import Odometry
 from clearway.robots.drive_limits import DriveLimits
 from clearway.scenarios.scenario import DisturbanceSpec
-from clearway.world.tracks import pose_at
+from clearway.world.tracks import Tracks, pose_at
 
 STEP = 0.01
 """Longest step of the plant, s."""
@@ -69,115 +71,171 @@ def disturb(bounds: FloatArray, key: np.uint64, count: int, out: FloatArray) -> 
         out[i + 1] = bounds[i] * (2.0 * uniform(key, count, i + 1) - 1.0)
 
 
+class Vehicle(NamedTuple):
+    """The robot that the plant moves, and what its wheels tell of it.
+
+    Attributes:
+        period: A control period, s.
+        limits: Of its base.
+        errors: (5,) see `odometry_errors`.
+        odometry_key: The random stream of the odometry.
+        bounds: (5,) see `disturbance_bounds`.
+        disturbance_key: The random stream of the disturbance.
+        outline: (k, 2) points of its footprint in its own frame, m.
+        rim: By which they are thickened, m.
+        reach: Radius around the frame's origin that no part of the footprint leaves, m.
+    """
+
+    period: float
+    limits: DriveLimits
+    errors: FloatArray
+    odometry_key: np.uint64
+    bounds: FloatArray
+    disturbance_key: np.uint64
+    outline: FloatArray
+    rim: float
+    reach: float
+
+
+class Still(NamedTuple):
+    """The n bodies that stand still.
+
+    Attributes:
+        shapes: Packed in the map frame.
+        boxes: (n, 4) around each, see `packing.boxes`.
+        due: (n,) reading of the odometer up to which each needs no look, m; kept from period to period.
+    """
+
+    shapes: Packed
+    boxes: FloatArray
+    due: FloatArray
+
+
+class Moving(NamedTuple):
+    """The m bodies that move.
+
+    Attributes:
+        shapes: Packed, each in its own frame.
+        tracks: Where they are, and when.
+        since: (m,) time at which the clock of each began, s.
+        slack: (m,) way for which each needs no look, m; kept from period to period.
+        poses: (m, 3) now, map frame, NaN if absent; written at the end of each period.
+    """
+
+    shapes: Packed
+    tracks: Tracks
+    since: FloatArray
+    slack: FloatArray
+    poses: FloatArray
+
+
+class Setting(NamedTuple):
+    """Who moves, among what.
+
+    Attributes:
+        vehicle: The robot.
+        still: What stands.
+        moving: What moves.
+    """
+
+    vehicle: Vehicle
+    still: Still
+    moving: Moving
+
+
 @kernel
-def tick(
-    state: FloatArray, v: float, omega: float, count: int, rows: np.ndarray, times: FloatArray, moving_poses: FloatArray,
-    period: float,
-    limits: DriveLimits, errors: FloatArray, odometry_key: np.uint64, bounds: FloatArray, disturbance_key: np.uint64,
-    foot: FloatArray, foot_radius: float, foot_reach: float,
-    still_points: FloatArray, still_first: np.ndarray, still_radius: FloatArray, boxes: FloatArray, due: FloatArray,
-    points: FloatArray, first: np.ndarray, radius: FloatArray, reach: FloatArray, knots: FloatArray, speed: FloatArray,
-    slack: FloatArray,
-) -> int:  # fmt: skip
+def hold(setting: Setting) -> Held[Setting]:
+    """`setting`, as `tick` takes it."""
+    return Held(setting)
+
+
+class Step(NamedTuple):
+    """The way in one step of the plant: an arc, and a displacement that grows evenly over the control period.
+
+    Attributes:
+        x: Where it begins, without displacement, m.
+        y: The same.
+        theta: The heading there, rad.
+        v: Mean speed, m/s.
+        omega: Mean yaw rate, rad/s.
+        push: (5,) displacement per time in x, y [m/s] and heading [rad/s]; the rest is not for the way.
+        since: For how long the displacement has been growing, s.
+        duration: How long it takes, s.
+        advance: What the robot's origin does not exceed, m/s.
+        rate: What no point of its footprint exceeds, m/s.
+    """
+
+    x: float
+    y: float
+    theta: float
+    v: float
+    omega: float
+    push: FloatArray
+    since: float
+    duration: float
+    advance: float
+    rate: float
+
+
+class _Room(NamedTuple):
+    """For what is where, while it is looked at: the footprint, the moving bodies, and two poses of one of them."""
+
+    outline: FloatArray
+    shapes: FloatArray
+    here: FloatArray
+    there: FloatArray
+
+
+@kernel
+def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: float, held: Held[Setting]) -> int:
     """Drive for one control period, or until contact.
 
     Args:
         state: (STATE,), updated; ELAPSED is the time driven. v, omega: the command. count: of control periods so far.
-        limits: of the base. errors, bounds: see `odometry_errors`, `disturbance_bounds`. foot...: the footprint, packed.
-        still_...: bodies that stand still, packed in the map frame, with their boxes (n, 4), and when each is due: the
-        reading of the odometer up to which it needs no look. points...: moving bodies, packed in their own frames,
-        with their tracks; slack: metres for which each needs no look.
-        rows: (m, 2) of the current leg's tracks. times: (m,) s, now, on the clock of each. moving_poses: (m, 3), filled
-        for the end.
+        leg: the tracks of which count. t: s, now.
 
     Returns:
         -1, or the body that was touched: the static ones count first, then the moving ones.
     """
+    vehicle, still, moving = held.value
+    period, limits, errors, odometry_key = vehicle.period, vehicle.limits, vehicle.errors, vehicle.odometry_key
+    bounds, slack, speed = vehicle.bounds, moving.slack, moving.tracks.speed
     n = max(1, math.ceil(period / STEP - 1e-9))
     h = period / n
     v_goal = min(max(v, limits.v_min), limits.v_max)
     w_goal = min(max(omega, -limits.omega_max), limits.omega_max)
-    robot, shape = np.empty_like(foot), np.empty_like(points)
-    here, there = np.empty(3), np.empty(3)
     noise_v, noise_w = 0.0, 0.0
     hit = -1
     done = 0.0
     push = np.zeros(5)
     at_rest = v_goal == 0.0 and w_goal == 0.0 and state[V] == 0.0 and state[OMEGA] == 0.0
     if bounds[:4].max() > 0.0 and (bounds[4] > 0.0 or not at_rest):
-        disturb(bounds, disturbance_key, count, push)
+        disturb(bounds, vehicle.disturbance_key, count, push)
     push[:3] /= period
     drift = math.hypot(push[0], push[1])
     nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
+    room = _Room(np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3), np.empty(3))
     for i in range(n):
         v0, w0 = state[V], state[OMEGA]
         v1, driven = ramp(v0, v_goal, limits.acceleration, limits.deceleration, h)
         w1, steered = ramp(w0, w_goal, limits.angular_acceleration, limits.angular_deceleration, h)
         vm, wm = driven + push[3], steered + push[4]
-        x, y = state[X], state[Y]
         advance = abs(vm) + drift
-        rate = advance + (abs(wm) + abs(push[2])) * foot_reach
+        rate = advance + (abs(wm) + abs(push[2])) * vehicle.reach
+        step = Step(nx, ny, nt, vm, wm, push, done, h, advance, rate)
         until = h  # contact, or the end of the step
-
         if state[NEXT_CHECK] <= state[ODOMETER] + rate * h:
-            for b in range(due.shape[0]):
-                if due[b] > state[ODOMETER] + rate * until:
-                    continue
-                s = max(0.0, (due[b] - state[ODOMETER]) / rate) if rate > 0.0 else 0.0
-                shape_b = still_points[still_first[b] : still_first[b + 1]]
-                while s <= until:
-                    px, py, pt = _displaced(nx, ny, nt, vm, wm, s, push, done)
-                    d = to_box(boxes, b, px, py) - foot_reach
-                    if d < _LOOK:
-                        transform(foot, px, py, pt, robot)
-                        d = gap(robot, foot_radius, shape_b, still_radius[b])
-                        if d <= TOUCH:
-                            until, hit = s, b
-                            break
-                    due[b] = state[ODOMETER] + rate * s + d
-                    if rate <= 0.0:
-                        break
-                    s += d / rate
-            state[NEXT_CHECK] = due.min() if due.shape[0] > 0 else math.inf
-
-        for m in range(reach.shape[0]):
+            until, hit = _meet_still(state, step, vehicle, still, room)
+        for m in range(len(slack)):
             closing = (advance + speed[m]) * h
             if slack[m] > closing:
                 slack[m] -= closing
                 continue
-            slack[m] = 0.0
-            before = pose_at(knots, rows[m, 0], rows[m, 1], times[m] + done, here)
-            after = pose_at(knots, rows[m, 0], rows[m, 1], times[m] + done + h, there)
-            if not (before or after):
-                continue
-            if not before:  # it comes or goes within this step
-                here[:] = there
-            elif not after:
-                there[:] = here
-            apart = math.hypot(here[0] - x, here[1] - y) - reach[m] - foot_reach
-            if apart > closing and before and after:
-                slack[m] = apart - closing
-                continue
-            ux, uy, turn = (there[0] - here[0]) / h, (there[1] - here[1]) / h, wrap(there[2] - here[2]) / h
-            relative = rate + math.hypot(ux, uy) + abs(turn) * reach[m]
-            shape_m = shape[first[m] : first[m + 1]]
-            s = 0.0
-            while s <= until:
-                px, py, pt = _displaced(nx, ny, nt, vm, wm, s, push, done)
-                transform(foot, px, py, pt, robot)
-                transform(
-                    points[first[m] : first[m + 1]], here[0] + s * ux, here[1] + s * uy, here[2] + s * turn, shape_m
-                )
-                d = gap(robot, foot_radius, shape_m, radius[m])
-                if d <= TOUCH:
-                    if s < until or hit < 0:
-                        until, hit = s, due.shape[0] + m
-                    break
-                if relative <= 0.0:
-                    break
-                s += d / relative
+            s, touched = _meet_moving(state, step, vehicle, moving, m, leg, t, until, room)
+            if touched and (s < until or hit < 0):
+                until, hit = s, len(still.due) + m
 
-        state[X], state[Y], state[THETA] = _displaced(nx, ny, nt, vm, wm, until, push, done)
+        state[X], state[Y], state[THETA] = _displaced(step, until)
         nx, ny, nt = arc(nx, ny, nt, vm, wm, until)
         share = until / h
         state[V], state[OMEGA] = v0 + share * (v1 - v0), w0 + share * (w1 - w0)
@@ -198,21 +256,118 @@ def tick(
     if done > 0.0:
         state[ODOM_V] = errors[0] * state[V] + noise_v / period
         state[ODOM_OMEGA] = errors[1] * state[OMEGA] + noise_w / period
-    for m in range(reach.shape[0]):
-        pose_at(knots, rows[m, 0], rows[m, 1], times[m] + (done if hit >= 0 else period), moving_poses[m])
+    tracks, since, poses = moving.tracks, moving.since, moving.poses
+    for m in range(len(since)):
+        first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
+        pose_at(tracks.knots, first, last, t - since[m] + (done if hit >= 0 else period), poses[m])
     return hit
 
 
 @kernel
-def _displaced(
-    x: float, y: float, theta: float, v: float, omega: float, s: float, push: FloatArray, done: float
-) -> tuple[float, float, float]:
-    """The pose `s` [s] further along the arc from (x, y, theta), `done` + s after the displacement at rate `push` began."""
-    px, py, pt = arc(x, y, theta, v, omega, s)
+def _meet_still(state: FloatArray, step: Step, vehicle: Vehicle, still: Still, room: _Room) -> tuple[float, int]:
+    """When in `step` the robot touches something that stands [s], and which; its whole duration and -1 if nothing.
+
+    Args:
+        state: what it says of the next check is updated.
+    """
+    due, boxes, points, first, radius = (
+        still.due,
+        still.boxes,
+        still.shapes.points,
+        still.shapes.first,
+        still.shapes.radius,
+    )
+    outline, rim, reach, rate, robot = vehicle.outline, vehicle.rim, vehicle.reach, step.rate, room.outline
+    until, hit = step.duration, -1
+    for b in range(due.shape[0]):
+        if due[b] > state[ODOMETER] + rate * until:
+            continue
+        s = max(0.0, (due[b] - state[ODOMETER]) / rate) if rate > 0.0 else 0.0
+        body = points[first[b] : first[b + 1]]
+        while s <= until:
+            x, y, theta = _displaced(step, s)
+            d = to_box(boxes, b, x, y) - reach
+            if d < _LOOK:
+                transform(outline, x, y, theta, robot)
+                d = gap(robot, rim, body, radius[b])
+                if d <= TOUCH:
+                    until, hit = s, b
+                    break
+            due[b] = state[ODOMETER] + rate * s + d
+            if rate <= 0.0:
+                break
+            s += d / rate
+    state[NEXT_CHECK] = due.min() if due.shape[0] > 0 else math.inf
+    return until, hit
+
+
+@kernel
+def _meet_moving(
+    state: FloatArray,
+    step: Step,
+    vehicle: Vehicle,
+    moving: Moving,
+    m: int,
+    leg: int,
+    t: float,
+    until: float,
+    room: _Room,
+) -> tuple[float, bool]:
+    """When in `step`, but not after `until` [s], the robot touches body `m`, and whether it does.
+
+    Args:
+        leg, t: as for `tick`.
+    """
+    knots, here, there, robot = moving.tracks.knots, room.here, room.there, room.outline
+    outline, rim, reach, radius, reaches = (
+        vehicle.outline,
+        vehicle.rim,
+        vehicle.reach,
+        moving.shapes.radius,
+        moving.shapes.reach,
+    )
+    h, now = step.duration, t - moving.since[m] + step.since
+    begin, end = moving.tracks.rows[leg, m, 0], moving.tracks.rows[leg, m, 1]
+    moving.slack[m] = 0.0
+    before, after = pose_at(knots, begin, end, now, here), pose_at(knots, begin, end, now + h, there)
+    if not (before or after):
+        return until, False
+    if not before:  # it comes or goes within this step
+        here[:] = there
+    elif not after:
+        there[:] = here
+    apart = math.hypot(here[0] - state[X], here[1] - state[Y]) - reaches[m] - reach
+    closing = (step.advance + moving.tracks.speed[m]) * h
+    if apart > closing and before and after:
+        moving.slack[m] = apart - closing
+        return until, False
+    ux, uy, turn = (there[0] - here[0]) / h, (there[1] - here[1]) / h, wrap(there[2] - here[2]) / h
+    relative = step.rate + math.hypot(ux, uy) + abs(turn) * reaches[m]
+    first, last = moving.shapes.first[m], moving.shapes.first[m + 1]
+    shape, body = moving.shapes.points[first:last], room.shapes[first:last]
+    s = 0.0
+    while s <= until:
+        x, y, theta = _displaced(step, s)
+        transform(outline, x, y, theta, robot)
+        transform(shape, here[0] + s * ux, here[1] + s * uy, here[2] + s * turn, body)
+        d = gap(robot, rim, body, radius[m])
+        if d <= TOUCH:
+            return s, True
+        if relative <= 0.0:
+            break
+        s += d / relative
+    return until, False
+
+
+@kernel
+def _displaced(step: Step, s: float) -> tuple[float, float, float]:
+    """The pose `s` [s] after the beginning of `step`."""
+    push = step.push
+    x, y, theta = arc(step.x, step.y, step.theta, step.v, step.omega, s)
     if push[0] == 0.0 and push[1] == 0.0 and push[2] == 0.0:
-        return px, py, pt
-    since = done + s
-    return px + since * push[0], py + since * push[1], wrap(pt + since * push[2])
+        return x, y, theta
+    since = step.since + s
+    return x + since * push[0], y + since * push[1], wrap(theta + since * push[2])
 
 
 @kernel

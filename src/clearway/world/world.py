@@ -62,17 +62,20 @@ class World:
         self._reach = float(foot.reach[0]), still.reach.tolist(), moving.reach.tolist()
         key = stream(seed, "odometry")
         self._boxes = boxes(still)
-        self._slack = np.zeros(len(self._moving))
+        self._slack, self._since = np.zeros(len(self._moving)), np.zeros(len(self._moving))
         self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
-        self._tick: Any = (
+        vehicle = plant.Vehicle(
             robot.period, robot.limits(speed), plant.odometry_errors(robot.odometry, key), key,
             plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
-            still.points, still.first, still.radius, self._boxes, np.zeros(len(self._still)),
-            moving.points, moving.first, moving.radius, moving.reach, tracks.knots, tracks.speed, self._slack,
         )  # fmt: skip
-        self._rows = tracks.rows[0]
-        self._since = np.zeros(len(self._moving))  # when the clock of each began
+        self._setting = plant.hold(
+            plant.Setting(
+                vehicle, plant.Still(still, self._boxes, np.zeros(len(self._still))),
+                plant.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles),
+            )
+        )  # fmt: skip
+        self._leg = 0
         self._place_moving(0.0)
         self._lens = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
@@ -110,7 +113,7 @@ class World:
 
     def begin_leg(self, leg: int, t: float) -> None:
         """From `t` [s] on the moving bodies follow their tracks of leg `leg`."""
-        self._rows = self._tracks.rows[leg]
+        self._leg = leg
         self._since[~self._tracks.lasting] = t
         self._slack[:] = 0.0
         self._place_moving(t)
@@ -137,9 +140,7 @@ class World:
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
-        hit = plant.tick(
-            self._state, v, omega, self._count, self._rows, t - self._since, self.moving_obstacles, *self._tick
-        )
+        hit = plant.tick(self._state, v, omega, self._count, self._leg, t, self._setting)
         self._count += 1
         if hit < 0:
             return self._period, None
@@ -167,7 +168,7 @@ class World:
         if body.pose is not None:
             return 0.0
         m = self._moving.index(body)
-        begin, end = self._rows[m].tolist()
+        begin, end = self._tracks.rows[self._leg, m].tolist()
         before, now, h = np.empty(3), np.empty(3), 1e-3
         pose_at(self._tracks.knots, begin, end, t - self._since[m] - h, before)
         pose_at(self._tracks.knots, begin, end, t - self._since[m], now)
@@ -180,12 +181,14 @@ class World:
         rows = [(b.pose[0], b.pose[1], r, 1.0) for b, r in zip(self._still, still, strict=True)
                 if b.kind == BodyKind.OBSTACLE and b.pose is not None]  # fmt: skip
         at = np.empty(3)
-        for (begin, end), since, reach in zip(self._rows.tolist(), self._since.tolist(), moving, strict=True):
+        for (begin, end), since, reach in zip(
+            self._tracks.rows[self._leg].tolist(), self._since.tolist(), moving, strict=True
+        ):
             there = pose_at(self._tracks.knots, begin, end, t - since, at)
             rows.append((at[0], at[1], reach, float(there)))
         return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
     def _place_moving(self, t: float) -> None:
         for m in range(len(self._moving)):
-            begin, end = self._rows[m].tolist()
+            begin, end = self._tracks.rows[self._leg, m].tolist()
             pose_at(self._tracks.knots, begin, end, t - self._since[m], self.moving_obstacles[m])
