@@ -198,7 +198,7 @@ def test_a_goal_far_away(far: float) -> None:
 def test_a_pose_that_is_no_number(i: int, wrong: float) -> None:
     pose = np.array([1.0, 2.0, 0.5])
     pose[i] = wrong
-    with pytest.raises(ValueError, match=r"the observation's pose is \[.*(nan|inf).*\]; three finite numbers"):
+    with pytest.raises(ValueError, match=r"the observation's pose is \[.*(nan|inf).*\]; 3 finite numbers"):
         begun().step(observation(0.0, pose, AHEAD, obstacles()))
     with pytest.raises(ValueError, match=r"the observation's goal\.pose is"):
         begun().step(observation(0.0, ORIGIN, Goal(pose, 0.2, math.inf), obstacles()))

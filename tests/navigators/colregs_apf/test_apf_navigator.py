@@ -198,8 +198,8 @@ def test_what_is_not_finite_is_dropped_or_named() -> None:
     a, b = one_step(odd)[0], one_step(plain)[0]
     assert (a.v, a.omega) == (b.v, b.omega)
     for field, pose, goal in (
-        ("observation.pose", (np.nan, 0, 0), (5, 0, 0)),
-        ("observation.goal.pose", (0, 0, 0), (np.inf, 0, 0)),
+        ("observation's pose", (np.nan, 0, 0), (5, 0, 0)),
+        ("observation's goal.pose", (0, 0, 0), (np.inf, 0, 0)),
     ):
         with pytest.raises(ValueError, match=field.replace(".", r"\.")):
             one_step(None, pose, goal)

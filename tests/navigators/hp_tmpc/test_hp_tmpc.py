@@ -375,4 +375,4 @@ def test_on_the_rescue_robot_it_drives_as_if_there_were_no_reverse():
     assert not Parameters.read(ROBOT).reverse
     assert Parameters.read(load_robot("tiago")).reverse
     backwards = ROBOT.model_copy(update={"navigators": {"hp-tmpc": {"reverse": True}}})
-    assert _settings(Parameters.read(backwards), task(), backwards, frozenset(), False).low[0] == -1.0
+    assert _settings(Parameters.read(backwards), task(), backwards, frozenset(), False).limits.v_min == -1.0

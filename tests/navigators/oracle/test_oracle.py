@@ -132,5 +132,5 @@ def test_a_pose_that_is_no_number_is_named() -> None:
     oracle = Oracle()
     oracle.reset(task_of(nobody), RESCUE, np.random.default_rng(0))
     pose = np.array([np.nan, 0.0, 0.0])
-    with pytest.raises(ValueError, match=r"observation\.pose"):
+    with pytest.raises(ValueError, match="the observation's pose"):
         oracle.step(Observation(0.0, pose, np.zeros(2), pose, Goal(np.ones(3), 0.2, math.pi)))

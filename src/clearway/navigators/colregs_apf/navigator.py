@@ -16,11 +16,12 @@ from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
-from clearway.navigators.arrival import Arrival
 from clearway.navigators.colregs_apf.encounters import CLEAR, WORDS, IntArray, follow
 from clearway.navigators.colregs_apf.force import Pace, course, levels, roll_out, situation, steer
 from clearway.navigators.colregs_apf.parameters import Parameters
 from clearway.navigators.colregs_apf.retuned import recall
+from clearway.navigators.common.arrival import Arrival
+from clearway.navigators.common.inputs import area_of, finite
 from clearway.robots import Robot
 
 STATUS = (*WORDS, "emergency")
@@ -66,7 +67,7 @@ class ColregsApf:
         self._radius = circumscribed_radius(robot.shape)
         limits = robot.limits(min(self._parameters.speed or math.inf, task.speed_limit))
         self._pace = Pace(limits, self._parameters.turn_gain, task.period)
-        self._area = np.array((-np.inf, -np.inf, np.inf, np.inf) if task.area is None else task.area)
+        self._area = area_of(task)
         self._unrecognised = self._retuned
         self._encounters = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
         self._goal: Goal | None = None
@@ -80,16 +81,11 @@ class ColregsApf:
         Raises:
             ValueError: the pose, the velocity or the goal is not finite.
         """
-        for name, values in (
-            ("pose", observation.pose),
-            ("velocity", observation.velocity),
-            ("goal.pose", observation.goal.pose),
-        ):
-            if not np.isfinite(values).all():
-                raise ValueError(f"observation.{name} is {values}, which holds a number that is not finite")
+        pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, 2)
+        goal = observation.goal
+        finite("goal.pose", goal.pose)
         self._seen = observation
         self._look(observation)
-        pose, velocity, goal = observation.pose, observation.velocity, observation.goal
         code = situation(pose, self._discs, self._kinds, self._radius, self._gains.d_safe)
         turning = self._at_goal(pose, goal)
         arrived = self._arrival.reached(pose, observation.t)

@@ -12,7 +12,8 @@ import numpy as np
 from clearway.contract import Budget, Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
-from clearway.navigators.arrival import Arrival
+from clearway.navigators.common.arrival import Arrival
+from clearway.navigators.common.inputs import area_of, finite
 from clearway.navigators.hl_rrt.following import Body, follow, turn
 from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.planner import Plan, Planner
@@ -58,8 +59,7 @@ class HlRrt:
         """
         p = self.read_parameters(robot)
         _compile()
-        area = np.array(task.area if task.area is not None else (-np.inf, -np.inf, np.inf, np.inf), np.float64)
-        self._planner = Planner(p, area, rng)
+        self._planner = Planner(p, area_of(task), rng)
         self._body = Body(robot.limits(min(p.speed or math.inf, task.speed_limit)), task.period)
         self._margin = circumscribed_radius(robot.planner_shape) + p.padding
         self._budget = task.budget
@@ -75,31 +75,31 @@ class HlRrt:
             ValueError: the pose, the velocity or the goal is not finite.
         """
         began, o = time.perf_counter(), observation
-        for name in ("pose", "velocity"):
-            if not np.isfinite(getattr(o, name)).all():
-                raise ValueError(f"observation.{name} is {getattr(o, name)}; it must be finite")
-        if not np.isfinite(o.goal.pose).all():
-            raise ValueError(f"observation.goal.pose is {o.goal.pose}; it must be finite")
-        at, goal, tolerance = o.pose[:2].copy(), o.goal.pose[:2].copy(), o.goal.xy_tolerance
+        pose, velocity, aim = (
+            finite("pose", o.pose),
+            finite("velocity", o.velocity, 2),
+            finite("goal.pose", o.goal.pose),
+        )
+        at, goal, tolerance = pose[:2].copy(), aim[:2].copy(), o.goal.xy_tolerance
         if o.goal is not self._goal:
             self._goal, self._there = o.goal, False
             self._arrival.reset(o.goal)
             self._planner.forget(at)
-        self._arrived = self._arrival.reached(o.pose, o.t)
+        self._arrived = self._arrival.reached(pose, o.t)
         self._there = math.dist(at, goal) <= (tolerance if self._there else 0.5 * tolerance)
         if self._there:
             self._plan, self._status = _NONE, "arrived"
-            yaw = turn_between(float(o.pose[2]), float(o.goal.pose[2]))
-            v, omega = turn(yaw if abs(yaw) > 0.5 * o.goal.yaw_tolerance else 0.0, o.velocity, self._body)
+            yaw = turn_between(float(pose[2]), float(aim[2]))
+            v, omega = turn(yaw if abs(yaw) > 0.5 * o.goal.yaw_tolerance else 0.0, velocity, self._body)
             return self._command(v, omega)
         near = self._body.limits.v_max * self._body.period
         discs = self._discs(o.obstacles)
         self._plan = plan = self._planner.plan(at, goal, 0.5 * tolerance, discs, near, self._budget, began)
         if not len(plan.points):
             self._status = "no path"
-            return self._command(*turn(0.0, o.velocity, self._body))
+            return self._command(*turn(0.0, velocity, self._body))
         assert self._planner.scene is not None
-        v, omega, clear = follow(plan.points, o.pose, o.velocity, self._body, near, self._planner.scene)
+        v, omega, clear = follow(plan.points, pose, velocity, self._body, near, self._planner.scene)
         self._status = "tracking" if clear else "braking"
         return self._command(v, omega)
 

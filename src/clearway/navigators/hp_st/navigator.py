@@ -18,7 +18,8 @@ from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.arrival import BEGIN, Approach
+from clearway.navigators.common.arrival import BEGIN, Approach
+from clearway.navigators.common.inputs import area_of, finite, perception_radius
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.contact import Base
@@ -134,20 +135,14 @@ class HpSt:
             0.0 if "time-to-go" not in without else PACE * limits.v_max, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
-        self._area = np.array(task.area or (-math.inf, -math.inf, math.inf, math.inf), np.float64)
+        self._area = area_of(task)
         disturbance = np.array(
             (p.disturbance_position, p.disturbance_heading, p.disturbance_velocity, p.disturbance_turn,
              float(p.disturbed_at_rest))
         )  # fmt: skip
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
-        sees = (
-            robot.camera.range
-            if robot.camera
-            else min(robot.lidar.range_max, p.scan_range)
-            if robot.lidar
-            else math.inf
-        )
-        self._rules = Rules(p.obstacle_acceleration, self._area, float(sees), p.unseen_speed)
+        sees = perception_radius(robot, p.scan_range)
+        self._rules = Rules(p.obstacle_acceleration, self._area, sees, p.unseen_speed)
         self._safety = Safety(limits, task.period, disturbance, start)
         self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry)
         self._looks = SightMonitor(sight_of(robot, p.scan_range), p.unseen_speed, start, p.memory, robot.camera is None)
@@ -180,11 +175,11 @@ class HpSt:
             ValueError: the pose or the goal is not finite.
         """
         began = time.perf_counter()
-        given, aim = _finite("pose", observation.pose), _finite("goal.pose", observation.goal.pose)
+        given, aim = finite("pose", observation.pose), finite("goal.pose", observation.goal.pose)
         seen = _NOTHING if observation.obstacles is None else observation.obstacles
         pose, goal = given, aim
         if self._drifts:
-            pose = _finite("odom_pose", observation.odom_pose)
+            pose = finite("odom_pose", observation.odom_pose)
             self._frame = _Frame(given, pose)
             goal, seen = self._frame.into(aim), self._frame.obstacles(seen)
         memory, cut = self._memory, False
@@ -382,10 +377,3 @@ _NOTHING = Obstacles(
 def _discs(places: FloatArray, radius: FloatArray) -> FloatArray:
     """(n, 3) of places (m, k, 2) and their radii, (m, 1) or (m, k)."""
     return np.column_stack((places.reshape(-1, 2), np.broadcast_to(radius, places.shape[:2]).reshape(-1)))
-
-
-def _finite(name: str, pose: FloatArray) -> FloatArray:
-    pose = np.array(pose, dtype=np.float64)
-    if pose.shape != (3,) or not np.isfinite(pose).all():
-        raise ValueError(f"the observation's {name} is {pose.tolist()}; three finite numbers (m, m, rad) are needed")
-    return pose

@@ -14,7 +14,8 @@ from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Tas
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.geometry.streams import stream
-from clearway.navigators.arrival import Approach
+from clearway.navigators.common.arrival import Approach
+from clearway.navigators.common.inputs import area_of, finite, perception_radius
 from clearway.navigators.hp_tmpc.belts import Reference, reference_speed
 from clearway.navigators.hp_tmpc.decision import (
     AGE,
@@ -120,7 +121,7 @@ class HpTmpc:
         Raises:
             ValueError: the pose or the goal is not finite.
         """
-        pose, goal = _finite("pose", observation.pose), _finite("goal.pose", observation.goal.pose)
+        pose, goal = finite("pose", observation.pose), finite("goal.pose", observation.goal.pose)
         if observation.goal is not self._goal:
             first, self._goal = self._goal is None, observation.goal
             self._memory.clock[AGE] = -1
@@ -225,18 +226,10 @@ def _arrays(observation: Observation) -> _Discs:
     return position, velocity, radius, error, np.array(seen.moving, np.bool_)
 
 
-def _finite(name: str, pose: FloatArray) -> FloatArray:
-    pose = np.array(pose, dtype=np.float64)
-    if pose.shape != (3,) or not np.isfinite(pose).all():
-        raise ValueError(f"the observation's {name} is {pose.tolist()}; three finite numbers (m, m, rad) are needed")
-    return pose
-
-
 def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], exact: bool) -> Settings:
     limits = robot.limits(task.speed_limit)
     if not p.reverse:
         limits = limits._replace(v_min=0.0)
-    sees = robot.camera.range if robot.camera else min(robot.lidar.range_max, p.scan_range) if robot.lidar else math.inf
     return Settings(
         period=task.period,
         horizon=p.prediction_horizon,
@@ -245,8 +238,8 @@ def _settings(p: Parameters, task: Task, robot: Robot, literal: frozenset[str], 
         commitment=p.commitment,
         rho_rob=circumscribed_radius(robot.planner_shape),
         safe_margin=p.safe_margin,
-        perception=float(sees),
-        area=np.array(task.area or (-math.inf, -math.inf, math.inf, math.inf), np.float64),
+        perception=perception_radius(robot, p.scan_range),
+        area=area_of(task),
         limits=limits,
         input_change=p.input_change,
         w1=p.w1,

@@ -14,6 +14,7 @@ from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Tas
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.common.inputs import finite
 from clearway.navigators.oracle.following import evade, foresee, on_way, steer
 from clearway.robots import Robot
 
@@ -77,9 +78,7 @@ class Oracle:
         Raises:
             ValueError: the pose is not finite.
         """
-        pose, goal, t = np.ascontiguousarray(observation.pose, dtype=np.float64), observation.goal, observation.t
-        if not np.isfinite(pose).all():
-            raise ValueError(f"observation.pose is {pose}; it must be finite")
+        pose, goal, t = finite("pose", observation.pose), observation.goal, observation.t
         if goal is not self._goal:
             self._goal, self._way, self._sought, self._scenes = goal, None, -math.inf, []
         self._pose = pose

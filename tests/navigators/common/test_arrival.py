@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from clearway.contract import Goal
-from clearway.navigators.arrival import PATIENCE, SHARE, Arrival
+from clearway.navigators.common.arrival import PATIENCE, SHARE, Arrival
 
 GOAL = Goal(np.array((3.0, -1.0, math.pi - 0.05)), 0.2, 0.4)
 
