@@ -19,7 +19,7 @@ import pytest
 import clearway.robots
 import clearway.world
 from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
-from clearway.campaigns.plan import USUAL_ROBOTS, TrialSpec
+from clearway.campaigns.plan import TrialSpec
 from clearway.campaigns.provenance import asked_of_plan
 from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection, load_suite
@@ -170,12 +170,15 @@ def test_a_plan_without_sense_is_refused(change: dict[str, Any]) -> None:
         CampaignPlan(**({"suites": ("hospital",)} | change))
 
 
-def test_a_suite_has_its_usual_robots(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_suite_has_its_usual_robots(tmp_path: Path) -> None:
     assert CampaignPlan(("hospital",)).robots == ("hosbot", "tiago")
     assert CampaignPlan(("barn",)).robots == ("jackal",)
-    monkeypatch.delitem(USUAL_ROBOTS, "barn")  # as with a user's own suite
+    corridor = Path(__file__).parents[2] / "examples" / "my_corridor.toml"
     with pytest.raises(ClearwayError, match="say which robot"):
-        CampaignPlan(("barn",))
+        CampaignPlan((str(corridor),))
+    own = tmp_path / "own.toml"
+    own.write_text(f'name = "own"\nrobots = ["tiago"]\nfiles = ["{corridor}"]\n')
+    assert CampaignPlan((str(own),)).robots == ("tiago",)
 
 
 def test_a_plan_survives_json() -> None:

@@ -67,6 +67,7 @@ class TestNames:
             (["hospital", "--configuration", "paralel"], "'paralel'", "'parallel'"),
             (["hospital", "--speed", "0.7"], "0.7", "0.6"),
             (["hospital", "--floor-plan", "wardd"], "'wardd'", "'ward'"),
+            (["hospital", "--official"], "'hospital' has no official set", "barn has"),
             (["barn", "--worlds", "1"], "world 1", "even numbers"),
         ],
     )

@@ -250,7 +250,7 @@ def test_manoeuvring_space():
 
 
 def test_barn_score():
-    barn = Labels("barn", "official", "world 0", 0.5)
+    barn = Labels("barn", "official", "world 0", 0.5, family="barn")
     one = (leg("forth", A, B, yaw_tolerance=math.inf, xy_tolerance=1.0),)
     trial = shuttle(labels=barn, reference_length=10.0)
     trial = replace(trial, attempt=replace(trial.attempt, legs=one), spans=trial.spans[:1])
@@ -263,7 +263,7 @@ def test_barn_score():
     assert "collision" in why("barn_time", hit)
     assert "free" in why("OE", trial)
     assert score_row(trial)["success"] is True
-    assert "barn" in why("barn_score", shuttle())
+    assert "BARN" in why("barn_score", shuttle())
 
 
 @pytest.mark.parametrize(

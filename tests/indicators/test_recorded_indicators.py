@@ -333,7 +333,7 @@ def test_whether_a_leg_was_found_by_motion(legs, by_motion):
 
 def test_what_no_recording_can_have_is_no_reason():
     assert not NEVER & set(json.loads(score_row(recorded(shuttle()))["not_computable"]))
-    labels = replace(shuttle().attempt.labels, suite="barn")
+    labels = replace(shuttle().attempt.labels, suite="barn", family="barn")
     barn = json.loads(score_row(recorded(shuttle(labels=labels, reference_length=None)))["not_computable"])
     assert barn["barn_score"] == "the test has no reference length"
     assert "cut" not in barn

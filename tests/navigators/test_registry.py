@@ -50,10 +50,10 @@ def test_a_file_and_a_module_are_addresses(own: Path, monkeypatch: pytest.Monkey
 
 
 def test_two_packages_may_not_claim_one_name() -> None:
-    points = [EntryPoint("mine", f"{package}:Nav", registry.GROUP) for package in ("a", "b")]
+    points = [EntryPoint("mine", f"{package}:Nav", registry.NAVIGATORS.group) for package in ("a", "b")]
     with pytest.raises(ClearwayError, match=r"'mine': a:Nav and b:Nav"):
-        registry._collect(points)
-    assert registry._collect([points[0], points[0]])["mine"] == "a:Nav"
+        registry.NAVIGATORS.collect(points)
+    assert registry.NAVIGATORS.collect([points[0], points[0]])["mine"] == "a:Nav"
 
 
 @pytest.mark.parametrize(

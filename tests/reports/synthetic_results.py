@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -114,13 +115,22 @@ def _walk(track: np.ndarray, time: np.ndarray, span: Span, run) -> None:
     track[on] = np.c_[x0 + s * (x1 - x0), y0 + s * (y1 - y0), np.full(len(s), math.atan2(y1 - y0, x1 - x0))][on]
 
 
+def asked_of(*suites: str, **more: Any) -> dict[str, Any]:
+    """The part of campaign.json that says what a report has to know of the suites, and of their usual robots."""
+    robots = {robot for name in suites for robot in load_suite(name).robots}
+    return {
+        "suites": {name: load_suite(name).about() | more for name in suites},
+        "robots": {robot: json.loads(load_robot(robot).model_dump_json()) for robot in robots},
+    }
+
+
 def write_campaign(
     out: Path, robots: tuple[str, ...] = ("hosbot", "tiago"), selection: Selection | None = None,
     change: Callable[[Trial], Trial] = lambda trial: trial,
 ) -> Results:  # fmt: skip
     """A results directory of the hospital suite, every 23rd trial of it a collision."""
     known = {name: json.loads(load_robot(name).model_dump_json()) for name in robots}
-    asked = {"suite": "hospital", "robots": known, "navigators": ["move-base"], "seed": 1}
+    asked = asked_of("hospital") | {"robots": known, "navigators": ["move-base"], "seed": 1}
     scenarios = [
         (s, r) for r in map(load_robot, robots) for s in load_suite("hospital").build(r, selection or Selection(), 1)
     ]

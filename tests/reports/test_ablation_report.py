@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from synthetic_results import asked_of
 
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
@@ -54,7 +55,9 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     made = [trial(FULL, i, 11.0, assumptions=2 * (i == 3)) for i in range(12)]
     made += [trial(VARIANT, i, 12.0, fails=i < 5) for i in range(12)]
     made += [trial(OTHER, i, 20.0) for i in range(12)]
-    with TrialStore(tmp_path_factory.mktemp("ablation") / "out", {"suite": "sar"}, len(made), row_schema()) as store:
+    with TrialStore(
+        tmp_path_factory.mktemp("ablation") / "out", asked_of("sar-case1"), len(made), row_schema()
+    ) as store:
         for i, t in enumerate(made):
             store.add(i, t, score_row(t))
         return store.finish()
@@ -131,7 +134,7 @@ def test_a_failed_trial_opens_its_replay_by_one_click(browser: Any, results: Res
 def test_without_variants_there_is_no_table(tmp_path: Path) -> None:
     made = [trial(OTHER, i, 20.0) for i in range(2)]
     made += [replace(t, attempt=replace(t.attempt, navigator="x[without=y]")) for t in made]
-    with TrialStore(tmp_path / "out", {"suite": "sar"}, len(made), row_schema()) as store:
+    with TrialStore(tmp_path / "out", asked_of("sar-case1"), len(made), row_schema()) as store:
         for i, t in enumerate(made):
             store.add(i, t, score_row(t))
         f = Findings(store.finish())

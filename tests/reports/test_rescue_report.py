@@ -9,6 +9,7 @@ from statistics import mean, stdev
 
 import numpy as np
 import pytest
+from synthetic_results import asked_of
 
 from clearway.contract import Diagnostics
 from clearway.geometry.grid import OccupancyGrid
@@ -31,6 +32,10 @@ SNAPSHOT = Diagnostics(
     tree=np.array([[1.75, 1.75, 3.0, 2.0]]),
     field=OccupancyGrid(np.arange(2500, dtype=np.int8).reshape(50, 50) % 100, 0.2, (0.0, 0.0)),
     status="tracking",
+)
+
+ASKED = asked_of(
+    "sar-case1", "sar-case2", map=False, disturbances=[{"position": 0.02, "heading": 0.02, "velocity": 0.0}]
 )
 
 
@@ -78,7 +83,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
     """The paper's own tables as trials."""
     trials = [trial(suite, setup, navigator, i + 1, run)
               for (suite, setup, navigator), runs in paper_b.PRINTED.items() for i, run in enumerate(runs)]  # fmt: skip
-    with TrialStore(tmp_path_factory.mktemp("sar") / "out", {"suite": "sar"}, len(trials), row_schema()) as store:
+    with TrialStore(tmp_path_factory.mktemp("sar") / "out", ASKED, len(trials), row_schema()) as store:
         for i, t in enumerate(trials):
             store.add(i, t, score_row(t))
         return store.finish()
@@ -176,7 +181,7 @@ def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
 
 def test_a_privileged_navigator_and_scenarios_of_the_same_name_are_told_apart(tmp_path: Path) -> None:
     made = [trial("sar-confined", "2", "oracle", number, (16.0, 20.0)) for number in (1, 1, 2)]
-    with TrialStore(tmp_path / "out", {"suite": "sar"}, len(made), row_schema()) as store:
+    with TrialStore(tmp_path / "out", asked_of("sar-confined"), len(made), row_schema()) as store:
         for i, (t, scenario) in enumerate(zip(made, ("a-1", "b-1", "b-2"), strict=True)):
             told = replace(t, attempt=replace(t.attempt, privileged=True, scenario=scenario))
             store.add(i, told, score_row(told))
@@ -192,7 +197,8 @@ def test_the_conditions_of_the_test_are_told(results: Results) -> None:
     f = Findings(results)
     facts = dict(conditions.test(f))
     assert facts["set-ups (thinking a decision)"] == "1, 2"
-    assert facts["floor surface"] == "rough: it moves the robot by at most 0.01 m and 0.01 rad a control period"
+    assert facts["floor surface"] == "rough: it moves the robot by at most 0.02 m and 0.02 rad a control period"
+    assert facts["map given to the robot"] == "none"
     assert any(line.startswith("Set-up 1: bounded by wall clock") for line in conditions.deviations(f))
 
 

@@ -17,19 +17,6 @@ from clearway.robots import load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
 
-USUAL_ROBOTS: dict[str, tuple[str, ...]] = {
-    "hospital": ("hosbot", "tiago"),
-    "barn": ("jackal",),
-    "barn-2022": ("jackal",),
-    "sar-case1": ("rescue",),
-    "sar-case2": ("rescue",),
-    "sar-confined": ("rescue",),
-    "sar-case3": ("rescue",),
-    "sar-stress": ("rescue",),
-    "sar-misspecified": ("rescue",),
-}
-"""Who drives a suite unless the user says otherwise: the robots of the paper and of the challenge."""
-
 
 @dataclass(frozen=True, slots=True)
 class CampaignPlan:
@@ -193,9 +180,7 @@ def _read_map(path: str) -> OccupancyGrid:
 
 
 def _usual_robots(suites: tuple[str, ...]) -> tuple[str, ...]:
-    for suite in suites:
-        load_suite(suite)  # an unknown suite is the better complaint
-    usual = dict.fromkeys(robot for suite in suites for robot in USUAL_ROBOTS.get(suite, ()))
+    usual = tuple(dict.fromkeys(robot for suite in suites for robot in load_suite(suite).robots))
     if not usual:
         raise ClearwayError(f"say which robot is to drive the suite {suites[0]!r}", field="robots")
-    return tuple(usual)
+    return usual

@@ -17,6 +17,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.robots import load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
+from clearway.scenarios.suites import load_suite
 
 
 def asked_of_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
@@ -29,16 +30,29 @@ def asked_of_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, A
     tasks = {spec.task: (spec.scenario.model_dump_json(), floors[spec.scenario.floor_plan]) for spec in specs}
     own = () if plan.map in (None, "true") else (granted_map(plan.map, spec.scenario) for spec in specs)
     grid = next((grid for grid in own if grid is not None), None)
-    return asked_of(robots) | {
+    suites = {load_suite(name).name: _about(name, specs) for name in plan.suites}
+    return asked_of(robots, suites) | {
         "plan": json.loads(json.dumps(plan.to_json())),
         "map": None if grid is None else _grid(grid),
         "tasks": {task: _digest(*parts) for task, parts in tasks.items()},
     }
 
 
-def asked_of(robots: Mapping[str, Any]) -> dict[str, Any]:
-    """What every campaign.json holds, of simulations and of recordings: versions, and the robots in full."""
-    return {"clearway": _version("clearway"), "versions": versions(), "robots": dict(robots)}
+def _about(name: str, specs: Sequence[TrialSpec]) -> dict[str, Any]:
+    """A suite, and what its scenarios gave the robot: whether a map, and how the ground moved it."""
+    scenarios = [spec.scenario for spec in specs if spec.suite == name]
+    pushes = {s.disturbance for s in scenarios if s.disturbance is not None}
+    return load_suite(name).about() | {
+        "map": any(load_floor_plan(plan).map is not None for plan in dict.fromkeys(s.floor_plan for s in scenarios)),
+        "disturbances": sorted((push.model_dump() for push in pushes), key=lambda push: tuple(push.values())),
+    }
+
+
+def asked_of(robots: Mapping[str, Any], suites: Mapping[str, Any]) -> dict[str, Any]:
+    """What every campaign.json holds, of simulations and of recordings: versions, the robots in full, and of the suites
+    what a report has to know."""
+    about = {"clearway": _version("clearway"), "versions": versions()}
+    return about | {"robots": dict(robots), "suites": dict(suites)}
 
 
 def versions() -> dict[str, str]:

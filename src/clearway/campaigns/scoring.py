@@ -18,6 +18,7 @@ from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.checks import problems_of, references
 from clearway.recordings.lab.lab import Lab
 from clearway.recordings.lab.test_plan import RecordedTrialSpec
+from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
 
 
@@ -123,7 +124,9 @@ def _asked(lab: Lab, attempted: Sequence[int]) -> dict[str, Any]:
     read = {file for _, _, file, _ in references(lab.plan)} | {s.table for s in lab.plan.sources.values() if s.table}
     whole = json.loads(lab.plan.model_dump_json(by_alias=True))
     trials = whole.pop("trial")
-    return asked_of(robots) | {
+    suite = lab.plan.test.suite
+    suites = {suite: load_suite(suite).about()} if suite in suite_names() else {}
+    return asked_of(robots, suites) | {
         "scored": lab.path.name,
         "test_plan": whole,
         "attempted": [trials[i] for i in attempted],

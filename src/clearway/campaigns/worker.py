@@ -19,6 +19,7 @@ from clearway.navigators.registry import make_navigator, navigator_class
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.store import write_partial
 from clearway.world.bodies import bodies_of
@@ -70,6 +71,8 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
     """
     from clearway.world import simulate
 
+    if ":" in spec.suite:
+        load_suite(spec.suite)  # it brings its floor plans along
     robot = load_robot(spec.robot)
     navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
     localiser = make_localiser(spec.localisation, robot)

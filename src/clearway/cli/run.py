@@ -92,10 +92,12 @@ def run(
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
     from clearway.reports.text import beside_published, headline
+    from clearway.scenarios.suites import load_suite
 
     if official:
-        if not suites or not set(suites) <= {"barn", "barn-2022"}:
-            raise ClearwayError("--official belongs to the suites barn and barn-2022", field="--official")
+        for suite in suites or ():
+            if "official" not in load_suite(suite).batches:
+                raise ClearwayError(f"the suite {suite!r} has no official set; barn has", field="--official")
         batches = ["official"]
     with stoppable(), Progress("trials") as progress:
         if resume and not suites:

@@ -8,14 +8,15 @@ from clearway.indicators.legs import finished
 from clearway.indicators.success import failure
 from clearway.trials import Trial
 
-SUITES = ("barn", "barn-2022")
+FAMILY = "barn"
+"""Of the suites for which it makes sense."""
 TOP_SPEED = 2.0
 """m/s; the reference path's length over it is the optimal time T."""
 
 
 def _reference(trial: Trial) -> float:
-    if trial.attempt.labels.suite not in SUITES:
-        raise NotComputable("only for the suites barn and barn-2022")
+    if trial.attempt.labels.family != FAMILY:
+        raise NotComputable("only for the BARN Challenge's suites")
     if trial.attempt.reference_length is None:
         raise NotComputable("the test has no reference length")
     return trial.attempt.reference_length

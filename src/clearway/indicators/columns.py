@@ -49,6 +49,7 @@ def _attempted(
 COLUMNS = (
     _attempted("scenario", Kind.WORD, "unique in its suite", selectable=True),
     _label("suite", Kind.WORD, "name of the suite"),
+    _label("family", Kind.WORD, "what its suite shares with its like, such as barn"),
     _label("batch", Kind.WORD, "NO, SO, MO, CE in the hospital protocol; what the report groups by"),
     _label("configuration", Kind.WORD, "the same test at other speeds has the same configuration"),
     _attempted("robot", Kind.WORD, "name, with :PRESET if one was used", selectable=True),

@@ -60,5 +60,5 @@ def _beside_the_point(trial: Trial) -> frozenset[str]:
     """Indicators that no recording of this suite can ever have."""
     if trial.attempt.source == "simulated":
         return frozenset()
-    other = () if trial.attempt.labels.suite in barn.SUITES else barn.ALL
+    other = () if trial.attempt.labels.family == barn.FAMILY else barn.ALL
     return frozenset(indicator.name for indicator in (*other, *optimal.ALL))

@@ -10,7 +10,8 @@ import numpy as np
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System, is_recorded
-from clearway.scenarios.barn import TASKS, PublishedRun, published_runs, worlds
+from clearway.scenarios.barn import PUBLISHED_TASK, TASKS, PublishedRun, published_runs, worlds
+from clearway.scenarios.suite import Section
 from clearway.statistics import spearman, success_interval
 
 TOP_SPEED = 2.0
@@ -41,7 +42,8 @@ class Barn:
 
 def barn(f: Findings, system: System) -> Barn | None:
     """None where the suite was not run, or only on worlds without a published run."""
-    rows = [r for r in system.of(f.rows) if r["suite"] in TASKS and not is_recorded(r)]
+    suites = f.asked(Section.PUBLISHED_BARN_RUNS)
+    rows = [r for r in system.of(f.rows) if r["suite"] in suites and not is_recorded(r)]
     number = {r["trial"]: world_of(r) for r in rows}
     there = {n for n in number.values() if n is not None}
     published = [p for p in published_runs() if p.world in there]
@@ -85,7 +87,7 @@ def _course(world: int, published: Sequence[PublishedRun], rows: Sequence[Row]) 
 
 
 def _score(run: PublishedRun) -> float:
-    best = worlds()[run.world].length(TASKS["barn-2022"]) / TOP_SPEED
+    best = worlds()[run.world].length(TASKS[PUBLISHED_TASK]) / TOP_SPEED
     return best / min(max(run.time, 2 * best), 8 * best) if run.success else 0.0
 
 
@@ -125,8 +127,8 @@ def _summary(f: Findings, system: System, published: Sequence[PublishedRun], row
         "(95 % exact binomial intervals, which take runs of one world as independent)"
         + (
             ". The published runs were driven under an older task, start at x = -2 and arrival within 0.5 m: the suite "
-            "barn-2022 is that task"
-            if any(r["suite"] == "barn" for r in rows)
+            f"{PUBLISHED_TASK} is that task"
+            if any(r["suite"] != PUBLISHED_TASK for r in rows)
             else ""
         ),
         [text(""), f"published (n {n})", f"here (n {k})", "difference"],

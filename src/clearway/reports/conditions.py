@@ -14,10 +14,13 @@ from typing import Any
 from clearway.reports import paper, parameters, recordings
 from clearway.reports.findings import Findings
 from clearway.reports.selection import System, distinct, is_recorded
+from clearway.reports.suites import SuiteAbout
 from clearway.robots import Robot
-from clearway.stand_ins import stand_ins
+from clearway.scenarios.suite import Section
 
 Facts = list[tuple[str, str]]
+_PUSHES = {"position": "m", "heading": "rad", "velocity": "m/s", "turn": "rad/s"}
+"""What a disturbance bounds, with its unit."""
 BLANK = ""
 """Left for a pen."""
 
@@ -61,7 +64,7 @@ def test(f: Findings) -> Facts:
     campaign = f.results.campaign
     plan, run = (_dict(campaign.get(key)) for key in ("plan", "run"))
     map_used = plan.get("map") or "the floor plan's true map"
-    if all(r["floor_plan"].startswith("barn-") for r in f.rows):
+    if f.suites and all(suite.mapped is False for suite in f.suites.values()):
         map_used = "none"
     recorded = bool(f.rows) and all(map(is_recorded, f.rows))
     if recorded:
@@ -105,14 +108,24 @@ def test(f: Findings) -> Facts:
 
 
 def _floor(f: Findings) -> str:
-    """Wheels slip everywhere; in the search-and-rescue suites the ground also moves the robot."""
-    pushed = [str(s).startswith("sar-") for s in distinct(f.rows, "suite")]
+    """Wheels slip everywhere; in some suites the ground also moves the robot."""
     words = "level and dry; slip as in the wheel odometry's error"
-    if not any(pushed):
+    rough = {suite.title: _rough(suite) for suite in f.suites.values() if suite.disturbances}
+    if not rough:
         return words
-    most = stand_ins("task")["disturbance"]
-    rough = f"rough: it moves the robot by at most {most['position']:g} m and {most['heading']:g} rad a control period"
-    return rough if all(pushed) else f"{words}; in the search-and-rescue suites {rough}"
+    parts = list(dict.fromkeys(rough.values()))
+    if len(parts) > 1:
+        parts = [f"{title}: {part}" for title, part in rough.items()]
+    even = [suite.title for suite in f.suites.values() if not suite.disturbances]
+    return "; ".join([*parts, *([f"{', '.join(even)}: {words}"] if even else [])])
+
+
+def _rough(suite: SuiteAbout) -> str:
+    """How the ground moves the robot at most, whichever the scenario."""
+    most = {name: max(float(d.get(name, 0.0)) for d in suite.disturbances) for name in _PUSHES}
+    said = [f"{value:g} {_PUSHES[name]}" for name, value in most.items() if value]
+    resting = "" if all(d.get("at_rest", True) for d in suite.disturbances) else ", while it drives"
+    return f"rough: it moves the robot by at most {' and '.join(said) or 'nothing'} a control period{resting}"
 
 
 def _if_any(name: str, values: list[Any]) -> Facts:
@@ -126,8 +139,9 @@ def deviations(f: Findings) -> list[str]:
         found.append(
             "The robots, their sensors and the moving obstacle are simulated; no motion capture is involved: the true pose is known exactly."
         )
+    protocol = f.asked(Section.PAPER_A)
     for system in f.systems:
-        rows = [r for r in system.of(f.rows) if r["suite"] == "hospital"]
+        rows = [r for r in system.of(f.rows) if r["suite"] in protocol]
         short = [
             f"{batch} {n} of {whole}" for batch, whole in paper.PROTOCOL.items()
             if (n := sum(r["batch"] == batch for r in rows)) != whole
@@ -160,7 +174,7 @@ def deviations(f: Findings) -> list[str]:
     ):
         if count := sum(r["outcome"] == outcome and not is_recorded(r) for r in f.rows):
             found.append(f"In {count} trial{'s' if count > 1 else ''} {words}; they count as failed.")
-    if any(r["suite"] == "hospital" for r in f.rows):
+    if protocol:
         found.append(
             "What the paper leaves open (gaps, timing of the moving obstacle, cruise band, pairing of trials) is read as docs/decisions.md states."
         )
@@ -172,7 +186,8 @@ def _as_printed(f: Findings, system: System) -> str:
     robot, printed = f.robots.get(system.robot), paper.YAW_TOLERANCE.get(system.robot.partition(":")[0])
     if robot is None or printed is None or robot.tolerances.yaw <= printed:
         return ""
-    rows = [r for r in system.of(f.rows) if r["suite"] == "hospital"]
+    protocol = f.asked(Section.PAPER_A)
+    rows = [r for r in system.of(f.rows) if r["suite"] in protocol]
     met = sum(bool(r["success"]) and r["OE_max"] is not None and r["OE_max"] <= printed for r in rows)
     return (
         f"{f.name(system)}: judged by a heading tolerance of {robot.tolerances.yaw:g} rad, {sum(bool(r['success']) for r in rows)} "

@@ -11,7 +11,9 @@ from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
 from clearway.reports.charts import Bars
 from clearway.reports.selection import Row, System, is_recorded, system_of, systems, table_of
+from clearway.reports.suites import SuiteAbout, suites_of
 from clearway.robots import Robot
+from clearway.scenarios.suite import Section
 from clearway.statistics import (
     POOLED,
     SYSTEM,
@@ -62,6 +64,15 @@ class Findings:
     @cached_property
     def _provenance(self) -> dict[int, Mapping[str, Any]]:
         return {r["trial"]: self.results.trial(r["trial"]).provenance for r in self.rows if is_recorded(r)}
+
+    @cached_property
+    def suites(self) -> dict[str, SuiteAbout]:
+        """The suites among the rows by name, in the campaign's order."""
+        return suites_of(self.results.campaign, dict.fromkeys(r["suite"] for r in self.rows))
+
+    def asked(self, section: Section) -> list[str]:
+        """The suites that ask for this section of the report, by name."""
+        return [name for name, suite in self.suites.items() if section in suite.sections]
 
     @cached_property
     def systems(self) -> list[System]:

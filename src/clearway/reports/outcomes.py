@@ -12,6 +12,7 @@ from clearway.reports import paper, recordings
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System, at_speed, by_speed, verdict
+from clearway.scenarios.suite import Section
 from clearway.statistics import FEWEST, PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
@@ -120,7 +121,8 @@ def _mean(row: Row | None, digits: int, measured: Row | None = None) -> Cell:
 
 
 def breakdown(f: Findings) -> Grid | None:
-    """CT of batch NO beside the paper's, and what it is made of."""
+    """CT of batch NO, beside the paper's where a suite asks for that, and what it is made of."""
+    means = paper.MEANS if f.asked(Section.PAPER_A) else ()
     rows: Rows = []
     groups: list[int] = []
     for system in f.systems:
@@ -129,7 +131,7 @@ def breakdown(f: Findings) -> Grid | None:
             groups.append(len(rows))
         for speed in speeds:
             found = f.mean(system, "NO", speed, "CT")
-            printed = next((m for m in paper.MEANS if _about(m, system, "NO", speed, "CT")), None)
+            printed = next((m for m in means if _about(m, system, "NO", speed, "CT")), None)
             parts = [
                 f.mean(system, "NO", speed, f"T_{p}")
                 for p in ("acceleration", "cruise", "approach", "rotation", "turn")
@@ -158,9 +160,9 @@ def _about(m: paper.Mean, system: System, batch: str, speed: float | None, indic
 
 
 def beside(f: Findings) -> Grid | None:
-    """The paper's other printed means beside ours."""
+    """The paper's other printed means beside ours; None where no suite asks for that."""
     rows: Rows = []
-    for system in f.systems:
+    for system in f.systems if f.asked(Section.PAPER_A) else ():
         for m in paper.MEANS:
             if m.indicator == "CT" or not _about(m, system, m.batch, m.speed, m.indicator):
                 continue
@@ -188,12 +190,13 @@ def space(f: Findings) -> Grid | None:
     rows: Rows = []
     groups: list[int] = []
     last = None
+    suites = f.asked(Section.MANOEUVRING_SPACE)
     for system in f.systems:
         for rate in system.of(f.rates):
             here = [
                 r for r in system.of(f.rows)
                 if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"])
-                and not str(r["suite"]).startswith("barn")
+                and r["suite"] in suites
                 and r.get("space_rel") is not None
             ]  # fmt: skip
             mean = f.mean(system, rate["batch"], rate["speed"], "space")
@@ -222,7 +225,8 @@ def space(f: Findings) -> Grid | None:
 def significance(f: Findings, system: System) -> Grid | None:
     """Paper A's Table 4 for one system: every difference that is significant here or printed there."""
     tests = {(t["indicator"], t["batch"], t["speed_a"], t["speed_b"], t["analysis"]): t for t in system.of(f.tests)}
-    printed = {(s.indicator, s.batch, s.slower, s.faster): s.p(system.robot) for s in paper.TABLE_4}
+    table_4 = paper.TABLE_4 if f.asked(Section.PAPER_A) else ()
+    printed = {(s.indicator, s.batch, s.slower, s.faster): s.p(system.robot) for s in table_4}
     keys = dict.fromkeys(k[:4] for k in tests)
     rows: Rows = []
     for key in sorted(

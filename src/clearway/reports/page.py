@@ -45,6 +45,7 @@ from clearway.reports.findings import Findings
 from clearway.reports.replay_encoding import Packer
 from clearway.reports.selection import Row, is_recorded, label, representative, verdict, with_uncertainty
 from clearway.reports.tables import NAMES, write_tables
+from clearway.scenarios.suite import Section
 from clearway.trials.store import Results, open_results
 
 MOST_INLINE = 16_000_000
@@ -150,6 +151,7 @@ def build(results: Results, folder: Path) -> None:
         duels=[g for g in (head_to_head.table(duels), head_to_head.indicator_table(duels)) if g is not None],
         verdicts=head_to_head.verdicts(duels),
         paper_b=paper_b,
+        of_paper_a=bool(f.asked(Section.PAPER_A)),
         barns=[b for s in f.systems if (b := barn(f, s))],
         tables=[(name, NAMES[name]) for name in tables],
         trials=_json({"columns": columns, "rows": _table_rows(f, columns), "page": 50}),
@@ -307,19 +309,7 @@ def _replay(
 
 
 def _title(f: Findings) -> str:
-    suites = list(dict.fromkeys(r["suite"] for r in f.rows))
-    names = {
-        "hospital": "Hospital navigation benchmark",
-        "barn": "BARN navigation courses",
-        "barn-2022": "BARN navigation courses, task of the published runs",
-        "sar-case1": "Search and rescue, case 1",
-        "sar-case2": "Search and rescue, case 2",
-        "sar-confined": "Search and rescue, confined",
-        "sar-case3": "Search and rescue, case 3",
-        "sar-stress": "Search and rescue, stress",
-        "sar-misspecified": "Search and rescue, misspecified",
-    }
-    return " and ".join(names.get(s, f"Suite {s}") for s in suites) or "No trials"
+    return " and ".join(suite.title for suite in f.suites.values()) or "No trials"
 
 
 def _frame(scripts: Sequence[str], *, beside: bool = False) -> dict[str, Any]:

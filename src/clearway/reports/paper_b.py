@@ -12,7 +12,8 @@ CITATION = (
     "Rado, Baglioni & Jamshidnejad, Enabling robots to autonomously search dynamic cluttered post-disaster environments, "
     "Scientific Reports 15, 34778 (2025)"
 )
-SUITES = {"sar-case1": "case 1 (Table 2)", "sar-case2": "case 2 (Table 3)"}
+TABLES = {"sar-case1": "Table 2", "sar-case2": "Table 3"}
+"""Which of its tables a suite's scenarios are to stand beside."""
 METHODS = {
     "hp-tmpc": "HP+TMPC",
     "hl-rrt": "HL-RRT*",

@@ -11,6 +11,7 @@ from clearway.reports import ablation, paper_b
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
 from clearway.reports.selection import Row, System, distinct, is_recorded, moving_at_contact
+from clearway.scenarios.suite import Section
 from clearway.statistics import success_interval
 
 MOST_SCENARIOS = 20
@@ -20,14 +21,15 @@ MOST_LINKS = 12
 
 
 def suites(f: Findings) -> list[str]:
-    """The search-and-rescue suites among the results, in the campaign's order."""
-    there = dict.fromkeys(r["suite"] for r in f.rows if not is_recorded(r))
-    return [s for s in there if str(s).startswith("sar-")]
+    """The suites that ask for these tables, in the campaign's order."""
+    simulated = {r["suite"] for r in f.rows if not is_recorded(r)}
+    return [suite for suite in f.asked(Section.RESCUE) if suite in simulated]
 
 
-def title(suite: str) -> str:
-    """A suite's name for people."""
-    return paper_b.SUITES.get(suite, suite)
+def title(f: Findings, suite: str) -> str:
+    """A suite's title, with the paper's table that it stands beside."""
+    table = paper_b.TABLES.get(suite)
+    return f.suites[suite].title + (f" ({table})" if table else "")
 
 
 def tables(f: Findings) -> list[Grid]:
@@ -79,7 +81,7 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
     where = f", set-up {setup}" if setup is not None else ""
     note = " The paper's scenarios are not public, so its rows are of other draws." if any(printed.values()) else ""
     return grid(
-        f"{title(suite)}{where}: length of the path and time, scenario by scenario; a dash is a failure.{note}",
+        f"{title(f, suite)}{where}: length of the path and time, scenario by scenario; a dash is a failure.{note}",
         heads, lines, groups,
     )  # fmt: skip
 
@@ -116,7 +118,7 @@ def summary(f: Findings, suite: str) -> Grid:
     told = [i for i in range(len(heads)) if any(line[i] != NONE for line in lines)]
     heads, lines = [heads[i] for i in told], [[line[i] for i in told] for line in lines]
     return grid(
-        f"{title(suite)}: successes with the exact 95 % interval; path and time of the successes, mean ± standard deviation, and "
+        f"{title(f, suite)}: successes with the exact 95 % interval; path and time of the successes, mean ± standard deviation, and "
         "relative to the best that a clairvoyant could do (holonomic, at the set speed, undisturbed); the share of decisions "
         "that the budget cut short; trials with a contact while the robot moved; trials in which an assumption of the navigator's "
         "guarantee was seen to be untrue, and how often. A privileged navigator is told the obstacles' future.",
@@ -142,7 +144,7 @@ def causes(f: Findings, suite: str) -> Grid | None:
         ])  # fmt: skip
     heads: Heads = [text("System"), "failures", *kinds, text("moved at contact")]
     return grid(
-        f"{title(suite)}: why trials failed. Crushing zone: 0.75 s before the contact no manoeuvre within the base's limits was "
+        f"{title(f, suite)}: why trials failed. Crushing zone: 0.75 s before the contact no manoeuvre within the base's limits was "
         "left that touches nothing for 1.5 s; contact at rest: the robot stood; else the navigator's last word before the contact.",
         heads, lines,
     )  # fmt: skip
@@ -162,7 +164,7 @@ def failures(f: Findings, suite: str) -> Grid | None:
         lines.append([Cell(f.name(s), strong=True), str(len(own)), *linked])
     heads: Heads = [text("System"), "failures", *kinds]
     return grid(
-        f"{title(suite)}: which failures could have been avoided, each trial a link to its replay. An escape is a manoeuvre of the "
+        f"{title(f, suite)}: which failures could have been avoided, each trial a link to its replay. An escape is a manoeuvre of the "
         "base, found by a search among obstacles whose future is known, that touches nothing until 1.5 s after the contact. Planner's "
         "fault: 0.75 s before the contact there was one; escape existed when first seen: not then, but when the touched obstacle was "
         "first seen, so better foresight was needed; seen too late: not even then.",

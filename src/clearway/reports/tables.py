@@ -19,7 +19,7 @@ NAMES = {
     "breakdown": "completion time and its parts",
     "parameters": "every parameter of the robots with its source",
     "trials": "all trials",
-    "barn": "world by world beside the published runs (suite barn only)",
+    "barn": "world by world beside the published runs (the BARN Challenge's suites only)",
 }
 
 

@@ -26,7 +26,7 @@ from clearway.geometry.shapes import Circle
 from clearway.robots import Robot
 from clearway.scenarios.plan import Fixture, FloorPlan
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
-from clearway.scenarios.suite import Selection, Suite, scenario_seed
+from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed
 
 RADIUS = 0.075
 """Of every cylinder, m."""
@@ -46,6 +46,8 @@ TASKS = {
     "barn-2022": BarnTask((-2.0, 3.0, 1.57), (-2.0, 13.0, 0.0), 0.5),
 }
 """By suite: BARN's present rules, and those that its published runs were driven under."""
+PUBLISHED_TASK = "barn-2022"
+"""The suite whose task is that of the published runs."""
 START, GOAL = TASKS["barn"].start, TASKS["barn"].goal
 CLOCK_STARTS_AFTER = 0.1
 TIME_LIMIT = 100.0
@@ -185,21 +187,32 @@ def _scenario(suite: str, world: World, speed: float, repetition: int, seed: int
     )
 
 
+FLOOR_PLANS = {f"barn-{number}": partial(world_plan, number) for number in range(0, 300, 2)}
+"""BARN's 150 even-numbered worlds."""
+
 BARN = Suite(
     name="barn",
-    title="BARN Challenge courses",
+    title="BARN navigation courses",
     description="150 static obstacle courses for a Jackal without a map, under BARN's own task, timing and outcome rules",
     batches=("official", "other"),
     configurations=tuple(f"world-{n}" for n in range(0, 300, 2)),
     make=build,
+    family="barn",
+    robots=("jackal",),
+    report=(Section.PUBLISHED_BARN_RUNS,),
+    floor_plans=FLOOR_PLANS,
 )
 
 BARN_2022 = Suite(
-    name="barn-2022",
-    title="BARN Challenge courses, task of the published runs",
+    name=PUBLISHED_TASK,
+    title="BARN navigation courses, task of the published runs",
     description="the courses of the suite barn under the task of BARN's published runs of move_base (March 2022):"
     " start at x = -2, arrival within 0.5 m",
     batches=BARN.batches,
     configurations=BARN.configurations,
-    make=partial(build, suite="barn-2022"),
+    make=partial(build, suite=PUBLISHED_TASK),
+    family=BARN.family,
+    robots=BARN.robots,
+    report=BARN.report,
+    floor_plans=FLOOR_PLANS,
 )

@@ -16,9 +16,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError
 from clearway.robots import Robot
-from clearway.scenarios.floorplan import FloorPlanSpec, is_shipped
+from clearway.scenarios.floorplan import FloorPlanSpec, is_named
 from clearway.scenarios.scenario import Positive, RobotBodySpec, Scenario
-from clearway.scenarios.suite import Selection, Suite, scenario_seed
+from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed
 from clearway.validation import problems
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -32,6 +32,13 @@ class SuiteSpec(BaseModel):
     name: str = Field(min_length=1)
     title: str = Field(default="", description="as it is printed")
     description: str = ""
+    robots: tuple[str, ...] = Field(
+        default=(), description="who drives it unless the run says otherwise: names, presets or files seen from here"
+    )
+    family: str = Field(default="own", description="what it shares with other suites, such as search-and-rescue")
+    report: tuple[Section, ...] = Field(
+        default=(Section.MANOEUVRING_SPACE,), description="what the report shows beside what it always shows"
+    )
     repetitions: int = Field(default=1, ge=1, description="how often each test is run, with another seed each time")
     speeds: tuple[Positive, ...] = Field(
         default=(), description="set speeds at which each test is run, m/s; default: each scenario's own"
@@ -135,6 +142,9 @@ def load_suite_file(path: str | Path) -> Suite:
         batches=tuple(dict.fromkeys(s.labels.batch for s in scenarios)),
         configurations=tuple(configurations),
         make=_Maker(spec, tuple(scenarios)),
+        family=spec.family,
+        robots=tuple(_beside(r, path) if ".toml" in r else r for r in spec.robots),
+        report=spec.report,
         file=str(path),
     )
 
@@ -190,7 +200,7 @@ def _first(model: type[Model], path: Path) -> Model:
 def _located(scenario: Any, path: Path) -> Any:
     """The scenario with the files that it names seen from the folder of its own file."""
     change: dict[str, Any] = {}
-    if not is_shipped(scenario.floor_plan):
+    if not is_named(scenario.floor_plan):
         change["floor_plan"] = _beside(scenario.floor_plan, path)
     obstacles = tuple(
         o.model_copy(update={"shape": o.shape.model_copy(update={"robot": _beside(o.shape.robot, path)})})

@@ -22,9 +22,9 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.rasterise import boundaries, explored, outline, rasterise
 from clearway.geometry.ros_map import read_map, write_map
 from clearway.geometry.shapes import Polygon
-from clearway.scenarios.barn import world_plan, worlds
 from clearway.scenarios.plan import Fixture, FloorPlan, Room
 from clearway.scenarios.scenario import Finite, PoseSpec, ShapeSpec
+from clearway.scenarios.suites import examples_of_floor_plans, own_floor_plans
 from clearway.validation import first_problem
 
 Box = tuple[Finite, Finite, Finite, Finite]
@@ -132,40 +132,47 @@ def _shipped() -> tuple[str, ...]:
 
 
 def floor_plan_names() -> list[str]:
-    """Names of the plans that come with Clearway, without BARN's worlds (`barn-0`, `barn-2`, ... `barn-298`)."""
+    """Names of the plans that come with Clearway as files; a suite may bring others, as BARN does its worlds."""
     return list(_shipped())
 
 
-def is_shipped(name: str) -> bool:
-    """Whether a plan of this name comes with Clearway: one of `floor_plan_names()`, or a world of BARN."""
-    prefix, _, number = name.partition("barn-")
-    return name in floor_plan_names() or (not prefix and number.isdecimal() and int(number) in worlds())
+def is_named(which: str) -> bool:
+    """Whether there is a plan of this name, so that it is no path: one of `floor_plan_names()`, or one of a suite's own."""
+    return which in floor_plan_names() or (not _is_path(which) and which in own_floor_plans())
 
 
 def load_floor_plan(which: str) -> FloorPlan:
-    """Read a floor plan: a shipped name, the path of a plan's TOML file or of a ROS map's yaml.
+    """Read a floor plan: one that comes with Clearway or with a suite, by name; the path of a plan's TOML file or of a ROS
+    map's yaml.
 
     Raises:
         ClearwayError: no such plan, or a file or field that is wrong.
     """
-    if is_shipped(which):
-        return _load(which, 0)
+    if which in floor_plan_names():
+        return _load(Path(str(resources.files("clearway.scenarios") / "plans" / f"{which}.toml")), 0)
     path = Path(which)
-    if path.suffix not in (".toml", ".yaml", ".yml"):
-        raise unknown("floor plan", path.name, [*floor_plan_names(), "barn-0"])
+    if not _is_path(which):
+        return _of_a_suite(which)
     if not path.is_file():
         raise ClearwayError("no such file", file=path)
-    return _load(which, path.stat().st_mtime_ns)  # read again once it has changed
+    return _load(path, path.stat().st_mtime_ns)  # read again once it has changed
+
+
+def _is_path(which: str) -> bool:
+    return Path(which).suffix in (".toml", ".yaml", ".yml")
 
 
 @lru_cache(maxsize=64)
-def _load(which: str, changed: int) -> FloorPlan:
-    if which in floor_plan_names():
-        return _from_toml(Path(str(resources.files("clearway.scenarios") / "plans" / f"{which}.toml")))
-    if is_shipped(which):
-        return world_plan(int(which.removeprefix("barn-")))
-    path = Path(which)
+def _load(path: Path, changed: int) -> FloorPlan:
     return _from_toml(path) if path.suffix == ".toml" else _from_map(path)
+
+
+@lru_cache(maxsize=64)
+def _of_a_suite(name: str) -> FloorPlan:
+    makers = own_floor_plans()
+    if name not in makers:
+        raise unknown("floor plan", Path(name).name, [*floor_plan_names(), *examples_of_floor_plans()])
+    return makers[name]()
 
 
 def read_floor_plan(path: Path) -> FloorPlanSpec:

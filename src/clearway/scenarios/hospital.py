@@ -27,7 +27,7 @@ from clearway.scenarios.scenario import (
     Scenario,
     SquareSpec,
 )
-from clearway.scenarios.suite import Selection, Suite, draw, scenario_seed
+from clearway.scenarios.suite import Section, Selection, Suite, draw, scenario_seed
 
 PLAN = "hall"
 """Where it runs unless the selection names another plan with a line of 5 m, such as `ward`."""
@@ -212,9 +212,12 @@ def _legs(robot: Robot, line: _Line, speed: float) -> tuple[LegSpec, ...]:
 
 HOSPITAL = Suite(
     name="hospital",
-    title="Hospital benchmark",
+    title="Hospital navigation benchmark",
     description="Paper A's protocol: no, static, moving obstacles and both, forth and back over 5 m at three speeds",
     batches=tuple(CONFIGURATIONS),
     configurations=tuple(c for names in CONFIGURATIONS.values() for c in names),
     make=build,
+    family="hospital",
+    robots=("hosbot", "tiago"),
+    report=(Section.PAPER_A, Section.MANOEUVRING_SPACE),
 )

@@ -36,7 +36,7 @@ from clearway.scenarios.scenario import (
     OscillationSpec,
     Scenario,
 )
-from clearway.scenarios.suite import Generator, Selection, Suite, scenario_seed
+from clearway.scenarios.suite import Generator, Section, Selection, Suite, scenario_seed
 
 FROZEN = 10
 """Scenarios of each case, as in paper B."""
@@ -194,46 +194,55 @@ def _suite(name: str, title: str, description: str, cases: tuple[str, ...]) -> S
     configurations = tuple(f"scenario-{i}" for i in range(1, FROZEN + 1))
     generator = Generator(partial(_calls, cases=cases), generate)
     make = partial(build, suite=name, cases=cases, generator=generator)
-    return Suite(name, title, description, cases, configurations, make, generator=generator)
+    return Suite(
+        name,
+        title,
+        description,
+        cases,
+        configurations,
+        make,
+        family="search-and-rescue",
+        robots=(RESCUE,),
+        report=(Section.RESCUE, Section.MANOEUVRING_SPACE),
+        generator=generator,
+    )
 
 
-SUITES = (
-    _suite(
-        "sar-case1",
-        "Search and rescue, case 1",
-        "6 static and 5 oscillating obstacles in an open square of 14 m, ten scenarios (paper B)",
-        ("case 1",),
-    ),
-    _suite(
-        "sar-case2",
-        "Search and rescue, case 2",
-        "8 static and 8 oscillating obstacles with a gap that closes on the shortest way, ten scenarios (paper B)",
-        ("case 2",),
-    ),
-    _suite(
-        "sar-confined",
-        "Search and rescue, confined",
-        "both cases with obstacles that stay near their attraction and inside the square",
-        ("case 1 confined", "case 2 confined"),
-    ),
-    _suite(
-        "sar-case3",
-        "Search and rescue, case 3",
-        "12 static and 16 oscillating obstacles inside the square, a gap that closes, a robot at 0.6 m/s: ten scenarios",
-        ("case 3",),
-    ),
-    _suite(
-        "sar-stress",
-        "Search and rescue, stress",
-        "as case 2, with a robot at 0.6 m/s among obstacles that are faster: ten scenarios",
-        ("stress",),
-    ),
-    _suite(
-        "sar-misspecified",
-        "Search and rescue, misspecified",
-        "as case 2, with obstacles that move as no forecast models: damped, shaken, stop-and-go, pursuing; ten scenarios",
-        ("misspecified",),
-    ),
+CASE_1 = _suite(
+    "sar-case1",
+    "Search and rescue, case 1",
+    "6 static and 5 oscillating obstacles in an open square of 14 m, ten scenarios (paper B)",
+    ("case 1",),
+)
+CASE_2 = _suite(
+    "sar-case2",
+    "Search and rescue, case 2",
+    "8 static and 8 oscillating obstacles with a gap that closes on the shortest way, ten scenarios (paper B)",
+    ("case 2",),
+)
+CONFINED = _suite(
+    "sar-confined",
+    "Search and rescue, confined",
+    "both cases with obstacles that stay near their attraction and inside the square",
+    ("case 1 confined", "case 2 confined"),
+)
+CASE_3 = _suite(
+    "sar-case3",
+    "Search and rescue, case 3",
+    "12 static and 16 oscillating obstacles inside the square, a gap that closes, a robot at 0.6 m/s: ten scenarios",
+    ("case 3",),
+)
+STRESS = _suite(
+    "sar-stress",
+    "Search and rescue, stress",
+    "as case 2, with a robot at 0.6 m/s among obstacles that are faster: ten scenarios",
+    ("stress",),
+)
+MISSPECIFIED = _suite(
+    "sar-misspecified",
+    "Search and rescue, misspecified",
+    "as case 2, with obstacles that move as no forecast models: damped, shaken, stop-and-go, pursuing; ten scenarios",
+    ("misspecified",),
 )
 
 

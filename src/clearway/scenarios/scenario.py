@@ -180,6 +180,7 @@ class LabelSpec(_Part):
     """Where the scenario stands in its suite; see `clearway.trials.Labels`."""
 
     suite: str = "own"
+    family: str = Field(default="own", description="what its suite shares with its like")
     batch: str = Field(default="own", description="what the report groups by")
     configuration: str = Field(default="own", description="the same test at other speeds has the same configuration")
     obstacle_speed: NonNegative | None = Field(default=None, description="m/s")

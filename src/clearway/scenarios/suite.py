@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import Any
 
 from clearway.errors import ClearwayError, unknown
 from clearway.robots import Robot
+from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import Scenario
 
 
@@ -69,16 +71,38 @@ class Generator:
         return [arguments for arguments in self.calls(selection) if arguments not in self.drawn]
 
 
+class Section(StrEnum):
+    """A part of the report that a suite may ask for, beside what every report has."""
+
+    PAPER_A = "paper-a"
+    """Beside what Rondoni et al. 2024 printed, and which part of their protocol was not run."""
+    MANOEUVRING_SPACE = "manoeuvring-space"
+    """How much space a robot takes beyond the straight way from A to B."""
+    PUBLISHED_BARN_RUNS = "published-barn-runs"
+    """World by world beside the runs of move_base that the BARN Challenge published."""
+    RESCUE = "search-and-rescue"
+    """Tables and figures as those of Rado et al. 2025: scenario by scenario, beside the clairvoyant, why trials failed."""
+
+
 @dataclass(frozen=True, slots=True)
 class Suite:
-    """A named set of tests.
+    """A named set of tests, with everything that Clearway knows of it.
 
     Attributes:
-        batches: names, in the order in which they run. configurations: names.
-        make: builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered;
-        of the selection it heeds `floor_plan`, `repetitions`, `worlds`, `seeds`; it may leave out what isn't among `scenarios`.
-        file: where it was read from, None for one that comes with Clearway. generator: draws more scenarios from
-        `Selection.seeds`, if it has one.
+        name: As it is called; unique.
+        title: As it is printed.
+        description: What is tested, in a sentence.
+        batches: Names, in the order in which they run.
+        configurations: Names.
+        make: Builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered. Of
+            the selection it heeds `floor_plan`, `repetitions`, `worlds` and `seeds`; it may leave out what isn't among
+            `scenarios`.
+        family: What it shares with its like, such as `barn`: a score that makes sense for these alone asks for it.
+        robots: Who drives it unless the user says otherwise; empty: the user has to say.
+        report: What the report shows of it beside what it always shows.
+        floor_plans: Name -> maker of each floor plan that it brings, beside those that come as files.
+        file: Where it was read from, None for one that was written in Python.
+        generator: Draws more scenarios from `Selection.seeds`, if it has one.
     """
 
     name: str
@@ -87,8 +111,16 @@ class Suite:
     batches: tuple[str, ...]
     configurations: tuple[str, ...]
     make: Callable[[Robot, Selection, int], Sequence[Scenario]]
+    family: str = "own"
+    robots: tuple[str, ...] = ()
+    report: tuple[Section, ...] = (Section.MANOEUVRING_SPACE,)
+    floor_plans: Mapping[str, Callable[[], FloorPlan]] = field(default_factory=dict)
     file: str | None = None
     generator: Generator | None = None
+
+    def about(self) -> dict[str, Any]:
+        """What a results directory keeps of it, as JSON values, so that a report needs nothing but that directory."""
+        return {"title": self.title, "family": self.family, "report": list(self.report)}
 
     def build(self, robot: Robot, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
         """The selected scenarios for `robot`, in the suite's order; none if it has none of `selection.scenarios`.
@@ -112,7 +144,7 @@ class Suite:
             raise ClearwayError(
                 f"{factor:g} is no factor on a disturbance: 0 for none, 1 as it is, 2 for twice", field="disturbance"
             )
-        made = self.make(robot, chosen, seed)
+        made = [_of(self, s) for s in self.make(robot, chosen, seed)]
         if chosen.scenarios:
             made = [s for s in made if s.name in chosen.scenarios]
             if not made:
@@ -124,6 +156,12 @@ class Suite:
         return kept if chosen.disturbance is None else [_disturbed(s, chosen.disturbance, self.name) for s in kept]
 
 
+def _of(suite: Suite, scenario: Scenario) -> Scenario:
+    """The scenario with the suite's name and family among its labels."""
+    labels = scenario.labels.model_copy(update={"suite": suite.name, "family": suite.family})
+    return scenario.model_copy(update={"labels": labels})
+
+
 def _disturbed(scenario: Scenario, factor: float, suite: str) -> Scenario:
     """With `factor` times the disturbance; its name and seed, hence the direction of every push, stay.
 
@@ -133,7 +171,7 @@ def _disturbed(scenario: Scenario, factor: float, suite: str) -> Scenario:
     bounds = scenario.disturbance
     if bounds is None:
         raise ClearwayError(
-            f"the suite {suite!r} has no disturbance that could be multiplied by {factor:g}; the suites sar-... have",
+            f"the suite {suite!r} has no disturbance that could be multiplied by {factor:g}",
             field="disturbance",
         )
     change = {name: factor * getattr(bounds, name) for name in ("position", "heading", "velocity", "turn")}

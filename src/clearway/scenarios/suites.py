@@ -1,32 +1,87 @@
-"""The suites that come with Clearway, and reading one by name or from a file."""
+"""Finds suites: by name, as other packages register theirs under the entry-point group `clearway.suites`, by address, and
+from files; and the floor plans that they bring.
+"""
 
 from __future__ import annotations
 
-from clearway.errors import unknown
-from clearway.scenarios.barn import BARN, BARN_2022
-from clearway.scenarios.files import load_suite_file
-from clearway.scenarios.hospital import HOSPITAL
-from clearway.scenarios.sar import SUITES as SAR
+from collections.abc import Callable, Iterable
+
+from clearway.errors import ClearwayError
+from clearway.registry import Registry
+from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.suite import Selection, Suite, scenario_seed
 
-__all__ = ["Selection", "Suite", "load_suite", "scenario_seed", "suite_names"]
+__all__ = ["Selection", "Suite", "load_suite", "own_floor_plans", "scenario_seed", "suite_names"]
 
-_SUITES = {s.name: s for s in (HOSPITAL, BARN, BARN_2022, *SAR)}
+SUITES = Registry(
+    "suite",
+    "clearway.suites",
+    {
+        "barn": "clearway.scenarios.barn:BARN",
+        "barn-2022": "clearway.scenarios.barn:BARN_2022",
+        "hospital": "clearway.scenarios.hospital:HOSPITAL",
+        "sar-case1": "clearway.scenarios.sar:CASE_1",
+        "sar-case2": "clearway.scenarios.sar:CASE_2",
+        "sar-case3": "clearway.scenarios.sar:CASE_3",
+        "sar-confined": "clearway.scenarios.sar:CONFINED",
+        "sar-misspecified": "clearway.scenarios.sar:MISSPECIFIED",
+        "sar-stress": "clearway.scenarios.sar:STRESS",
+    },
+)
+
+_BY_ADDRESS: dict[str, Suite] = {}
 
 
 def suite_names() -> list[str]:
-    """Names of the suites that come with Clearway."""
-    return sorted(_SUITES)
+    """Names of the suites that come with Clearway and of those that other packages register.
+
+    Raises:
+        ClearwayError: two packages register different suites under one name.
+    """
+    return sorted(SUITES.addresses())
 
 
 def load_suite(which: str) -> Suite:
-    """A suite by its name or by the path of its TOML file.
+    """A suite by its name, by its address (`my_pkg.module:SUITE`, `path/to/file.py:SUITE`), or from a TOML file.
+
+    A suite at an address brings its floor plans along: from now on they are found in this process.
 
     Raises:
-        ClearwayError: no such suite, or a field of its file that is wrong.
+        ClearwayError: no such suite, or something in its file that is wrong.
     """
-    if which in _SUITES:
-        return _SUITES[which]
     if which.endswith(".toml"):
+        from clearway.scenarios.files import load_suite_file  # which reads scenarios, which name floor plans
+
         return load_suite_file(which)
-    raise unknown("suite", which, suite_names())
+    suite = SUITES.find(which)
+    if not isinstance(suite, Suite):
+        raise ClearwayError(f"{which!r} is a {type(suite).__name__}, not a suite; see clearway.scenarios.suite.Suite")
+    if ":" in which:
+        _BY_ADDRESS[which] = suite
+    elif suite.name != which:
+        raise ClearwayError(f"the suite that is registered as {which!r} calls itself {suite.name!r}; name it alike")
+    return suite
+
+
+def own_floor_plans() -> dict[str, Callable[[], FloorPlan]]:
+    """Name -> maker of every floor plan that suites bring.
+
+    Raises:
+        ClearwayError: two suites bring different ones under one name.
+    """
+    found: dict[str, tuple[str, Callable[[], FloorPlan]]] = {}
+    for suite in _known():
+        for name, make in suite.floor_plans.items():
+            first, before = found.setdefault(name, (suite.name, make))
+            if before is not make:
+                raise ClearwayError(f"the suites {first!r} and {suite.name!r} bring different floor plans {name!r}")
+    return {name: make for name, (_, make) in found.items()}
+
+
+def examples_of_floor_plans() -> list[str]:
+    """The first of each suite's own floor plans: what a message names of many."""
+    return sorted({next(iter(suite.floor_plans)) for suite in _known() if suite.floor_plans})
+
+
+def _known() -> Iterable[Suite]:
+    return [*map(load_suite, suite_names()), *_BY_ADDRESS.values()]

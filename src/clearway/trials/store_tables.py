@@ -215,7 +215,9 @@ _LABEL_NUMBERS = ("speed", "obstacle_speed", "size", "gap")
 
 
 def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
-    labels = {name: getattr(a.labels, name) for name in ("suite", "batch", "configuration", "repetition", "setup")}
+    labels = {
+        name: getattr(a.labels, name) for name in ("suite", "family", "batch", "configuration", "repetition", "setup")
+    }
     return {
         **{name: getattr(a, name) for name in _PLAIN},
         **{name: _number(getattr(a, name)) for name in _NUMBERS},

@@ -34,9 +34,16 @@ class Labels:
     """Where a trial stands in its suite. None: does not apply.
 
     Attributes:
-        suite, batch, configuration: names, such as `hospital`, `SO`, `parallel`. speed: set speed, m/s, None if unknown.
-        obstacle_speed: m/s. size: edge of the static obstacles, m. gap: in multiples of d_base. repetition: from 1.
-        setup: how much thinking was allowed, such as paper B's `1` (0.15 s a decision) and `2` (unlimited).
+        suite: Its name, such as `hospital`.
+        batch: Its name, such as `SO`; what a report groups by.
+        configuration: Its name, such as `parallel`; the same test at other speeds has the same one.
+        speed: Set speed, m/s; None if unknown.
+        obstacle_speed: Of the moving obstacle, m/s.
+        size: Edge of the static obstacles, m.
+        gap: Between double obstacles, in multiples of d_base.
+        repetition: From 1.
+        setup: How much thinking was allowed, such as paper B's `1` (0.15 s a decision) and `2` (unlimited).
+        family: What the suite shares with its like, such as `barn`; `own` where nobody says.
     """
 
     suite: str
@@ -48,6 +55,7 @@ class Labels:
     gap: float | None = None
     repetition: int = 1
     setup: str | None = None
+    family: str = "own"
 
 
 @dataclass(frozen=True, slots=True, eq=False)

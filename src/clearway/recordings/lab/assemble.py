@@ -24,6 +24,7 @@ from clearway.recordings.lab.surroundings import fixtures, obstacles
 from clearway.recordings.lab.test_plan import LegPlanSpec, RecordedTrialSpec, by_number
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
+from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 
 UNLINKED = (
@@ -249,6 +250,7 @@ def _attempt(
     return Attempt(
         labels=Labels(
             suite=test.suite,
+            family=load_suite(test.suite).family if test.suite in suite_names() else "own",
             batch=spec.batch,
             configuration=spec.configuration,
             speed=spec.speed,

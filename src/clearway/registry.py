@@ -1,0 +1,138 @@
+"""Finds things by name: what comes with Clearway, what other packages register as entry points, and a user's own by address.
+
+An address is `pkg.module:THING`, or `path/to/file.py:THING` for a file that is not installed.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from clearway.errors import ClearwayError, unknown
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Registry:
+    """The things of one kind.
+
+    Attributes:
+        kind: What one is called, such as `navigator`.
+        group: The entry-point group under which other packages register theirs.
+        shipped: Name -> address of those that come with Clearway, known even where no package metadata is installed
+            (a source checkout on the path).
+    """
+
+    kind: str
+    group: str
+    shipped: Mapping[str, str]
+
+    def addresses(self) -> dict[str, str]:
+        """Name -> address of all of them.
+
+        Raises:
+            ClearwayError: two packages register different ones under one name.
+        """
+        return self.collect(_points(self.group))
+
+    def collect(self, points: Iterable[EntryPoint]) -> dict[str, str]:
+        """Name -> address of those that come with Clearway and of these entry points.
+
+        Raises:
+            ClearwayError: two have one name and different addresses.
+        """
+        found = dict(self.shipped)
+        for point in sorted(points, key=lambda p: (p.name, p.value)):
+            if found.setdefault(point.name, point.value) != point.value:
+                raise ClearwayError(
+                    f"two {self.kind}s are registered as {point.name!r}: {found[point.name]} and {point.value}; "
+                    "uninstall or rename one"
+                )
+        return found
+
+    def find(self, which: str) -> Any:
+        """The thing of a registered name, or at an address.
+
+        Raises:
+            ClearwayError: no such name, module, file or attribute, or its module fails to import.
+        """
+        if ":" in which:
+            return self._at(which)
+        addresses = self.addresses()
+        if which not in addresses:
+            raise unknown(self.kind, which, addresses)
+        return self._at(addresses[which])
+
+    def _at(self, address: str) -> Any:
+        where, _, attribute = address.rpartition(":")
+        if not where or not attribute:
+            raise ClearwayError(f"{self.kind} {address!r} is not an address; write my_pkg.module:NAME")
+        module = self._module(where, address)
+        found: Any = module
+        for part in attribute.split("."):
+            if not hasattr(found, part):
+                names = [n for n, v in vars(module).items() if not (n.startswith("_") or isinstance(v, ModuleType))]
+                raise unknown(self.kind, attribute, names, file=where)
+            found = getattr(found, part)
+        return found
+
+    def _module(self, where: str, address: str) -> ModuleType:
+        try:
+            if where.endswith(".py"):
+                return _from_file(str(Path(where).resolve()))
+            if "" not in sys.path and str(Path.cwd()) not in sys.path:
+                sys.path.append(str(Path.cwd()))  # as `python -m` does: the user's package may lie where they stand
+            return importlib.import_module(where)
+        except ClearwayError:
+            raise
+        except ModuleNotFoundError as error:
+            if error.name is not None and (where == error.name or where.startswith(error.name + ".")):
+                raise ClearwayError(
+                    f"{self.kind} {address!r}: there is no module {error.name!r} (installed, or below {Path.cwd()})"
+                ) from error
+            raise ClearwayError(f"{self.kind} {address!r} cannot be imported: {in_a_line(error)}") from error
+        except Exception as error:
+            raise ClearwayError(f"{self.kind} {address!r} cannot be imported: {in_a_line(error)}") from error
+
+
+def in_a_line(error: BaseException) -> str:
+    """An exception in one line, with the line of code that raised it."""
+    place, traceback = "", error.__traceback__
+    while traceback is not None:
+        code = traceback.tb_frame.f_code
+        place, traceback = f" ({Path(code.co_filename).name}:{traceback.tb_lineno})", traceback.tb_next
+    if isinstance(error, SyntaxError) and error.filename:
+        place = f" ({Path(error.filename).name}:{error.lineno})"
+    text = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
+    return f"{type(error).__name__}: {text}{place}"
+
+
+@cache
+def _points(group: str) -> tuple[EntryPoint, ...]:
+    return tuple(entry_points(group=group))
+
+
+@cache
+def _from_file(path: str) -> ModuleType:
+    file = Path(path)
+    if not file.is_file():
+        raise ClearwayError("no such file", file=file)
+    name = f"clearway_own_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    assert spec is not None  # a .py file always has both
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickle look a class's module up by name
+    try:
+        spec.loader.exec_module(module)
+    except BaseException:
+        del sys.modules[name]
+        raise
+    return module
