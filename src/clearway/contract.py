@@ -115,7 +115,9 @@ class Goal:
     """Where to go now. A new object in `Observation.goal` is a new goal.
 
     Attributes:
-        pose: (3,) in the map frame. xy_tolerance: m. yaw_tolerance: rad; inf where the heading is free.
+        pose: (3,) in the map frame.
+        xy_tolerance: within which the planner is to come, m; a test may judge by another one.
+        yaw_tolerance: the same of the heading, rad; inf where it is free.
         leg: index of the leg of the trial that it belongs to.
     """
 

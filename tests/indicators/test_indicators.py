@@ -113,6 +113,8 @@ def test_success_is_judged_by_the_truth_and_by_the_robot_apart():
     assert row["success"] is False
     assert row["failure"] == "DE"
     assert row["success_self"] is True
+    assert row["success_slack"] is True
+    assert score_row(shuttle(stop=(4.77, 0.1)))["success_slack"] is False  # 0.23 m
     exact = shuttle(stop=(4.8, 0.2))
     assert score_row(exact)["success"] is True
     assert score_row(exact)["failure"] == ""
@@ -327,7 +329,7 @@ def test_before_it_moved_nothing_is_computed_and_nothing_raises():
     assert row["failure"] == "navigator_failed"
     assert row["success"] is False
     computed = {name for name in INDICATORS if row[name] is not None}
-    assert computed == {"success", "success_self"}
+    assert computed == {"success", "success_self", "success_slack"}
 
 
 @settings(max_examples=20, deadline=None)

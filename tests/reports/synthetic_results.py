@@ -38,7 +38,7 @@ def glide(scenario: Scenario, robot: Robot, *, fail: bool = False) -> Trial:
             moving_obstacles.append(Body(o.name, "moving obstacle", load_robot(o.shape.robot).shape, None))
     legs, at = [], np.array(scenario.start)
     for leg in scenario.legs:
-        xy, yaw = leg.xy_tolerance or robot.tolerances.xy, leg.yaw_tolerance or robot.tolerances.yaw
+        xy, yaw = leg.tolerances(robot.tolerances)
         legs.append(Leg(leg.name, at, np.array(leg.goal), xy, yaw, leg.scored, leg.time_limit))
         at = np.array(leg.goal)
     big = scenario.labels.size or (0.5 if moving_obstacles else 0.0)

@@ -170,7 +170,7 @@ def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
     by = {(r[0].text, r[1].text): r for r in table.rows}
     row = by["Search-and-rescue robot · colregs-apf · set-up 2", "Search-and-rescue robot · hp-tmpc · set-up 2"]
     assert row[3].text == "1 : 17"
-    assert row[7].text.endswith("hp-tmpc · set-up 2")
+    assert row[8].text.endswith("hp-tmpc · set-up 2")
     said = head_to_head.verdicts(duels)
     assert any("hp-tmpc · set-up 2 succeeds more often, by 80 points (52 to 91)" in line for line in said)
     better = next(

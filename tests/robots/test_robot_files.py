@@ -11,7 +11,8 @@ import pytest
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
-from clearway.robots import load_robot, robot_names
+from clearway.navigators.move_base.parameters import Parameters
+from clearway.robots import GoalChecker, Tolerances, load_robot, robot_names
 from clearway.stand_ins import FILE as STAND_INS
 
 PRESETS = {"tiago": ["trajectory"], "hosbot": ["vendor", "literal", "melodic", "rollout"], "jackal": [], "rescue": []}
@@ -93,15 +94,26 @@ def test_table_3_of_paper_a() -> None:
 
 
 @pytest.mark.parametrize("robot", ["tiago", "hosbot"])
-def test_the_planner_s_tolerances_are_the_robot_s(robot: str) -> None:
+def test_planners_are_told_what_the_test_judges_by(robot: str) -> None:
     for preset in ["", *[f":{p}" for p in PRESETS[robot] if p != "trajectory"]]:
         loaded = load_robot(robot + preset)
-        groups = loaded.navigators["move-base"]
-        chosen = groups[groups["move_base"]["base_local_planner"].split("/")[1]]
-        assert (chosen["xy_goal_tolerance"], chosen["yaw_goal_tolerance"]) == (
-            loaded.tolerances.xy,
-            loaded.tolerances.yaw,
-        )
+        groups = Parameters.read(loaded)
+        chosen = getattr(groups, groups.move_base.base_local_planner.split("/")[1])
+        assert loaded.planner_tolerances == loaded.tolerances
+        assert (chosen.xy_goal_tolerance, chosen.yaw_goal_tolerance) == (loaded.tolerances.xy, loaded.tolerances.yaw)
+
+
+def test_a_planner_may_be_told_to_aim_deeper() -> None:
+    tiago = load_robot("tiago")
+    deeper = tiago.model_copy(update={"goal_checker": GoalChecker(xy_goal_tolerance=0.15)})
+    assert deeper.tolerances == tiago.tolerances
+    assert deeper.planner_tolerances == Tolerances(xy=0.15, yaw=0.2)
+    told = Parameters.read(deeper)
+    assert (told.DWAPlannerROS.xy_goal_tolerance, told.DWAPlannerROS.yaw_goal_tolerance) == (0.15, 0.2)
+    # what the planner's own group says goes before
+    assert (
+        told.TrajectoryPlannerROS.yaw_goal_tolerance == Parameters.read(tiago).TrajectoryPlannerROS.yaw_goal_tolerance
+    )
 
 
 def test_bodies() -> None:

@@ -267,7 +267,11 @@ def test_success_rates():
     assert (slow["n"], slow["SR"], slow["high"], slow["failures"]) == (12, 100.0, 100.0, "")
     assert slow["low"] == pytest.approx(100 * 0.025 ** (1 / 12))
     assert (fast["successes"], fast["SR"], fast["failures"]) == (9, 75.0, "timeout (3)")
-    (all_of_it,) = success_rates(data, by=("robot",)).to_pylist()
+    assert (fast["SR_self"], fast["self_successes"]) == (100.0, 12)
+    assert (fast["SR_slack"], fast["slack_n"]) == (None, 0)  # results from before it was scored
+    i, slack = data.column_names.index("success_slack"), pa.array([True] * 21 + [False] * 3)
+    (all_of_it,) = success_rates(data.set_column(i, "success_slack", slack), by=("robot",)).to_pylist()
+    assert all_of_it["SR_slack"] == 87.5
     assert (all_of_it["n"], all_of_it["successes"]) == (24, 21)
 
 

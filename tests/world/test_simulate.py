@@ -103,6 +103,23 @@ def test_who_says_that_a_goal_is_reached() -> None:
     assert trial.pose[-1, 0] >= 1.0 > trial.pose[-2, 0]
 
 
+def test_the_planner_is_told_its_own_tolerances_and_the_test_judges_by_its_own() -> None:
+    legs = [
+        {"name": "forth", "goal": (1.0, 0.0, 0.0), "time_limit": 30.0},
+        {"name": "back", "goal": (0.0, 0.0, math.pi), "time_limit": 30.0, "xy_tolerance": 0.05},
+    ]
+    pilot = Pilot(steer)
+    told = {"xy_goal_tolerance": 0.04}
+    trial = run(pilot, scenario=make_scenario(legs=legs), robot=make_robot(goal_checker=told))
+    forth, back = trial.attempt.legs
+    assert (forth.xy_tolerance, forth.yaw_tolerance) == (0.1, 0.2)
+    assert (forth.planner_xy_tolerance, forth.planner_yaw_tolerance) == (0.04, 0.2)
+    assert (back.xy_tolerance, back.planner_xy_tolerance) == (0.05, 0.05)  # a leg's own is both
+    assert (pilot.seen[0].goal.xy_tolerance, pilot.seen[0].goal.yaw_tolerance) == (0.04, 0.2)
+    at = trial.pose[np.searchsorted(trial.t, trial.spans[0].end)]
+    assert math.dist(at[:2], forth.goal[:2]) <= 0.04  # the pilot leaves arrival to the run
+
+
 def test_the_clock_may_wait_for_the_robot() -> None:
     legs = [{"name": "f", "goal": (9, 0, 0), "time_limit": 5.0, "clock_starts_after": 0.1}]
     trial = run(Pilot(lambda s: Command(1.0 if s.t > 2 else 0.0, 0)), scenario=make_scenario(legs=legs))

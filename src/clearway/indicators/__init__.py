@@ -26,7 +26,7 @@ from clearway.indicators.column import Cell, Kind
 from clearway.indicators.columns import COLUMNS
 from clearway.indicators.completion_time import TIMED
 from clearway.indicators.indicator import Indicator, NotComputable, Value
-from clearway.indicators.success import failure
+from clearway.indicators.success import SLACK, failure
 from clearway.indicators.uncertainty import shown_digits
 from clearway.trials import Trial
 
@@ -67,6 +67,7 @@ __all__ = [
     "COLUMNS",
     "HEADLINE",
     "INDICATORS",
+    "SLACK",
     "TIMED",
     "Indicator",
     "Kind",

@@ -1,7 +1,8 @@
 """Success of a trial, the ingredient of SR (paper A, eq. 5).
 
 The headline judges by the true pose, as motion capture can: every scored leg finished, DE and OE within their
-tolerances at its end, no contact, no timeout. `success_self` judges the ends by the robot's own estimate.
+tolerances at its end, no contact, no timeout. `success_self` judges the ends by the robot's own estimate, `success_slack` by
+the true pose with a slack for what a robot cannot know: how much its localisation errs.
 """
 
 from __future__ import annotations
@@ -20,13 +21,15 @@ from clearway.trials import Outcome, Trial
 
 AT_REST = 0.01
 """m/s and rad/s below which a robot stands."""
+SLACK = (0.02, 0.02)
+"""m and rad; about what AMCL errs at a goal."""
 _ROUNDING = 1e-9
 """m or rad; an error that exceeds its tolerance by less is within."""
 
 
-def failure(trial: Trial, whose: Whose = "true") -> str:
+def failure(trial: Trial, whose: Whose = "true", slack: tuple[float, float] = (0.0, 0.0)) -> str:
     """Why the trial failed: how it ended (`collision`, `timeout`, ...), `unfinished`, `DE`, `OE` or `DE+OE`; empty for a
-    success. `collision at rest`: something ran into the robot while it stood; a failure all the same. A `possible
+    success. `slack` [m, rad] is added to the tolerances. `collision at rest`: something ran into the robot while it stood; a failure all the same. A `possible
     contact` is none until a person confirms it.
 
     Raises:
@@ -39,12 +42,12 @@ def failure(trial: Trial, whose: Whose = "true") -> str:
     reached = {span.leg for span in trial.spans if span.reached}
     if any(i not in reached for i, leg in enumerate(trial.attempt.legs) if leg.scored):
         return "unfinished"
-    excess = {"DE": False, "OE": False}
+    excess, more = {"DE": False, "OE": False}, dict(zip(("DE", "OE"), slack, strict=True))
     unknown: NotComputable | None = None
     for drive in begun(trial):
         for name, error, allowed in goals(drive, whose):
             try:
-                excess[name] |= error() > allowed + _ROUNDING
+                excess[name] |= error() > allowed + more[name] + _ROUNDING
             except NotComputable as reason:
                 unknown = unknown or reason
                 continue
@@ -88,6 +91,12 @@ def success_self(trial: Trial) -> float:
     return float(failure(trial, "own") == "")
 
 
+@measure
+def success_slack(trial: Trial) -> float:
+    """1 for a success by the true pose with `SLACK` beyond the tolerances, else 0."""
+    return float(failure(trial, slack=SLACK) == "")
+
+
 ALL = (
     Indicator("success", "success", "", "paper A, eq. 5, by the true pose", "higher", success, Kind.BOOLEAN),
     Indicator(
@@ -97,6 +106,15 @@ ALL = (
         "paper A, eq. 5",
         "higher",
         success_self,
+        Kind.BOOLEAN,
+    ),
+    Indicator(
+        "success_slack",
+        f"success with {100 * SLACK[0]:g} cm and {SLACK[1]:g} rad of slack",
+        "",
+        "paper A, eq. 5, tolerances widened by what localisation errs",
+        "higher",
+        success_slack,
         Kind.BOOLEAN,
     ),
 )

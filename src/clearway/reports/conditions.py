@@ -54,8 +54,12 @@ def vehicle(f: Findings, name: str) -> Facts:
             f"σ {100 * o.translation_per_metre:g} cm/√m, {o.rotation_per_radian:g} rad/√rad, scale {100 * o.scale:g} %"
         )
         facts.append(("wheel odometry", noise))
-    t = robot.tolerances
-    facts += [("control period", f"{robot.period:g} s"), ("tolerances at the goal", f"{t.xy:g} m, {t.yaw:g} rad")]
+    t, told = robot.tolerances, robot.planner_tolerances
+    facts += [
+        ("control period", f"{robot.period:g} s"),
+        ("tolerances at the goal, of the test", f"{t.xy:g} m, {t.yaw:g} rad"),
+        ("tolerances at the goal, of the planner", f"{told.xy:g} m, {told.yaw:g} rad"),
+    ]
     return facts
 
 

@@ -14,7 +14,7 @@ from clearway.reports import ablation
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.selection import System
-from clearway.statistics import Comparison, compare, holm
+from clearway.statistics import Comparison, PairedSuccess, compare, holm
 
 MOST = 12
 """Systems that are compared with each other; with more, the page of every two of them could not be read any more."""
@@ -61,7 +61,7 @@ def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
         d = s.difference
         better = "" if p > 0.05 else (c.b if d.estimate > 0 else c.a)
         lines.append([
-            Cell(c.b, strong=True), c.a, str(s.n), f"{s.both + s.only_b} : {s.both + s.only_a}",
+            Cell(c.b, strong=True), c.a, str(s.n), _score(s), _score(c.success_self.get(None)),
             Cell(f"{num(100 * d.estimate, 1)}", span(100 * d.low, 100 * d.high, 1)), p_value(s.p), p_value(p), better or NONE,
         ])  # fmt: skip
     heads: Heads = [
@@ -69,6 +69,7 @@ def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
         text("against"),
         "tests",
         "successes",
+        "by the robot's estimate",
         "difference (points)",
         "p",
         "p (Holm)",
@@ -78,6 +79,10 @@ def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
         "Success on the same tests: difference of the rates with Newcombe's 95 % interval, McNemar's exact test, Holm's "
         "correction over all rows", heads, lines, groups,
     )  # fmt: skip
+
+
+def _score(s: PairedSuccess | None) -> str:
+    return NONE if s is None else f"{s.both + s.only_b} : {s.both + s.only_a}"
 
 
 def indicator_table(found: list[tuple[System, System, Comparison]]) -> Grid | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from statistics import median
 from typing import Any
 
-from clearway.indicators import HEADLINE, INDICATORS, shown_digits
+from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
 from clearway.reports import paper, recordings
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
@@ -16,6 +16,7 @@ from clearway.scenarios.suite import Section
 from clearway.statistics import FEWEST, PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
+SLACK_WORDS = f"{100 * SLACK[0]:g} cm and {SLACK[1]:g} rad"
 DIGITS = {"CT": 2, "PL": 2, "DE": 3, "OE": 3, "MDO": 3, "TCS": 1}
 
 
@@ -52,9 +53,10 @@ def cards(f: Findings) -> list[Card]:
         failed = "failed: " + "; ".join(f"{w} ({n})" for w, n in failures.most_common()) if failures else "no failure"
         if rate["unknown"]:
             failed = f"{rate['unknown']} not judged; {failed}"
-        own = rate["self_successes"], rate["self_n"]
-        if own[1] and own != (rate["successes"], rate["n"]):
-            failed += f". By the robot's own estimate {own[0]} of {own[1]} ({num(rate['SR_self'], 1)} %)"
+        for judged, words in (("self", "By the robot's own estimate"), ("slack", f"With {SLACK_WORDS} of slack")):
+            other = rate[f"{judged}_successes"], rate[f"{judged}_n"]
+            if other[1] and other != (rate["successes"], rate["n"]):
+                failed += f". {words} {other[0]} of {other[1]} ({num(rate[f'SR_{judged}'], 1)} %)"
         found.append(
             Card(
                 f.name(system), f"{system.navigator}, {', '.join(dict.fromkeys(r['localisation'] for r in rows))}", len(rows),
@@ -87,15 +89,21 @@ def batches(f: Findings, system: System) -> Grid:
             Cell(_speed(rate["speed"])),
             Cell(str(rate["n"] + rate["unknown"])),
             Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
+            *(Cell(NONE if rate[c] is None else f"{num(rate[c], 1)} %") for c in ("SR_self", "SR_slack")),
         ]
         for name in HEADLINE:
             found = f.mean(system, rate["batch"], rate["speed"], name)
             cells.append(_mean(found, DIGITS[name], f.mean(system, rate["batch"], rate["speed"], f"{name}_U")))
         rows.append(cells)
     units = {n: INDICATORS[n].unit for n in HEADLINE}
-    columns: Heads = [text("Batch"), "v (m/s)", "n", "SR", *(f"{n} ({units[n]})" if units[n] else n for n in HEADLINE)]
+    columns: Heads = [
+        text("Batch"), "v (m/s)", "n", "SR", "SR (robot's estimate)", "SR (with slack)",
+        *(f"{n} ({units[n]})" if units[n] else n for n in HEADLINE),
+    ]  # fmt: skip
     return grid(
         f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
+        "SR judges the ends by the true pose; beside it by the robot's own estimate, and by the true pose with a slack of "
+        f"{SLACK_WORDS} for what a robot cannot know: how much its localisation errs. "
         "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one."
         + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else "")
         + (recordings.BY_MOTION if f.by_motion else ""),

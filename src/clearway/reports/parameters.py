@@ -21,8 +21,8 @@ _WHERE = (
     ((f"{_LOCAL}.vx_samples",), ""),
     ((f"{_LOCAL}.vy_samples",), ""),
     ((f"{_LOCAL}.vth_samples", f"{_LOCAL}.vtheta_samples"), ""),
-    ((f"{_LOCAL}.xy_goal_tolerance",), "m"),
-    ((f"{_LOCAL}.yaw_goal_tolerance",), "rad"),
+    ((f"{_LOCAL}.xy_goal_tolerance", "/goal_checker.xy_goal_tolerance", "/tolerances.xy"), "m"),
+    ((f"{_LOCAL}.yaw_goal_tolerance", "/goal_checker.yaw_goal_tolerance", "/tolerances.yaw"), "rad"),
     ((f"{_LOCAL}.max_vel_x",), "m/s"),
     ((f"{_LOCAL}.max_vel_theta", f"{_LOCAL}.max_rotational_vel"), "rad/s"),
     (("local_costmap.update_frequency",), "Hz"),
@@ -31,7 +31,8 @@ _WHERE = (
     (("local_costmap.width",), "m"),
     (("local_costmap.resolution",), "m"),
 )
-"""For each row of Table 3: where move_base's own files hold it (the first that is there), and its unit."""
+"""For each row of Table 3: where move_base's own files hold it, or with a slash the robot's (the first that is there), and
+its unit."""
 
 
 def table_3(f: Findings, robot: str) -> Grid | None:
@@ -43,7 +44,7 @@ def table_3(f: Findings, robot: str) -> Grid | None:
         or all(r["navigator"] != NAVIGATOR for r in f.rows if r["robot"] == robot and not is_recorded(r))
     ):
         return None
-    given = known.navigators[NAVIGATOR]
+    values, given = known.model_dump(), known.navigators[NAVIGATOR]
     planner = str(given.get("move_base", {}).get("base_local_planner", "")).rpartition("/")[2]
     column = {"hosbot": "hosbot", "tiago": "tiago"}.get(robot.partition(":")[0])
     rows = []
@@ -59,10 +60,10 @@ def table_3(f: Findings, robot: str) -> Grid | None:
                 ]
             )
             continue
-        path, value = next(
-            ((p, v) for p in places if (v := _get(given, p.replace(_LOCAL, planner))) is not None), (places[0], None)
+        place, value = next(
+            ((p, v) for p in places if (v := _get(values, _dotted(p, planner))) is not None), (places[0], None)
         )
-        name = path.replace(_LOCAL, planner)
+        name = place.replace(_LOCAL, planner).removeprefix("/")
         if value is None:
             rows.append([printed.title, theirs, NONE, Cell("not in the robot's file", name)])
             continue
@@ -73,7 +74,7 @@ def table_3(f: Findings, robot: str) -> Grid | None:
                 printed.title,
                 theirs,
                 Cell(used, strong=differs),
-                Cell(source(known, f"navigators.{NAVIGATOR}.{name}"), name),
+                Cell(source(known, _dotted(place, planner)), name),
             ]
         )
     local = f"local planner {planner}" if planner else "local planner not named"
@@ -82,6 +83,10 @@ def table_3(f: Findings, robot: str) -> Grid | None:
         [text("Parameter"), "paper", "here", text("Source of the value here")],
         rows,
     )
+
+
+def _dotted(place: str, planner: str) -> str:
+    return place[1:] if place.startswith("/") else f"navigators.{NAVIGATOR}.{place.replace(_LOCAL, planner)}"
 
 
 def differences(f: Findings, robot: str) -> list[str]:

@@ -19,17 +19,24 @@ from clearway.trials.store import Results
 
 
 def headline(table: pa.Table) -> str:
-    """SR with its exact interval and the mean of each of paper A's indicators, per system, batch and speed."""
+    """SR with its exact interval, by the robot's own estimate and with slack, and the mean of each of paper A's indicators,
+    per system, batch and speed."""
     means = {(*(r[c] for c in GROUP), r["indicator"]): r["mean"] for r in describe(table, HEADLINE).to_pylist()}
     shown = [c for c in GROUP if c != "setup" or any(table["setup"].to_pylist())]
-    heads = [{"speed": "v [m/s]", "setup": "set-up"}.get(c, c) for c in shown] + ["n", "SR [%] (95 %)"]
+    heads = [{"speed": "v [m/s]", "setup": "set-up"}.get(c, c) for c in shown] + [
+        "n",
+        "SR [%] (95 %)",
+        "robot's estimate",
+        "with slack",
+    ]
     heads += [f"{name} [{INDICATORS[name].unit}]" for name in HEADLINE]
     rows = []
     for r in success_rates(table).to_pylist():
         rate = "unknown" if r["SR"] is None else f"{r['SR']:.0f} ({r['low']:.0f}-{r['high']:.0f})"
+        others = ["-" if r[c] is None else f"{r[c]:.0f}" for c in ("SR_self", "SR_slack")]
         numbers = [_number(means.get((*(r[c] for c in GROUP), name))) for name in HEADLINE]
         labels = [f"{r[c]:g}" if isinstance(r[c], float) else str(r[c] or "-") for c in shown]
-        rows.append([*labels, str(r["n"] + r["unknown"]), rate, *numbers])
+        rows.append([*labels, str(r["n"] + r["unknown"]), rate, *others, *numbers])
     return columns(heads, rows)
 
 

@@ -117,10 +117,18 @@ class Odometry(_Part):
 
 
 class Tolerances(_Part):
-    """When the robot's own navigation calls a goal reached, and what a test judges it by."""
+    """What a test judges the end of a leg by."""
 
     xy: Positive = Field(description="m")
     yaw: Positive = Field(description="rad")
+
+
+class GoalChecker(_Part):
+    """Within what the robot's planners are to bring it to a goal, in nav2's words; tighter than the test's tolerances, they
+    leave room for what the robot cannot know."""
+
+    xy_goal_tolerance: Positive | None = Field(default=None, description="m; default: the test's")
+    yaw_goal_tolerance: Positive | None = Field(default=None, description="rad; default: the test's")
 
 
 class Robot(_Part):
@@ -138,7 +146,11 @@ class Robot(_Part):
     lidar: Lidar | None = None
     camera: Camera | None = Field(default=None, description="sees obstacles as discs; default: none")
     odometry: Odometry
-    tolerances: Tolerances
+    tolerances: Tolerances = Field(description="what a test judges the end of a leg by")
+    goal_checker: GoalChecker = Field(
+        default=GoalChecker(),
+        description="what the robot's planners are told of a goal; default: the test's tolerances",
+    )
     navigators: dict[str, dict[str, Any]] = Field(
         default_factory=dict, description="parameters by navigator, checked by it"
     )
@@ -174,6 +186,12 @@ class Robot(_Part):
             angular_acceleration=d.angular_acceleration,
             angular_deceleration=d.angular_deceleration,
         ).capped(speed)
+
+    @property
+    def planner_tolerances(self) -> Tolerances:
+        """What its planners are told of a goal."""
+        told, judged = self.goal_checker, self.tolerances
+        return Tolerances(xy=told.xy_goal_tolerance or judged.xy, yaw=told.yaw_goal_tolerance or judged.yaw)
 
     def source(self, field: str) -> str | None:
         """Where the value of the dotted `field` comes from: the entry of `sources` that is its longest prefix."""

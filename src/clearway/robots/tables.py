@@ -22,6 +22,8 @@ from clearway.validation import first_problem
 class RobotTable(BaseModel):
     """A table of a robot's file that is read by somebody else than the robot; an unknown key in it is an error.
 
+    What it is read for, a `Robot` or None, is the context of its validators: a table may fill in what another one says.
+
     A subclass may also have `RENAMED`, old key -> new key: whoever still writes the old one is told the new one.
 
     Attributes:
@@ -51,7 +53,7 @@ class RobotTable(BaseModel):
         written = _table(robot, cls.TABLE) if robot is not None else {}
         chosen = {name: value for name, value in options.items() if value is not None}
         try:
-            return cls.model_validate(usual | written | chosen)
+            return cls.model_validate(usual | written | chosen, context=robot)
         except ValidationError as error:
             problem = first_problem(error, cls)
             name = (problem.field or "").partition(".")[0]  # empty: what is wrong is how several values go together

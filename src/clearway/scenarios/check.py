@@ -242,7 +242,7 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Sequence[_Standing]) -
 def _time_limits(scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec]) -> Iterator[ClearwayError]:
     speed = min(scenario.speed, robot.drive.v_max)
     for i, leg in enumerate(scenario.legs):
-        least = max(0.0, math.dist(starts[i][:2], leg.goal[:2]) - (leg.xy_tolerance or robot.tolerances.xy)) / speed
+        least = max(0.0, math.dist(starts[i][:2], leg.goal[:2]) - leg.tolerances(robot.tolerances)[0]) / speed
         if least > leg.time_limit:
             yield ClearwayError(
                 f"{leg.time_limit:g} s can't do: the straight way takes {least:.1f} s at {speed:g} m/s",

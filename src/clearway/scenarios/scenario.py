@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
-from clearway.robots import load_robot
+from clearway.robots import Tolerances, load_robot
 from clearway.scenarios.motions import MotionSpec
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -161,9 +161,11 @@ class LegSpec(_Part):
 
     name: str = Field(min_length=1, description="unique in its scenario")
     goal: PoseSpec = Field(description="m, m, rad")
-    xy_tolerance: Positive | None = Field(default=None, description="m; default: the robot's")
+    xy_tolerance: Positive | None = Field(
+        default=None, description="m, of the test, and what a planner is told; default: the robot's file says both"
+    )
     yaw_tolerance: Annotated[float, Field(gt=0)] | None = Field(
-        default=None, description="rad; default: the robot's; inf: heading is free"
+        default=None, description="rad, the same of the heading; inf: it is free"
     )
     scored: bool = Field(default=True, description="whether it counts for the indicators")
     time_limit: Positive = Field(description="s")
@@ -174,6 +176,10 @@ class LegSpec(_Part):
     clock_starts_after: NonNegative = Field(
         default=0.0, description="the leg's clock starts when it has moved this far, m"
     )
+
+    def tolerances(self, usual: Tolerances) -> tuple[float, float]:
+        """Of the place [m] and the heading [rad, inf where it is free]: its own, else the `usual` ones of a robot."""
+        return self.xy_tolerance or usual.xy, self.yaw_tolerance or usual.yaw
 
 
 class LabelSpec(_Part):

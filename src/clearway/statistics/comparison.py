@@ -41,7 +41,8 @@ class Comparison:
         differences: one row an indicator and batch (batch null: all of them), B - A over complete pairs: mean with a
         bootstrap interval, median (Hodges-Lehmann) with its exact interval, Wilcoxon's p, Holm's over the rows of the
         same kind (all batches together; batch by batch), effect, and whom it `favours` (`A`, `B` or empty: p_holm > 0.05).
-        success: by batch (None: all); a batch without a known success is left out.
+        success: by batch (None: all); a batch without a known success is left out. success_self: the same by the robots' own
+        estimates.
     """
 
     a: str
@@ -51,6 +52,7 @@ class Comparison:
     only_b: int
     differences: pa.Table
     success: Mapping[str | None, PairedSuccess]
+    success_self: Mapping[str | None, PairedSuccess]
 
 
 def compare(
@@ -78,15 +80,22 @@ def compare(
             row = _difference(indicator, left, right, members, confidence, seed)
             rows.append({"batch": batch} | row)
     adjust(rows)
-    succeeded = np.stack([numbers(left, "success"), numbers(right, "success")], axis=1)
-    success = {}
+    success, own = (_successes(name, left, right, parts, confidence) for name in ("success", "success_self"))
+    without = len(first) - len(shared), len(second) - len(shared)
+    return Comparison(*names, len(shared), *without, findings(rows, _DIFFERENCES), success, own)
+
+
+def _successes(
+    name: str, left: pa.Table, right: pa.Table, parts: Mapping[str | None, np.ndarray], confidence: float
+) -> dict[str | None, PairedSuccess]:
+    """By batch, over the pairs of which both sides of the column `name` are known."""
+    succeeded = np.stack([numbers(left, name), numbers(right, name)], axis=1)
+    found = {}
     for batch, members in parts.items():
         known = members[~np.isnan(succeeded[members]).any(axis=1)]
         if len(known):
-            success[batch] = paired_success(succeeded[known, 0], succeeded[known, 1], confidence)
-    return Comparison(
-        *names, len(shared), len(first) - len(shared), len(second) - len(shared), findings(rows, _DIFFERENCES), success
-    )
+            found[batch] = paired_success(succeeded[known, 0], succeeded[known, 1], confidence)
+    return found
 
 
 def adjust(rows: Sequence[dict[str, Any]]) -> None:

@@ -27,7 +27,8 @@ _DESCRIPTION = schema(
 
 _SUCCESS = schema(
     robot=str, navigator=str, setup=str, batch=str, speed=float, n=int, successes=int, unknown=int, SR=float, low=float, high=float,
-    wilson_low=float, wilson_high=float, self_successes=int, self_n=int, SR_self=float, failures=str,
+    wilson_low=float, wilson_high=float, self_successes=int, self_n=int, SR_self=float,
+    slack_successes=int, slack_n=int, SR_slack=float, failures=str,
 )  # fmt: skip
 
 
@@ -133,23 +134,26 @@ def success_rates(table: pa.Table, by: Sequence[str] = GROUP, *, confidence: flo
     """SR in per cent (paper A, eq. 5) with the exact and Wilson's interval, by some of `GROUP`.
 
     `n` counts the trials of which the success is known, `unknown` the others, `self_n` those of which it is known by the
-    robot's own estimate; `failures` says how trials failed.
+    robot's own estimate, `slack_n` with a slack for what it cannot know; `failures` says how trials failed.
     """
-    judged, own = numbers(table, "success"), numbers(table, "success_self")
+    judged = numbers(table, "success")
+    others = {name: numbers(table, c) for name in ("self", "slack") if (c := f"success_{name}") in table.column_names}
     failure = table["failure"].to_pylist()
     rows = []
     for key, members in groups(table, by).items():
         known = judged[members][~np.isnan(judged[members])]
-        believed = own[members][~np.isnan(own[members])]
         why: dict[str, int] = {}
         for member in members:
             if failure[member]:
                 why[failure[member]] = why.get(failure[member], 0) + 1
         row = dict(zip(by, key, strict=True)) | {"n": len(known), "successes": int(known.sum())}
-        row |= {"unknown": len(members) - len(known), "self_successes": int(believed.sum()), "self_n": len(believed)}
+        row |= {"unknown": len(members) - len(known), "self_n": 0, "slack_n": 0}
         row["failures"] = "; ".join(f"{w} ({c})" for w, c in sorted(why.items(), key=lambda item: (-item[1], item[0])))
-        if len(believed):
-            row["SR_self"] = 100 * float(believed.mean())
+        for name, values in others.items():
+            told = values[members][~np.isnan(values[members])]
+            row |= {f"{name}_successes": int(told.sum()), f"{name}_n": len(told)}
+            if len(told):
+                row[f"SR_{name}"] = 100 * float(told.mean())
         if len(known):
             exact = success_interval(int(known.sum()), len(known), confidence)
             wilson = wilson_interval(int(known.sum()), len(known), confidence)

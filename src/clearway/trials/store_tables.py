@@ -290,12 +290,16 @@ def _leg(leg: Leg) -> dict[str, Any]:
         "yaw_tolerance": _number(leg.yaw_tolerance),
         "scored": leg.scored,
         "time_limit": _number(leg.time_limit),
+        "planner_xy_tolerance": _number(leg.planner_xy_tolerance),
+        "planner_yaw_tolerance": _number(leg.planner_yaw_tolerance),
     }
 
 
 def _read_leg(d: Mapping[str, Any]) -> Leg:
     rest: dict[str, Any] = {name: np.array([float(v) for v in d[name]]) for name in ("start", "goal")}
     rest |= {name: float(d[name]) for name in ("xy_tolerance", "yaw_tolerance", "time_limit")}
+    told = ("planner_xy_tolerance", "planner_yaw_tolerance")  # results from before it was recorded don't have it
+    rest |= {name: float(d.get(name, math.nan)) for name in told}
     return Leg(name=d["name"], scored=d["scored"], **rest)
 
 

@@ -63,8 +63,15 @@ class Leg:
     """One goal of an attempt.
 
     Attributes:
-        name: `forth`, `turn`, `back`. start, goal: (3,) poses, map frame, NaN where unknown. xy_tolerance: m. yaw_tolerance: rad (inf: free).
-        scored: whether it counts for the indicators (the turn at B does not). time_limit: s.
+        name: `forth`, `turn`, `back`.
+        start: (3,) pose in the map frame, NaN where unknown.
+        goal: (3,) pose in the map frame, NaN where unknown.
+        xy_tolerance: what its end is judged by, m.
+        yaw_tolerance: the same of the heading, rad; inf where it is free.
+        scored: whether it counts for the indicators (the turn at B does not).
+        time_limit: s.
+        planner_xy_tolerance: what the robot's planner was told, m; NaN where nobody knows.
+        planner_yaw_tolerance: the same of the heading, rad; inf where it is free.
     """
 
     name: str
@@ -74,6 +81,8 @@ class Leg:
     yaw_tolerance: float
     scored: bool = True
     time_limit: float = float("inf")
+    planner_xy_tolerance: float = float("nan")
+    planner_yaw_tolerance: float = float("nan")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

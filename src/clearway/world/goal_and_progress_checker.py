@@ -85,13 +85,13 @@ class GoalAndProgressChecker:
             return math.hypot(pose[0] - leg.goal[0], pose[1] - leg.goal[1]) <= leg.xy_tolerance
         if command.arrived is not None:
             return command.arrived
-        near = math.hypot(estimate[0] - leg.goal[0], estimate[1] - leg.goal[1]) <= leg.xy_tolerance
-        return near and abs(turn_between(float(estimate[2]), float(leg.goal[2]))) <= leg.yaw_tolerance
+        near = math.hypot(estimate[0] - leg.goal[0], estimate[1] - leg.goal[1]) <= leg.planner_xy_tolerance
+        return near and abs(turn_between(float(estimate[2]), float(leg.goal[2]))) <= leg.planner_yaw_tolerance
 
     def _begin(self, leg: int, t: float, pose: FloatArray) -> None:
         now = self._legs[leg]
         self.leg = leg
-        self.goal = Goal(now.goal, now.xy_tolerance, now.yaw_tolerance, leg)
+        self.goal = Goal(now.goal, now.planner_xy_tolerance, now.planner_yaw_tolerance, leg)
         self._since = t
         self._clock = t if self._rules[leg].clock_starts_after == 0.0 else None
         self._from = float(pose[0]), float(pose[1])

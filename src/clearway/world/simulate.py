@@ -254,9 +254,9 @@ def attempt_of(
     at = np.array(scenario.start, dtype=np.float64)
     for spec in scenario.legs:
         goal = np.array(spec.goal, dtype=np.float64)
-        xy = robot.tolerances.xy if spec.xy_tolerance is None else spec.xy_tolerance
-        yaw = robot.tolerances.yaw if spec.yaw_tolerance is None else spec.yaw_tolerance
-        legs.append(Leg(spec.name, at, goal, xy, yaw, spec.scored, spec.time_limit))
+        xy, yaw = spec.tolerances(robot.tolerances)
+        told = spec.tolerances(robot.planner_tolerances)
+        legs.append(Leg(spec.name, at, goal, xy, yaw, spec.scored, spec.time_limit, *told))
         at = goal
     return Attempt(
         labels=Labels(speed=scenario.speed, setup=setup, **scenario.labels.model_dump()),

@@ -41,8 +41,10 @@ class DWAParameters(_Group):
         default=None,
         description="rad/s^2; in PAL's public file, not a name that DWAPlanner.cfg reads: acc_lim_theta keeps its value",
     )
-    xy_goal_tolerance: Positive = Field(default=0.1, description="m")
-    yaw_goal_tolerance: Positive = Field(default=0.1, description="rad")
+    xy_goal_tolerance: Positive = Field(default=0.1, description="m; in a robot's file by default its goal_checker's")
+    yaw_goal_tolerance: Positive = Field(
+        default=0.1, description="rad; in a robot's file by default its goal_checker's"
+    )
     latch_xy_goal_tolerance: bool = Field(default=False, description="once at the goal, only turn, even if pushed away")
     trans_stopped_vel: NonNegative = Field(default=0.1, description="m/s at or below which the robot stands")
     theta_stopped_vel: NonNegative = Field(default=0.1, description="rad/s at or below which the robot stands")
@@ -99,8 +101,10 @@ class TrajectoryParameters(_Group):
     holonomic_robot: bool = Field(
         default=False, description="only false: Clearway's bases are differential (ROS: true)"
     )
-    xy_goal_tolerance: Positive = Field(default=0.10, description="m")
-    yaw_goal_tolerance: Positive = Field(default=0.05, description="rad")
+    xy_goal_tolerance: Positive = Field(default=0.10, description="m; in a robot's file by default its goal_checker's")
+    yaw_goal_tolerance: Positive = Field(
+        default=0.05, description="rad; in a robot's file by default its goal_checker's"
+    )
     latch_xy_goal_tolerance: bool = Field(default=False, description="once at the goal, only turn, even if pushed away")
     prune_plan: bool = Field(default=True, description="drop the plan's beginning once it is over 1 m behind")
     sim_time: Positive = Field(default=1.7, description="s, horizon of a rollout")

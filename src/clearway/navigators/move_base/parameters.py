@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, model_validator
 
 from clearway.navigators.move_base.local_parameters import DWAParameters, TrajectoryParameters
-from clearway.robots import RobotTable
+from clearway.robots import Robot, RobotTable
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -167,12 +167,17 @@ class Parameters(RobotTable):
 
     @model_validator(mode="before")
     @classmethod
-    def _usual(cls, table: Any) -> Any:
-        """Unless its file says otherwise, a global costmap that stands in the map's frame holds the map, and a local one
-        rolls in odom."""
+    def _usual(cls, table: Any, about: ValidationInfo) -> Any:
+        """Unless its file says otherwise, a global costmap that stands in the map's frame holds the map, a local one rolls in
+        odom, and a local planner has the tolerances of the robot's goal checker."""
         if not isinstance(table, dict):
             return table
         usual: dict[str, Any] = {}
+        if isinstance(about.context, Robot):
+            told = about.context.planner_tolerances
+            for planner in ("DWAPlannerROS", "TrajectoryPlannerROS"):
+                if isinstance(group := table.get(planner, {}), dict):
+                    usual[planner] = {"xy_goal_tolerance": told.xy, "yaw_goal_tolerance": told.yaw} | group
         if isinstance(wide := table.get("global_costmap", {}), dict):
             stands = not wide.get("rolling_window", False) and wide.get("global_frame", "map") == "map"
             usual["global_costmap"] = ({"static_layer": {}} if stands else {}) | wide

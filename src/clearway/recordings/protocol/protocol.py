@@ -123,11 +123,7 @@ class _Writer:
         )
 
     def test(self) -> str:
-        tolerances = {
-            (leg.xy_tolerance or self.robot.tolerances.xy, leg.yaw_tolerance or self.robot.tolerances.yaw)
-            for s in self.scenarios
-            for leg in s.legs
-        }
+        tolerances = {leg.tolerances(self.robot.tolerances) for s in self.scenarios for leg in s.legs}
         if len(tolerances) > 1:
             raise ClearwayError(
                 "the goals of this suite differ in their tolerances, and a test plan has one for all; select a part",
