@@ -14,9 +14,11 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 from clearway.errors import ClearwayError, unknown
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,6 +56,24 @@ class Registry:
                 raise ClearwayError(
                     f"two {self.kind}s are registered as {point.name!r}: {found[point.name]} and {point.value}; "
                     "uninstall or rename one"
+                )
+        return found
+
+    def all_of(self, kind: type[T]) -> dict[str, T]:
+        """Name -> thing of every one that is registered, each of which has to be of this type and bear its name.
+
+        Raises:
+            ClearwayError: one is not, or can't be imported.
+        """
+        found = {name: self.find(name) for name in sorted(self.addresses())}
+        for name, thing in found.items():
+            if not isinstance(thing, kind):
+                raise ClearwayError(
+                    f"the {self.kind} {name!r} is a {type(thing).__name__}; {kind.__name__} is expected"
+                )
+            if (own := getattr(thing, "name", name)) != name:
+                raise ClearwayError(
+                    f"the {self.kind} that is registered as {name!r} calls itself {own!r}; name it alike"
                 )
         return found
 

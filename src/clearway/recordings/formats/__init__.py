@@ -1,4 +1,5 @@
-"""One file a format. `FORMATS` is the registry: a new format is a file with a `Format` and one line here.
+"""One file a format. `MODULES` is the registry: a new format is a file with its `FORMATS` and one line here; another
+package registers its own under the entry-point group `clearway.formats`.
 
 A file's format is told by its contents first, by its ending second; where both fail, the error says what was tried.
 """
@@ -12,6 +13,7 @@ from pathlib import Path
 from clearway.errors import ClearwayError, unknown
 from clearway.recordings.formats.format import HEAD, Format
 from clearway.recordings.recording import Contents, Recording, Want
+from clearway.registry import Registry
 
 MODULES = ("c3d", "bag", "motive", "vicon", "qualisys", "trc", "tum", "table", "pedestrians")
 """Files of this folder, each with its `FORMATS`, the surest to recognise first."""
@@ -19,9 +21,17 @@ MODULES = ("c3d", "bag", "motive", "vicon", "qualisys", "trc", "tum", "table", "
 
 @cache
 def formats() -> dict[str, Format]:
-    """Every format by its name, in the order in which they are tried."""
+    """Every format by its name, in the order in which they are tried: those of other packages last.
+
+    Raises:
+        ClearwayError: another package registers one wrongly.
+    """
     modules = [importlib.import_module(f"{__name__}.{m}") for m in MODULES]
-    return {f.name: f for module in modules for f in module.FORMATS}
+    shipped = {f.name: f for module in modules for f in module.FORMATS}
+    others = Registry("format", "clearway.formats", {}).all_of(Format)
+    if twice := shipped.keys() & others.keys():
+        raise ClearwayError(f"another package registers a format {min(twice)!r}, which Clearway has; rename it")
+    return shipped | others
 
 
 def identify(path: str | Path) -> Format:
