@@ -11,16 +11,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clearway.api import Results, open_results, resume, run, score
+    from clearway.api import Results, open_results, rerun, resume, run, score
     from clearway.errors import ClearwayError
 
     __version__: str
 
-__all__ = ["ClearwayError", "Results", "__version__", "open_results", "resume", "run", "score"]
+__all__ = ["ClearwayError", "Results", "__version__", "open_results", "rerun", "resume", "run", "score"]
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("run", "score", "resume", "open_results", "Results"):
+    if name in ("run", "rerun", "score", "resume", "open_results", "Results"):
         from clearway import api
 
         return getattr(api, name)

@@ -9,11 +9,14 @@ results.figure("trajectories", batch="NO")       # a matplotlib figure
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
 from clearway.campaigns.progress import ProgressCallback
+from clearway.campaigns.rerun import Rerun
+from clearway.campaigns.rerun import rerun as rerun_trial
 from clearway.campaigns.variants import variants
 from clearway.errors import ClearwayError
 from clearway.scenarios.suite import Selection, seed_range
@@ -22,7 +25,7 @@ from clearway.trials import store
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Results", "open_results", "resume", "run", "score"]
+__all__ = ["Rerun", "Results", "open_results", "rerun", "resume", "run", "score"]
 
 
 class Results(store.Results):
@@ -123,7 +126,8 @@ def run(
         guarantees: Modes (`passive`, `none`) in which to run the navigators that have them.
         disturbance: Factor on what disturbs the robot in each scenario; None: as each scenario says.
         options: What a navigator's constructor is given, by the navigator's name.
-        workers: How many processes; None: one a core. The results don't depend on it.
+        workers: How many processes; None: one a core. The results don't depend on it. 0: this one, for a debugger: a
+            decision may take as long as it likes, and an error of a navigator is raised.
         out: The results directory; None: `results/SUITE`, numbered if that is taken.
         resume: Whether to go on with a campaign in `out` that was interrupted.
         progress: Called with (done, total, note).
@@ -167,6 +171,39 @@ def run(
     folder = free_directory(suites) if out is None else Path(out)
     done = run_campaign(campaign, folder, workers, resume, progress)
     return Results(done.path, done.campaign)
+
+
+def rerun(
+    results: str | Path | store.Results,
+    trial: int,
+    *,
+    navigator: str | None = None,
+    out: str | Path | None = None,
+    raise_errors: bool = False,
+) -> Rerun:
+    """Run one trial of a results directory again, alone and in this process, and compare it with the stored one.
+
+    A decision may take as long as it likes, so that a debugger may stop it.
+
+    Args:
+        results: A finished results directory, or its path.
+        trial: The trial's number in its table.
+        navigator: Who is to drive on the very same scenario; None: who drove before, and the bits are compared.
+        out: A results directory to make for this one trial; None: none.
+        raise_errors: Whether an error of the navigator is raised, for a debugger, instead of ending the trial.
+
+    Returns:
+        Both trials, and where they first differ; printed, it says so in one sentence.
+
+    Raises:
+        ClearwayError: there is no such trial, it was recorded, or the robot, the scenario or its floor plan have changed.
+    """
+    found = results if isinstance(results, store.Results) else open_results(results)
+    again = rerun_trial(
+        found, trial, navigator=navigator, out=None if out is None else Path(out), raise_errors=raise_errors
+    )
+    done = again.results
+    return again if done is None else replace(again, results=Results(done.path, done.campaign))
 
 
 def resume(out: str | Path, *, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:

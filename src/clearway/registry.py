@@ -106,7 +106,10 @@ class Registry:
     def _module(self, where: str, address: str) -> ModuleType:
         try:
             if where.endswith(".py"):
-                return _from_file(str(Path(where).resolve()))
+                file = Path(where).resolve()
+                if not file.is_file():
+                    raise ClearwayError("no such file", file=file)
+                return _from_file(file, file.stat().st_mtime_ns)  # read again once it has changed
             if "" not in sys.path and str(Path.cwd()) not in sys.path:
                 sys.path.append(str(Path.cwd()))  # as `python -m` does: the user's package may lie where they stand
             return importlib.import_module(where)
@@ -140,10 +143,7 @@ def _points(group: str) -> tuple[EntryPoint, ...]:
 
 
 @cache
-def _from_file(path: str) -> ModuleType:
-    file = Path(path)
-    if not file.is_file():
-        raise ClearwayError("no such file", file=file)
+def _from_file(file: Path, changed: int) -> ModuleType:
     name = f"clearway_own_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     assert spec is not None  # a .py file always has both

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bdb
 import time
 from typing import Any
 
@@ -193,6 +194,25 @@ def test_a_decision_that_hangs_is_broken_off() -> None:
         pilot.decide(sensing())
     assert time.perf_counter() - began < 2.0
     time.sleep(0.15)  # no alarm is left behind
+
+
+@pytest.mark.parametrize("quits", ["import bdb; raise bdb.BdbQuit", "raise SystemExit(1)"])
+def test_leaving_the_debugger_is_no_failure_of_the_navigator(quits: str) -> None:
+    """`q` in a debugger that stopped within the navigator; newer versions of Python leave by sys.exit."""
+
+    class Debugged(Recorder):
+        def step(self, observation: Observation) -> Command:
+            exec(quits, {"__name__": "pdb"})
+            raise AssertionError
+
+    pilot = compose(Debugged(), Here(), "truth", decision_limit=None)
+    start(pilot)
+    with pytest.raises(KeyboardInterrupt):
+        pilot.decide(sensing())
+    watched = compose(Debugged(), Here(), "truth", decision_limit=60.0)
+    start(watched)
+    with pytest.raises((bdb.BdbQuit, RuntimeError)):
+        watched.decide(sensing())
 
 
 def test_compiling_does_not_count_as_hanging() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -17,7 +18,7 @@ from clearway.errors import ClearwayError
 from clearway.indicators import row_schema
 from clearway.trials import Outcome
 from clearway.trials.store import Results, TrialStore, refuse_results
-from clearway.trials.store_results import read_campaign
+from clearway.trials.store_results import how_to_go_on, read_campaign
 
 
 def run_campaign(
@@ -35,7 +36,8 @@ def run_campaign(
     Args:
         plan: What to run.
         out: The results directory, made if it isn't there.
-        workers: How many processes; None: one a core.
+        workers: How many processes; None: one a core. 0: this one, as a debugger needs it: a decision may take as long
+            as it likes, and an error of a navigator is raised instead of being recorded as a failed trial.
         resume: Whether to go on with a campaign in `out` that was interrupted.
         progress: Told how far it is.
 
@@ -43,7 +45,7 @@ def run_campaign(
         ClearwayError: something in the plan is wrong (before anything runs), `out` can't be used, or the disk is full.
         CampaignInterrupted: Ctrl-C; `out` can be resumed.
     """
-    out, tell, processes = Path(out), progress or silent, workers_of(workers)
+    out, tell, processes = Path(out), progress or silent, workers_of(workers, least=0)
     if not resume:
         refuse_results(out)
     with pool(processes, out) as work:
@@ -94,10 +96,19 @@ def _run_all(
 ) -> None:
     done, failed = store.total - len(specs), 0
     tell(done, store.total, _first_note())
-    for result in work.each(run_and_keep, [(plan, spec, store.partial, store.key) for spec in specs]):
-        done += 1
-        failed += result.outcome is Outcome.NAVIGATOR_FAILED
-        tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
+    debugged = work.workers == 0
+    if debugged:
+        plan = dataclasses.replace(plan, decision_limit=None)
+    calls = [(plan, spec, store.partial, store.key, debugged) for spec in specs]
+    try:
+        for result in work.each(run_and_keep, calls):
+            done += 1
+            failed += result.outcome is Outcome.NAVIGATOR_FAILED
+            tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
+    except Exception as error:
+        if debugged:
+            error.add_note(f"{done} of {store.total} trials are finished; go on with `{how_to_go_on(store.path)}`")
+        raise
 
 
 def _first_note() -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import bdb
 import signal
 import threading
+import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from types import FrameType
@@ -168,7 +170,9 @@ class _Watchdog:
         """What `function` returns.
 
         Raises:
-            TookTooLong: after `seconds`; None: never. RuntimeError: it asked Python to exit, which is a failure too.
+            TookTooLong: after `seconds`; None: never.
+            RuntimeError: it asked Python to exit, which is a failure too.
+            KeyboardInterrupt: without a limit, somebody has left the debugger, which is no failure of the navigator.
         """
         watched = seconds is not None and threading.current_thread() is threading.main_thread()
         try:
@@ -181,7 +185,11 @@ class _Watchdog:
             return function(*arguments)
         except _Alarm:
             raise TookTooLong(f"took longer than {seconds:g} s {what}") from None
-        except SystemExit as error:
+        except (bdb.BdbQuit, SystemExit) as error:
+            if seconds is None and _left_debugger(error):
+                raise KeyboardInterrupt from error
+            if isinstance(error, bdb.BdbQuit):
+                raise
             raise RuntimeError(f"the navigator called sys.exit({error.code!r})") from error
         finally:
             if watched:
@@ -192,6 +200,12 @@ class _Watchdog:
             raise _Alarm
         self._compiled = _compiling.count
         signal.setitimer(signal.ITIMER_REAL, self._seconds)
+
+
+def _left_debugger(error: BaseException) -> bool:
+    """Whether the error came of the debugger's `quit`: which error that is depends on the version of Python."""
+    *_, (frame, _) = traceback.walk_tb(error.__traceback__)
+    return isinstance(error, bdb.BdbQuit) or frame.f_globals.get("__name__") == "pdb"
 
 
 class _Compiling(event.Listener):  # type: ignore[misc]

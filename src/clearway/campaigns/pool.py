@@ -24,10 +24,13 @@ class Pool:
     Args:
         workers: How many processes; with fewer than two, every call is made in this process.
         out: The results directory, which the error names if a worker dies.
+
+    Attributes:
+        workers: How many processes there may be.
     """
 
     def __init__(self, workers: int, out: Path) -> None:
-        self._workers, self._out = workers, out
+        self.workers, self._out = workers, out
         self._running: Generator[Any] | None = None
 
     def each(self, function: Callable[..., T], calls: Iterable[tuple[Any, ...]]) -> Iterator[T]:
@@ -37,7 +40,7 @@ class Pool:
             ClearwayError: a worker process died.
         """
         calls = list(calls)
-        workers = min(self._workers, len(calls))
+        workers = min(self.workers, len(calls))
         self._running = _here(function, calls) if workers < 2 else _there(function, calls, workers, self._out)
         return self._running
 

@@ -41,7 +41,7 @@ class Done:
     reason: str
 
 
-def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str) -> Done:
+def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, raise_errors: bool = False) -> Done:
     """Run a trial, score it, and write it to a store's folder of finished trials.
 
     Args:
@@ -49,22 +49,24 @@ def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str) ->
         spec: The trial.
         folder: The store's `partial`.
         key: The store's `key`.
+        raise_errors: Whether an error in the trial is raised, and nothing is written; as a debugger needs it.
 
     Raises:
         ClearwayError: the disk is full, or a file that the trial needs has gone.
     """
-    trial = run_trial(plan, spec)
+    trial = run_trial(plan, spec, raise_errors)
     row = {"id": spec.id} | score_row(trial)
     write_partial(folder, key, spec.index, trial, row)
     return Done(spec.index, trial.outcome, trial.reason)
 
 
-def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
+def run_trial(plan: CampaignPlan, spec: TrialSpec, raise_errors: bool = False) -> Trial:
     """Run one trial. Whatever breaks in it, other than what the user gave, ends in a trial that says so.
 
     Args:
         plan: The campaign that it belongs to.
         spec: The trial.
+        raise_errors: Whether an error in it is raised, as a debugger needs it.
 
     Raises:
         ClearwayError: a file that it needs has gone, or the navigator can't do this task at all.
@@ -88,10 +90,13 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec) -> Trial:
     }
     try:
         granted = granted_map(plan.map, spec.scenario)
-        return simulate(spec.scenario, robot, pilot, map=granted, budget=spec.setup.budget, **about)
+        budget = spec.setup.budget
+        return simulate(spec.scenario, robot, pilot, map=granted, budget=budget, raise_errors=raise_errors, **about)
     except ClearwayError:
         raise
     except Exception as error:
+        if raise_errors:
+            raise
         return _broken(spec, about, f"{type(error).__name__}: {error}", traceback.format_exc())
 
 

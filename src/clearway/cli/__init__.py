@@ -22,6 +22,7 @@ from clearway.cli import (
     protocol,
     replay,
     report,
+    rerun,
     run,
     samples,
     schema,
@@ -40,6 +41,7 @@ app = typer.Typer(
 )
 VERBS: dict[str, Callable[..., None]] = {
     "run": run.run,
+    "rerun": rerun.rerun,
     "protocol": protocol.protocol,
     "import": import_.import_,
     "score": score.score,

@@ -77,7 +77,10 @@ def run(
     decision_limit: Annotated[
         float, typer.Option(help="Seconds of wall clock after which a navigator's decision counts as hung.")
     ] = 10.0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; default: one a core.")] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(min=0, help="Processes; default: one a core. 0: this one, for a debugger: errors are raised."),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME.")] = None,
     resume: Annotated[
         Path | None, typer.Option(help="Complete the campaign in this directory, which was interrupted.")

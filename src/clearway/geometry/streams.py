@@ -31,7 +31,8 @@ def stream(seed: int, name: str) -> np.uint64:
 @kernel
 def bits(key: np.uint64, step: int, index: int) -> np.uint64:
     """64 random bits for (stream key, step, index)."""
-    return _mix(_mix(key + _GOLDEN * (np.uint64(step) + _ONE)) + _GOLDEN * (np.uint64(index) + _ONE))
+    a, b = np.uint64(np.int64(step)), np.uint64(np.int64(index))  # by way of int64: Python itself refuses uint64(-1)
+    return _mix(_mix(key + _GOLDEN * (a + _ONE)) + _GOLDEN * (b + _ONE))
 
 
 @kernel

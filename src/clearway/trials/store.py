@@ -24,6 +24,7 @@ import pyarrow.ipc
 import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
+from clearway.trials.differences import first_in_json
 from clearway.trials.store_results import CAMPAIGN, PARTIAL, SCHEMA, Results, how_to_go_on, open_results, read_campaign
 from clearway.trials.store_tables import FILES, Tables, to_tables
 from clearway.trials.trial import Trial
@@ -156,10 +157,11 @@ class TrialStore:
         if not resume:
             refuse_results(self.path)
         for name, value in (json.loads(json.dumps(asked)) | {"trials": self.total}).items():
-            if old.get(name) != value:
+            if (differs := first_in_json(name, old.get(name), value)) is not None:
+                at, had, asks = differs
                 raise ClearwayError(
-                    f"cannot resume: its campaign differs in {_difference(name, old.get(name), value)}; put back what it "
-                    "was, or choose another directory",
+                    f"cannot resume: its campaign differs in {at}: it has {json.dumps(had)}, now {json.dumps(asks)} is "
+                    "asked; put back what it was, or choose another directory",
                     file=self.path / CAMPAIGN,
                 )
         return old
@@ -334,16 +336,3 @@ def _lock(path: Path) -> int:
             "another process is writing to this directory; wait for it, or choose another", file=path
         ) from error
     return handle
-
-
-def _difference(name: str, old: Any, new: Any) -> str:
-    """The first difference of two JSON values, for people."""
-    if isinstance(old, dict) and isinstance(new, dict):
-        for key in [*new, *old]:
-            if old.get(key) != new.get(key):
-                return _difference(f"{name}.{key}", old.get(key), new.get(key))
-    if isinstance(old, list) and isinstance(new, list) and len(old) == len(new):
-        for i, (a, b) in enumerate(zip(old, new, strict=True)):
-            if a != b:
-                return _difference(f"{name}.{i}", a, b)
-    return f"{name}: it has {json.dumps(old)}, now {json.dumps(new)} is asked"

@@ -15,7 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.trials.store_tables import FILES, Tables, from_tables
 from clearway.trials.trial import Trial
 
-SCHEMA = 4
+SCHEMA = 5
 """Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
 
 CAMPAIGN, PARTIAL = "campaign.json", ".partial"

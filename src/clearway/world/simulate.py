@@ -42,6 +42,7 @@ def simulate(
     budget: Budget | None = None,
     setup: str | None = None,
     tracking: str = "",
+    raise_errors: bool = False,
 ) -> Trial:
     """Run `scenario` with `robot`, driven by `pilot`.
 
@@ -49,6 +50,7 @@ def simulate(
         navigator, localisation: what the pilot is made of, by name, for the record.
         map: what the robot is told of the floor, None for nothing. privileged: whether it is told the truth about
             the obstacles' future. budget: of a decision; default: none. setup, tracking: their names, for the record.
+        raise_errors: whether an error of the pilot is raised, as a debugger needs it.
 
     Returns:
         The trial. A pilot that raises, or whose command isn't finite, ends it as `navigator_failed`.
@@ -61,6 +63,7 @@ def simulate(
     return simulate_in(
         bodies_of(plan.fixtures, scenario), way, scenario, robot, pilot, navigator=navigator, localisation=localisation,
         map=map, area=plan.area, privileged=privileged, budget=budget, setup=setup, tracking=tracking,
+        raise_errors=raise_errors,
     )  # fmt: skip
 
 
@@ -79,6 +82,7 @@ def simulate_in(
     budget: Budget | None = None,
     setup: str | None = None,
     tracking: str = "",
+    raise_errors: bool = False,
 ) -> Trial:
     """As `simulate`, among `bodies` wherever they come from; `tracks` of those without a pose, in their order; `area`
     as in `Task`."""
@@ -101,7 +105,7 @@ def simulate_in(
         time_limit=max(leg.time_limit for leg in scenario.legs),
         obstacle_oracle=world.obstacles_at if privileged else None,
     )
-    drive = _Drive(world, checker, pilot, robot)
+    drive = _Drive(world, checker, pilot, robot, raise_errors)
     outcome = drive.to_the_end(task, np.random.default_rng([scenario.seed, *b"pilot"]))
     columns = drive.log.columns()
     if task.budget == Budget() and not columns["cut"].any():
@@ -122,8 +126,11 @@ def simulate_in(
 class _Drive:
     """The loop over control periods, and what it leaves behind."""
 
-    def __init__(self, world: World, checker: GoalAndProgressChecker, pilot: Pilot, robot: Robot) -> None:
+    def __init__(
+        self, world: World, checker: GoalAndProgressChecker, pilot: Pilot, robot: Robot, raise_errors: bool
+    ) -> None:
         self._world, self._referee, self._pilot, self._robot = world, checker, pilot, robot
+        self._raise_errors = raise_errors
         self.log = Log(len(world.moving_obstacles))
         self.snapshots: list[Snapshot] = []
         self.thinking: list[float] = []
@@ -142,6 +149,8 @@ class _Drive:
         except ClearwayError:
             raise
         except Exception as error:
+            if self._raise_errors:
+                raise
             return self._failed(0.0, error, estimate, command)
         while True:
             t = count * period
@@ -156,6 +165,8 @@ class _Drive:
             except ClearwayError:
                 raise
             except Exception as error:
+                if self._raise_errors:
+                    raise
                 return self._failed(t, error, estimate, command)
             if decision.diagnostics is not None:
                 self.snapshots.append(Snapshot(t, decision.diagnostics))

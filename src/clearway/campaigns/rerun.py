@@ -1,0 +1,192 @@
+"""Runs one trial of a campaign again, alone and in this process, and says whether it went as before, to the last bit."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from clearway.campaigns.campaign import planned
+from clearway.campaigns.plan import CampaignPlan, TrialSpec
+from clearway.campaigns.plan_checks import check_plan
+from clearway.campaigns.provenance import asked_of_plan, machine, now
+from clearway.campaigns.worker import run_trial
+from clearway.errors import ClearwayError
+from clearway.indicators import row_schema, score_row
+from clearway.trials import Trial
+from clearway.trials.differences import Difference, first_difference, first_in_json
+from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
+
+_UNLISTED = ("navigator", "privileged", "reason", "not_computable")
+"""Columns that are not listed as changed: they say who drove, or what stands elsewhere."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rerun:
+    """A trial of a results directory that was run again.
+
+    Attributes:
+        number: The trial's number in the results.
+        id: The trial's `id` there.
+        navigator: Who drove this time.
+        before: The trial as the results have it.
+        now: The trial as it went this time.
+        difference: Where the two first differ; None: nowhere, or another navigator drove.
+        changed: Columns of the table of trials that differ, each with its value before and now.
+        remarks: Why the bits may differ although nothing was changed, for people.
+        results: The results directory with this one trial, if one was asked for.
+    """
+
+    number: int
+    id: str
+    navigator: str
+    before: Trial
+    now: Trial
+    difference: Difference | None
+    changed: Mapping[str, tuple[Any, Any]]
+    remarks: tuple[str, ...] = ()
+    results: Results | None = None
+
+    @property
+    def same_navigator(self) -> bool:
+        """Whether the navigator that drove before drove again, so that the bits can be compared."""
+        return self.navigator == self.before.attempt.navigator
+
+    def __str__(self) -> str:
+        head = f"trial {self.number} ({self.id})"
+        if not self.same_navigator:
+            return f"{head}: {_ended(self.before)} before; with {self.navigator} {_ended(self.now)}"
+        if self.difference is None:
+            return f"{head}: the same bits again; {_ended(self.now)}"
+        remarks = f" ({'; '.join(self.remarks)})" if self.remarks else ""
+        return f"{head}: not the same bits. The first difference is {self.difference}{remarks}"
+
+
+def rerun(
+    results: Results,
+    number: int,
+    *,
+    navigator: str | None = None,
+    out: Path | None = None,
+    raise_errors: bool = False,
+) -> Rerun:
+    """Run one trial of a campaign again, alone and in this process, with no limit on a decision's wall clock.
+
+    Args:
+        results: What the campaign gave.
+        number: The trial's number there.
+        navigator: Who is to drive on the very same scenario; None: who drove before.
+        out: A results directory to make for this one trial; None: none.
+        raise_errors: Whether an error of the navigator is raised, as a debugger needs it, instead of ending the trial.
+
+    Raises:
+        ClearwayError: there is no such trial, it was recorded, or what it was run on has changed since; or `out` can't be
+            used.
+    """
+    before = results.trial(number)
+    if before.attempt.source == "recorded":
+        raise ClearwayError(
+            f"trial {number} was recorded with a real robot and cannot be rerun; `clearway replay` shows it",
+            file=results.path,
+        )
+    if out is not None:
+        refuse_results(out)
+    row_before = results.trials.slice(number, 1).to_pylist()[0]
+    campaign = planned(results.path)
+    plan = alone(campaign, _found(campaign, row_before, results, number), navigator)
+    (spec,) = plan.specs()
+    asked = asked_of_plan(plan, [spec])
+    _refuse_changed(asked, spec, results, number)
+    check_plan(plan, [spec])
+    run = machine() | {"started": now(), "rerun": {"results": str(results.path), "trial": number}}
+    store = None if out is None else TrialStore(out, asked, 1, row_schema(), run=run)
+    done = None
+    try:
+        again = run_trial(plan, spec, raise_errors)
+        row = score_row(again)
+        if store is not None:
+            write_partial(store.partial, store.key, 0, again, {"id": spec.id} | row)
+            done = store.finish({"finished": now()})
+    except BaseException:
+        if store is not None:
+            store.withdraw()
+        raise
+    finally:
+        if store is not None:
+            store.close()
+    same = spec.navigator == before.attempt.navigator
+    return Rerun(
+        number=number,
+        id=row_before["id"],
+        navigator=spec.navigator,
+        before=before,
+        now=again,
+        difference=first_difference(before, again) if same else None,
+        changed={
+            name: (row_before.get(name), value)
+            for name, value in row.items()
+            if name not in _UNLISTED and value != row_before.get(name)
+        },
+        remarks=_remarks(results.campaign, asked, spec),
+        results=done,
+    )
+
+
+def alone(plan: CampaignPlan, spec: TrialSpec, navigator: str | None = None) -> CampaignPlan:
+    """The plan of a campaign of one trial.
+
+    Args:
+        plan: The campaign that the trial is of.
+        spec: The trial.
+        navigator: Who is to drive instead; None: who drives in the trial.
+    """
+    return dataclasses.replace(
+        plan,
+        suites=(spec.suite,),
+        robots=(spec.robot,),
+        navigators=(navigator or spec.navigator,),
+        setups=() if spec.setup.name is None else (spec.setup.name,),
+        selection=dataclasses.replace(plan.selection, scenarios=(spec.scenario.name,)),
+        decision_limit=None,
+    )
+
+
+def _found(plan: CampaignPlan, row: Mapping[str, Any], results: Results, number: int) -> TrialSpec:
+    """The trial's place in its campaign's plan."""
+    some = dataclasses.replace(plan.selection, scenarios=(str(row["scenario"]),))
+    try:
+        specs = dataclasses.replace(plan, selection=some).specs()
+    except ClearwayError as error:
+        raise ClearwayError(f"trial {number} cannot be rerun: {error}", file=results.path) from error
+    for spec in specs:
+        if spec.id == row["id"]:
+            return spec
+    raise ClearwayError(f"trial {number} cannot be rerun: its suite has no {row['id']!r} any more", file=results.path)
+
+
+def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results, number: int) -> None:
+    """Refuse a trial whose robot, scenario, floor plan or map is not what it was."""
+    then, what = results.campaign, ""
+    if (differs := first_in_json("robots", {spec.robot: then["robots"][spec.robot]}, asked["robots"])) is not None:
+        what = f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}"
+    elif then["tasks"].get(spec.task) != asked["tasks"][spec.task]:
+        what = f"the scenario {spec.scenario.name!r} or its floor plan {spec.scenario.floor_plan!r} is not what it was"
+    elif then["map"] != asked["map"]:
+        what = "the map is not what it was"
+    if what:
+        raise ClearwayError(f"trial {number} cannot be rerun: {what}; put that back first", file=results.path)
+
+
+def _remarks(then: Mapping[str, Any], asked: Mapping[str, Any], spec: TrialSpec) -> tuple[str, ...]:
+    before, today = ({"clearway": c["clearway"], **c["versions"]} for c in (then, asked))
+    found = [f"made with {n} {before.get(n)}, this is {today[n]}" for n in today if before.get(n) != today[n]]
+    if spec.setup.budget.seconds is not None:
+        found.append(f"the set-up {spec.setup.name!r} bounds decisions by wall clock: no two runs have the same bits")
+    return tuple(found)
+
+
+def _ended(trial: Trial) -> str:
+    why = f" ({' '.join(trial.reason.split())})" if trial.reason else ""
+    return f"{trial.outcome.value} after {trial.t[-1]:.2f} s{why}"
