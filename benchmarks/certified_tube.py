@@ -21,13 +21,15 @@ from typing import Any
 import numpy as np
 
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.angles import wrap
+from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.footprint import Footprint, footprint, gap
+from clearway.geometry.frames import compose
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.geometry.streams import stream, uniform
 from clearway.navigators.hp_st.certificate import Rules, Safety, braking_tail, certify, longest_certified
+from clearway.navigators.hp_st.sight import Sight, sight_of
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.navigators.hp_tmpc.ancillary import linearise
 from clearway.robots import DriveLimits, load_robot
@@ -295,6 +297,7 @@ def certificates(
     limits, period, body = limits_of(robot), load_robot(robot).period, footprint(shape or load_robot(robot).shape)
     bounds, start = (np.array(a) for a in BASES[name])
     rng, key = np.random.default_rng(7), stream(3, f"certificates {name}")
+    sight = sight_of(load_robot(robot), 4.0)
     n = max(1, math.ceil(period / STEP - 1e-9))
     seen = {
         "certified": 0.0,
@@ -309,8 +312,9 @@ def certificates(
         forecast, (at, velocity, off, slip) = scene(rng, 12, float(rng.choice((period, 0.2))), pursuit)
         half = rng.uniform(1.0, 4.0)
         rules = Rules(
-            pursuit[0] if p % 2 else math.inf, np.array([-half, -half, half, half]), rng.uniform(2.0, 5.0), pursuit[1]
-        )
+            pursuit[0] if p % 2 else math.inf, np.array([-half, -half, half, half]),
+            sight._replace(range=float(rng.uniform(2.0, 5.0))), pursuit[1],
+        )  # fmt: skip
         state = np.array([0.0, 0.0, rng.uniform(0, 6.28), 0.0, 0.0])
         plan = drive(state, random_commands(limits, count, rng), limits, period)
         k, whole, about, _ = longest_certified(
@@ -342,11 +346,14 @@ def certificates(
                     number,
                 )
                 seen["moving"] = min(seen["moving"], g)
-            angle = rng.uniform(0, 6.28) if run % 2 else math.atan2(path[-1, 1], path[-1, 0])
-            rim = (rules.sight + 0.35) * np.array([math.cos(angle), math.sin(angle)]) + path[0, :2]
-            moving_obstacle = np.concatenate(
-                [rim, -beyond * rules.unseen * np.array([math.cos(angle), math.sin(angle)])]
-            )
+            x, y, _ = compose(path[0, :3], np.array([sight.x, sight.y, 0.0]))
+            middle = float(path[0, 2]) + sight.middle
+            angle = turn_between(middle, math.atan2(path[-1, 1] - y, path[-1, 0] - x))
+            if run % 2 or abs(angle) > sight.half:
+                angle = rng.uniform(-sight.half, sight.half)
+            away = np.array([math.cos(middle + angle), math.sin(middle + angle)])
+            rim = np.array([x, y]) + (rules.sight.range + 0.35) * away
+            moving_obstacle = np.concatenate([rim, -beyond * rules.unseen * away])
             g = chase(path, period / n, body, moving_obstacle, 0.35, 1e9, beyond * rules.unseen, 0, key, number)
             seen["unseen"] = min(seen["unseen"], g)
     return seen
@@ -366,7 +373,7 @@ def crowd(count: int, periods: int, period: float) -> tuple[Forecast, Rules]:
         period, still, none, zeros, np.ones((count, 1)), np.full(count, 0.35), centre, reach, np.full(count, 4.4),
         np.arange(count), np.zeros(count),
     )  # fmt: skip
-    return forecast, Rules(1.8, np.array([-7.0, -7.0, 7.0, 7.0]), 4.0, 4.4)
+    return forecast, Rules(1.8, np.array([-7.0, -7.0, 7.0, 7.0]), Sight(4.0), 4.4)
 
 
 def costs(repeats: int) -> dict[str, float]:
@@ -376,7 +383,7 @@ def costs(repeats: int) -> dict[str, float]:
     safety = Safety(limits, period, bounds, start)
     body = footprint(load_robot("rescue").shape)
     forecast, rules = crowd(16, 30, period)
-    endless = rules._replace(sight=math.inf)
+    endless = rules._replace(sight=Sight(math.inf))
     worst = {"tube": 0.0, "certificate": 0.0, "longest certified": 0.0}
     rng = np.random.default_rng(1)
     for _ in range(30):

@@ -26,8 +26,9 @@ from clearway.navigators.hp_st.certificate import (
     longest_certified,
     stopped_after,
 )
+from clearway.navigators.hp_st.sight import Sight, depth, sight_of
 from clearway.navigators.hp_st.tube import drive, room, tube
-from clearway.robots import DriveLimits
+from clearway.robots import DriveLimits, load_robot
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "certified_tube.py"
 PERIOD = 0.15
@@ -35,7 +36,7 @@ INSTANT = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
 HOSBOT = DriveLimits(-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0)
 SHOVED = np.array([0.01, 0.01, 0.0, 0.0, 0.0])
 DISC = footprint(Circle(0.25))
-FREE = Rules(math.inf, np.array([-math.inf, -math.inf, math.inf, math.inf]), math.inf, 0.0)
+FREE = Rules(math.inf, np.array([-math.inf, -math.inf, math.inf, math.inf]), Sight(math.inf), 0.0)
 L_SHAPE = Polygon(((-0.3, -0.3), (0.4, -0.3), (0.4, 0.0), (0.0, 0.0), (0.0, 0.4), (-0.3, 0.4)))
 
 
@@ -163,11 +164,59 @@ def test_the_area_holds_the_robots_centre() -> None:
 
 def test_what_nobody_has_seen_may_come_from_the_rim() -> None:
     # it drives 1.2 m in 1.5 s; at 1 m/s the unseen has come 1.5 m nearer by then
-    assert judge(AHEAD, expect(), FREE._replace(sight=1.2 + 0.25 + 1.5 + 0.1, unseen=1.0)).ok
-    refused = judge(AHEAD, expect(), FREE._replace(sight=1.2 + 0.25 + 1.5 - 0.05, unseen=1.0))
+    assert judge(AHEAD, expect(), FREE._replace(sight=Sight(1.2 + 0.25 + 1.5 + 0.1), unseen=1.0)).ok
+    refused = judge(AHEAD, expect(), FREE._replace(sight=Sight(1.2 + 0.25 + 1.5 - 0.05), unseen=1.0))
     assert (refused.which, refused.time) == (UNSEEN, pytest.approx(9 * PERIOD))
-    assert judge(AHEAD, expect(), FREE._replace(sight=1.4, unseen=0.0)).which == UNSEEN  # it stands where nobody looked
-    assert judge(STAND, expect(), FREE._replace(sight=0.3, unseen=100.0)).ok
+    assert (
+        judge(AHEAD, expect(), FREE._replace(sight=Sight(1.4), unseen=0.0)).which == UNSEEN
+    )  # it stands where nobody looked
+    assert judge(STAND, expect(), FREE._replace(sight=Sight(0.3), unseen=100.0)).ok
+
+
+AHEAD_ONLY = FREE._replace(sight=Sight(9.0, 0.0, math.radians(100), 0.2))
+TURN = [(0.0, 1.5)] * 8  # by 103 degrees
+
+
+def test_it_drives_only_where_it_looks() -> None:
+    """Of a sector of 200 degrees ahead: not backwards; on the spot as far as it likes; and not to where it first has to turn."""
+    back = [(-0.3, 0.0)] * 4 + [(0.0, 0.0)]
+    assert judge(back, expect()).ok
+    assert judge(back, expect(), AHEAD_ONLY) == (False, UNSEEN, 0.0)
+    assert judge([(0.3, 0.0)] * 2 + back, expect(), AHEAD_ONLY) == (False, UNSEEN, pytest.approx(2 * PERIOD))
+    still = np.zeros(5)
+    assert judge([(0.3, 0.5)] * 8, expect(), AHEAD_ONLY, still).ok
+    assert judge([*TURN, *TURN, (0.0, 0.0)], expect(), AHEAD_ONLY, still).ok
+    assert judge([*TURN[:7], (0.3, 0.0), (0.0, 0.0)], expect(), AHEAD_ONLY, still).ok  # 90 degrees
+    assert judge([*TURN, (0.3, 0.0), (0.0, 0.0)], expect(), AHEAD_ONLY, still).which == UNSEEN
+    assert judge([*TURN, (-0.3, 0.0), (0.0, 0.0)], expect(), AHEAD_ONLY, still).ok  # backwards to where it looked
+    assert not judge([*TURN[:7], (0.3, 0.0), (0.0, 0.0)], expect(), AHEAD_ONLY).ok  # up to 7 x 0.01 rad farther
+
+
+def test_a_base_that_slows_down_from_reverse_is_not_certified_either() -> None:
+    plan = drive(np.array([0.0, 0.0, 0.0, -0.2, 0.0]), np.zeros((3, 2)), HOSBOT, 0.1)
+    about = tube(plan, room(plan, HOSBOT), 0.1, np.zeros(5), np.zeros(3), False)
+    assert certify(plan, about, 0.1, DISC, expect(), FREE).ok
+    assert certify(plan, about, 0.1, DISC, expect(), AHEAD_ONLY) == (False, UNSEEN, 0.0)
+
+
+def test_the_rim_lies_around_the_sensor() -> None:
+    for ahead, ok in ((0.2, True), (0.0, False), (-0.2, False)):
+        sight = Sight(1.2 + 0.25 + 0.02, 0.0, math.pi, ahead)  # the tube is wider than 0.02 m at the end
+        assert judge(AHEAD, expect(), FREE._replace(sight=sight)).ok == ok
+
+
+@pytest.mark.parametrize(("name", "out"), [("tiago", 0.465), ("hosbot", 0.361)])
+def test_part_of_its_own_outline_is_out_of_sight(name: str, out: float) -> None:
+    """So something that nobody has seen may touch it at any time, and can't be excluded by any certificate."""
+    robot = load_robot(name)
+    shape, sight = robot.shape, sight_of(robot, 4.0)
+    angles = np.linspace(0.0, 2.0 * math.pi, 721)
+    rim = (
+        shape.radius * np.column_stack((np.cos(angles), np.sin(angles)))
+        if isinstance(shape, Circle)
+        else np.array([(x, y) for x in np.linspace(-0.3, 0.3, 61) for y in np.linspace(-0.3, 0.3, 61)])
+    )
+    assert -min(depth(sight, np.zeros(3), x, y) for x, y in rim.tolist()) == pytest.approx(out, abs=1e-3)
 
 
 def test_what_is_not_a_number_is_never_certified() -> None:
@@ -176,7 +225,7 @@ def test_what_is_not_a_number_is_never_certified() -> None:
     for bad in (expect(centre=[(nan, 0.0)] * 4), expect(centre=[(9.0, 0.0)] * 4, reach=[nan] * 4)):
         assert not judge(AHEAD, bad).ok
         assert not judge(AHEAD, bad, FREE._replace(acceleration=1.0)).ok
-    assert not judge([(nan, 0.0)] * 3, expect(), FREE._replace(sight=3.0)).ok
+    assert not judge([(nan, 0.0)] * 3, expect(), FREE._replace(sight=Sight(3.0))).ok
 
 
 def test_a_corner_reaches_farther_than_a_side() -> None:
@@ -206,7 +255,7 @@ def test_the_longest_certified_part_is_the_longest(benchmark: Any, limits: Drive
     safety, found = Safety(limits, PERIOD, SHOVED, np.zeros(3)), []
     for _ in range(60):
         forecast, _about = benchmark.scene(rng, 12, 0.2, (1.0, 1.0))
-        rules = FREE._replace(acceleration=1.0, sight=float(rng.uniform(1, 4)), unseen=1.0)
+        rules = FREE._replace(acceleration=1.0, sight=Sight(float(rng.uniform(1, 4))), unseen=1.0)
         commands = (
             np.column_stack([rng.uniform(-1, 1, 8), rng.uniform(-1, 1, 8)]) if len(found) % 2 else [(1.0, 0.1)] * 12
         )

@@ -3,7 +3,7 @@
 Everything is decided by conservative advancement (Mirtich 1996): a gap of g metres that closes by no more than r metres
 a second stays open for g / r seconds. So a certificate holds at all times, not at samples; it errs on the safe side only,
 by `TOUCH`. Passive safety (Bouraine, Fraichard, Salhi, Autonomous Robots 32:267, 2012): moving obstacles count while the
-robot moves; what isn't perceived may come from beyond the range of sight. docs/guarantee.md says what follows.
+robot moves; what isn't perceived may come from beyond the rim of sight. docs/guarantee.md says what follows.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.sight import Sight, sees
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, stands, tube
 from clearway.robots.drive_limits import DriveLimits
 
@@ -36,13 +37,13 @@ class Rules(NamedTuple):
         none, their speed's bound alone then says.
         area: (4,) x_min, y_min, x_max, y_max [m] of where the robot's centre may be, +-inf: anywhere. A robot that is
         outside already may come no farther out.
-        sight: radius around the present position within which everything has been perceived, m; inf: no limit.
-        unseen: speed at which something unperceived may come from beyond, m/s.
+        sight: the sector about the present pose in which everything has been perceived.
+        unseen: speed at which something unperceived may come from beyond its rim, m/s.
     """
 
     acceleration: float
     area: FloatArray
-    sight: float
+    sight: Sight
     unseen: float
 
 
@@ -86,10 +87,9 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
     t = _leaves(plan, tube, period, rules.area)
     if t < first:
         which, first = AREA, t
-    if rules.sight < math.inf:
-        t = _beyond(plan, tube, period, body, rules.sight, rules.unseen)
-        if t < first:
-            which, first = UNSEEN, t
+    t = _beyond(plan, tube, period, body, rules.sight, rules.unseen)
+    if t < first:
+        which, first = UNSEEN, t
     return Verdict(which == CLEAR, which, first)
 
 
@@ -246,21 +246,43 @@ def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
 
 
 @kernel
-def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: float, unseen: float) -> float:
-    """When the robot may first touch what nobody has seen; s, at the start of that period; inf: not.
+def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: Sight, unseen: float) -> float:
+    """When the robot may first touch what nobody has seen, or drives where it doesn't look; s, at the start of that
+    period; inf: not.
 
     The unseen that moves starts at the rim of what is seen, and counts while the robot moves; the unseen that stands
-    is at the rim at any time.
+    is at the rim at any time. What is beside the sector may touch the robot already, as part of its own outline lies
+    there: all that can be asked is that it doesn't drive that way.
     """
-    x0, y0 = plan.states[0, 0], plan.states[0, 1]
+    x0, y0, theta = plan.states[0, 0], plan.states[0, 1], plan.states[0, 2]
+    x = x0 + math.cos(theta) * sight.x - math.sin(theta) * sight.y
+    y = y0 + math.sin(theta) * sight.x + math.cos(theta) * sight.y
+    shifted = tube.radius[0] + body.circumscribed + min(2.0, tube.heading[0]) * math.hypot(sight.x, sight.y)
     for j in range(len(plan.inputs)):
-        before = math.hypot(plan.states[j, 0] - x0, plan.states[j, 1] - y0)
-        after = math.hypot(plan.states[j + 1, 0] - x0, plan.states[j + 1, 1] - y0)
+        before = math.hypot(plan.states[j, 0] - x, plan.states[j, 1] - y)
+        after = math.hypot(plan.states[j + 1, 0] - x, plan.states[j + 1, 1] - y)
         out = max(before, after) + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period) + tube.around[j]
-        out += tube.radius[0] + body.circumscribed
-        if not out < sight - (0.0 if stands(plan, j) else unseen * (j + 1) * period):
+        out += shifted
+        still = stands(plan, j)
+        if not out < sight.range - (0.0 if still else unseen * (j + 1) * period):
+            return j * period
+        if not still and not _looks(plan, j, sight, tube.turned[j]):
             return j * period
     return math.inf
+
+
+@kernel
+def _looks(plan: Plan, j: int, sight: Sight, doubt: float) -> bool:
+    """Whether the way that the plan drives in period `j` leads where it looks now; its heading errs by up to `doubt` [rad]."""
+    first = last = plan.inputs[j, 0]
+    if plan.swings[j, 0] > 0.0:
+        first, last = plan.velocities[j, 0], plan.velocities[j + 1, 0]
+    for heading in (plan.states[j, 2] - plan.states[0, 2], plan.states[j + 1, 2] - plan.states[0, 2]):
+        if max(first, last) > 0.0 and not sees(sight, heading, doubt):
+            return False
+        if min(first, last) < 0.0 and not sees(sight, heading + math.pi, doubt):
+            return False
+    return True
 
 
 @kernel

@@ -19,7 +19,7 @@ from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.arrival import BEGIN, Approach
-from clearway.navigators.common.inputs import area_of, finite, perception_radius
+from clearway.navigators.common.inputs import area_of, finite
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.contact import Base
@@ -46,7 +46,7 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
 )
 from clearway.navigators.hp_st.search import SearchCosts
-from clearway.navigators.hp_st.sight import sight_of
+from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.navigators.hp_tmpc.motion import stop_and_turn
@@ -115,8 +115,10 @@ class HpSt:
         layers = p.short if "horizon" in without else p.layers
         stride = max(1, round(p.step / task.period))
         periods = layers * stride
-        limits = robot.limits(task.speed_limit)
-        if not p.reverse or "reverse" in without:
+        certified = self._guarantee == "passive" and "certificate" not in without
+        sight, limits = sight_of(robot, p.scan_range), robot.limits(task.speed_limit)
+        blind = certified and not sees(sight, math.pi, 0.0)  # what leads where it doesn't look is never certified
+        if blind or not p.reverse or "reverse" in without:
             limits = limits._replace(v_min=0.0)
         self._p, self._period = p, task.period
         self._base = Base(limits, footprint(robot.shape))
@@ -127,7 +129,7 @@ class HpSt:
             candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=p.rounds,
             effort=p.effort, heading_weight=p.heading_weight,
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
-            certified=self._guarantee == "passive" and "certificate" not in without,
+            certified=certified,
         )  # fmt: skip
         self._wishes = SearchCosts(
             stride * task.period, stride, p.contact_cost, p.discount, p.margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
@@ -141,11 +143,10 @@ class HpSt:
              float(p.disturbed_at_rest))
         )  # fmt: skip
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
-        sees = perception_radius(robot, p.scan_range)
-        self._rules = Rules(p.obstacle_acceleration, self._area, sees, p.unseen_speed)
+        self._rules = Rules(p.obstacle_acceleration, self._area, sight, p.unseen_speed)
         self._safety = Safety(limits, task.period, disturbance, start)
         self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry)
-        self._looks = SightMonitor(sight_of(robot, p.scan_range), p.unseen_speed, start, p.memory, robot.camera is None)
+        self._looks = SightMonitor(sight, p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
             constant_velocity_only="forecast" in without, velocities=robot.camera is None,
