@@ -15,7 +15,12 @@ from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import GoalChecker, Tolerances, load_robot, robot_names
 from clearway.stand_ins import FILE as STAND_INS
 
-PRESETS = {"tiago": ["trajectory"], "hosbot": ["vendor", "literal", "melodic", "rollout"], "jackal": [], "rescue": []}
+PRESETS = {
+    "tiago": ["trajectory"],
+    "hosbot": ["vendor", "literal", "melodic", "rollout"],
+    "jackal": ["hardware"],
+    "rescue": [],
+}
 
 
 def leaves(table: dict[str, Any], path: str = "") -> Iterator[str]:

@@ -180,3 +180,49 @@ def test_the_scale_error_is_one_draw_a_trial() -> None:
         ratios.append(share[0])
     assert np.std(ratios) == pytest.approx(0.1, rel=0.3)
     assert np.mean(ratios) == pytest.approx(1.0, abs=0.04)
+
+
+def test_turning_has_a_scale_of_its_own() -> None:
+    robot = make_robot(period=0.5, lidar=None, odometry=SILENT | {"scale": 0.0, "turn_scale": 0.05})
+    ratios = []
+    for seed in range(100):
+        pilot = constant(0.5, 0.5)
+        trial = run(pilot, robot=robot, scenario=make_scenario(seed=seed))
+        assert trial.velocity is not None
+        told = np.array([s.odom_velocity for s in pilot.seen[1:]])
+        assert told[:, 0] == pytest.approx(trial.velocity[1 : len(told) + 1, 0], abs=1e-12)
+        share = told[2:, 1] / trial.velocity[3 : len(told) + 1, 1]
+        assert np.ptp(share) < 1e-9
+        ratios.append(share[0])
+    assert np.std(ratios) == pytest.approx(0.05, rel=0.3)
+
+
+def test_unequal_wheels_bend_the_way_alike_forth_and_back() -> None:
+    """Backwards the imagined turn is undone: it goes with the metres, not with the time."""
+    robot = make_robot(period=0.5, lidar=None, odometry=SILENT | {"curvature": 0.01})
+    bends = []
+    for seed in range(100):
+        pilot = Pilot(lambda s: Command(0.5 if s.t < 4.0 else -0.5, 0.0))
+        trial = run(pilot, robot=robot, scenario=make_scenario(seed=seed))
+        x = trial.pose[: len(pilot.seen), 0]
+        theta = np.array([s.odom_pose[2] for s in pilot.seen])
+        far = int(np.argmax(x))
+        assert theta == pytest.approx(x * theta[far] / x[far], abs=1e-9)
+        bends.append(theta[far] / x[far])
+    assert np.std(bends) == pytest.approx(0.01, rel=0.3)
+
+
+def test_noise_of_measured_velocities_does_not_add_up() -> None:
+    """It is a share of the speed, nothing at rest, and the dead-reckoned pose knows nothing of it."""
+    robot = make_robot(lidar=None, odometry=SILENT | {"speed_noise": 0.02, "yaw_rate_noise": 0.05})
+    long = make_scenario(legs=[{"name": "forth", "goal": (99, 0, 0), "time_limit": 90.0}])
+    pilot = Pilot(lambda s: Command(1.0 if s.t < 60.0 else 0.0, 0.0))
+    trial = run(pilot, robot=robot, scenario=long)
+    assert trial.velocity is not None
+    told = np.array([s.odom_velocity for s in pilot.seen])
+    error = told - trial.velocity[: len(told)]
+    cruise = trial.velocity[: len(told), 0] == 1.0
+    assert np.std(error[cruise], axis=0) == pytest.approx([0.02, 0.05], rel=0.15)
+    assert np.abs(np.mean(error[cruise], axis=0) / [0.02, 0.05]).max() < 4 / math.sqrt(cruise.sum())
+    assert (error[trial.velocity[: len(told), 0] == 0.0] == 0.0).all()
+    assert pilot.seen[-1].odom_pose == pytest.approx(trial.pose[len(told) - 1], abs=1e-9)

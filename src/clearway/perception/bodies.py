@@ -280,7 +280,7 @@ class BodyFollower:
         o, way, turn = self._odometry, math.hypot(b[0] - a[0], b[1] - a[1]), abs(wrap(b[2] - a[2]))
         rotation = math.hypot(o.rotation_per_metre * math.sqrt(way), o.rotation_per_radian * math.sqrt(turn))
         lost = o.translation_per_metre * math.sqrt(way) + o.scale * way
-        return self._margin + kalman.SIGMAS * lost, kalman.SIGMAS * (rotation + o.scale * turn)
+        return self._margin + kalman.SIGMAS * lost, kalman.SIGMAS * (rotation + o.turning * turn + o.curvature * way)
 
     def _shares(
         self, points: FloatArray, body: IntArray, scan: Scan, sensor: FloatArray, margin: float, slack: float

@@ -46,12 +46,15 @@ def vehicle(f: Findings, name: str) -> Facts:
         lidar = robot.lidar
         facts.append(
             ("lidar", f"{lidar.beams} beams over {57.29578 * (lidar.angle_max - lidar.angle_min):.0f}°, "
-             f"{lidar.range_min:g} to {lidar.range_max:g} m, σ {100 * lidar.sigma:g} cm")
+             f"{lidar.range_min:g} to {lidar.range_max:g} m, σ {100 * lidar.sigma:g} cm, bias within "
+             f"{100 * lidar.bias:g} cm, spots of {1000 * lidar.divergence:g} mrad, {100 * lidar.dropout:g} % lost")
         )  # fmt: skip
     o = robot.odometry
     if any(r["robot"] == name and not is_recorded(r) for r in f.rows):
         noise = (
-            f"σ {100 * o.translation_per_metre:g} cm/√m, {o.rotation_per_radian:g} rad/√rad, scale {100 * o.scale:g} %"
+            f"systematic {100 * o.scale:g} % of the way, {100 * o.turning:g} % of turns, {1000 * o.curvature:g} mrad/m; "
+            f"drift {100 * o.translation_per_metre:g} cm/√m, {1000 * o.rotation_per_metre:g} mrad/√m, "
+            f"{1000 * o.rotation_per_radian:g} mrad/√rad"
         )
         facts.append(("wheel odometry", noise))
     t, told = robot.tolerances, robot.planner_tolerances

@@ -24,7 +24,7 @@ from clearway.validation import first_problem
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Rate = Annotated[float, Field(gt=0)]
-"""An acceleration limit, which may be infinite."""
+"""A limit, which may be infinite."""
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
@@ -81,14 +81,28 @@ class DriveSpec(_Part):
 
 
 class Lidar(_Part):
-    """A 2-D lidar."""
+    """A 2-D lidar and its errors, as data sheets give them (`clearway.world.lidar` says what each does)."""
 
     beams: int = Field(ge=1, le=100_000)
     angle_min: Finite = Field(description="rad, first beam")
     angle_max: Finite = Field(description="rad, last beam")
     range_min: NonNegative = Field(description="m")
     range_max: Positive = Field(description="m")
-    sigma: NonNegative = Field(description="standard deviation of a range, m")
+    sigma: NonNegative = Field(description="statistical error: standard deviation of a range, m")
+    bias: NonNegative = Field(
+        default=0.0,
+        description="bound on the systematic error that all ranges of a trial share, drawn for it evenly within, m",
+    )
+    divergence: NonNegative = Field(
+        default=0.0,
+        description="angle that a beam's spot covers, rad: where an edge lies within it, the range falls in between",
+    )
+    pulse: Rate = Field(
+        default=math.inf, description="half the length of a light pulse, m: echoes nearer to each other merge into one"
+    )
+    dropout: float = Field(
+        default=0.0, ge=0, lt=1, description="probability that a beam which hits something brings no return"
+    )
     mount: tuple[Finite, Finite, Finite] = Field(default=(0.0, 0.0, 0.0), description="pose in base_link: m, m, rad")
 
 
@@ -100,12 +114,31 @@ class Camera(_Part):
 
 
 class Odometry(_Part):
-    """Wheel odometry's error: standard deviations that grow with motion, plus a fixed scale error drawn per trial."""
+    """Wheel odometry's errors: systematic ones, drawn for a trial from normal distributions of the standard deviations
+    given, a drift that grows with motion, and noise of the measured velocities, which does not add up."""
 
-    translation_per_metre: NonNegative = Field(description="m of error per sqrt(m) travelled")
-    rotation_per_metre: NonNegative = Field(description="rad of error per sqrt(m) travelled")
-    rotation_per_radian: NonNegative = Field(description="rad of error per sqrt(rad) turned")
-    scale: NonNegative = Field(default=0.0, description="standard deviation of the relative scale error of a trial")
+    translation_per_metre: NonNegative = Field(description="drift, m per sqrt(m) travelled")
+    rotation_per_metre: NonNegative = Field(description="drift, rad per sqrt(m) travelled")
+    rotation_per_radian: NonNegative = Field(description="drift, rad per sqrt(rad) turned")
+    scale: NonNegative = Field(default=0.0, description="systematic: relative error of distances (the wheels' radius)")
+    turn_scale: NonNegative | None = Field(
+        default=None, description="systematic: relative error of turns (the wheels' track); default: as `scale`"
+    )
+    curvature: NonNegative = Field(
+        default=0.0, description="systematic: turn imagined per metre driven (unequal wheels), rad/m"
+    )
+    speed_noise: NonNegative | None = Field(
+        default=None,
+        description="noise of measured speed and yaw rate, as a share of each; default: what the drift makes of it",
+    )
+    yaw_rate_noise: NonNegative = Field(
+        default=0.0, description="with `speed_noise`: further noise of a measured yaw rate, rad/s per m/s"
+    )
+
+    @property
+    def turning(self) -> float:
+        """Standard deviation of the relative error of turns."""
+        return self.scale if self.turn_scale is None else self.turn_scale
 
     def velocity_errors(self, v: float, omega: float, period: float) -> tuple[float, float]:
         """Standard deviations of measured v [m/s] and omega [rad/s] over a `period` [s] in which these are `v`, `omega`."""

@@ -21,7 +21,6 @@ from clearway.geometry.distance import gap
 from clearway.geometry.held import Held
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.packing import Packed, to_box, transform
-from clearway.geometry.raycast import cast, cast_moving
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 from clearway.robots import Odometry
@@ -42,12 +41,42 @@ ODOMETER, NEXT_CHECK, ELAPSED = 10, 11, 12  # m; the first reading at which a st
 STATE = 13
 
 
-def odometry_errors(odometry: Odometry, key: np.uint64) -> FloatArray:
-    """(5,) scale of distance, scale of turning (drawn for the trial), and the three growing deviations."""
-    return np.array(
-        [1.0 + odometry.scale * normal(key, -1, 0), 1.0 + odometry.scale * normal(key, -1, 1),
-         odometry.translation_per_metre, odometry.rotation_per_metre, odometry.rotation_per_radian]
-    )  # fmt: skip
+class OdometryErrors(NamedTuple):
+    """What the odometry of a trial makes of the wheels' motion; the drift's three are standard deviations.
+
+    Attributes:
+        distance: A metre of the wheels is told as so many.
+        turn: A radian of the wheels is told as so many.
+        curvature: Turn that is imagined per metre, rad/m.
+        translation_per_metre: Drift, m per sqrt(m).
+        rotation_per_metre: Drift, rad per sqrt(m).
+        rotation_per_radian: Drift, rad per sqrt(rad).
+        speed_noise: Of the measured velocities, as a share of them; negative: what the drift makes of them.
+        yaw_rate_noise: Of the measured yaw rate beside that, rad/s per m/s.
+    """
+
+    distance: float
+    turn: float
+    curvature: float
+    translation_per_metre: float
+    rotation_per_metre: float
+    rotation_per_radian: float
+    speed_noise: float
+    yaw_rate_noise: float
+
+
+def odometry_errors(odometry: Odometry, key: np.uint64) -> OdometryErrors:
+    """The errors of `odometry` in the trial of the random stream `key`: the systematic ones are drawn."""
+    return OdometryErrors(
+        distance=1.0 + odometry.scale * normal(key, -1, 0),
+        turn=1.0 + odometry.turning * normal(key, -1, 1),
+        curvature=odometry.curvature * normal(key, -1, 2),
+        translation_per_metre=odometry.translation_per_metre,
+        rotation_per_metre=odometry.rotation_per_metre,
+        rotation_per_radian=odometry.rotation_per_radian,
+        speed_noise=-1.0 if odometry.speed_noise is None else odometry.speed_noise,
+        yaw_rate_noise=odometry.yaw_rate_noise,
+    )
 
 
 def disturbance_bounds(spec: DisturbanceSpec | None) -> FloatArray:
@@ -77,7 +106,7 @@ class Vehicle(NamedTuple):
     Attributes:
         period: A control period, s.
         limits: Of its base.
-        errors: (5,) see `odometry_errors`.
+        errors: Of its odometry.
         odometry_key: The random stream of the odometry.
         bounds: (5,) see `disturbance_bounds`.
         disturbance_key: The random stream of the disturbance.
@@ -88,7 +117,7 @@ class Vehicle(NamedTuple):
 
     period: float
     limits: DriveLimits
-    errors: FloatArray
+    errors: OdometryErrors
     odometry_key: np.uint64
     bounds: FloatArray
     disturbance_key: np.uint64
@@ -242,11 +271,13 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
         state[ODOMETER] += rate * until
         done += until
         distance, turned = driven * until, steered * until  # wheels don't know of disturbance
-        e_v = errors[2] * math.sqrt(abs(distance)) * normal(odometry_key, count * n + i, 0)
-        spread = math.sqrt(errors[3] * errors[3] * abs(distance) + errors[4] * errors[4] * abs(turned))
+        e_v = errors.translation_per_metre * math.sqrt(abs(distance)) * normal(odometry_key, count * n + i, 0)
+        per_metre, per_radian = errors.rotation_per_metre, errors.rotation_per_radian
+        spread = math.sqrt(per_metre * per_metre * abs(distance) + per_radian * per_radian * abs(turned))
         e_w = spread * normal(odometry_key, count * n + i, 1)
+        told = errors.distance * distance + e_v, errors.turn * turned + errors.curvature * distance + e_w
         state[ODOM_X], state[ODOM_Y], state[ODOM_THETA] = arc(
-            state[ODOM_X], state[ODOM_Y], state[ODOM_THETA], errors[0] * distance + e_v, errors[1] * turned + e_w, 1.0
+            state[ODOM_X], state[ODOM_Y], state[ODOM_THETA], told[0], told[1], 1.0
         )
         noise_v += e_v
         noise_w += e_w
@@ -254,8 +285,12 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
             break
     state[ELAPSED] = done
     if done > 0.0:
-        state[ODOM_V] = errors[0] * state[V] + noise_v / period
-        state[ODOM_OMEGA] = errors[1] * state[OMEGA] + noise_w / period
+        if errors.speed_noise >= 0.0:
+            spread = math.hypot(errors.speed_noise * state[OMEGA], errors.yaw_rate_noise * state[V])
+            noise_v = period * errors.speed_noise * state[V] * normal(odometry_key, count, 2)
+            noise_w = period * spread * normal(odometry_key, count, 3)
+        state[ODOM_V] = errors.distance * state[V] + noise_v / period
+        state[ODOM_OMEGA] = errors.turn * state[OMEGA] + errors.curvature * state[V] + noise_w / period
     tracks, since, poses = moving.tracks, moving.since, moving.poses
     for m in range(len(since)):
         first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
@@ -368,32 +403,3 @@ def _displaced(step: Step, s: float) -> tuple[float, float, float]:
         return x, y, theta
     since = step.since + s
     return x + since * push[0], y + since * push[1], wrap(theta + since * push[2])
-
-
-@kernel
-def scan(
-    ranges: FloatArray, x: float, y: float, theta: float, count: int,
-    mount: FloatArray, segments: FloatArray, circles: FloatArray,
-    moving_segments: FloatArray, segment_owner: np.ndarray, moving_circles: FloatArray, circle_owner: np.ndarray,
-    moving_poses: FloatArray,
-    directions: FloatArray, optics: FloatArray, key: np.uint64,
-) -> None:  # fmt: skip
-    """One sweep of the lidar into `ranges` (n,), with noise; inf: no return.
-
-    Args:
-        x, y, theta: the robot's pose; mount: (3,) the sensor's in it. optics: (5,) angle_min, increment, range_min,
-        range_max, sigma. key, count: of the noise.
-    """
-    c, s = math.cos(theta), math.sin(theta)
-    sx, sy, st = x + c * mount[0] - s * mount[1], y + s * mount[0] + c * mount[1], theta + mount[2]
-    nearest, farthest, sigma = optics[2], optics[3], optics[4]
-    ranges[:] = math.inf
-    cast(segments, circles, sx, sy, st, directions, optics[0], optics[1], farthest, ranges)
-    cast_moving(moving_segments, segment_owner, moving_circles, circle_owner, moving_poses, sx, sy, st,
-                directions, optics[0], optics[1], farthest, ranges)  # fmt: skip
-    for i in range(ranges.shape[0]):
-        if ranges[i] <= farthest:
-            r = ranges[i] + sigma * normal(key, count, i) if sigma > 0.0 else ranges[i]
-            ranges[i] = r if nearest <= r <= farthest else math.inf
-        else:
-            ranges[i] = math.inf

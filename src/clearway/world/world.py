@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from clearway.contract import BodyKind, Obstacles, Scan
 from clearway.geometry.distance import clearance
+from clearway.geometry.held import Held
 from clearway.geometry.packing import boxes, pack, place
 from clearway.geometry.raycast import beams, scene
 from clearway.geometry.shapes import FloatArray
@@ -19,6 +19,7 @@ from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
 from clearway.world import plant
 from clearway.world.camera import ObstacleSensor
+from clearway.world.lidar import View, errors_of, hold, scan
 from clearway.world.tracks import Tracks, pose_at
 
 
@@ -81,18 +82,24 @@ class World:
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
 
-        self._scan: Any = None
+        self._view: Held[View] | None = None
         if robot.lidar is not None:
             lidar = robot.lidar
             rays = beams(lidar.beams, lidar.angle_min, lidar.angle_max, lidar.range_min, lidar.range_max)
             mount = np.array(lidar.mount, dtype=np.float64)
             mount.flags.writeable = False
-            optics = np.array([rays.angle_min, rays.increment, rays.range_min, rays.range_max, lidar.sigma])
-            fixed, movable = scene([b.shape for b in self._still], poses), scene([b.shape for b in self._moving])
-            self._scan = (
-                mount - (self._pivot, 0.0, 0.0), fixed.segments, fixed.circles, movable.segments, movable.segment_owner, movable.circles,
-                movable.circle_owner, self.moving_obstacles, rays.directions, optics, stream(seed, "lidar"),
-            )  # fmt: skip
+            key = stream(seed, "lidar")
+            self._view = hold(
+                View(
+                    mount=mount - (self._pivot, 0.0, 0.0),
+                    rays=rays,
+                    errors=errors_of(lidar, rays.increment, key),
+                    key=key,
+                    still=scene([b.shape for b in self._still], poses),
+                    movable=scene([b.shape for b in self._moving]),
+                    poses=self.moving_obstacles,
+                )
+            )
             self._beams = lidar.beams
             self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
 
@@ -120,11 +127,11 @@ class World:
 
     def sense(self) -> Scan | None:
         """The lidar's sweep from here; None without a lidar."""
-        if self._scan is None:
+        if self._view is None:
             return None
         x, y, theta = self._state[0:3].tolist()
         ranges = np.empty(self._beams)
-        plant.scan(ranges, x, y, theta, self._count, *self._scan)
+        scan(ranges, x, y, theta, self._count, self._view)
         return Scan(ranges, *self._about)
 
     def look(self) -> Obstacles | None:

@@ -1,0 +1,184 @@
+"""A 2-D lidar: the exact distance along each beam, and what a real sensor makes of it.
+
+Its errors, in the order in which the light meets them:
+
+- **Mixed pixels.** A beam is no line: its spot covers an angle, and where an edge lies within the spot, light comes back
+  from two surfaces. Echoes that lie within half a pulse's length of each other merge into one range in between (Tuley,
+  Vandapel, Hebert 2005); of echoes further apart the stronger is told, that of the surface in the middle of the spot.
+  So a range is the mean over that part of the spot whose surface lies within the pulse of what its middle hits.
+- **Lost returns.** A beam now and then brings nothing back: dark, shiny or slanted spots on a surface.
+- **Bias**: one systematic error of all ranges, drawn for the trial within the data sheet's bound.
+- **Noise**: the statistical error, normal, independent from beam to beam and from sweep to sweep.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.geometry.compiled import kernel
+from clearway.geometry.held import Held
+from clearway.geometry.raycast import Beams, Scene, cast, cast_moving
+from clearway.geometry.shapes import FloatArray
+from clearway.geometry.streams import normal, uniform
+from clearway.robots import Lidar
+
+EDGE = 0.1
+"""Between neighbouring ranges that differ by less there is no edge, m: it would vanish in the noise."""
+STEEP = 6.0
+"""Nor between those that differ by no more than the ranges of one surface met at 80 degrees, whose tangent this is."""
+
+
+class Errors(NamedTuple):
+    """Of a lidar in a trial.
+
+    Attributes:
+        sigma: Standard deviation of a range, m.
+        bias: Systematic error of all ranges in this trial, m.
+        spot: Half of the angle that a beam's spot covers, in increments.
+        pulse: Half a pulse's length: difference in depth up to which two echoes merge, m.
+        kept: Logarithm of the probability that a beam's return is not lost.
+    """
+
+    sigma: float
+    bias: float
+    spot: float
+    pulse: float
+    kept: float
+
+
+class View(NamedTuple):
+    """A lidar, and among what it stands.
+
+    Attributes:
+        mount: (3,) its pose in the frame of the robot's state.
+        rays: Its beams.
+        errors: Its errors in this trial.
+        key: The random stream of those that are drawn anew at each sweep.
+        still: The bodies that stand, in the map frame.
+        movable: The bodies that move, each in its own frame.
+        poses: (m, 3) where these are now, NaN if absent.
+    """
+
+    mount: FloatArray
+    rays: Beams
+    errors: Errors
+    key: np.uint64
+    still: Scene
+    movable: Scene
+    poses: FloatArray
+
+
+@kernel
+def hold(view: View) -> Held[View]:
+    """`view`, as `scan` takes it."""
+    return Held(view)
+
+
+def errors_of(lidar: Lidar, increment: float, key: np.uint64) -> Errors:
+    """The errors of `lidar`, whose beams lie `increment` rad apart, in the trial of the random stream `key`."""
+    return Errors(
+        sigma=lidar.sigma,
+        bias=lidar.bias * (2.0 * uniform(key, -1, 0) - 1.0),
+        spot=0.5 * lidar.divergence / abs(increment) if increment != 0.0 else 0.0,
+        pulse=lidar.pulse,
+        kept=math.log1p(-lidar.dropout),
+    )
+
+
+@kernel
+def scan(ranges: FloatArray, x: float, y: float, theta: float, count: int, held: Held[View]) -> None:
+    """One sweep of the lidar into `ranges` (n,), with its errors; inf: no return.
+
+    Args:
+        x, y, theta: the robot's pose. count: of control periods so far.
+    """
+    view = held.value
+    mount, rays, errors, still, movable = view.mount, view.rays, view.errors, view.still, view.movable
+    c, s = math.cos(theta), math.sin(theta)
+    sx, sy, st = x + c * mount[0] - s * mount[1], y + s * mount[0] + c * mount[1], theta + mount[2]
+    farthest = rays.range_max
+    ranges[:] = math.inf
+    cast(still.segments, still.circles, sx, sy, st, rays.directions, rays.angle_min, rays.increment, farthest, ranges)
+    cast_moving(movable.segments, movable.segment_owner, movable.circles, movable.circle_owner, view.poses,
+                sx, sy, st, rays.directions, rays.angle_min, rays.increment, farthest, ranges)  # fmt: skip
+    if errors.spot > 0.0:
+        mix(ranges, errors.spot, errors.pulse, STEEP * abs(rays.increment), count, view.key)
+    if errors.kept < 0.0:
+        lose(ranges, errors.kept, count, view.key)
+    for i in range(ranges.shape[0]):
+        if ranges[i] <= farthest:
+            r = ranges[i] + errors.bias
+            if errors.sigma > 0.0:
+                r += errors.sigma * normal(view.key, count, i)
+            ranges[i] = r if rays.range_min <= r <= farthest else math.inf
+        else:
+            ranges[i] = math.inf
+
+
+@kernel
+def mix(ranges: FloatArray, spot: float, pulse: float, steep: float, count: int, key: np.uint64) -> None:
+    """Replace ranges (n,) beside edges by what spots of 2 `spot` beams see there.
+
+    Args:
+        steep: by how much neighbouring ranges of one surface may differ, as a share of the nearer one.
+    """
+    n = ranges.shape[0]
+    exact = ranges.copy()
+    wide, done = math.ceil(spot), 0  # beams before `done` are as they will be
+    for i in range(n - 1):
+        step = abs(exact[i + 1] - exact[i])
+        if EDGE < step <= pulse and _edge(exact, i, steep):
+            for j in range(max(done, i + 1 - wide), min(n, i + 1 + wide)):
+                if exact[j] < math.inf:
+                    ranges[j] = _over_spot(exact, j, spot, pulse, steep, count, key)
+            done = min(n, i + 1 + wide)
+
+
+@kernel
+def _edge(exact: FloatArray, i: int, steep: float) -> bool:
+    """Whether beams i and i + 1 hit two surfaces, or only one of them hits anything."""
+    step = abs(exact[i + 1] - exact[i])
+    return bool(step > EDGE and step > steep * min(exact[i], exact[i + 1]))
+
+
+@kernel
+def _over_spot(
+    exact: FloatArray, j: int, spot: float, pulse: float, steep: float, count: int, key: np.uint64
+) -> float:  # fmt: skip
+    """The mean range over the part of beam j's spot that lies within `pulse` of what its middle hits.
+
+    The surface that a beam hits ends half way to the next beam, and at an edge anywhere on that way: the same place for
+    every beam whose spot covers it.
+    """
+    n = exact.shape[0]
+    total = weight = 0.0
+    begin = j - spot
+    for m in range(max(0, j - math.ceil(spot)), min(n, j + math.ceil(spot) + 1)):
+        border = m + 0.5
+        if m < n - 1 and _edge(exact, m, steep):
+            border = m + uniform(key, count, n + m)
+        end = min(border, j + spot)
+        if end > begin:
+            if abs(exact[m] - exact[j]) <= pulse and exact[m] < math.inf:
+                total += (end - begin) * exact[m]
+                weight += end - begin
+            begin = end
+    return total / weight
+
+
+@kernel
+def lose(ranges: FloatArray, kept: float, count: int, key: np.uint64) -> None:
+    """Each of `ranges` (n,) becomes inf with probability 1 - exp(kept); one draw for each gap between two lost ones."""
+    n = ranges.shape[0]
+    i = -1
+    for k in range(n):
+        gap = math.log(uniform(key, count, 2 * n + k)) / kept
+        if gap >= n:
+            return
+        i += 1 + math.floor(gap)
+        if i >= n:
+            return
+        ranges[i] = math.inf
