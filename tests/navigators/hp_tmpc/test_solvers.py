@@ -13,9 +13,9 @@ from scipy.optimize import minimize
 
 from clearway.geometry.streams import stream
 from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, linearise, solve_gauss_newton
-from clearway.navigators.hp_tmpc.genetic import genetic
 from clearway.navigators.hp_tmpc.interior_point import minimise
-from clearway.navigators.hp_tmpc.pattern_search import pattern_search
+from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
+from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
 from clearway.navigators.hp_tmpc.tracking import (
     CONVERGED,
     INFEASIBLE,

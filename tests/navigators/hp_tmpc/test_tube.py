@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
+import sys
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,10 +15,23 @@ from hypothesis import strategies as st
 from clearway.geometry.motion import step_arc
 from clearway.navigators.hp_tmpc.ancillary import gain
 from clearway.navigators.hp_tmpc.parameters import Parameters
-from clearway.navigators.hp_tmpc.tube import damping, deviation, tightening
+from clearway.navigators.hp_tmpc.tube import tightening
 from clearway.robots import load_robot
 
+FILE = Path(__file__).parents[3] / "benchmarks" / "tube.py"
 C = 0.15
+
+
+@pytest.fixture(scope="module")
+def benchmark() -> Any:
+    """It knows what the linearised closed loop needs at worst, and which damping covers that."""
+    spec = importlib.util.spec_from_file_location("tube", FILE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
 
 
 def nominal(v, omega, steps, theta=0.0):
@@ -35,25 +53,25 @@ def test_tightening_by_hand():
     assert tightening(0.01, 0.5, 2, 0.04) == pytest.approx([0.04, 0.03, 0.025])
 
 
-def test_at_rest_the_worst_case_is_the_plain_sum():
+def test_at_rest_the_worst_case_is_the_plain_sum(benchmark):
     poses, inputs = nominal(0.0, 0.0, 6)
     poles = np.array((0.3, 0.3, 0.3))
-    worst = deviation(poses, inputs, C, poles, 1e-9, 0.01, 0.0)
+    worst = benchmark.deviation(poses, inputs, C, poles, 1e-9, 0.01, 0.0)
     assert worst == pytest.approx(0.01 * np.arange(7), rel=6e-3)
-    assert damping(worst, 0.01) == pytest.approx(0.0, abs=6e-3)
+    assert benchmark.damping(worst, 0.01) == pytest.approx(0.0, abs=6e-3)
 
 
 @pytest.mark.parametrize(("xi", "bound"), [(0.3, 0.01), (0.05, 0.02)])
-def test_damping_finds_the_one_that_made_the_numbers(xi, bound):
-    assert damping(tightening(bound, xi, 10, 0.0), bound) == pytest.approx(xi, abs=1e-6)
-    assert np.isnan(damping(2.0 * tightening(bound, 0.0, 4, 0.0), bound))
+def test_damping_finds_the_one_that_made_the_numbers(benchmark, xi, bound):
+    assert benchmark.damping(tightening(bound, xi, 10, 0.0), bound) == pytest.approx(xi, abs=1e-6)
+    assert np.isnan(benchmark.damping(2.0 * tightening(bound, 0.0, 4, 0.0), bound))
 
 
-def test_worst_case_is_worse_than_random_ones_and_nearly_reached_by_the_worst():
+def test_worst_case_is_worse_than_random_ones_and_nearly_reached_by_the_worst(benchmark):
     p = Parameters.read(load_robot("rescue"))
     poles = np.array((p.pole_along, p.pole_left, p.pole_heading))
     poses, inputs = nominal(0.5, 0.4, 8, theta=0.7)
-    worst = deviation(poses, inputs, C, poles, p.gain_limit, 0.01, 0.01)
+    worst = benchmark.deviation(poses, inputs, C, poles, p.gain_limit, 0.01, 0.01)
     rng = np.random.default_rng(3)
     seen = np.zeros(9)
     for trial in range(300):
@@ -74,11 +92,11 @@ def test_worst_case_is_worse_than_random_ones_and_nearly_reached_by_the_worst():
 
 
 @pytest.mark.parametrize("speed", [0.0, 0.1, 0.25, 0.5, 0.75, 1.0])
-def test_the_damping_that_ships_makes_eq_4_true(speed):
+def test_the_damping_that_ships_makes_eq_4_true(benchmark, speed):
     """Over the horizons that benchmarks and sweeps use, at every speed, with the stand-ins' disturbance."""
     p = Parameters.read(load_robot("rescue"))
     poles = np.array((p.pole_along, p.pole_left, p.pole_heading))
     for omega in (-1.0, 0.0, 0.5):
         poses, inputs = nominal(speed, omega, 20)
-        worst = deviation(poses, inputs, C, poles, p.gain_limit, 0.01, 0.01)
+        worst = benchmark.deviation(poses, inputs, C, poles, p.gain_limit, 0.01, 0.01)
         assert (worst <= tightening(p.w_rob, p.xi_rob, 20, 0.0) + 1e-12).all()

@@ -23,7 +23,6 @@ from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 
 GOAL, HORIZON, CACHE, MIXTURE, UNIFORM = range(5)
-KINDS = ("goal", "horizon", "cache", "mixture", "uniform")
 
 DRAWS = 8
 """Random numbers that one sample may use."""

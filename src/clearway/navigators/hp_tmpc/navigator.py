@@ -31,8 +31,9 @@ from clearway.navigators.hp_tmpc.decision import (
     sort_out,
 )
 from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, begin, conclude, search_on
-from clearway.navigators.hp_tmpc.genetic import genetic
 from clearway.navigators.hp_tmpc.motion import stop_and_turn
+from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
+from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
 from clearway.navigators.hp_tmpc.parameters import (
     Parameters,
     Planner,
@@ -40,7 +41,6 @@ from clearway.navigators.hp_tmpc.parameters import (
     chosen_from,
     literal_from,
 )
-from clearway.navigators.hp_tmpc.pattern_search import pattern_search
 from clearway.navigators.hp_tmpc.tracking import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
 from clearway.robots import Robot
 
