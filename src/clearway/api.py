@@ -32,8 +32,9 @@ class Results(store.Results):
     """A finished results directory.
 
     Attributes:
-        path: the directory. campaign: what campaign.json holds: what was asked, versions, seeds, machine.
-        trials: pyarrow.Table, one row a trial; a column's unit is in its field's metadata.
+        path: The directory.
+        campaign: What campaign.json holds: what was asked, versions, seeds, machine.
+        trials: A pyarrow.Table, one row a trial; a column's unit is in its field's metadata.
     """
 
     def to_pandas(self) -> Any:
@@ -49,7 +50,11 @@ class Results(store.Results):
         return polars.from_arrow(self.trials)
 
     def figure(self, name: str, **selection: Any) -> Figure:
-        """A figure of the report, drawn anew: `trajectories`, `bars`, ...; `selection` narrows it, as in `batch="CE"`.
+        """A figure of the report, drawn anew.
+
+        Args:
+            name: Which one: `trajectories`, `bars`, ...
+            **selection: What to narrow it to, as in `batch="CE"`.
 
         Raises:
             ClearwayError: no such figure, or a selection that selects nothing.
@@ -207,7 +212,12 @@ def rerun(
 
 
 def resume(out: str | Path, *, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:
-    """Complete the campaign in `out` by the plan that it holds; a finished one is opened as it is.
+    """Complete a campaign by the plan that its results directory holds; a finished one is opened as it is.
+
+    Args:
+        out: The results directory.
+        workers: How many processes, as for `run`.
+        progress: Called with (done, total, note).
 
     Raises:
         ClearwayError: `out` holds no campaign, or its suite, robots or versions have changed since.
@@ -227,9 +237,11 @@ def score(
     """Import and score the recordings of a real robot by a test plan (TOML).
 
     Args:
-        test_plan: `clearway protocol` writes its skeleton. out: the results directory; None:
-            `results/NAME-OF-THE-PLAN`, numbered if that is taken. workers: processes; None: one a core.
-        resume: go on with a scoring in `out` that was interrupted. progress: called with (done, total, note).
+        test_plan: Its file; `clearway protocol` writes a skeleton of one.
+        out: The results directory; None: `results/NAME-OF-THE-PLAN`, numbered if that is taken.
+        workers: How many processes; None: one a core.
+        resume: Whether to go on with a scoring in `out` that was interrupted.
+        progress: Called with (done, total, note).
 
     Raises:
         ClearwayError: something in the test plan or in a file is wrong; one sentence says what and what would be right.

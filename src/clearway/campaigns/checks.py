@@ -14,10 +14,14 @@ from clearway.scenarios.files import kind_of, read_toml
 
 
 def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
-    """What is wrong with a scenario, suite, robot, floor plan, test plan or map file; `robot` would drive the scenarios.
+    """What is wrong with a scenario, suite, robot, floor plan, test plan or map file.
 
     A robot's file is also read as its navigators, localisers and mapper would, with each of its presets; of a test plan
     its recordings are looked at.
+
+    Args:
+        path: The file.
+        robot: Who would drive the scenarios.
     """
     if _is_plan(path):
         return problems_of(path)

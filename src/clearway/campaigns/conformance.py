@@ -94,7 +94,11 @@ SITUATIONS = (
 
 
 def check_navigator(factory: Callable[[], Navigator], robot: Robot) -> tuple[Finding, ...]:
-    """Drive navigators that `factory` makes, with the body and sensors of `robot`, and say what they keep and break.
+    """Drive a navigator through situations, twice over, and say what it keeps and what it breaks.
+
+    Args:
+        factory: Makes the navigator.
+        robot: Whose body and sensors it drives with.
 
     Raises:
         ClearwayError: The robot lacks what the navigator needs.

@@ -58,11 +58,11 @@ def compose(
     """A pilot of a navigator, a localiser and a tracker.
 
     Args:
-        navigator: gets what its `needs` asks for: the map, scans, obstacles; nothing else.
-        localiser: gives the pose that the navigator believes in.
-        localisation: its name, for messages.
-        tracker: gives the obstacles of a navigator that needs them; not asked for one that doesn't.
-        decision_limit: wall-clock seconds after which a decision is broken off with `TookTooLong`; None: never.
+        navigator: Who decides; it gets what its `needs` asks for (the map, scans, obstacles) and nothing else.
+        localiser: What gives the pose that the navigator believes in.
+        localisation: The localiser's name, for messages.
+        tracker: What gives the obstacles of a navigator that needs them; not asked for one that doesn't.
+        decision_limit: Wall clock after which a decision is broken off with `TookTooLong`, s; None: never.
             It works in the main thread of a process, where signals arrive, and can't stop code that never comes
             back to Python.
 

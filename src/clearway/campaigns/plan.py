@@ -160,7 +160,11 @@ def _refuse_unknown(plan: CampaignPlan, found: set[str]) -> None:
 
 
 def granted_map(plan: str | None, scenario: Scenario) -> OccupancyGrid | None:
-    """The map that the task grants: the campaign's own if it names one, else the floor plan's; None where none is known.
+    """The map that a task grants: the campaign's own, or the floor plan's; None where none is known.
+
+    Args:
+        plan: The campaign's `map`: the path of a ROS map, `true` or None for the floor plan's.
+        scenario: The test.
 
     Raises:
         ClearwayError: a file is missing or wrong.

@@ -16,9 +16,13 @@ _WORDS = re.compile(r"(?P<number>[0-9.e+-]+) ?(?P<unit>s|iterations?)")
 
 @dataclass(frozen=True, slots=True)
 class ThinkingBudget:
-    """A budget with the name under which the results list it; `name` None: the campaign has no set-ups.
+    """How much a navigator may think per control period.
 
     Trials that are bounded by wall clock are not the same bits each time.
+
+    Attributes:
+        name: What the results call it; None: the campaign has no set-ups.
+        budget: The bound.
     """
 
     name: str | None

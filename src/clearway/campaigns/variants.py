@@ -25,10 +25,11 @@ def variants(
     """The navigators to run, and the options of each.
 
     Args:
-        navigators: names or addresses, with or without options behind them. options: of their constructors.
-        without: ingredients. Beside each navigator that knows one, the variant without it is run; one that leaves
+        navigators: Names or addresses, with or without options behind them.
+        options: What their constructors are given.
+        without: Ingredients. Beside each navigator that knows one, the variant without it is run; one that leaves
             something out already, that has no ingredients, or that is privileged (a reference), runs as it is.
-        guarantees: each navigator that offers guarantees is run once with each of these, instead of as it stands.
+        guarantees: Values; each navigator that offers guarantees is run once with each of them, instead of as it stands.
 
     Raises:
         ClearwayError: an ingredient or a guarantee that no navigator knows, or one that a navigator's own options set.

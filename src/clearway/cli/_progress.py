@@ -12,7 +12,11 @@ import typer
 
 
 class Progress:
-    """Call it with (done, total, note); it says how far the work is and how much time is left."""
+    """Call it with (done, total, note); it says how far the work is and how much time is left.
+
+    Args:
+        what: What is counted, for people: `trials`.
+    """
 
     def __init__(self, what: str) -> None:
         self.what = what
