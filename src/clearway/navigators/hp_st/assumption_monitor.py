@@ -43,7 +43,7 @@ class AssumptionMonitor:
         self.reset()
 
     def reset(self, t: float = 0.0) -> None:
-        """A new trial: the robot stands."""
+        """Begin a new trial at time `t` [s]: the robot stands."""
         self._velocity = np.zeros(2)
         self._rested = True
         self._t = t
@@ -84,7 +84,7 @@ class AssumptionMonitor:
         return tuple(texts)
 
     def _bounds(self, inputs: FloatArray, swings: FloatArray) -> tuple[float, float]:
-        """How far the perceived pose may be from the arc's end: m, rad."""
+        """How far the perceived pose may be from the end of the arc of `inputs` (2,), in metres and radians."""
         c = self.period
         position, heading, slip, spin, at_rest = self.disturbance.tolist()
         if self._rested and not (inputs.any() or swings.any() or at_rest):

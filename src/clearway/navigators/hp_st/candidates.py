@@ -23,7 +23,13 @@ def distinct(
     """(P, 2) layer and node of the best end, then of the best of each other topology, P <= `most`.
 
     Args:
-        layer, index: the best end (`leaf`). apart: rad; ways differ where the bearing of an obstacle turns by more.
+        tree: What the search has found.
+        obstacles: As the search saw them.
+        stride: Instants of the obstacles in a layer.
+        layer: Of the best end, see `leaf`.
+        index: Of the best end in its layer; below 0 there is none.
+        most: So many ends are returned at most.
+        apart: Two ways differ where the bearing of an obstacle turns by more than that, in radians.
     """
     ends = np.empty((most, 2), np.int64)
     turns = np.empty((most, len(obstacles.still) + len(obstacles.radius)))
@@ -60,7 +66,7 @@ def distinct(
 
 @kernel
 def _turns(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, out: FloatArray) -> None:
-    """How far the bearing of each obstacle turns on the way to a node, rad; those that stand first."""
+    """Fill how far the bearing of each obstacle turns on the way to a node, rad; those that stand come first."""
     out[:] = 0.0
     s = len(obstacles.still)
     while layer > 0:

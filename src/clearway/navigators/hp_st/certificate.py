@@ -33,12 +33,12 @@ class Rules(NamedTuple):
     """What else a certificate assumes and demands.
 
     Attributes:
-        acceleration: bound on that of moving obstacles, for what they do between the forecast's instants, m/s^2; inf:
-        none, their speed's bound alone then says.
-        area: (4,) x_min, y_min, x_max, y_max [m] of where the robot's centre may be, +-inf: anywhere. A robot that is
-        outside already may come no farther out.
-        sight: the sector about the present pose in which everything has been perceived.
-        unseen: speed at which something unperceived may come from beyond its rim, m/s.
+        acceleration: Bound on that of moving obstacles, for what they do between the forecast's instants, in m/s^2;
+            inf: there is none, and the bound of their speed alone counts.
+        area: (4,) x_min, y_min, x_max, y_max of where the robot's centre may be, in metres; +-inf: anywhere. A robot
+            that is outside already may come no farther out.
+        sight: The sector about the present pose in which everything has been perceived.
+        unseen: Speed at which something unperceived may come from beyond the sector's rim, in m/s.
     """
 
     acceleration: float
@@ -48,7 +48,14 @@ class Rules(NamedTuple):
 
 
 class Safety(NamedTuple):
-    """What `longest_certified` needs beside plan and forecast: the `limits` of the base, the rest as of `tube`."""
+    """What a certificate assumes of the robot.
+
+    Attributes:
+        limits: Limits of the base.
+        period: Control period in seconds.
+        disturbance: (5,) bounds, see `tube.tube`.
+        start: (3,) bounds on the error of the perceived pose, see `tube.tube`.
+    """
 
     limits: DriveLimits
     period: float
@@ -57,7 +64,13 @@ class Safety(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """Whether a plan is certified; else with what it conflicts (AREA, UNSEEN, an obstacle), and first when [s]."""
+    """Whether a plan is certified.
+
+    Attributes:
+        ok: Whether it is.
+        which: With what it conflicts first: CLEAR, AREA, UNSEEN or the index of an obstacle, those that stand first.
+        time: When, in seconds from the plan's start; inf: never.
+    """
 
     ok: bool
     which: int
@@ -69,8 +82,12 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
     """Whether the tube around the footprint along `plan` stays clear of everything until the plan's end.
 
     Args:
-        plan: starts at the instant of the forecast; should end at rest. tube: about it. period: s. body: the footprint.
-        forecast: its sets (`still`, `centre`, `reach`, `speed`), not its probabilities. rules: see `Rules`.
+        plan: It starts at the instant of the forecast and should end at rest.
+        tube: The tube about it.
+        period: Control period in seconds.
+        body: The footprint.
+        forecast: Of it the sets count (`still`, `centre`, `reach`, `speed`), not the probabilities.
+        rules: What else is assumed and demanded.
 
     Returns:
         The conflict that comes first.
@@ -106,7 +123,7 @@ def braking_tail(state: FloatArray, limits: DriveLimits, period: float) -> Plan:
 
 @kernel
 def stopped_after(plan: Plan, k: int, limits: DriveLimits, period: float) -> Plan:
-    """The first `k` periods of `plan`, then the hardest braking."""
+    """The first `k` periods of `plan`, then the hardest braking that `limits` allow."""
     velocity = plan.velocities[k]
     longest = max(abs(velocity[0]) / limits.deceleration, abs(velocity[1]) / limits.angular_deceleration)
     commands = np.zeros((k + math.ceil(longest / period - 1e-9) + 1, 2))
@@ -126,8 +143,13 @@ def longest_certified(
     """The largest k >= `least` such that the first k periods of `plan`, then the hardest braking, are certified.
 
     Args:
-        plan: M periods. body, forecast, rules: see `certify`. safety: see `Safety`. standing: see `tube`.
-        least: 0: braking at once is an answer as well; 1: at least one period of the plan.
+        plan: M periods of motion.
+        body: The footprint.
+        forecast: Where the obstacles will be, see `certify`.
+        rules: What else is assumed and demanded.
+        safety: What is assumed of the robot.
+        standing: Whether the base stands now, and did in the period before.
+        least: 0: braking at once is an answer as well; 1: it takes at least one period of the plan.
 
     Returns:
         k, -1 if there is none; the plan so stopped (for -1 the last one that was tried); its tube; and the verdict on
@@ -273,7 +295,7 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: Sight
 
 @kernel
 def _looks(plan: Plan, j: int, sight: Sight, doubt: float) -> bool:
-    """Whether the way that the plan drives in period `j` leads where it looks now; its heading errs by up to `doubt` [rad]."""
+    """Whether the way that is driven in period `j` leads where the robot looks now; the heading errs by `doubt` [rad]."""
     first = last = plan.inputs[j, 0]
     if plan.swings[j, 0] > 0.0:
         first, last = plan.velocities[j, 0], plan.velocities[j + 1, 0]

@@ -26,8 +26,8 @@ class Base(NamedTuple):
     """The robot's base.
 
     Attributes:
-        limits: what it can do at the set speed; `v_min` is 0 for one that may not reverse.
-        foot: its outline.
+        limits: What it can do at the set speed; `v_min` is 0 for one that may not reverse.
+        foot: Its outline in base_link.
     """
 
     limits: DriveLimits
@@ -38,8 +38,11 @@ class PredictedObstacles(NamedTuple):
     """Obstacles as the search sees them: a disc for each hypothesis of each, at each instant of the forecast.
 
     Attributes:
-        still: (s, 3) x, y, R. at: (K + 1, m, 2) centres of the hypotheses at the instants. spread: (K + 1, m) standard
-        deviation of each, m. chance: (m,) of each hypothesis. radius: (m,) m.
+        still: (s, 3) x, y and radius of what stands, in metres.
+        at: (K + 1, m, 2) centres of the hypotheses at the instants, in metres.
+        spread: (K + 1, m) standard deviation of each centre along either axis, in metres.
+        chance: (m,) probability of each hypothesis.
+        radius: (m,) radius of the obstacle of each hypothesis, in metres.
     """
 
     still: FloatArray
@@ -54,6 +57,7 @@ def predicted_obstacles(forecast: Forecast, spread: FloatArray) -> PredictedObst
     """The forecast as the search sees it.
 
     Args:
+        forecast: What is expected of the obstacles.
         spread: (3,) standard deviation of the robot's own place [m], its growth [m/s], and the most that counts [m].
     """
     n, most, instants = forecast.path.shape[0], forecast.path.shape[1], forecast.path.shape[2]
@@ -83,11 +87,15 @@ def belts_of(obstacles: PredictedObstacles, k: int, stride: int, union: int, bel
     """What moves from instant k to k + `stride`, into `belts` (M, BELT).
 
     Columns: where each begins, by how much it moves (x, y) [m], radius, standard deviation [m], probability, and the
-    radius around it, then around its middle, that hold all that counts, m. What lies beyond the obstacles's last instant stays there.
+    radius around it, then around its middle, that hold all that counts, m. After the last instant nothing moves on.
 
     Args:
-        union: so many of the first instants count at any time, the belts of a planner that is blind to time; 0: each
-        at its own.
+        obstacles: As the search sees them.
+        k: The first instant.
+        stride: How many instants later it ends.
+        union: So many of the first instants count at any time, the belts of a planner that is blind to time; 0: each
+            counts at its own.
+        belts: (M, BELT), filled; there must be room for one a hypothesis, with `union` for one at each instant.
 
     Returns:
         How many there are.
@@ -119,8 +127,15 @@ def near(
     """What a robot at (x, y) can meet in a step: into `stills` (s, 3) and `moving_obstacles` (M, BELT), relative to (x, y).
 
     Args:
-        belts: the first `count` rows count. own: circumscribed radius and the longest way in a step together, m.
-        soft: what stands counts within that, m.
+        still: (n, 3) x, y and radius of what stands, in metres.
+        belts: (M, BELT) of what moves, see `belts_of`.
+        count: So many rows of `belts` are filled.
+        x: Where the robot is, in metres.
+        y: Where the robot is, in metres.
+        own: Its circumscribed radius and the longest way in a step together, in metres.
+        soft: What stands counts within that distance, in metres.
+        stills: (n, 3), filled.
+        moving_obstacles: (M, BELT), filled.
 
     Returns:
         How many of each.
@@ -149,11 +164,23 @@ def collision_risk(
     stills: FloatArray, n: int, moving_obstacles: FloatArray, m: int, vertices: FloatArray, rim: float, outer: float, margin: float,
     soft: float, nearness: float, theta: float, dx: float, dy: float, turn: float,
 ) -> float:  # fmt: skip
-    """Risk of a step by (dx, dy) with a `turn` from heading `theta`: probability of contact with what moves, and what
-    nearness to what stands costs; -1: it runs into what stands.
+    """Risk of a step: probability of contact with what moves, and what nearness to what stands costs; -1: it hits that.
 
     Args:
-        stills, n, moving obstacles, m: as `near` fills them. vertices, rim, outer: of the footprint. margin, soft [m], nearness: see `SearchCosts`.
+        stills: (s, 3) what stands, as `near` fills it.
+        n: So many rows of `stills` are filled.
+        moving_obstacles: (M, BELT) what moves, as `near` fills it.
+        m: So many rows of `moving_obstacles` are filled.
+        vertices: Of the footprint, see `Footprint`.
+        rim: Radius around each vertex of the footprint, in metres.
+        outer: Circumscribed radius of the footprint, in metres.
+        margin: Distance that is kept from what stands, in metres.
+        soft: Distance below which nearness to what stands costs, in metres.
+        nearness: What it costs at no distance.
+        theta: Heading at the step's start, in radians.
+        dx: How far the step leads along x, in metres.
+        dy: How far the step leads along y, in metres.
+        turn: By how much it turns, in radians.
     """
     risk = 0.0
     if n > 0:
@@ -198,7 +225,7 @@ def collision_risk(
 
 @kernel
 def _room(vertices: FloatArray, rim: float, theta: float, ex: float, ey: float, d2: float) -> float:
-    """From the footprint at a heading to a point that lies at (ex, ey) from it; d2: that distance squared."""
+    """Distance [m] of the footprint, heading `theta`, to a point at (ex, ey) from its origin, sqrt(`d2`) away."""
     if len(vertices) == 1:
         return math.sqrt(d2) - rim
     return gap(vertices, rim, 0.0, 0.0, theta, ex, ey)

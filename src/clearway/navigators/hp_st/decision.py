@@ -37,9 +37,22 @@ class Settings(NamedTuple):
     """What doesn't change during a trial.
 
     Attributes:
-        period: s. periods: N, of a plan. layers, narrow, wide, low_cost_threshold: of the search. budget: nodes that it may have.
-        controls: (C, 2) see `search`. candidates, apart, keep, rounds, effort, heading_weight: see `parameters`.
-        spread: (3,) see `predicted_obstacles`. certified: whether a plan needs a certificate.
+        period: Control period in seconds.
+        periods: N, the periods of a plan.
+        layers: Of the search.
+        narrow: Nodes that the search keeps in a layer at first.
+        wide: Nodes that it keeps where the narrow search finds no way of low cost.
+        low_cost_threshold: A way that costs no more than this is not searched on, in seconds.
+        budget: Nodes that the search may have in all.
+        controls: (C, 2) shares of the limits of v and omega that a step of the search tries.
+        candidates: Ways of distinct topology that are compared, at most.
+        apart: Two ways differ where the bearing of an obstacle turns by more than that, in radians.
+        keep: By so much another plan has to be better than the last one, in seconds.
+        rounds: Linearisations of the tracking problem, at most.
+        effort: Weight of the commands' changes in the tracking problem.
+        heading_weight: Weight of the heading's error beside the position's there, in metres per radian.
+        spread: (3,) how uncertain what the search sees may be, see `predicted_obstacles`.
+        certified: Whether a plan needs a certificate.
     """
 
     period: float
@@ -64,8 +77,9 @@ class Memory(NamedTuple):
     """What passes from one decision to the next.
 
     Attributes:
-        plan: (N, 2) commands of the last plan, from now on. velocity: (2,) v, omega that the base drives now. age: (2,)
-        periods since it began to stand, and whether there is a plan.
+        plan: (N, 2) commands of the last plan from now on, in m/s and rad/s.
+        velocity: (2,) v and omega that the base drives now, in m/s and rad/s.
+        age: (2,) periods since it began to stand, and 1 if there is a plan, else 0.
     """
 
     plan: FloatArray
@@ -74,7 +88,18 @@ class Memory(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """What a decision is about: the robot at `start` (5,) x, y, theta, v, omega, what surrounds it, and what it wants."""
+    """What a decision is about: the robot, what surrounds it, and what it wants.
+
+    Attributes:
+        settings: What doesn't change during a trial.
+        base: The robot's base.
+        obstacles: As the search sees them.
+        field: Distances to the goal.
+        area: (4,) x_min, y_min, x_max, y_max of where the robot's centre may be, in metres.
+        costs: What the search weighs.
+        safety: What a certificate assumes of the robot.
+        start: (5,) x, y, theta, v, omega of the robot now.
+    """
 
     settings: Settings
     base: Base
@@ -87,7 +112,16 @@ class Scene(NamedTuple):
 
 
 class Found(NamedTuple):
-    """A search's tree, its best end, whether that costs little, how many nodes were spent, and whether the budget cut it."""
+    """What a search has found.
+
+    Attributes:
+        tree: All ways that it has looked at.
+        layer: Of the best end.
+        node: Of the best end in its layer; -1: there is none.
+        low_cost: Whether the way there costs little.
+        spent: Nodes that the decision has spent so far.
+        cut: Whether the budget left fewer nodes than were asked for.
+    """
 
     tree: Tree
     layer: int
@@ -101,8 +135,10 @@ class Ways(NamedTuple):
     """Plans to choose from; the last of them is the last decision's.
 
     Attributes:
-        commands: (P, N, 2), states: (P, N + 1, 5) where they lead. total: (P,) s by `weigh`, inf: there is none.
-        cost: (P,) the risk in it.
+        commands: (P, N, 2) v and omega of each period, in m/s and rad/s.
+        states: (P, N + 1, 5) where they lead: x, y, theta, v, omega.
+        total: (P,) what each costs by `weigh`, in seconds; inf: there is no such plan.
+        cost: (P,) the risk in that, in seconds.
     """
 
     commands: FloatArray
@@ -115,11 +151,18 @@ class Decision(NamedTuple):
     """A decision and how it was found.
 
     Attributes:
-        commands: (N, 2) of the plan that was chosen, states: (N + 1, 5) where it leads. cost: what it risks, s.
-        status: index into STATUSES. certified: how many of its periods may be driven before the robot would have to
-        brake; -1: none (or nobody asked). stored: the plan so stopped. tube: about it. verdict: on what was refused.
-        ways: (P, N + 1, 2) of all new candidates. choice: among them (-1: the last plan, or none). nodes: of the
-        search. cut: whether the budget ended it.
+        commands: (N, 2) v and omega of the plan that was chosen, in m/s and rad/s.
+        states: (N + 1, 5) where it leads: x, y, theta, v, omega.
+        cost: What it risks, in seconds.
+        status: How it was found, an index into STATUSES.
+        certified: How many of its periods may be driven before the robot has to brake; -1: none, or nobody asked.
+        stored: The plan so stopped.
+        tube: The tube about `stored`.
+        verdict: The verdict on the longest part that was refused.
+        ways: (P, N + 1, 2) places along all new candidates, in metres.
+        choice: Index of the chosen one among them; -1: it is the last plan, or there is none.
+        nodes: Nodes that the search has spent.
+        cut: Whether the budget ended the search.
     """
 
     commands: FloatArray
@@ -141,7 +184,9 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     """What a plan costs by the yardstick of the search, s.
 
     Args:
-        commands: (N, 2). states: (N + 1, 5), filled.
+        scene: What the decision is about.
+        commands: (N, 2) v and omega of the plan, in m/s and rad/s.
+        states: (N + 1, 5) where it leads, filled.
 
     Returns:
         Time gone and to go (see `worth`) and risk together, and the risk alone.

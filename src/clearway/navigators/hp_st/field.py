@@ -18,7 +18,7 @@ CELLS = 6400
 """At most so many cells: the grid is as fine as that allows."""
 
 FINEST = 0.1
-"""m; finer than that no grid is."""
+"""No grid is finer than that, m."""
 
 THICK = 6.0
 """A metre inside a disc counts as so many: whoever is in there is led out."""
@@ -31,8 +31,11 @@ class Field(NamedTuple):
     """Distances to a goal.
 
     Attributes:
-        distance: (ny, nx) m, of the cell (i, j) with its centre at origin + (j, i) resolution. hidden: (ny, nx), 0
-        where the goal is in sight. origin: (2,) m. resolution: m. goal: (2,) m.
+        distance: (ny, nx) way from the cell (i, j), whose centre is at origin + (j, i) resolution, in metres.
+        hidden: (ny, nx) 0 where the goal is in sight, else 1.
+        origin: (2,) centre of the first cell, in metres.
+        resolution: Distance between two cells, in metres.
+        goal: (2,) where all ways lead, in metres.
     """
 
     distance: FloatArray
@@ -71,7 +74,7 @@ def make_field(goal: FloatArray, discs: FloatArray, area: FloatArray) -> Field:
 
 @kernel
 def _sweep(distance: FloatArray, hidden: FloatArray, slow: FloatArray, h: float) -> None:
-    """Fill the hidden cells."""
+    """Fill the hidden cells of `distance`, `h` [m] apart, in which a metre counts `slow` times."""
     ny, nx = distance.shape
     for i in range(ny):
         for j in range(nx):

@@ -24,7 +24,12 @@ def home(
     """Fill `commands` (N, 2) that lead from `start` (5,) along `field` and stop within `reach` [m] of its goal.
 
     Args:
-        limits: of the base. period: s.
+        start: (5,) x, y, theta, v, omega now.
+        limits: Limits of the base.
+        field: Distances to the goal.
+        period: Control period in seconds.
+        reach: Radius around the goal that is near enough, in metres.
+        commands: (N, 2) v [m/s] and omega [rad/s], filled.
     """
     x, y, theta, v, w = start[0], start[1], start[2], start[3], start[4]
     c, fall = period, _BRAKING * limits.deceleration

@@ -78,12 +78,13 @@ class HpSt:
     """Heuristic plan through space and time, tracked by a tube MPC, with a certificate before each step.
 
     Args:
-        guarantee: `passive`: only what is certified is driven, so that it never moves at a contact while the assumptions
-        hold (docs/guarantee.md); `none`: best success. without: ingredients to leave out (INGREDIENTS), such as
-        reverse+candidates. parameters: any field of `parameters.Parameters`.
+        guarantee: With `passive` only what is certified is driven, so that it never moves at a contact while the
+            assumptions hold (docs/guarantee.md); with `none` it has the best success.
+        without: Ingredients to leave out (INGREDIENTS), such as reverse+candidates.
+        parameters: Any field of `parameters.Parameters`.
 
     Raises:
-        ClearwayError: an option that does not exist, or a parameter out of its range.
+        ClearwayError: An option does not exist, or a parameter is out of its range.
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
@@ -109,7 +110,7 @@ class HpSt:
         """Forget everything and prepare for a new trial.
 
         Raises:
-            ClearwayError: a parameter in the robot's file is wrong.
+            ClearwayError: A parameter in the robot's file is wrong.
         """
         p, without = self.read_parameters(robot), self._without
         layers = p.short if "horizon" in without else p.layers
@@ -173,7 +174,7 @@ class HpSt:
         """Decide for one control period.
 
         Raises:
-            ValueError: the pose or the goal is not finite.
+            ValueError: The pose or the goal is not finite.
         """
         began = time.perf_counter()
         given, aim = finite("pose", observation.pose), finite("goal.pose", observation.goal.pose)

@@ -33,9 +33,9 @@ class Sight(NamedTuple):
 
 
 def sight_of(robot: Robot, scan_range: float) -> Sight:
-    """What `robot` sees: a camera's circle; of a lidar, its sector up to `scan_range` [m] at most; without both, everything.
+    """What `robot` sees: a camera's circle, or a lidar's sector up to `scan_range` [m] at most; without both, everything.
 
-    A lidar may miss what lies nearer to its range's end than its ranges err, so that doesn't count as seen.
+    A lidar may miss what lies nearer to the end of its range than a range errs, so that doesn't count as seen.
     """
     if robot.camera is not None:
         return Sight(robot.camera.range)
@@ -61,7 +61,7 @@ def sees(sight: Sight, direction: float, doubt: float) -> bool:
 
 
 def depth(sight: Sight, pose: FloatArray, x: float, y: float) -> float:
-    """How deep [m] the place (x, y) lies within the sector that is seen from `pose` (3,); below 0: so far outside of it."""
+    """How deep [m] the place (x, y) lies within the sector that is seen from `pose` (3,); below 0: so far outside."""
     theta = float(pose[2])
     cos, sin = math.cos(theta), math.sin(theta)
     dx = x - (float(pose[0]) + cos * sight.x - sin * sight.y)

@@ -1,8 +1,8 @@
 """Which assumptions about perception did not hold at a look, in words: what appears where it must have been seen before.
 
-Whatever could explain an appearance does: it may have come in across the edge of sight at the assumed speed, a track that
+Whatever can explain an appearance does: it may have come in across the edge of sight at the assumed speed, a track that
 is out of view may be it, and what touches something that a lidar showed before is more of the same surface. So a text
-is never a false alarm. That something stood behind something else explains nothing: the theorem assumes that nothing does.
+is never a false alarm. That something was hidden explains nothing: the theorem assumes that nothing is.
 """
 
 from __future__ import annotations
@@ -72,9 +72,8 @@ class SightMonitor:
             elif not within > ROUNDING:
                 continue
             elif moving[j]:
-                texts.append(
-                    f"obstacle {name}: appeared within sight, {within:.2f} m deeper than it can have come since the last look"
-                )
+                deeper = f"{within:.2f} m deeper than it can have come since the last look"
+                texts.append(f"obstacle {name}: appeared within sight, {deeper}")
             elif self._surfaces:
                 pieces.append(within)
             else:
@@ -88,8 +87,8 @@ class SightMonitor:
     def _appeared(
         self, dt: float, disc: FloatArray, error: float, moving: bool, forecast: Forecast
     ) -> tuple[bool, float]:
-        """Whether the `disc` (3,) was perceived as standing at the last look, `dt` [s] ago, and how far [m] it lies within
-        what was seen then; 0: that is explained."""
+        """Whether `disc` (3,) was perceived as standing at the last look, `dt` [s] ago, and how far [m] it lies within
+        what was seen then; not above 0: that is explained."""
         x, y, size = disc.tolist()
         away = math.hypot(x - self._pose[0], y - self._pose[1])
         misread = math.hypot(self._start[0], self._start[1]) + float(self._start[2]) * away

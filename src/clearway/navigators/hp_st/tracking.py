@@ -27,7 +27,17 @@ def track(
     """A plan (N, 2) that tracks `states` (N + 1, 5), smoother and clear of the rows where it can be.
 
     Args:
-        start: (5,). commands: (N, 2) that lead along `states`. rounds: linearisations.
+        obstacles: As the search sees them.
+        costs: What the search weighs, of which the distance kept from what stands counts here.
+        start: (5,) x, y, theta, v, omega now.
+        states: (N + 1, 5) that are to be followed.
+        commands: (N, 2) that lead along `states`.
+        base: The robot's base.
+        area: (4,) x_min, y_min, x_max, y_max of where the robot's centre may be, in metres.
+        period: Control period in seconds.
+        rounds: Linearisations, at most.
+        effort: Weight of the commands' changes against the distance to `states`.
+        heading_weight: Weight of the heading's error beside the position's, in metres per radian.
     """
     n = len(commands)
     low, high = reachable(base.limits, start[3], start[4], n, period)

@@ -40,11 +40,12 @@ class Plan(NamedTuple):
     """M periods of nominal motion, map frame.
 
     Attributes:
-        states: (M + 1, 3) poses at the samples. inputs: (M, 2) mean v [m/s] and omega [rad/s] of each period.
+        states: (M + 1, 3) poses at the samples, in metres and radians.
+        inputs: (M, 2) mean v and omega of each period, in m/s and rad/s.
         swings: (M, 2) by how much v and omega change within each period, as the base's acceleration is bounded; zeros
-        for a base that takes up a command at once. velocities: (M + 1, 2) at the samples; without bounds on
-        the acceleration, those of the period before.
-        commands: (M, 2) what the base is told for each period.
+            for a base that takes up a command at once.
+        velocities: (M + 1, 2) v and omega at the samples; without bounds on the acceleration, those of the period before.
+        commands: (M, 2) v and omega that the base is told for each period.
     """
 
     states: FloatArray
@@ -65,9 +66,11 @@ class Tube(NamedTuple):
     """Bounds on where the robot is about a plan of M periods.
 
     Attributes:
-        radius: (M + 1,) m and heading: (M + 1,) rad, of the deviation at the samples.
-        around: (M,) m and turned: (M,) rad, of the deviation from the arc of inputs[j] out of states[j] at all times of
-        period j, its ends included.
+        radius: (M + 1,) bounds on the distance from the plan at the samples, in metres.
+        heading: (M + 1,) bounds on the deviation of the heading at the samples, in radians.
+        around: (M,) bounds on the distance from the arc of inputs[j] out of states[j] at all times of period j, its ends
+            included, in metres.
+        turned: (M,) the same of the heading, in radians.
         gains: (M, 2, 3) K_j: the command is inputs[j] + K_j (pose - states[j]), the heading's difference wrapped.
         margin: (M, 2) the largest |K_j (pose - states[j])| in m/s and rad/s; never beyond `room`.
     """
@@ -85,8 +88,10 @@ def drive(state: FloatArray, commands: FloatArray, limits: DriveLimits, period: 
     """The nominal motion that follows `commands`.
 
     Args:
-        state: (5,) x, y, theta, v, omega now. commands: (M, 2) v [m/s], omega [rad/s], cut to the limits.
-        limits: of the base. period: s.
+        state: (5,) x, y, theta, v, omega now.
+        commands: (M, 2) v and omega for each period, in m/s and rad/s; they are cut to the limits.
+        limits: Limits of the base.
+        period: Control period in seconds.
     """
     n = len(commands)
     faster, slower = limits.acceleration, limits.deceleration
@@ -130,14 +135,16 @@ def tube(
     """The tube about `plan`.
 
     Args:
-        plan: as `drive` makes it. room: (M, 2) see `room`. period: s.
+        plan: M periods of motion, as `drive` makes it.
+        room: (M, 2) how far its inputs may be corrected, see `room`.
+        period: Control period in seconds.
         disturbance: (5,) bounds for each period: displacement [m] (a disc) and turn [rad], which grow evenly over the
             period; deviation of v [m/s] and omega [rad/s]; and 1.0 where it also moves a robot that stands, else 0.0.
         start: (3,) bounds on |x|, |y| [m], |theta| [rad] of the perceived pose's error, now and at each later sample.
-        standing: whether the base stands now, and did in the period before.
+        standing: Whether the base stands now, and did in the period before.
 
     Returns:
-        See `Tube`. The gain is zero where the input is, and in the first period, as the plan begins where the robot is
+        The bounds. The gain is zero where the input is, and in the first period, as the plan begins where the robot is
         perceived.
     """
     n, c = len(plan.inputs), period
@@ -211,7 +218,12 @@ def tube(
 
 
 class Parts(NamedTuple):
-    """A sum of linear images of discs (two axes (3,) each) and of segments (half of each, (3,)), in (x, y, theta)."""
+    """A set of errors (x, y, theta): a sum of linear images of discs and of segments.
+
+    Attributes:
+        discs: (2 n, 3) two axes of each disc.
+        rods: (m, 3) half of each segment.
+    """
 
     discs: FloatArray
     rods: FloatArray
