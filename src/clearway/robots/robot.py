@@ -142,11 +142,12 @@ class Odometry(_Part):
 
     def velocity_errors(self, v: float, omega: float, period: float) -> tuple[float, float]:
         """Standard deviations of measured v [m/s] and omega [rad/s] over a `period` [s] in which these are `v`, `omega`."""
-        rotation = self.rotation_per_metre**2 * abs(v) + self.rotation_per_radian**2 * abs(omega)
-        return (
-            math.hypot(self.scale * v, self.translation_per_metre * math.sqrt(abs(v) / period)),
-            math.hypot(self.scale * omega, math.sqrt(rotation / period)),
-        )
+        if self.speed_noise is None:
+            rotation = self.rotation_per_metre**2 * abs(v) + self.rotation_per_radian**2 * abs(omega)
+            noise_v, noise_w = self.translation_per_metre * math.sqrt(abs(v) / period), math.sqrt(rotation / period)
+        else:
+            noise_v, noise_w = self.speed_noise * v, math.hypot(self.speed_noise * omega, self.yaw_rate_noise * v)
+        return math.hypot(self.scale * v, noise_v), math.hypot(self.turning * omega, self.curvature * v, noise_w)
 
 
 class Tolerances(_Part):

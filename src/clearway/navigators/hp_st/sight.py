@@ -11,7 +11,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.robots import Robot
 
 SIGMAS = 3.0
-"""So many standard deviations of a range are its error at most."""
+"""So many standard deviations of a range are its statistical error at most."""
 
 
 class Sight(NamedTuple):
@@ -46,7 +46,7 @@ def sight_of(robot: Robot, scan_range: float) -> Sight:
     whole = angle >= 2.0 * math.pi * (1.0 - 1.5 / max(lidar.beams, 2))  # the last beam is next to the first
     x, y, yaw = lidar.mount
     return Sight(
-        max(0.0, min(lidar.range_max, scan_range) - SIGMAS * lidar.sigma),
+        max(0.0, min(lidar.range_max, scan_range) - SIGMAS * lidar.sigma - lidar.bias),
         yaw + 0.5 * (lidar.angle_min + lidar.angle_max),
         math.pi if whole else 0.5 * angle,
         x,
