@@ -14,7 +14,8 @@ from clearway.errors import ClearwayError
 from clearway.robots import load_robot, robot_names
 from clearway.robots.robot import RESCUE
 from clearway.scenarios.check import floor_plan_schema, load_scenario, robot_schema, scenario_schema, suite_schema
-from clearway.scenarios.floorplan import floor_plan_names, load_floor_plan
+from clearway.scenarios.floor_plan_files import floor_plan_names
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.stand_ins import FILE as STAND_INS
 

@@ -14,7 +14,8 @@ from clearway.errors import ClearwayError
 from clearway.geometry.grid import FREE, OCCUPIED, UNKNOWN
 from clearway.geometry.rasterise import outline
 from clearway.geometry.ros_map import write_map
-from clearway.scenarios.floorplan import draw_map, floor_plan_names, load_floor_plan, read_floor_plan
+from clearway.scenarios.floor_plan_files import draw_map, floor_plan_names, read_floor_plan
+from clearway.scenarios.floorplan import load_floor_plan
 
 PLANS = Path(str(resources.files("clearway.scenarios") / "plans"))
 both = pytest.mark.parametrize("name", ["hall", "ward"])

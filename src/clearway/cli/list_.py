@@ -24,7 +24,8 @@ def list_(
     from clearway.navigators.registry import navigator_class, navigator_names
     from clearway.recordings.formats import formats
     from clearway.robots import load_robot, robot_names
-    from clearway.scenarios.floorplan import floor_plan_names, load_floor_plan
+    from clearway.scenarios.floor_plan_files import floor_plan_names
+    from clearway.scenarios.floorplan import load_floor_plan
     from clearway.scenarios.suites import load_suite, suite_names
 
     tables: dict[str, Callable[[], dict[str, str]]] = {

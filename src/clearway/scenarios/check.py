@@ -29,7 +29,8 @@ from clearway.scenarios.files import (
     scenarios_of,
     suite_schema,
 )
-from clearway.scenarios.floorplan import FloorPlanSpec, load_floor_plan
+from clearway.scenarios.floor_plan_files import FloorPlanSpec
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import Fixture, FloorPlan
 from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, PoseSpec, RunSpec, Scenario
 from clearway.scenarios.way import widest_way

@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError
 from clearway.robots import Robot
-from clearway.scenarios.floorplan import FloorPlanSpec, is_named
+from clearway.scenarios.floor_plan_files import FloorPlanSpec, is_path
 from clearway.scenarios.scenario import Positive, RobotBodySpec, Scenario
 from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed
 from clearway.validation import problems
@@ -200,7 +200,7 @@ def _first(model: type[Model], path: Path) -> Model:
 def _located(scenario: Any, path: Path) -> Any:
     """The scenario with the files that it names seen from the folder of its own file."""
     change: dict[str, Any] = {}
-    if not is_named(scenario.floor_plan):
+    if is_path(scenario.floor_plan):
         change["floor_plan"] = _beside(scenario.floor_plan, path)
     obstacles = tuple(
         o.model_copy(update={"shape": o.shape.model_copy(update={"robot": _beside(o.shape.robot, path)})})
