@@ -29,8 +29,10 @@ class Forecaster:
     `still` and not tracked, unless it was seen moving; then its track goes on, for when it moves again.
 
     Args:
-        parameters: see there. period: control period, s; what comes sooner or later is taken as it comes. step: s
-            between a forecast's instants. count: K, of steps.
+        parameters: What is assumed and expected of obstacles.
+        period: Control period, s; what comes sooner or later is taken as it comes.
+        step: Time between a forecast's instants, s.
+        count: Number of steps, K.
 
     Raises:
         ClearwayError: period or step is not above 0, or count is negative.
@@ -133,7 +135,10 @@ class PerfectForecaster:
     """The true future of what has been perceived so far: a reference, for privileged navigators.
 
     Args:
-        parameters: see there. truth: time [s] -> (n, 4) x, y, radius, presence. step: s. count: K, of steps.
+        parameters: What is assumed and expected of obstacles.
+        truth: As `Task.obstacle_oracle`: time [s] -> (n, 4) x, y, radius, presence.
+        step: Time between a forecast's instants, s.
+        count: Number of steps, K.
 
     Raises:
         ClearwayError: step is not above 0, or count is negative.

@@ -29,7 +29,9 @@ class Amcl:
     """The localiser `amcl`.
 
     Attributes:
-        parameters: as in the robot's file. poses: (n, 3) the particles, map frame. weights: (n,), sum 1.
+        parameters: Those of the robot's file.
+        poses: (n, 3) the particles, map frame.
+        weights: (n,), sum 1.
     """
 
     def __init__(self, parameters: AmclParameters | None = None) -> None:
@@ -157,7 +159,9 @@ def likelihood_field(
     costly on a large one.
 
     Args:
-        map: of the floor. room: label of the robot's free space, see `rooms`; 0: any. z_rand: divided by the range.
+        map: What is known of the floor.
+        room: Label of the robot's free space, see `rooms`; 0: any.
+        z_rand: Density of a random range: its weight over the largest range, 1/m.
 
     Returns:
         (rows, cols), and the value off the map.

@@ -40,9 +40,16 @@ class Bodies(NamedTuple):
     """Bodies that move, in the frame of the returns, and what is left.
 
     Attributes:
-        x, v: (n, 2) m, m/s. radius, error, v_error: (n,) m, m, m/s. identity: (n,) from 0.
-        structure: (k,) uint8, which clusters are not among them. slowest: m/s, bound on how fast structure that is in
-        no map may be moving. cores: (c, 3) discs inside those structures that could be bodies; core_identity: (c,).
+        x: (n, 2) m.
+        v: (n, 2) m/s.
+        radius: (n,) m.
+        error: (n,) bound on the error of `x`, m.
+        v_error: (n,) bound on the error of `v`, m/s.
+        identity: (n,) from 0.
+        structure: (k,) uint8, which clusters are not among them.
+        slowest: Bound on how fast structure that is in no map may be moving, m/s.
+        cores: (c, 3) discs inside those structures that could be bodies.
+        core_identity: (c,) of the cores, the same over time.
     """
 
     x: FloatArray

@@ -61,10 +61,15 @@ class Returns(NamedTuple):
     """The returns of a scan and the clusters that they form.
 
     Attributes:
-        points: (m, 2) in the frame that was asked for. distance: (m,) from the sensor, m. known: (m,) uint8, whether
-        the map shows something there. label: (m,) index of the cluster. circles: (k, 3) smallest circle around each
-        cluster: x, y, radius. size: (k,) returns in each. far: (k,) mean distance from the sensor, m. cut: (k,)
-        uint8, whether it ends where the view does or behind something nearer. sensor: (3,) where it stood.
+        points: (m, 2) in the frame that was asked for.
+        distance: (m,) from the sensor, m.
+        known: (m,) uint8, whether the map shows something there.
+        label: (m,) index of the cluster.
+        circles: (k, 3) smallest circle around each cluster: x, y, radius.
+        size: (k,) returns in each.
+        far: (k,) mean distance from the sensor, m.
+        cut: (k,) uint8, whether it ends where the view does or behind something nearer.
+        sensor: (3,) pose of the lidar in the same frame.
     """
 
     points: FloatArray
@@ -108,9 +113,11 @@ def perceive(
     map knows ends.
 
     Args:
-        scan: NaN, inf and anything else without a return is left out. pose: (3,) of the robot in the frame that the
-        points are wanted in. sigma: standard deviation of a range, m; 0: the returns are taken as they are, else their
-        noise is averaged out along surfaces. known: structure of the map.
+        scan: What the lidar saw; a range that is NaN, inf or otherwise no return is left out.
+        pose: (3,) of the robot in the frame that the points are wanted in.
+        sigma: Standard deviation of a range, m; 0: the returns are taken as they are, else their noise is averaged out
+            along surfaces.
+        known: What the map shows.
         believed: (3,) pose of the robot in the map frame; default: `pose`.
     """
     at = pose if believed is None else believed
@@ -131,8 +138,10 @@ def cover(
     robot moves.
 
     Args:
-        returns: in a frame that does not move. chosen: (k,) which clusters. increment: between two beams, rad.
-        most: discs at most; the cells double until that holds.
+        returns: In a frame that does not move.
+        chosen: (k,) which clusters.
+        increment: Between two beams, rad.
+        most: Discs at most; the cells double until that holds.
 
     Returns:
         Discs (n, 3) x, y, radius; a number (n,) for each that is its cell's, negative; whether all of it is known (n,).

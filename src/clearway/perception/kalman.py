@@ -113,10 +113,18 @@ def advance(
     """One period of the filters of obstacles that are told by identity.
 
     Args:
-        ids (n,) sorted, state (n, 4), spread (n, 3), seen (n,) [s]: the filters, and when each was last corrected.
-        identity (m,), position (m, 2), bound (m,): what was measured now; the error is uniform in a disc of radius
-        `bound`, whose variance is bound^2 / 4 along an axis.
-        fastest: m/s. t: now, s. dt: since the last period, s. q: m/s^2. memory: unseen for longer, a filter is dropped.
+        ids: (n,) identities of the filters, sorted.
+        state: (n, 4) x, y [m], vx, vy [m/s] of each.
+        spread: (n, 3) covariance of each along an axis: of position, of both, of velocity.
+        seen: (n,) when each was last corrected, s.
+        identity: (m,) of what is measured now.
+        position: (m, 2) of what is measured now, m.
+        bound: (m,) m; the error is uniform in a disc of this radius, whose variance is bound^2 / 4 along an axis.
+        fastest: Bound on the speed of an obstacle, m/s.
+        t: Now, s.
+        dt: Time since the last period, s.
+        q: Standard deviation of the acceleration, m/s^2.
+        memory: A filter that went unseen for longer is dropped, s.
 
     Returns:
         The filters, sorted by identity again, and which of them belongs to each measurement (m,).

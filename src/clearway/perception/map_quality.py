@@ -17,8 +17,9 @@ class MapQuality:
     """Shares, from 0 to 1.
 
     Attributes:
-        precision: of the built map's occupied cells, those near a true one.
-        recall: of the true occupied cells, those near a built one. f1: their harmonic mean.
+        precision: Share of the built map's occupied cells that lie near a true one.
+        recall: Share of the true occupied cells that lie near a built one.
+        f1: Their harmonic mean.
     """
 
     f1: float

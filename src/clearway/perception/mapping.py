@@ -26,8 +26,10 @@ class GridMapper:
     """Builds an occupancy grid from odometry and scans, in the frame in which `start` is given.
 
     Args:
-        parameters: as in the robot's file. start: (3,) where the robot stands at the first scan.
-        seed: of the particles' draws. scan_matching: without it, the scans are put where the odometry says.
+        parameters: Those of the robot's file.
+        start: (3,) where the robot stands at the first scan.
+        seed: That of the particles' draws.
+        scan_matching: Without it, the scans are put where the odometry says.
     """
 
     def __init__(
@@ -194,8 +196,11 @@ def render(
     """Draw the map that the scans give when they were made at the poses of a path.
 
     Args:
-        path: (k, 3). scans: k arrays (n, 5) of `scan_matching.beams`. mount: (3,) the sensor's pose in base_link.
-        delta: edge of a cell, m; cells are centred on its multiples. occ_thresh: a cell with a larger share of hits is a wall.
+        path: (k, 3) poses of the robot.
+        scans: k arrays (n, 5) of `scan_matching.beams`.
+        mount: (3,) the sensor's pose in base_link.
+        delta: Edge of a cell, m; cells are centred on its multiples.
+        occ_thresh: A cell with a larger share of hits is a wall.
     """
     boxes = np.array([sm.extent(scan, path[k : k + 1], mount) for k, scan in enumerate(scans)]).reshape(-1, 4)
     origin, rows, cols = _lattice(boxes[:, :2].min(axis=0) - delta, boxes[:, 2:].max(axis=0) + delta, delta)

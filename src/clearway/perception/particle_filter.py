@@ -35,7 +35,8 @@ def move(
     """Move every particle by the odometry's step from `old` to `new` (3,), each with an error of its own.
 
     Args:
-        poses: (n, 3), changed in place. alpha: (4,) odom_alpha1..4.
+        poses: (n, 3), changed in place.
+        alpha: (4,) odom_alpha1..4.
         corrected: `diff-corrected`; else `diff`, which takes the variances for standard deviations, as ROS does.
     """
     dx, dy = new[0] - old[0], new[1] - old[1]
@@ -98,9 +99,12 @@ def weigh(
     """Multiply the weights by the likelihood of a scan and normalise them; their mean before that.
 
     Args:
-        poses: (n, 3). weights: (n,), changed in place. ends: (k, 2) of `beam_ends`.
-        field: (rows, cols) what a beam that ends in this cell contributes; outside: the same off the map.
-        product: contributions are logarithms of factors; else they are added to 1, as `likelihood_field` does.
+        poses: (n, 3) of the particles.
+        weights: (n,), changed in place.
+        ends: (k, 2) of `beam_ends`.
+        field: (rows, cols) what a beam that ends in this cell contributes.
+        outside: The same off the map.
+        product: Contributions are logarithms of factors; else they are added to 1, as `likelihood_field` does.
     """
     n, k = poses.shape[0], ends.shape[0]
     rows, cols = field.shape
@@ -139,9 +143,11 @@ def resample(
     """Draw particles by weight until the KLD bound holds for the bins that they fill.
 
     Args:
-        poses: (n, 3). weights: (n,), sum 1. drawn: (bounds[1], 3), filled.
+        poses: (n, 3) of the particles.
+        weights: (n,), sum 1.
+        drawn: (bounds[1], 3), filled.
         free: (k, 2) lower corners of free cells of edge `cell`; a share `random_share` is drawn from there instead.
-        bounds: fewest and most particles.
+        bounds: Fewest and most particles.
 
     Returns:
         How many were drawn.

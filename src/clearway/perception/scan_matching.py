@@ -94,11 +94,13 @@ def fit(
     robot towards the near side of a thickening wall, so it is left out.
 
     Args:
-        cells: (3, rows, cols) a particle's map. origin: (2,) m. scan: (n, 5) from `beams`, hits only.
-        around: offsets of the cells to search, -k to k; a tuple, so that the loops over them are unrolled.
-        sigma, lsigma: standard deviations for the score and for the likelihood, m; sigma 0: the score is not wanted.
-            They are documented as such; GMapping's source divides d^2 by sigma itself, which has no consistent unit
-            and gives a score so flat that small errors add up.
+        cells: (3, rows, cols) a particle's map.
+        origin: (2,) of its lower-left corner, m.
+        scan: (n, 5) from `beams`, hits only.
+        around: Offsets of the cells to search, -k to k; a tuple, so that the loops over them are unrolled.
+        sigma: Standard deviation for the score, m; 0: the score is not wanted. It is documented as such; GMapping's source
+            divides d^2 by sigma itself, which has no consistent unit and gives a score so flat that small errors add up.
+        lsigma: Standard deviation for the likelihood, m.
     """
     _, rows, cols = cells.shape
     reach = len(around) // 2
@@ -187,8 +189,11 @@ def propose(
     it compares with the plain likelihood of a particle whose matching failed.
 
     Args:
-        matched, expected: (3,) after matching; by odometry alone. step: (2,) metres and radians moved.
-        noise: (4,) srr, srt, str, stt. window: (4,) llsamplerange, llsamplestep, lasamplerange, lasamplestep.
+        matched: (3,) pose after matching.
+        expected: (3,) pose by odometry alone.
+        step: (2,) metres and radians moved.
+        noise: (4,) srr, srt, str, stt.
+        window: (4,) llsamplerange, llsamplestep, lasamplerange, lasamplestep.
     """
     spread_xy = noise[0] * step[0] + noise[2] * step[1]
     spread_yaw = noise[1] * step[0] + noise[3] * step[1]

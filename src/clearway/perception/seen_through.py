@@ -25,9 +25,12 @@ def count_seen_through(
     """How many points of each owner lie where a scan saw nothing: (owners,) int64.
 
     Args:
-        points: (m, 2) in a frame that does not move. owner: (m,) from 0, negative: nobody's.
-        ranges: (n,) of the scan; inf: nothing up to `range_max`. sensor: (3,) where it was taken, in the same frame.
-        margin: m, by which the beams must have gone beyond the point. slack: rad, for so far to either side of it.
+        points: (m, 2) in a frame that does not move.
+        owner: (m,) to whom each belongs, from 0; negative: to nobody.
+        ranges: (n,) of the scan; inf: nothing up to `range_max`.
+        sensor: (3,) where it was taken, in the same frame.
+        margin: By so much the beams must have gone beyond the point, m.
+        slack: For so far to either side of it, rad.
     """
     found = np.zeros(owners, dtype=np.int64)
     n = ranges.shape[0]

@@ -26,8 +26,10 @@ class StructureMemory:
     """Discs of structure by identity, in a frame that does not move.
 
     Args:
-        seconds: how long a disc is kept that is out of view; 0: nothing is kept or steadied. sigma: of a range, m.
-        reach: discs farther from the sensor are dropped, m. most: discs at most; those out of view give way, oldest first.
+        seconds: How long a disc is kept that is out of view; 0: nothing is kept or steadied.
+        sigma: Standard deviation of a range, m.
+        reach: Discs farther from the sensor are dropped, m.
+        most: Discs at most; those out of view give way, oldest first.
     """
 
     def __init__(self, seconds: float, sigma: float, reach: float, most: int) -> None:

@@ -56,7 +56,12 @@ def classify(heading: float, speed: float, rx: float, ry: float, vx: float, vy: 
     port (rule 17). A target without a course is kept clear of to starboard, as one that crosses.
 
     Args:
-        heading: own, rad. speed: own, m/s. rx, ry: to the target, m. vx, vy: its velocity, m/s.
+        heading: The robot's own, rad.
+        speed: The robot's own, m/s.
+        rx: To the target along x, m.
+        ry: To the target along y, m.
+        vx: The target's velocity along x, m/s.
+        vy: The target's velocity along y, m/s.
     """
     beta = wrap(heading - math.atan2(ry, rx))
     target_speed = math.hypot(vx, vy)
@@ -88,9 +93,14 @@ def follow(
     stays, and on the same side, until the closest approach is past (rule 8: no second thoughts; rule 13 d).
 
     Args:
-        pose: (3,) own. velocity: (2,) own v, omega. targets: (n, 6) x, y, vx, vy, d_m [m], 1 if it moves, else 0.
-        identity: (n,). reach: how far beyond d_m a risk counts, m.
-        known, known_kind, known_side: (k,) identity, kind and side of the encounters of the period before.
+        pose: (3,) the robot's own.
+        velocity: (2,) its v [m/s] and omega [rad/s].
+        targets: (n, 6) x, y, vx, vy, d_m [m], 1 if it moves, else 0.
+        identity: (n,) of the targets, the same over time.
+        reach: How far beyond d_m a risk counts, m.
+        known: (k,) identities of those met in the period before.
+        known_kind: (k,) kinds of these encounters.
+        known_side: (k,) sides of these encounters.
 
     Returns:
         (n,) kinds (`CLEAR`: none) and (n,) sides.

@@ -36,9 +36,9 @@ class Pace(NamedTuple):
     """How the robot moves.
 
     Attributes:
-        limits: of its base; `v_max` is the speed that it drives at.
-        turn_gain: of the heading's error, 1/s.
-        period: of control, s.
+        limits: What its base can do; `v_max` is the speed that it drives at.
+        turn_gain: Yaw rate by heading error, 1/s.
+        period: Control period, s.
     """
 
     limits: DriveLimits
@@ -54,9 +54,13 @@ def total(
     """Potential and force at (x, y) for a robot that moves with (vx, vy), `ahead` seconds from now.
 
     Args:
-        goal: (2,) m. discs: (n, 6) x, y [m], vx, vy [m/s], radius with its error [m], 1 if it moves, else 0.
-        kinds, sides: (n,) encounters. area: x_min, y_min, x_max, y_max [m] of where the centre may be (inf: anywhere);
-        its borders repel like static obstacles. radius: of the robot, m.
+        goal: (2,) its place, m.
+        discs: (n, 6) x, y [m], vx, vy [m/s], radius with its error [m], 1 if it moves, else 0.
+        kinds: (n,) of the encounters with them.
+        sides: (n,) of the encounters with them.
+        area: x_min, y_min, x_max, y_max [m] of where the centre may be (inf: anywhere); its borders repel like static
+            obstacles.
+        radius: The robot's, m.
 
     Returns:
         U, the force x and y, and the part of it that moving obstacles cause, x and y.

@@ -26,10 +26,15 @@ class Gains(NamedTuple):
     """What shapes the potentials.
 
     Attributes:
-        epsilon: of the attraction. eta_d, eta_e, eta_s: of risk, emergency and static repulsion.
-        rho_0: how far beyond d_m the risk reaches, m. rho_s: how far beyond contact static repulsion reaches, m.
-        d_safe: clearance that d_m adds to contact, m. velocity_term: weight of -dU/dv in the risk force, s.
-        goal_cap: attraction and d_g stop growing at this distance from the goal, m.
+        epsilon: Gain of the attraction.
+        eta_d: Gain of the risk of moving obstacles.
+        eta_e: Gain of their emergency zone.
+        eta_s: Gain of static obstacles.
+        rho_0: How far beyond d_m the risk reaches, m.
+        rho_s: How far beyond contact static repulsion reaches, m.
+        d_safe: Clearance that d_m adds to contact, m.
+        velocity_term: Weight of -dU/dv in the risk force, s.
+        goal_cap: Attraction and d_g stop growing at this distance from the goal, m.
     """
 
     epsilon: float
@@ -64,7 +69,13 @@ def risk(
     The force is -dU/dp - velocity_term dU/dv. `across` is its size along l on the side that w already points to.
 
     Args:
-        rx, ry: r, m. wx, wy: w, m/s. tau: m. R_o: the obstacle's radius, m. d_g: m.
+        rx: x of r, m.
+        ry: y of r, m.
+        wx: x of w, m/s.
+        wy: y of w, m/s.
+        tau: Distance at contact R + R_o, m.
+        R_o: The obstacle's radius, m.
+        d_g: Distance from the goal, m.
         edge: 0 gives the gradient itself, which jumps where theta reaches theta_m; 1 takes the angular part's value
             there off, so that the force sets in gently: Lyu & Yin's F_to0.
     """

@@ -65,11 +65,12 @@ class Approach:
     Within the tolerance it tries to come nearer until it hasn't by `CLOSER` for `PATIENCE` in all; then that counts.
 
     Args:
-        period: between two judgements, s. begin: share of the distance tolerance within which the turn begins.
-        heading: share of the heading's tolerance within which the turn ends.
+        period: Between two judgements, s.
+        begin: Share of the distance tolerance within which the turn begins.
+        heading: Share of the heading's tolerance within which the turn ends.
 
     Attributes:
-        turning: whether only the heading is left, until the robot is pushed off.
+        turning: Whether only the heading is left, until the robot is pushed off.
     """
 
     def __init__(self, period: float, begin: float = BEGIN, heading: float = SHARE) -> None:

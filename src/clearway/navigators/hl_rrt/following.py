@@ -26,8 +26,8 @@ class Body(NamedTuple):
     """What the robot can do.
 
     Attributes:
-        limits: of its base; `v_max` is the speed along a path.
-        period: of control, s.
+        limits: What its base can do; `v_max` is the speed along a path.
+        period: Control period, s.
     """
 
     limits: DriveLimits

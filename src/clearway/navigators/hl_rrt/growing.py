@@ -26,8 +26,12 @@ class Limits(NamedTuple):
     """How the tree grows.
 
     Attributes:
-        step: the longest new edge, eta, m. spacing: a sample this near to a node adds nothing, m. gamma: of the RRT* radius min(gamma sqrt(ln n / n), eta), m.
-        horizon: m. reach: nodes lie at most this far from the root, m. tolerance: radius of the goal region, m.
+        step: The longest new edge, eta, m.
+        spacing: A sample this near to a node adds nothing, m.
+        gamma: Factor of the RRT* radius min(gamma sqrt(ln n / n), eta), m.
+        horizon: Distance from the root at which a path may end, H, m.
+        reach: Nodes lie at most this far from the root, m.
+        tolerance: Radius of the goal region, m.
         area: (4,) x_min, y_min, x_max, y_max that nodes stay in, m.
     """
 

@@ -34,7 +34,7 @@ class HlRrt:
     the horizon or the goal has not improved for `patience` samples, or after `cap` samples.
 
     Args:
-        options: parameters by name (see `Parameters`), which override the robot's file and the stand-ins.
+        options: Any field of `Parameters`, which overrides the robot's file and the stand-ins.
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})

@@ -35,8 +35,10 @@ class Plan:
 
     Attributes:
         points: (k, 2) m from the robot to the path's end; (0, 2): no valid path to a node nearer the goal.
-        cost: its length, m; inf without one. complete: whether it ends at the horizon or in the goal region.
-        iterations: samples spent. cut: whether the budget ended the search before it was finished.
+        cost: Its length, m; inf without one.
+        complete: Whether it ends at the horizon or in the goal region.
+        iterations: Samples spent.
+        cut: Whether the budget ended the search before it was finished.
     """
 
     points: FloatArray
@@ -70,8 +72,9 @@ class Planner:
     """The tree, the waypoint cache and the learnt mixture.
 
     Args:
-        parameters: of the method. area: (4,) x_min, y_min, x_max, y_max that the path stays in, m. rng: for the cache
-            and the key of the samples' stream.
+        parameters: Those of the method.
+        area: (4,) x_min, y_min, x_max, y_max that the path stays in, m.
+        rng: For the cache and the key of the samples' stream.
     """
 
     def __init__(self, parameters: Parameters, area: FloatArray, rng: np.random.Generator) -> None:
@@ -103,9 +106,13 @@ class Planner:
         """One tick.
 
         Args:
-            at, goal: (2,) m. tolerance: radius of the goal region, m. discs: (n, 3) x, y, R [m] that the robot's centre
-            must keep out of, where they are now. executed: nodes of the last plan this near to `at` are behind the
-            robot, m. budget: an iteration is one sample. began: `time.perf_counter()` at which a budget of seconds began.
+            at: (2,) where the robot is, m.
+            goal: (2,) where it is to go, m.
+            tolerance: Radius of the goal region, m.
+            discs: (n, 3) x, y, R [m] that the robot's centre must keep out of, where they are now.
+            executed: Nodes of the last plan this near to `at` are behind the robot, m.
+            budget: An iteration is one sample.
+            began: `time.perf_counter()` at which a budget of seconds began.
         """
         p, tree = self._p, self._tree
         self._tick += 1

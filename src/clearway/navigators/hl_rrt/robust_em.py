@@ -31,9 +31,10 @@ def robust_em(points: FloatArray, tolerance: float, iterations: int) -> tuple[Fl
     """Fit a mixture to `points` (n, 2).
 
     Args:
-        points: m; fewer than two different ones give no component.
-        tolerance: ends when no mean moves farther than this in an iteration, m, and beta is 0 or the number of components
-            stayed the same. iterations: at most.
+        points: (n, 2) m; fewer than two different ones give no component.
+        tolerance: Ends when no mean moves farther than this in an iteration, m, and beta is 0 or the number of
+            components stayed the same.
+        iterations: So many at most.
 
     Returns:
         alpha (c,) proportions, sum 1; mean (c, 2), m; covariance (c, 3) xx, xy, yy, m^2.

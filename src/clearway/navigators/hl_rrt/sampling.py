@@ -32,9 +32,15 @@ class Source(NamedTuple):
     """All that a sample depends on. Metres, map frame.
 
     Attributes:
-        root, goal: (2,). horizon: m. cone: half its angle, rad. shares: (4,) upper ends of the shares of goal, horizon,
-        cache and mixture in (0, 1), ascending. box: (4,) x_min, y_min, x_max, y_max of the uniform samples.
-        waypoints: (w, 2). steps: (c,) upper ends of the components' proportions. mean: (c, 2).
+        root: (2,) where the tree begins, m.
+        goal: (2,) where the robot is to go, m.
+        horizon: Its distance from the root, H, m.
+        cone: Half its angle, rad.
+        shares: (4,) upper ends of the shares of goal, horizon, cache and mixture in (0, 1), ascending.
+        box: (4,) x_min, y_min, x_max, y_max of the uniform samples.
+        waypoints: (w, 2) of old plans, m.
+        steps: (c,) upper ends of the components' proportions.
+        mean: (c, 2) of the components, m.
         root_of: (c, 3) lower Cholesky factor of each covariance: l11, l21, l22.
     """
 

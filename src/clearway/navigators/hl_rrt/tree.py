@@ -31,11 +31,19 @@ class Tree(NamedTuple):
     """Arrays of N slots.
 
     Attributes:
-        position: (N, 2) m. cost: (N,) m from the root. parent, child, after, before: (N,) the parent, the first child,
-        the next and the previous sibling; -1: none. name: (N,) a number that no other node ever had, so that what is
-        remembered of a node is not taken for another's in the same slot. blocked: (N,) the last tick at which the node
-        was found inside an obstacle. meta: (2,) nodes in use, names given.
-        head, following: (cells, cells) and (N,) linked lists of nodes by cell. frame: (3,) lower-left corner, cell, m.
+        position: (N, 2) m.
+        cost: (N,) m from the root.
+        parent: (N,) -1: none.
+        child: (N,) the first child; -1: none.
+        after: (N,) the next sibling; -1: none.
+        before: (N,) the previous sibling; -1: none.
+        name: (N,) a number that no other node ever had, so that what is remembered of a node is not taken for another's
+            in the same slot.
+        blocked: (N,) the last tick at which the node was found inside an obstacle.
+        meta: (2,) nodes in use, names given.
+        head: (cells, cells) the first node in a cell; -1: none.
+        following: (N,) the next node in the same cell; -1: none.
+        frame: (3,) lower-left corner, cell, m.
         stack: (N,) scratch.
     """
 

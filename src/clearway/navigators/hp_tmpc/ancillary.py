@@ -56,10 +56,14 @@ def gain(theta: float, v: float, omega: float, c: float, literal: bool, poles: F
     """K (2, 3) of u = u_bar + K (x - x_bar) about the nominal heading, speed and yaw rate.
 
     Args:
-        theta, v, omega: nominal heading [rad], speed [m/s] and yaw rate [rad/s]. c: control period, s.
-        literal: whether (1) is taken as printed. poles: (3,) of the error along, left and of the heading, in [0, 1).
-        most: bound on the gain from the error to the left to omega, rad/s/m: at low speed the pole of the error to the
-        left goes towards 1 instead of this gain to infinity.
+        theta: Nominal heading, rad.
+        v: Nominal speed, m/s.
+        omega: Nominal yaw rate, rad/s.
+        c: Control period, s.
+        literal: Whether (1) is taken as printed.
+        poles: (3,) of the error along, left and of the heading, in [0, 1).
+        most: Bound on the gain from the error to the left to omega, rad/s/m: at low speed the pole of the error to the
+            left goes towards 1 instead of this gain to infinity.
     """
     length, turn, g_v, g_w, b = chord(v, omega, c, literal)
     fast = 1.0 - poles[2]

@@ -25,15 +25,17 @@ class Reference(NamedTuple):
     """What the tracking system follows.
 
     Attributes:
-        status: sum of the flags in `planner`; 0: all is well.
+        status: Sum of the flags in `planner`; 0: all is well.
         points: (count + 1, 3) x_ref, y_ref [m], theta_ref [rad] at steps 0 (the robot's pose itself) to `count`,
             equidistant in time; they stand still at the path's end.
         inputs: (count, 2) v_ref [m/s], omega_ref [rad/s] that lead from point k to k + 1.
-        path: (k, 2) polyline of the whole path [m]. other: (k2, 2) that of the rejected side, empty if none.
+        path: (k, 2) polyline of the whole path [m].
+        other: (k2, 2) that of the rejected side, empty if none.
         belts: (m, 3) the predicted discs that were united into belts: x, y, inflated radius [m].
-        length: m, exact length of the path. target: (2,) where the path was asked to end (the goal, or the temporary
-            target). rounds: iterations of steps 1 to 4. side: 1 passes the first obstacle on its left, -1 on its
-            right, 0 goes straight.
+        length: Exact length of the path, m.
+        target: (2,) where the path was asked to end (the goal, or the temporary target).
+        rounds: Iterations of steps 1 to 4.
+        side: 1 passes the first obstacle on its left, -1 on its right, 0 goes straight.
     """
 
     status: int
@@ -55,7 +57,9 @@ def predict(
     """(m, N + 1, 3) x, y, radius [m] of m obstacles at constant velocity, k = 0..N periods [s] from now.
 
     Args:
-        position, velocity: (m, 2) m, m/s. radius: (m,) inflated, rho_rob + rho_obs + margin, m.
+        position: (m, 2) of the obstacles, m.
+        velocity: (m, 2) of the obstacles, m/s.
+        radius: (m,) inflated, rho_rob + rho_obs + margin, m.
         margin: (m, N + 1) what uncertainty adds at step k, m: w_k^dyn (eq. 5) + w_k^rob (eq. 4).
     """
     m, steps = margin.shape
@@ -86,13 +90,18 @@ def plan_reference(
     """The reference towards `goal` that avoids static discs, and moving ones over their predicted window (steps 1-5).
 
     Args:
-        pose: (3,) of the robot. goal: (2,) or (3,) (its heading is not used). static: (n, 3) x, y, inflated radius [m].
+        pose: (3,) of the robot.
+        goal: (2,) m, or a pose (3,), whose heading is not used.
+        static: (n, 3) x, y, inflated radius [m].
         predicted: (m, N + 1, 3) x, y, inflated radius of the moving discs at steps 0..N (see `predict`); N = N^P >= 1.
         area: (4,) x_min, y_min, x_max, y_max of where the centre may be; infinite: anywhere.
-        perception: radius of the perception field, m (inf: no temporary targets).
-        speed: v_ref, m/s (see `reference_speed`), > 0. period: c, s. count: how many steps to give, >= 1 (may exceed N).
-        draw: uniform in [0, 1), decides ties. exact: the tangent graph instead of the greedy rule.
-        keep: see `plan_path`; the side of the plan before, so that a layout that is nearly symmetric is not dithered at.
+        perception: Radius of the perception field, m (inf: no temporary targets).
+        speed: Reference speed v_ref > 0, m/s (see `reference_speed`).
+        period: Control period c, s.
+        count: How many steps to give, >= 1 (may exceed N).
+        draw: Uniform in [0, 1), decides ties.
+        exact: The tangent graph instead of the greedy rule.
+        keep: As in `plan_path`: it holds on to the side of the plan before in a layout that is nearly symmetric.
     """
     zone = np.array([pose[0], pose[1], perception])
     target, temporary = _target(pose, goal, perception)

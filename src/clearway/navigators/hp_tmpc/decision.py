@@ -57,10 +57,19 @@ class Settings(NamedTuple):
     """What doesn't change during a trial; symbols as in `parameters`. Units: m, s, rad.
 
     Attributes:
-        area: (4,) of (3c). limits: of (3d) and of the base's accelerations; `v_min` is 0 for one that may not reverse. poles: (3,) of the ancillary gain. speed: v_ref. align: deviation of the heading from the path
-        beyond which the robot turns on the spot first, and turn: how fast. model, discount, circle, feedback: whether
-        (1), (2), (3f), (3k) are read literally. exact: the planner's mode. keep: share by
-        which the other side must be shorter to be changed to. window: periods that the planner predicts.
+        area: (4,) x_min, y_min, x_max, y_max of (3c), m.
+        limits: Input box of (3d) and the base's accelerations; `v_min` is 0 for one that may not reverse.
+        poles: (3,) of the ancillary gain.
+        speed: v_ref, m/s.
+        align: Deviation of the heading from the path beyond which the robot turns on the spot first, rad.
+        turn: How fast it turns then, rad/s.
+        model: Whether (1) is read literally.
+        discount: Whether (2) is read literally.
+        circle: Whether (3f) is read literally.
+        feedback: Whether (3k) is read literally.
+        exact: Whether the planner takes the tangent graph instead of the greedy rule.
+        keep: Share by which the other side must be shorter to be changed to.
+        window: Periods that the planner predicts.
     """
 
     period: float
@@ -99,8 +108,13 @@ class Memory(NamedTuple):
     """What passes from one decision to the next; the kernels write into it.
 
     Attributes:
-        points: (count + 1, 3), inputs: (count, 2) the reference as planned. nominal: (3,) x_bar now. plan: (N, 2) last
-        decided u_bar. input: (2,) last command. path: (MAX_CORNERS, 2) the planned path. clock: see STEP, AGE, CORNERS, FLAGS, SIDE.
+        points: (count + 1, 3) poses of the reference as planned.
+        inputs: (count, 2) its v [m/s] and omega [rad/s].
+        nominal: (3,) x_bar now.
+        plan: (N, 2) last decided u_bar.
+        input: (2,) last command.
+        path: (MAX_CORNERS, 2) the planned path.
+        clock: Counters and marks at the indices STEP, AGE, CORNERS, FLAGS, SIDE.
     """
 
     points: FloatArray
@@ -116,8 +130,13 @@ class Posed(NamedTuple):
     """A tracking problem, with what it was made of.
 
     Attributes:
-        problem: see there. warm: (N, 2) plan to start from. tube: (N + 1,) w_k^rob, m. correction: (2,) K (x - x_bar).
-        radius: f^SR(A + B K). planned: whether a plan was made. reference: that plan (else without points).
+        problem: The tracking problem.
+        warm: (N, 2) plan to start from.
+        tube: (N + 1,) w_k^rob, m.
+        correction: (2,) the ancillary law's K (x - x_bar), m/s and rad/s.
+        radius: f^SR(A + B K).
+        planned: Whether a plan was made.
+        reference: That plan; without points where none was made.
     """
 
     problem: Problem
@@ -133,9 +152,17 @@ class Decision(NamedTuple):
     """A decision and how it was found.
 
     Attributes:
-        v, omega: the command, m/s and rad/s. status: index into STATUSES. cut: whether the budget ended the search.
-        iterations: spent by the solver. correction: ||K (x - x_bar)||. radius: f^SR(A + B K). states: (N, 3) predicted.
-        tube: (N + 1,) w_k^rob, m. planned, reference: as in `Posed`.
+        v: Speed of the command, m/s.
+        omega: Yaw rate of the command, rad/s.
+        status: Index into STATUSES.
+        cut: Whether the budget ended the search.
+        iterations: What the solver spent.
+        correction: ||K (x - x_bar)||.
+        radius: f^SR(A + B K).
+        states: (N, 3) predicted.
+        tube: (N + 1,) w_k^rob, m.
+        planned: As in `Posed`.
+        reference: As in `Posed`.
     """
 
     v: float
@@ -404,8 +431,17 @@ def decide(
     """A whole decision with the Gauss-Newton solver.
 
     Args:
-        position, velocity (n, 2), radius, error (n,), moving (n,) bool: obstacles as perceived. pose, goal: (3,).
-        draw: uniform in [0, 1), decides the planner's ties. budget: interior-point iterations.
+        settings: What stays the same in a trial.
+        memory: What goes over from period to period; written.
+        position: (n, 2) of the obstacles as perceived, m.
+        velocity: (n, 2) of the obstacles, m/s.
+        radius: (n,) of the obstacles, m.
+        error: (n,) bound on their positions' errors, m.
+        moving: (n,) bool, whether they are perceived as moving.
+        pose: (3,) of the robot.
+        goal: (3,) pose to reach.
+        draw: Uniform in [0, 1), decides the planner's ties.
+        budget: Interior-point iterations.
     """
     still, moving_obstacles = sort_out(position, velocity, radius, error, moving, settings.rho_rob)
     posed = pose_problem(settings, memory, still, moving_obstacles, pose, goal, draw, False)

@@ -32,9 +32,11 @@ def exact_path(
     """(FOUND, NO_WAY or LESS, pieces) of the shortest path between two free points.
 
     Args:
-        start, target: (2,) m, outside of all discs. discs: (n, 3) x, y, radius [m].
+        start: (2,) m, outside of all discs.
+        target: (2,) m, outside of all discs.
+        discs: (n, 3) x, y, radius [m].
         area: (4,) x_min, y_min, x_max, y_max that the path must keep to; infinite: none.
-        bound: length of a known path, m (inf: none known). Discs outside of the ellipse that it spans play no part.
+        bound: Length of a known path, m (inf: none known). Discs outside of the ellipse that it spans play no part.
     """
     sx, sy, tx, ty = start[0], start[1], target[0], target[1]
     near, less = _matter(sx, sy, tx, ty, discs, bound)

@@ -52,8 +52,15 @@ def greedy_string(
     there, and circles that the string no longer bends around leave it.
 
     Args:
-        s, t: free points. labels: (n,) cluster of each disc, -1 unknown; filled on the way, to be handed to the next
-        call. stack: (n,) scratch.
+        sx: x of s, a free point, m.
+        sy: y of s, m.
+        tx: x of t, a free point, m.
+        ty: y of t, m.
+        discs: (n, 3) x, y, radius [m].
+        side: 1 or -1, as above.
+        nearer: As above.
+        labels: (n,) cluster of each disc, -1 unknown; filled on the way, to be handed to the next call.
+        stack: (n,) scratch.
     """
     string = np.empty((MOST_CIRCLES, 3))
     identity = np.full(MOST_CIRCLES, -1, np.int64)

@@ -17,8 +17,12 @@ def spin(error: float, now: float, most: float, faster: float, slower: float, c:
     """Yaw rate [rad/s] of the next period with which a robot turns by `error` [rad] on the spot and stops there.
 
     Args:
-        error: turn that is left, rad. now: yaw rate, rad/s. most: bound on it, rad/s.
-        faster, slower: rad/s^2, bounds on its growth and decline; may be infinite. c: control period, s.
+        error: Turn that is left, rad.
+        now: Yaw rate, rad/s.
+        most: Bound on it, rad/s.
+        faster: Bound on its growth, rad/s^2; may be infinite.
+        slower: Bound on its decline, rad/s^2; may be infinite.
+        c: Control period, s.
     """
     left = abs(error)
     rate = min(most, 0.6 * left / c)
@@ -33,7 +37,10 @@ def stop_and_turn(error: float, v: float, omega: float, limits: DriveLimits, c: 
     """The next v [m/s] and omega [rad/s] of a robot that brakes and turns by `error` [rad] on the spot.
 
     Args:
-        v, omega: now. limits: of the base. c: control period, s.
+        v: Speed now, m/s.
+        omega: Yaw rate now, rad/s.
+        limits: What the base can do.
+        c: Control period, s.
     """
     v = math.copysign(max(abs(v) - min(limits.deceleration, abs(v) / c) * c, 0.0), v)
     return v, spin(error, omega, limits.omega_max, limits.angular_acceleration, limits.angular_deceleration, c)
@@ -64,8 +71,12 @@ def turn_first(points: FloatArray, inputs: FloatArray, theta: float, beyond: flo
     A differential drive can't follow a path that starts behind it, and a short horizon doesn't show that turning pays.
 
     Args:
-        points: (n + 1, 3) reference poses. inputs: (n, 2) their v, omega. theta: heading of the robot, rad.
-        beyond: rad, up to which the tracking system turns while it drives. rate: rad/s. c: control period, s.
+        points: (n + 1, 3) reference poses.
+        inputs: (n, 2) their v, omega.
+        theta: Heading of the robot, rad.
+        beyond: Deviation up to which the tracking system turns while it drives, rad.
+        rate: Yaw rate of the turn, rad/s.
+        c: Control period, s.
 
     Returns:
         How many periods the turn takes, 0: none; the rest of the reference comes that much later.

@@ -55,13 +55,16 @@ class HpTmpc:
     `task.budget.seconds` ends the search between two linearisations or populations; planning is never cut short.
 
     Args:
-        solver: `gauss-newton`, or one of the paper's own: `pattern-search`, `genetic`. planner: `heuristic` (the
-        paper's) or `exact` (tangent visibility graph). prediction_horizon, control_horizon: N^P, N^c, periods; None: the
-        robot's file or the stand-ins. literal: equations to take as printed, of "1", "2", "3f", "3k"; a collection or
-        a text such as 1+3f. parameters: any other field of `parameters.Parameters`.
+        solver: `gauss-newton`, or one of the paper's own: `pattern-search`, `genetic`.
+        planner: `heuristic` (the paper's) or `exact` (tangent visibility graph).
+        prediction_horizon: N^P, periods; None: the robot's file or the stand-ins.
+        control_horizon: N^c, periods; None: likewise.
+        literal: Equations to take as printed, of "1", "2", "3f", "3k"; a collection or a text such as 1+3f.
+        parameters: Any other field of `parameters.Parameters`.
 
     Attributes:
-        correction: ||K (x - x_bar)|| of the last decision. spectral_radius: f^SR(A + B K) of it.
+        correction: ||K (x - x_bar)|| of the last decision.
+        spectral_radius: f^SR(A + B K) of it.
 
     Raises:
         ClearwayError: an option that does not exist, or a parameter out of its range.

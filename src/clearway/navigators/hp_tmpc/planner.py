@@ -44,9 +44,9 @@ class Path(NamedTuple):
     """A path of straight pieces and arcs.
 
     Attributes:
-        status: sum of the flags above, 0: all is well.
+        status: Sum of the flags above, 0: all is well.
         pieces: (k, 7) x0, y0, x1, y1 [m], centre x, y [m], turn [rad] (> 0 counter-clockwise; 0: straight).
-        length: m, exact.
+        length: Exact length, m.
         side: 1 passes the first obstacle on its left (as seen from the start), -1 on its right, 0 goes straight.
         other: (k2, 7) the best path of the other side; empty if there is none.
     """
@@ -72,13 +72,15 @@ def plan_path(
     """The shorter of the greedy paths on both sides of the straight line, clear of all discs (within 1e-9 m).
 
     Args:
-        start, target: (2,) m (more columns are ignored). discs: (n, 3) x, y, inflated radius [m], none NaN.
+        start: (2,) m (more columns are ignored).
+        target: (2,) m (more columns are ignored).
+        discs: (n, 3) x, y, inflated radius [m], none NaN.
         area: (4,) x_min, y_min, x_max, y_max that the path must keep to; infinite: none.
-        zone: (3,) x, y, radius of the perception field: a covered target moves to a point inside of it, and a path
-            that leaves it is cut there; infinite radius: none.
-        draw: in [0, 1): decides between paths of the same length (left below one half).
-        exact: the tangent visibility graph instead of the greedy rule.
-        keep: in (-1, 1), the share by which the right side (< 0: the left) has to be shorter to be preferred.
+        zone: (3,) x, y, radius of the perception field: a covered target moves to a point inside of it, and a path that
+            leaves it is cut there; infinite radius: none.
+        draw: In [0, 1): decides between paths of the same length (left below one half).
+        exact: The tangent visibility graph instead of the greedy rule.
+        keep: In (-1, 1), the share by which the right side (< 0: the left) has to be shorter to be preferred.
     """
     status = 0
     sx, sy, tx, ty = start[0], start[1], target[0], target[1]

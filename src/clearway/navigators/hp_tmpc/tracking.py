@@ -40,18 +40,26 @@ class Problem(NamedTuple):
     """One tracking problem. All arrays float64 and C-contiguous, except `counts`.
 
     Attributes:
-        start: (3,) measured (or nominal) pose at kappa. previous: (2,) input u_{kappa-1}.
-        reference: (N, 3) x^ref. nominal: (N, 2) u^ref: not in the cost, a start for the search.
+        start: (3,) measured (or nominal) pose at kappa.
+        previous: (2,) input u_{kappa-1}.
+        reference: (N, 3) x^ref.
+        nominal: (N, 2) u^ref: not in the cost, a start for the search.
         rows: (N, M, 3) x, y, required distance [m] of centres, the tightening included (3g-3j); the first `counts[k]`
-        of stage k count. counts: (N,) int64.
-        centre: (2,) and reach: (N,) circle around the position at kappa in which stage k stays (3f), inf: none.
+            of stage k count.
+        counts: (N,) int64, how many rows of a stage count.
+        centre: (2,) of the circle in which the stages stay (3f): the position at kappa, m.
+        reach: (N,) its radius for stage k, m; inf: none.
         area: (N, 4) x_min, y_min, x_max, y_max for the position at stage k (3c), +-inf: none. Headings are angles and
-        have no bounds.
-        low, high: (N, 2) input box (3d). smooth: (N,) bound on |u_k - u_{k-1}| (3e), inf: none; [0] is against
-        `previous`.
-        discount: (N,) weight of stage k's error, see `discounts`. effort: w_2.
-        heading_weight: scale of the heading's error beside the position's, m/rad.
-        period: c, s. exact: the exact arc, else eq. 1 as printed. control_horizon: N^c, 1 .. N.
+            have no bounds.
+        low: (N, 2) lower end of the input box (3d).
+        high: (N, 2) upper end of the input box (3d).
+        smooth: (N,) bound on |u_k - u_{k-1}| (3e), inf: none; [0] is against `previous`.
+        discount: (N,) weight of stage k's error, see `discounts`.
+        effort: Weight of the inputs, w_2.
+        heading_weight: Scale of the heading's error beside the position's, m/rad.
+        period: Control period c, s.
+        exact: Whether a period's motion is the exact arc; else eq. 1 as printed.
+        control_horizon: N^c: later inputs stay as they are; 1 .. N.
     """
 
     start: FloatArray
@@ -78,10 +86,12 @@ class Solution(NamedTuple):
     """A solver's answer.
 
     Attributes:
-        inputs: (N, 2) plan; inputs[0] is u_kappa. states: (N, 3) poses that it leads to.
-        cost: eq. 2. violation: the largest entry of `violations`; at most `TOLERANCE`: the plan keeps the constraints.
-        iterations: what was spent, in the solver's own unit. status: one of CONVERGED, ITERATION_LIMIT, INFEASIBLE,
-        INPUT_LIMIT.
+        inputs: (N, 2) plan; inputs[0] is u_kappa.
+        states: (N, 3) poses that it leads to.
+        cost: Its cost (eq. 2).
+        violation: The largest entry of `violations`; at most `TOLERANCE`: the plan keeps the constraints.
+        iterations: What was spent, in the solver's own unit.
+        status: One of CONVERGED, ITERATION_LIMIT, INFEASIBLE, INPUT_LIMIT.
     """
 
     inputs: FloatArray

@@ -17,10 +17,10 @@ def tightening(bound: float, xi: float, steps: int, start: float) -> FloatArray:
     """(4) or (5): w_k for k = 0 .. `steps` [m].
 
     Args:
-        bound: w-bar, m in a period.
+        bound: Growth in a period, w-bar, m.
         xi: Damping, in [0, 1].
-        steps: N^P.
-        start: w_0, the error that is known to be there already, m; 0 in the paper.
+        steps: Number of periods, N^P.
+        start: The error w_0 that is known to be there already, m; 0 in the paper.
     """
     w = np.empty(steps + 1)
     w[0] = start

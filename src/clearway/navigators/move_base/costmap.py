@@ -41,8 +41,13 @@ class _Sweep:
     """A buffered scan.
 
     Attributes:
-        t: when it came, s. number: counted from 0. points: (n, 2) and marks: (m, 2), those near enough to mark, and
-        sensor: (3,), in the costmap's frame. bounds: (4,) of what its rays touched. traced: whether they were drawn.
+        t: When it came, s.
+        number: Counted from 0.
+        points: (n, 2) ends of its rays in the costmap's frame, m.
+        marks: (m, 2) those near enough to mark.
+        sensor: (3,) its pose in the costmap's frame.
+        bounds: (4,) of what its rays touched.
+        traced: Whether they were drawn.
     """
 
     t: float
@@ -58,8 +63,10 @@ class Costmap:
     """One costmap of a robot.
 
     Attributes:
-        cost: (rows, columns) uint8 master grid; 254 lethal, 253 inscribed, 255 unknown. origin: (2,) of its lower-left
-        corner in the costmap's frame, m. resolution: m. footprint: (n, 2) padded outline in base_link, m.
+        cost: (rows, columns) uint8 master grid; 254 lethal, 253 inscribed, 255 unknown.
+        origin: (2,) of its lower-left corner in the costmap's frame, m.
+        resolution: Edge of a cell, m.
+        footprint: (n, 2) padded outline in base_link, m.
     """
 
     def __init__(self, parameters: CostmapParameters, shape: Shape, map: OccupancyGrid | None, name: str) -> None:
@@ -145,7 +152,8 @@ class Costmap:
         """Bring the master grid up to date.
 
         Args:
-            pose: (3,) of the robot in the costmap's frame. transform: (3,) pose of the costmap's frame in the map.
+            pose: (3,) of the robot in the costmap's frame.
+            transform: (3,) pose of the costmap's frame in the map.
         """
         rows, columns = self.cost.shape
         if self.parameters.rolling_window:

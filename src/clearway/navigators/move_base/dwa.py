@@ -73,7 +73,8 @@ class DWAPlanner:
     def __init__(self, parameters: DWAParameters, polygon: FloatArray, period: float) -> None:
         """
         Args:
-            polygon: (m, 2) padded outline in base_link, m. period: s, one over the controller's frequency.
+            polygon: (m, 2) padded outline in base_link, m.
+            period: One over the controller's frequency, s.
         """
         self._parameters = parameters
         self._polygon = np.ascontiguousarray(polygon, dtype=np.float64)

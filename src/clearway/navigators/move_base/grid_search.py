@@ -89,13 +89,21 @@ def wave(
     """Spread the potential in order of cost (Dijkstra with three priority blocks) until `target` is reached.
 
     Args:
-        costmap: (cells,) uint8. columns: of the grid. table: (256,) uint8 cost by costmap value.
-        lethal: cost that can't be entered. front: int64 cells to begin with, next to those whose potential is set.
-        target: cell; -1 spreads over all that can be reached. increment: of the priority threshold.
-        quadratic: which potential. cycles: bound on the passes over a block.
-        potential, pending, blocks, extent: of a `Workspace`.
-        bound: the wave does not go on from a cell whose potential, plus `least` for each cell of the straight line
-            to the target, is above this. It saves the cells that no path of at most this potential needs.
+        costmap: (cells,) uint8.
+        columns: Width of the grid, cells.
+        table: (256,) uint8 cost by costmap value.
+        lethal: Cost that can't be entered.
+        front: Int64 cells to begin with, next to those whose potential is set.
+        target: Cell to reach; -1 spreads over all that can be reached.
+        increment: By which the priority threshold is raised.
+        quadratic: Whether the potential is the quadratic approximation; else the plain sum.
+        cycles: Bound on the passes over a block.
+        potential: Of a `Workspace`.
+        pending: Of a `Workspace`.
+        blocks: Of a `Workspace`.
+        extent: Of a `Workspace`.
+        bound: The wave does not go on from a cell whose potential, plus `least` for each cell of the straight line to
+            the target, is above this. It saves the cells that no path of at most this potential needs.
 
     Returns:
         whether the target was reached.
@@ -298,9 +306,11 @@ def descend(
     Where the potential has a hole nearby it follows the lowest of the eight neighbours instead.
 
     Args:
-        potential: (cells,) float32. lethal: slope at the edge of the unreached.
-        near: it has arrived where the potential is below this (navfn); if negative, within half a cell of the end
-            (global_planner). limit: points at most.
+        potential: (cells,) float32.
+        lethal: Slope at the edge of the unreached.
+        near: It has arrived where the potential is below this (navfn); if negative, within half a cell of the end
+            (global_planner).
+        limit: Points at most.
 
     Returns:
         (n, 2) points from (x, y) to the end; n = 0 if the way is lost.

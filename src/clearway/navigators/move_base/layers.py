@@ -55,8 +55,11 @@ def scan_points(
     """Project a scan as laser_geometry does: a range outside [range_min, range_max) gives no point.
 
     Args:
-        ranges: (n,) m. beams: (n, 2) unit vectors in the sensor's frame. sensor: (3,) its pose in the costmap's frame.
-        inf_is_valid: an infinite range counts as range_max less 0.1 mm. mark_range: m.
+        ranges: (n,) m.
+        beams: (n, 2) unit vectors in the sensor's frame.
+        sensor: (3,) its pose in the costmap's frame.
+        inf_is_valid: An infinite range counts as range_max less 0.1 mm.
+        mark_range: Farthest mark from the sensor, m.
 
     Returns:
         the points (m, 2), and (k, 2) those of them nearer than `mark_range`.
@@ -251,8 +254,10 @@ def compose(
     """Rebuild a window of the master grid: the static layer (or `fill`), then the obstacle layer.
 
     Args:
-        window: (4,) r0, r1, c0, c1. below: the static layer's grid, or one of size 0. obstacles: likewise.
-        overwrite: the obstacle layer overwrites wherever it knows; else the larger cost wins.
+        window: (4,) r0, r1, c0, c1.
+        below: The static layer's grid, or one of size 0.
+        obstacles: The obstacle layer's grid, or one of size 0.
+        overwrite: The obstacle layer overwrites wherever it knows; else the larger cost wins.
     """
     columns = window[3] - window[2]
     blank = np.full(columns, np.uint8(fill))
@@ -285,8 +290,10 @@ def project_static(
     """Lay a static map under a rolling window in another frame: each cell's centre takes the map's cost there.
 
     Args:
-        static: (rows, columns) in the map's frame, with `origin` and `resolution`. target: written.
-        transform: (3,) pose of the target's frame in the map's. fill: where the map does not reach.
+        static: (rows, columns) in the map's frame, with `origin` and `resolution`.
+        target: (rows, columns), written.
+        transform: (3,) pose of the target's frame in the map's.
+        fill: Where the map does not reach.
     """
     cosine, sine = math.cos(transform[2]), math.sin(transform[2])
     for r in range(target.shape[0]):
@@ -331,11 +338,12 @@ def inflate(
 
     Args:
         window: (4,) r0, r1, c0, c1 of what changed; sources up to `reach` cells around it count.
-        moves: ((2 reach + 1)^2, 4, 4) int32. Row (reach + dy) (2 reach + 1) + reach + dx is for a cell that lies
-            (dx, dy) from its source: up to four neighbours further out, each with its rank by distance and the steps
-            there in `nearest`, in `grid` and in `moves`; rank `FAR` ends the list.
-        cost_of: (ranks,) uint8, cost of a rank. nearest: (rows + 2, columns + 2) int16, the rank that a cell is queued
-            with; the outermost ring is below any. tail: (ranks,) int32, the end of each rank's queue.
+        moves: ((2 reach + 1)^2, 4, 4) int32. Row (reach + dy) (2 reach + 1) + reach + dx is for a cell that lies (dx,
+            dy) from its source: up to four neighbours further out, each with its rank by distance and the steps there
+            in `nearest`, in `grid` and in `moves`; rank `FAR` ends the list.
+        cost_of: (ranks,) uint8, cost of a rank.
+        nearest: (rows + 2, columns + 2) int16, the rank that a cell is queued with; the outermost ring is below any.
+        tail: (ranks,) int32, the end of each rank's queue.
         node: (nodes, 4) int32, what is queued: index in `nearest`, in `grid`, row of `moves`, next node.
     """
     rows, columns = grid.shape

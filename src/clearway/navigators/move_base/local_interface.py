@@ -16,7 +16,9 @@ class LocalResult:
     """A local planner's answer.
 
     Attributes:
-        v: m/s. omega: rad/s. ok: whether a valid command was found (else move_base stops and replans).
+        v: Forward speed, m/s.
+        omega: Yaw rate, rad/s.
+        ok: Whether a valid command was found (else move_base stops and replans).
         trajectory: (k, 2) where the command leads, odom frame; empty while it stops or turns at the goal.
     """
 
@@ -43,7 +45,9 @@ class LocalPlanner(Protocol):
         """nav_core's isGoalReached, asked before `compute` in each control period.
 
         Args:
-            pose: (3,) odom frame. velocity: (2,) v, omega. goal: (3,) the whole plan's last pose, odom frame.
+            pose: (3,) odom frame.
+            velocity: (2,) v, omega.
+            goal: (3,) the whole plan's last pose, odom frame.
         """
 
     def compute(
@@ -60,10 +64,13 @@ class LocalPlanner(Protocol):
         """nav_core's computeVelocityCommands.
 
         Args:
-            pose: (3,) odom frame. velocity: (2,) measured v [m/s], omega [rad/s].
-            plan: (n, 3), n >= 1: the part of the global plan inside the local costmap's reach, pruned, moved into
-                the odom frame (base_local_planner::transformGlobalPlan and prunePlan).
+            pose: (3,) odom frame.
+            velocity: (2,) measured v [m/s], omega [rad/s].
+            plan: (n, 3), n >= 1: the part of the global plan inside the local costmap's reach, pruned, moved into the
+                odom frame (base_local_planner::transformGlobalPlan and prunePlan).
             goal: (3,) the whole plan's last pose, odom frame.
-            cost: (rows, cols) uint8 local costmap; origin: (2,) of its lower-left corner, odom frame, m.
-            resolution: edge of a cell, m. speed_limit: caps the forward speed, m/s.
+            cost: (rows, cols) uint8 local costmap.
+            origin: (2,) of its lower-left corner, odom frame, m.
+            resolution: Edge of a cell, m.
+            speed_limit: Caps the forward speed, m/s.
         """

@@ -33,8 +33,12 @@ class Room(NamedTuple):
     """Arrays that a planner's waves work in, one entry per cell of a padded grid.
 
     Attributes:
-        blank: a grid before any wave. path, goal, front: grids to let waves run on. queue: cells in a wave's order.
-        wanted: bits of who wants to know a cell's distance; zero between two searches.
+        blank: A grid before any wave.
+        path: Grid for the wave from the plan.
+        goal: Grid for the wave from the local goal.
+        front: Grid for the wave from the local goal moved ahead, by which the nose is scored.
+        queue: Cells in a wave's order.
+        wanted: Bits of who wants to know a cell's distance; zero between two searches.
     """
 
     blank: GridArray
@@ -91,7 +95,8 @@ def lay_plan(
     """Walk along a plan in steps of at most one cell, from where it enters the known map to where it leaves it.
 
     Args:
-        ahead: (n, 3) plan, local frame; (last_x, last_y) replaces its last point. mark: make each cell a target.
+        ahead: (n, 3) plan, local frame; (last_x, last_y) replaces its last point.
+        mark: Make each cell a target.
 
     Returns:
         Number of targets in `queue`, and the last cell walked on (the local goal), -1 if the plan is nowhere on the map.
@@ -151,7 +156,7 @@ def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: np.int64
     """Let distances spread over `grid` from the first `targets` cells of the queue until every sought cell has its own.
 
     Args:
-        mask: bits of `wanted` that this wave is for.
+        mask: Bits of `wanted` that this wave is for.
     """
     queue, wanted = room.queue, room.wanted
     pending = _open_cells(seek, grid, wanted, mask, stride, unreached)

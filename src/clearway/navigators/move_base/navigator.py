@@ -79,7 +79,7 @@ class MoveBase:
     """ROS 1's move_base, with parameters from the robot's file (`[navigators.move-base]`).
 
     Args:
-        base_local_planner: overrides the file's, by its ROS name or the part behind the slash.
+        base_local_planner: Overrides the file's, by its ROS name or the part behind the slash.
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "scan"})

@@ -21,8 +21,12 @@ def local_plan(
     lies within 1 m of the robot.
 
     Args:
-        plan: (n, 3); begin: index of its first pose that is not dropped yet. pose: (3,) of the robot in its frame.
-        frame: (3,) pose of the plan's frame in the target frame. reach: m. prune: whether poses are dropped.
+        plan: (n, 3) poses, in their own frame.
+        begin: Index of its first pose that is not dropped yet.
+        pose: (3,) of the robot in its frame.
+        frame: (3,) pose of the plan's frame in the target frame.
+        reach: How far from the robot the plan is followed, m.
+        prune: Whether poses are dropped.
 
     Returns:
         (k, 3) poses in the target frame, and the new `begin`.

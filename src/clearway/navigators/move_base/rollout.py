@@ -29,7 +29,8 @@ class TrajectoryPlanner:
     def __init__(self, parameters: TrajectoryParameters, polygon: FloatArray, period: float) -> None:
         """
         Args:
-            polygon: (m, 2) padded outline in base_link, m. period: s, one over the controller's frequency.
+            polygon: (m, 2) padded outline in base_link, m.
+            period: One over the controller's frequency, s.
         """
         self._parameters = parameters
         self._polygon = np.ascontiguousarray(polygon, dtype=np.float64)

@@ -233,7 +233,10 @@ def search(
     """Find the best sample.
 
     Args:
-        pose: (3,). velocity: (2,). check: (2,) a motion to judge beside. ahead: (n, 3) the plan, local frame.
+        pose: (3,) of the robot, local frame.
+        velocity: (2,) its v [m/s] and omega [rad/s].
+        check: (2,) a motion to judge beside.
+        ahead: (n, 3) the plan, local frame.
 
     Returns:
         Its cost; its speeds (2,); its rollout (k, 5); whether it is the one that backs up (its cost may then be

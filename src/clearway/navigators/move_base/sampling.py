@@ -38,7 +38,8 @@ def roll(
     trajectory_planner.cpp do. The first point is the pose itself; the last one lies a step before the horizon.
 
     Args:
-        pose: (3,). out: (>= steps, 5) filled with x, y, yaw, cosine, sine.
+        pose: (3,) where it begins.
+        out: (>= steps, 5) filled with x, y, yaw, cosine, sine.
     """
     x, y, yaw = pose[0], pose[1], pose[2]
     c, s = math.cos(yaw), math.sin(yaw)

@@ -44,7 +44,8 @@ def steer(
     """The command (v, omega) at time t [s] that brings a base at (x, y, theta) to where the way soon will be.
 
     Args:
-        limits: of the base. period: of control, s.
+        limits: What the base can do.
+        period: Control period, s.
     """
     gx, gy = on_way(way, t + AHEAD)
     gx, gy = gx - x, gy - y

@@ -40,12 +40,13 @@ def genetic(
     """The best plan that a genetic algorithm breeds from `starts` and random plans.
 
     Args:
-        problem: see `Problem`. starts: (S, N, 2) plans that join the first population.
-        key: random stream (`clearway.geometry.streams.stream`). step: number of the control period: draws are a
-        function of (key, step, count).
-        budget: evaluations of the cost (one roll-out each), None: to the method's own end.
+        problem: The tracking problem.
+        starts: (S, N, 2) plans that join the first population.
+        key: Random stream (`clearway.geometry.streams.stream`).
+        step: Number of the control period: draws are a function of (key, step, count).
+        budget: Evaluations of the cost (one roll-out each), None: to the method's own end.
         deadline: `time.perf_counter()` [s] at which it stops after the generation at work (some hundredths of a
-        millisecond).
+            millisecond).
 
     Returns:
         The best feasible plan seen so far, else the one with the least merit; `iterations` counts evaluations.

@@ -44,8 +44,9 @@ def pattern_search(
     """The best plan that a compass search finds from each of `starts`.
 
     Args:
-        problem: see `Problem`. starts: (S, N, 2) plans, the most promising first (shifted plan, then `seeds`).
-        budget: evaluations of the cost (one roll-out each), None: to the method's own end.
+        problem: The tracking problem.
+        starts: (S, N, 2) plans, the most promising first (shifted plan, then `seeds`).
+        budget: Evaluations of the cost (one roll-out each), None: to the method's own end.
         deadline: `time.perf_counter()` [s] at which it stops after the chunk at work (some tenths of a millisecond).
 
     Returns:
@@ -102,9 +103,11 @@ def search_on(
     """Go on for `allowed` roll-outs, at least one. True: the search came to its end.
 
     Args:
-        plan, best: (N, 2) where it stands and the best so far. marks: (4,) as in `keep`, then the merit of `plan` and
-        the step. cursor: (7,) roll-outs spent, the start at work, the move to try next, whether the sweep succeeded,
-        whether the start was evaluated, the kind of the moves, roll-outs spent on this start.
+        plan: (N, 2) where it stands.
+        best: (N, 2) the best so far.
+        marks: (4,) as in `keep`, then the merit of `plan` and the step.
+        cursor: (7,) roll-outs spent, the start at work, the move to try next, whether the sweep succeeded, whether the
+            start was evaluated, the kind of the moves, roll-outs spent on this start.
     """
     free = problem.control_horizon
     trial = np.empty_like(plan)
