@@ -28,10 +28,10 @@ from clearway.geometry.frames import compose
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.geometry.streams import stream, uniform
+from clearway.navigators.common.tracking.ancillary import linearise
 from clearway.navigators.hp_st.certificate import Rules, Safety, braking_tail, certify, longest_certified
 from clearway.navigators.hp_st.sight import Sight, sight_of
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
-from clearway.navigators.hp_tmpc.ancillary import linearise
 from clearway.robots import DriveLimits, load_robot
 
 KINDS = (

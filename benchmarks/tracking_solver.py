@@ -23,8 +23,8 @@ from typing import Any
 
 import numpy as np
 
-from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, solve_gauss_newton
-from clearway.navigators.hp_tmpc.tracking import Problem, discounts, problem, seeds, shift
+from clearway.navigators.common.tracking.gauss_newton import BUDGET, solve_gauss_newton
+from clearway.navigators.common.tracking.problem import Problem, discounts, seeds, shift
 from clearway.stand_ins import stand_ins
 
 AIM_P99 = {5: 0.5, 10: 1.0, 15: 1.5, 20: 2.0}
@@ -57,6 +57,11 @@ def record(horizon: int, scenes: int = 2, steps: int = 150, control_horizon: int
     w_dyn = [own["w_dyn"] * sum((1 - own["xi_dyn"]) ** i for i in range(k)) for k in range(horizon + 2)]
     low, high = obstacles["region"]
     found: list[Instance] = []
+
+    def each(value: Any) -> np.ndarray:
+        """The same for every stage."""
+        return np.array([value] * horizon, dtype=np.float64)
+
     for scene in range(scenes):
         rng = np.random.default_rng(20250000 + scene)
         ends = np.array([task["start"][:2], task["goal"][:2]])
@@ -95,12 +100,14 @@ def record(horizon: int, scenes: int = 2, steps: int = 150, control_horizon: int
                         listed += [(*r, rho + w_rob[k] + w_dyn[other]) for r in future]
                 counts[k] = len(listed)
                 rows[k, : len(listed)] = np.array(listed).reshape(-1, 3)
-            now = problem(
-                start=pose, previous=last, reference=reference, nominal=(0.5 * v_max, 0.0), rows=rows, counts=counts,
-                reach=robot["camera"]["range"] - rho, area=(0.25, 0.25, task["size"] - 0.25, task["size"] - 0.25),
-                low=(0.0, -omega_max), high=(v_max, omega_max), smooth=own["input_change"],
-                discount=discounts(horizon, own["w1"], step, False), effort=own["w2"],
-                heading_weight=own["heading_weight"], period=c, control_horizon=control_horizon,
+            area = np.array((0.25, 0.25, task["size"] - 0.25, task["size"] - 0.25))
+            now = Problem(
+                start=pose.copy(), previous=last.copy(), reference=reference, nominal=each((0.5 * v_max, 0.0)),
+                rows=rows, counts=counts, centre=pose[:2].copy(), reach=each(robot["camera"]["range"] - rho),
+                area=each(area), low=each((0.0, -omega_max)), high=each((v_max, omega_max)),
+                smooth=each(own["input_change"]), discount=discounts(horizon, own["w1"], step, False),
+                effort=float(own["w2"]), heading_weight=float(own["heading_weight"]), period=c, exact=True,
+                control_horizon=control_horizon or horizon,
             )  # fmt: skip
             found.append(Instance(now, shift(plan)))
             plan = solve_gauss_newton(now, shift(plan), BUDGET).inputs

@@ -25,7 +25,7 @@ from clearway.geometry.motion import arc
 from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
-from clearway.navigators.hp_tmpc.ancillary import gain, linearise
+from clearway.navigators.common.tracking.ancillary import gain, linearise
 from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.navigators.hp_tmpc.tube import tightening
 from clearway.robots import load_robot

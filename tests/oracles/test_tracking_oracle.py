@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, solve_gauss_newton
-from clearway.navigators.hp_tmpc.interior_point import minimise
+from clearway.navigators.common.tracking.gauss_newton import BUDGET, solve_gauss_newton
+from clearway.navigators.common.tracking.interior_point import minimise
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "tracking_solver.py"
 

@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.geometry.motion import step_arc
-from clearway.navigators.hp_tmpc.ancillary import gain
+from clearway.navigators.common.tracking.ancillary import gain
 from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.navigators.hp_tmpc.tube import tightening
 from clearway.robots import load_robot

@@ -1,1 +1,1 @@
-"""What several navigators use: their inputs checked, arrival, the tracking MPC of `hp-tmpc` and `hp-st`."""
+"""What several navigators use: their inputs checked, arrival, what a base can do next, the tracking MPC."""

@@ -10,8 +10,8 @@ import math
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.motion import spin
 from clearway.navigators.hp_st.field import Field, look
-from clearway.navigators.hp_tmpc.motion import spin
 from clearway.robots.drive_limits import DriveLimits
 
 _BRAKING = 0.9  # share of the deceleration that is used: the rest is for what was rounded to periods

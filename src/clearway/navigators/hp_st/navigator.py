@@ -20,6 +20,7 @@ from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.arrival import BEGIN, Approach
 from clearway.navigators.common.inputs import area_of, finite
+from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.contact import Base
@@ -49,7 +50,6 @@ from clearway.navigators.hp_st.search import SearchCosts
 from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
-from clearway.navigators.hp_tmpc.motion import stop_and_turn
 from clearway.robots import Robot
 
 REACH = 0.6

@@ -5,7 +5,7 @@ linearise the chord of a period, w is the disturbance, l what linearising leaves
 remainder gives a box in the chord's frame (`_remainder`). The set of all e is a sum of linear images of discs and
 segments, which are carried along one by one, so that its support is known exactly in any direction; nothing is merged.
 
-K_j is the pole placement of `hp_tmpc.ancillary`, which looks at period j alone: the tube of a plan's first k periods
+K_j is the pole placement of `common.tracking.ancillary`, which looks at period j alone: the tube of a plan's first k periods
 does not depend on what follows. Each row is scaled down until its correction fits into what the input limits leave, so
 that no correction is ever cut off and the bound holds for whatever plan. docs/guarantee.md has the proof.
 """
@@ -20,7 +20,7 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.ancillary import chord, gain
+from clearway.navigators.common.tracking.ancillary import chord, gain
 from clearway.robots.drive_limits import DriveLimits, immediate
 
 POLES = (0.3, 0.3, 0.3)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from clearway.geometry.angles import turn_between
+from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.pieces import polyline, put, sample
@@ -189,3 +189,37 @@ def reference_speed(v_min: float, v_max: float, share: float) -> float:
     """v_ref [m/s]: the larger of `share` * v_max and the midpoint (v_min + v_max) / 2 of the robot's range of speeds.
     The paper's share is one half."""
     return max(share * v_max, 0.5 * (v_min + v_max))
+
+
+@kernel
+def turn_first(points: FloatArray, inputs: FloatArray, theta: float, beyond: float, rate: float, c: float) -> int:
+    """Begin a reference with a turn on the spot where it leads off in too different a direction, in place.
+
+    A differential drive can't follow a path that starts behind it, and a short horizon doesn't show that turning pays.
+
+    Args:
+        points: (n + 1, 3) reference poses.
+        inputs: (n, 2) their v, omega.
+        theta: Heading of the robot, rad.
+        beyond: Deviation up to which the tracking system turns while it drives, rad.
+        rate: Yaw rate of the turn, rad/s.
+        c: Control period, s.
+
+    Returns:
+        How many periods the turn takes, 0: none; the rest of the reference comes that much later.
+    """
+    n = len(inputs)
+    away = turn_between(theta, points[1, 2])
+    moves = math.hypot(points[n, 0] - points[0, 0], points[n, 1] - points[0, 1]) > 1e-6
+    if abs(away) <= beyond or not moves:
+        return 0
+    turn = min(math.ceil((abs(away) - 0.5 * beyond) / (rate * c)), n)
+    for k in range(n, turn, -1):
+        points[k] = points[k - turn]
+        inputs[k - 1] = inputs[k - turn - 1]
+    each = math.copysign(rate * c, away)
+    for k in range(1, turn + 1):
+        points[k, 0], points[k, 1] = points[0, 0], points[0, 1]
+        points[k, 2] = wrap(theta + each * k)
+        inputs[k - 1, 0], inputs[k - 1, 1] = 0.0, each / c
+    return turn

@@ -16,12 +16,10 @@ import numpy.typing as npt
 from clearway.geometry.angles import turn_between
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.ancillary import gain, stability
-from clearway.navigators.hp_tmpc.belts import Reference, plan_reference, predict
-from clearway.navigators.hp_tmpc.gauss_newton import solve_gauss_newton
-from clearway.navigators.hp_tmpc.motion import reachable, turn_first
-from clearway.navigators.hp_tmpc.planner import NO_PATH
-from clearway.navigators.hp_tmpc.tracking import (
+from clearway.navigators.common.motion import reachable
+from clearway.navigators.common.tracking.ancillary import gain, stability
+from clearway.navigators.common.tracking.gauss_newton import solve_gauss_newton
+from clearway.navigators.common.tracking.problem import (
     INPUT_LIMIT,
     ITERATION_LIMIT,
     TOLERANCE,
@@ -35,6 +33,8 @@ from clearway.navigators.hp_tmpc.tracking import (
     roll_out,
     shift,
 )
+from clearway.navigators.hp_tmpc.belts import Reference, plan_reference, predict, turn_first
+from clearway.navigators.hp_tmpc.planner import NO_PATH
 from clearway.navigators.hp_tmpc.tube import tightening
 from clearway.robots.drive_limits import DriveLimits
 

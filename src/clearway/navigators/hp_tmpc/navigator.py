@@ -16,6 +16,9 @@ from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.geometry.streams import stream
 from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import area_of, finite, perception_radius
+from clearway.navigators.common.motion import stop_and_turn
+from clearway.navigators.common.tracking.gauss_newton import BUDGET, begin, conclude, search_on
+from clearway.navigators.common.tracking.problem import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
 from clearway.navigators.hp_tmpc.belts import Reference, reference_speed
 from clearway.navigators.hp_tmpc.decision import (
     AGE,
@@ -30,8 +33,6 @@ from clearway.navigators.hp_tmpc.decision import (
     settle,
     sort_out,
 )
-from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, begin, conclude, search_on
-from clearway.navigators.hp_tmpc.motion import stop_and_turn
 from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
 from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
 from clearway.navigators.hp_tmpc.parameters import (
@@ -41,7 +42,6 @@ from clearway.navigators.hp_tmpc.parameters import (
     chosen_from,
     literal_from,
 )
-from clearway.navigators.hp_tmpc.tracking import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
 from clearway.robots import Robot
 
 _Discs: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.NDArray[np.bool_]]

@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.tracking import (
+from clearway.navigators.common.tracking.problem import (
     CONVERGED,
     INFEASIBLE,
     INPUT_LIMIT,

@@ -20,8 +20,8 @@ from clearway.geometry.angles import turn_between
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import sinc
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.interior_point import minimise
-from clearway.navigators.hp_tmpc.tracking import (
+from clearway.navigators.common.tracking.interior_point import minimise
+from clearway.navigators.common.tracking.problem import (
     CONVERGED,
     INFEASIBLE,
     INPUT_LIMIT,
@@ -57,9 +57,12 @@ class Search(NamedTuple):
     """Where a search stands; the kernels write into it.
 
     Attributes:
-        best, plan: (N, 2) the best plan among the starts that are done with, and the plan being refined.
-        others: (S, N, 2) further starts. merits: (S,) theirs, inf for one that was taken.
-        merit: (2,) of `best` (inf: none yet) and of `plan`. cursor: (5,) int64, see `_SPENT` and its like.
+        best: (N, 2) the best plan among the starts that are done with.
+        plan: (N, 2) the plan being refined.
+        others: (S, N, 2) further starts.
+        merits: (S,) theirs, inf for one that was taken.
+        merit: (2,) of `best` (inf: none yet) and of `plan`.
+        cursor: (5,) int64, counters at the indices `_SPENT`, `_DONE`, `_ROUND`, `_FITS` and `_SHORT`.
     """
 
     best: FloatArray
@@ -80,9 +83,10 @@ def solve_gauss_newton(problem: Problem, warm: FloatArray, budget: int) -> Solut
     """The best plan found within `budget` interior-point iterations.
 
     Args:
-        problem: see `Problem`. warm: (N, 2) plan to start from: `shift` of the last answer, or the reference's inputs.
-        budget: interior-point iterations, at least 0; `BUDGET` is as good as no bound. With 0 the answer is the warm
-        plan, projected into the input box and rate limits, or braking, if that keeps the constraints better.
+        problem: The tracking problem.
+        warm: (N, 2) plan to start from: `shift` of the last answer, or the reference's inputs.
+        budget: Interior-point iterations, at least 0; `BUDGET` is as good as no bound. With 0 the answer is the warm
+            plan, projected into the input box and rate limits, or braking, if that keeps the constraints better.
 
     Returns:
         The plan (inputs within box and rate limits whenever such inputs exist), its poses, cost, residual violation,

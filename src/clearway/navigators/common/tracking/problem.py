@@ -7,7 +7,7 @@ Frames and units: map frame, m, rad, s.
 
 A plan (N, 2) of (v [m/s], omega [rad/s]) is an answer; solvers give plans that went through `project`, so the input
 box (3d), the rate limit (3e) and the held inputs hold by construction wherever they are compatible at all. What can
-be violated is told by `violations`.
+be violated is told by `judge`.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ class Solution(NamedTuple):
         inputs: (N, 2) plan; inputs[0] is u_kappa.
         states: (N, 3) poses that it leads to.
         cost: Its cost (eq. 2).
-        violation: The largest entry of `violations`; at most `TOLERANCE`: the plan keeps the constraints.
+        violation: The largest violation of (3c), (3f)-(3j), m; at most `TOLERANCE`: the plan keeps the constraints.
         iterations: What was spent, in the solver's own unit.
         status: One of CONVERGED, ITERATION_LIMIT, INFEASIBLE, INPUT_LIMIT.
     """
@@ -100,74 +100,6 @@ class Solution(NamedTuple):
     violation: float
     iterations: int
     status: int
-
-
-def problem(
-    *,
-    start: npt.ArrayLike,
-    reference: npt.ArrayLike,
-    low: npt.ArrayLike,
-    high: npt.ArrayLike,
-    period: float,
-    previous: npt.ArrayLike = (0.0, 0.0),
-    nominal: npt.ArrayLike | None = None,
-    rows: npt.ArrayLike | None = None,
-    counts: npt.ArrayLike | None = None,
-    centre: npt.ArrayLike | None = None,
-    reach: npt.ArrayLike = math.inf,
-    area: npt.ArrayLike = (-math.inf, -math.inf, math.inf, math.inf),
-    smooth: npt.ArrayLike = math.inf,
-    discount: npt.ArrayLike = 1.0,
-    effort: float = 0.0,
-    heading_weight: float = 0.0,
-    exact: bool = True,
-    control_horizon: int | None = None,
-) -> Problem:
-    """A `Problem` with the right types: bounds may be given once for all stages, what is left out does not bind.
-
-    Copies its arguments (a read-only array would make Numba compile everything once more).
-
-    Raises:
-        ValueError: shapes don't fit, or the horizon is 0.
-    """
-    ref = np.array(reference, dtype=np.float64, order="C").reshape(-1, 3)
-    n = len(ref)
-    if n == 0:
-        raise ValueError("reference: a horizon of 0 stages; at least 1 is needed")
-    held = n if control_horizon is None else int(control_horizon)
-    if not 1 <= held <= n:
-        raise ValueError(f"control_horizon: {held} is not within 1 .. {n}")
-
-    def each(values: npt.ArrayLike, *shape: int) -> FloatArray:
-        return np.array(np.broadcast_to(np.asarray(values, dtype=np.float64), (n, *shape)), order="C")
-
-    obstacles = np.zeros((n, 0, 3)) if rows is None else np.array(rows, dtype=np.float64, order="C")
-    if obstacles.ndim != 3 or obstacles.shape[0] != n or obstacles.shape[2] != 3:
-        raise ValueError(f"rows: shape {obstacles.shape}; ({n}, M, 3) is needed")
-    count = np.full(n, obstacles.shape[1], dtype=np.int64) if counts is None else np.array(counts, dtype=np.int64)
-    if count.shape != (n,) or (count < 0).any() or (count > obstacles.shape[1]).any():
-        raise ValueError(f"counts: {n} integers within 0 .. {obstacles.shape[1]} are needed")
-    pose = np.array(start, dtype=np.float64).reshape(3)
-    return Problem(
-        start=pose,
-        previous=np.array(previous, dtype=np.float64).reshape(2),
-        reference=ref,
-        nominal=np.zeros((n, 2)) if nominal is None else each(nominal, 2),
-        rows=obstacles,
-        counts=count,
-        centre=pose[:2].copy() if centre is None else np.array(centre, dtype=np.float64).reshape(2),
-        reach=each(reach),
-        area=each(area, 4),
-        low=each(low, 2),
-        high=each(high, 2),
-        smooth=each(smooth),
-        discount=each(discount),
-        effort=float(effort),
-        heading_weight=float(heading_weight),
-        period=float(period),
-        exact=bool(exact),
-        control_horizon=held,
-    )
 
 
 @kernel
@@ -206,19 +138,6 @@ def roll_out(problem: Problem, inputs: FloatArray) -> FloatArray:
 
 
 @kernel
-def cost(problem: Problem, inputs: FloatArray, states: FloatArray) -> float:
-    """Eq. 2 of a plan and the poses that it leads to: norms of (dx, dy, heading_weight dtheta), not squared."""
-    total = 0.0
-    for k in range(len(inputs)):
-        dx = states[k, 0] - problem.reference[k, 0]
-        dy = states[k, 1] - problem.reference[k, 1]
-        turn = problem.heading_weight * turn_between(problem.reference[k, 2], states[k, 2])
-        total += problem.discount[k] * math.sqrt(dx * dx + dy * dy + turn * turn)
-        total += problem.effort * (inputs[k, 0] ** 2 + inputs[k, 1] ** 2)
-    return total
-
-
-@kernel
 def judge(problem: Problem, inputs: FloatArray) -> tuple[float, float, float]:
     """The cost (eq. 2) of a plan, the largest and the summed violation of (3c), (3f)-(3j) [m]."""
     total, worst, summed = 0.0, 0.0, 0.0
@@ -246,37 +165,6 @@ def judge(problem: Problem, inputs: FloatArray) -> tuple[float, float, float]:
                 excess = need - math.sqrt(squared)
                 worst, summed = max(worst, excess), summed + excess
     return total, worst, summed
-
-
-@kernel
-def violations(problem: Problem, inputs: FloatArray) -> FloatArray:
-    """How far a plan (N, 2) breaks each kind of constraint at most, 0: not at all.
-
-    Returns:
-        (5,): state box (3c) [m], input box (3d) [m/s or rad/s], rate limit (3e), stay-inside circle (3f) [m],
-        obstacles (3g-3j) [m].
-    """
-    out = np.zeros(5)
-    states = roll_out(problem, inputs)
-    for k in range(len(inputs)):
-        x, y = states[k, 0], states[k, 1]
-        out[0] = max(
-            out[0],
-            problem.area[k, 0] - x,
-            problem.area[k, 1] - y,
-            x - problem.area[k, 2],
-            y - problem.area[k, 3],
-        )
-        last = problem.previous if k == 0 else inputs[k - 1]
-        for j in range(2):
-            out[1] = max(out[1], problem.low[k, j] - inputs[k, j], inputs[k, j] - problem.high[k, j])
-        change = math.hypot(inputs[k, 0] - last[0], inputs[k, 1] - last[1])
-        out[2] = max(out[2], change - problem.smooth[k])
-        out[3] = max(out[3], math.hypot(x - problem.centre[0], y - problem.centre[1]) - problem.reach[k])
-        for i in range(problem.counts[k]):
-            gap = math.hypot(x - problem.rows[k, i, 0], y - problem.rows[k, i, 1])
-            out[4] = max(out[4], problem.rows[k, i, 2] - gap)
-    return out
 
 
 @kernel

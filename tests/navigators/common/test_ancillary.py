@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.geometry.motion import step_arc
-from clearway.navigators.hp_tmpc.ancillary import gain, linearise, spectral_radius, stability
+from clearway.navigators.common.tracking.ancillary import gain, linearise, spectral_radius, stability
 
 C = 0.15
 POLES = np.array((0.3, 0.4, 0.2))

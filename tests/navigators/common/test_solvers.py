@@ -10,13 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
+from tracking_problems import cost, problem, violations
 
 from clearway.geometry.streams import stream
-from clearway.navigators.hp_tmpc.gauss_newton import BUDGET, linearise, solve_gauss_newton
-from clearway.navigators.hp_tmpc.interior_point import minimise
-from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
-from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
-from clearway.navigators.hp_tmpc.tracking import (
+from clearway.navigators.common.tracking.gauss_newton import BUDGET, linearise, solve_gauss_newton
+from clearway.navigators.common.tracking.interior_point import minimise
+from clearway.navigators.common.tracking.problem import (
     CONVERGED,
     INFEASIBLE,
     INPUT_LIMIT,
@@ -24,16 +23,15 @@ from clearway.navigators.hp_tmpc.tracking import (
     TOLERANCE,
     advance,
     box,
-    cost,
     discounts,
     judge,
-    problem,
     project,
     roll_out,
     seeds,
     shift,
-    violations,
 )
+from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
+from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
 
 KEY = stream(3, "test")
 
@@ -392,16 +390,3 @@ def test_populations_differ_by_stream_and_by_period():
 
 def test_shift():
     np.testing.assert_array_equal(shift(np.array([[1.0, 2.0], [3.0, 4.0]])), [[3.0, 4.0], [3.0, 4.0]])
-
-
-def test_wrong_shapes_are_told():
-    with pytest.raises(ValueError, match="horizon of 0"):
-        straight(0)
-    with pytest.raises(ValueError, match="control_horizon: 6"):
-        straight(5, control_horizon=6)
-    with pytest.raises(ValueError, match="rows: shape"):
-        problem(
-            start=(0, 0, 0), reference=np.zeros((2, 3)), low=(0, 0), high=(1, 1), period=0.1, rows=np.zeros((3, 1, 3))
-        )
-    with pytest.raises(ValueError, match="counts"):
-        straight(2, [(0, 0, 1)], counts=(2, 0))

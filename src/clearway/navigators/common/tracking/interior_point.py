@@ -19,7 +19,7 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.tracking import IntArray
+from clearway.navigators.common.tracking.problem import IntArray
 
 FAR = 1e4
 """What an infinite bound on an input counts as [m/s, rad/s]."""
