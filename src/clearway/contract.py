@@ -205,9 +205,11 @@ class Command:
     """What the base is to do in the next control period.
 
     Attributes:
-        v: forward speed, m/s. omega: yaw rate, rad/s.
-        arrived: True or False where the navigator judges arrival itself (as move_base does); None leaves it to the
-        run's goal checker (within the goal's tolerances by the estimated pose).
+        v: forward speed, m/s.
+        omega: yaw rate, rad/s.
+        arrived: Whether the navigator calls the goal reached; None leaves that to the run's goal checker, which goes by
+            the goal's tolerances and the estimated pose. While it is called so, the base is told to stand, whatever v
+            and omega; the leg is reached when it does. A call that is taken back before doesn't count.
         gave_up: why the navigator can't go on; ends the trial as `aborted`.
         status: how it was found, a `Status` or a word of its own; each change of it becomes an event of the trial.
         cut: whether the budget ended the thinking before it was finished.

@@ -92,7 +92,7 @@ def test_who_says_that_a_goal_is_reached() -> None:
     assert run(constant(0.0), scenario=free).outcome is Outcome.REACHED
     assert run(Pilot(lambda _: Command(0, 0, arrived=False)), scenario=free).outcome is Outcome.TIMEOUT
     far = make_scenario(legs=[{"name": "f", "goal": (3, 0, 0), "time_limit": 9.0}])
-    early = run(Pilot(lambda s: Command(1, 0, arrived=s.t > 1)), scenario=far)
+    early = run(Pilot(lambda s: Command(0, 0, arrived=s.t > 1)), scenario=far)
     assert early.outcome is Outcome.REACHED  # the robot says so; whether it is true is for the indicators
     assert early.t[-1] == pytest.approx(1.1)
     judged = make_scenario(
@@ -101,6 +101,31 @@ def test_who_says_that_a_goal_is_reached() -> None:
     trial = run(Pilot(lambda _: Command(1, 0, arrived=False)), scenario=judged)
     assert trial.outcome is Outcome.REACHED
     assert trial.pose[-1, 0] >= 1.0 > trial.pose[-2, 0]
+
+
+def test_a_goal_is_reached_once_it_is_called_so_and_the_robot_stands() -> None:
+    far = make_scenario(legs=[{"name": "f", "goal": (3, 0, 0), "time_limit": 9.0}])
+    rushes = run(Pilot(lambda s: Command(1, 0.5, arrived=s.t > 0.99)), scenario=far)  # it calls, and means to drive on
+    assert rushes.outcome is Outcome.REACHED
+    called = int(np.searchsorted(rushes.t, 1.0))
+    assert rushes.command is not None
+    assert rushes.velocity is not None
+    assert rushes.command[:called].tolist() == [[1.0, 0.5]] * called
+    assert not rushes.command[called:].any()  # the base is told to stand
+    assert rushes.velocity[called, 0] == pytest.approx(0.5)
+    assert rushes.t[-1] == pytest.approx(1.3)  # 0.5 m/s at 2 m/s^2: the third period begins at rest
+    assert np.abs(rushes.velocity[-1]).max() == 0.0
+    # whoever takes the call back before it stands drives on
+    doubts = run(Pilot(lambda s: Command(1, 0, arrived=0.99 < s.t < 1.15)), scenario=far)
+    assert doubts.outcome is Outcome.TIMEOUT
+    assert doubts.velocity is not None
+    assert doubts.velocity[-1, 0] == 1.0
+    # the same for one that leaves it to the run, and would drive through
+    passes = run(Pilot(lambda _: Command(0.5, 0)), scenario=far)
+    assert passes.outcome is Outcome.REACHED
+    assert abs(3.0 - passes.pose[-1, 0]) <= 0.1
+    assert passes.velocity is not None
+    assert passes.velocity[-1].tolist() == [0.0, 0.0]
 
 
 def test_the_planner_is_told_its_own_tolerances_and_the_test_judges_by_its_own() -> None:

@@ -104,7 +104,9 @@ def _scenario(
         name=name,
         floor_plan="arena",
         start=_START,
-        legs=(LegSpec(name="way", goal=_GOAL, yaw_tolerance=math.inf, time_limit=TASK["time_limit"]),),
+        legs=(
+            LegSpec(name="way", goal=_GOAL, yaw_tolerance=math.inf, time_limit=TASK["time_limit"], arrival="measured"),
+        ),
         speed=speed,
         obstacles=obstacles(drawn.layout),
         labels=LabelSpec(suite=suite, batch=case.name, configuration=label, repetition=repetition),

@@ -171,7 +171,7 @@ class LegSpec(_Part):
     time_limit: Positive = Field(description="s")
     arrival: Literal["declared", "measured"] = Field(
         default="declared",
-        description="who ends the leg: the robot by its own estimate, or a judge by its true position within xy_tolerance",
+        description="who ends the leg: the robot, which calls its goal reached and stands, or a judge by its true position within xy_tolerance, at any speed",
     )
     clock_starts_after: NonNegative = Field(
         default=0.0, description="the leg's clock starts when it has moved this far, m"

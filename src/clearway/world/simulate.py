@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import traceback
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from time import perf_counter
@@ -174,8 +175,11 @@ class _Drive:
                 status = command.status
                 checker.events.append(Event(t, EventKind.STATUS, status))
             checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
+            called = checker.called(estimate, command)
+            if called:
+                command = replace(command, v=0.0, omega=0.0)
             log.add(t, now[:5], estimate, command, leg, world.moving_obstacles)
-            outcome = checker.judge(t, now, estimate, command)
+            outcome = checker.judge(t, now, called, command.gave_up)
             if outcome is not None:
                 return outcome
             if checker.leg != leg:

@@ -265,11 +265,10 @@ def test_it_conforms_on_the_rescue_robot(gains: Any) -> None:
 def test_arrived_only_well_within_the_tolerances_or_for_good() -> None:
     navigator, goal = ColregsApf(), Goal(np.array((1.0, 0.0, 0.0)), 0.2, 0.4)
     navigator.reset(task(), RESCUE, np.random.default_rng(0))
-    said = [
-        navigator.step(observe(t, pose, None, goal)).arrived
-        for t, pose in (
-            (0.0, (0.83, 0.0, 0.0)), (0.2, (0.88, 0.0, 0.35)), (0.4, (0.88, 0.0, 0.2)), (0.6, (0.83, 0.0, 0.0)),
-            (2.3, (0.83, 0.0, 0.0)), (2.5, (0.79, 0.0, 0.0)), (2.7, (0.83, 0.0, 0.0)),
-        )
-    ]  # fmt: skip
-    assert said == [False, False, True, False, False, False, True]
+    poses = [(0.83, 0.0, 0.0), (0.92, 0.0, 0.35), (0.92, 0.0, 0.19), (0.83, 0.0, 0.3), (0.79, 0.0, 0.0)]
+    said = [navigator.step(observe(0.15 * k, pose, None, goal)) for k, pose in enumerate(poses)]
+    assert [c.arrived for c in said] == [False, False, True, True, False]
+    assert (said[2].v, said[2].omega) == (0.0, 0.0)
+    still = [navigator.step(observe(k, (0.83, 0.0, 0.0), None, goal)).arrived for k in range(20)]
+    assert still == sorted(still)  # as near as it comes: in the end that will do
+    assert still[-1]

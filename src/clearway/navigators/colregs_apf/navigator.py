@@ -13,14 +13,13 @@ import numpy as np
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.angles import wrap
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.navigators.colregs_apf.encounters import CLEAR, WORDS, IntArray, follow
 from clearway.navigators.colregs_apf.force import Pace, course, levels, roll_out, situation, steer
 from clearway.navigators.colregs_apf.parameters import Parameters
 from clearway.navigators.colregs_apf.retuned import recall
-from clearway.navigators.common.arrival import Arrival
+from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import area_of, finite
 from clearway.robots import Robot
 
@@ -71,8 +70,7 @@ class ColregsApf:
         self._unrecognised = self._retuned
         self._encounters = (np.empty(0, np.int64), np.empty(0, np.int64), np.empty(0))
         self._goal: Goal | None = None
-        self._arrival = Arrival()
-        self._turning = False
+        self._approach = Approach(limits, task.period)
         self._seen: Observation | None = None
 
     def step(self, observation: Observation) -> Command:
@@ -87,22 +85,23 @@ class ColregsApf:
         self._seen = observation
         self._look(observation)
         code = situation(pose, self._discs, self._kinds, self._radius, self._gains.d_safe)
-        turning = self._at_goal(pose, goal)
-        arrived = self._arrival.reached(pose, observation.t)
-        if turning:
-            e = wrap(goal.pose[2] - pose[2])
-            direction = goal.pose[2] if abs(e) > 0.5 * goal.yaw_tolerance else pose[2]
+        if goal is not self._goal:
+            self._goal = goal
+            self._approach.reset(goal)
+        arrived = self._approach.reached(pose, velocity)
+        if self._approach.stopping:
+            direction = pose[2] + self._approach.turn
             v, omega = steer(direction, pose[2], velocity[0], velocity[1], 0.0, self._pace)
             return Command(v, omega, arrived=arrived, status=STATUS[code])
         self._horizon, mean = self._predict(self._parameters.horizon)
         if not mean.any():
-            return Command(0.0, 0.0, arrived=arrived, status=STATUS[code])
+            return Command(0.0, 0.0, arrived=False, status=STATUS[code])
         direction = course(
             pose, mean, self._discs, self._kinds, self._sides, self._radius, self._gains, self._pace.limits.v_max
         )
         d_g = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
         v, omega = steer(direction, pose[2], velocity[0], velocity[1], d_g, self._pace)
-        return Command(v, omega, arrived=arrived, status=STATUS[code])
+        return Command(v, omega, arrived=False, status=STATUS[code])
 
     def diagnostics(self) -> Diagnostics:
         """The potential around the robot, where the force leads, and whom it meets."""
@@ -137,15 +136,6 @@ class ColregsApf:
         )
         on = self._kinds != CLEAR
         self._encounters = (identity[on], self._kinds[on], self._sides[on])
-
-    def _at_goal(self, pose: FloatArray, goal: Goal) -> bool:
-        """Whether the robot is near enough to turn in place: well within the tolerance, or still within it since."""
-        if goal is not self._goal:
-            self._goal, self._turning = goal, False
-            self._arrival.reset(goal)
-        d = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
-        self._turning = d <= goal.xy_tolerance * (1.0 if self._turning else 0.5)
-        return self._turning
 
     def _predict(self, steps: int) -> tuple[FloatArray, FloatArray]:
         assert self._seen is not None

@@ -1,4 +1,4 @@
-"""When a navigator says that it has arrived: not at the first touch of the tolerance."""
+"""How a robot comes to rest at its goal, and when it says that it has arrived: not at the first touch of the tolerance."""
 
 from __future__ import annotations
 
@@ -9,93 +9,89 @@ import numpy as np
 from clearway.contract import Goal
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
+from clearway.robots import DriveLimits
+
+BEGIN = 0.5
+"""Share of the goal's distance tolerance: a robot that would come to rest so near brakes."""
 
 SHARE = 0.7
-"""Of both tolerances: by so much nearer than needed the estimated pose must be, as the true one may lie farther off."""
+"""Share of the distance tolerance within which it stays at rest, and calls the goal reached: the true place may lie farther off."""
+
+HEADING = 0.5
+"""Share of the heading's tolerance within which its turn on the spot ends."""
 
 PATIENCE = 2.0
-"""After so long without coming nearer the tolerances themselves will do, s."""
-
-GAIN = 0.01
-"""What counts as nearer, as a share of the tolerances: less is the estimate's noise."""
-
-BEGIN = 0.6
-"""Share of the goal's distance tolerance: once it is so near, a planner that ends with a turn begins with it."""
+"""After so long within the distance tolerance without coming nearer, the tolerances themselves will do, s."""
 
 CLOSER = 0.01
-"""What counts as nearer to one that does its best to come nearer: m, or rad."""
+"""What counts as nearer: m, or rad."""
 
 
-class Arrival:
-    """Judges arrival by the estimated pose, for `Command.arrived`.
+class Approach:
+    """Brings a robot to rest at a goal and says when it has arrived.
 
-    A goal checker that accepts the edge of the tolerance ends many a trial with the true pose just outside.
+    A goal checker that accepts the edge of the tolerance ends many a trial with the true pose just outside. So the robot
+    drives on until it would come to rest well within; then it brakes, turns on the spot to the goal's heading and calls the
+    goal reached. It takes the call back if it finds itself outside the tolerances. Where it comes no nearer (something
+    may stand there), the tolerances themselves will do.
+
+    Args:
+        limits: Of the base: how soon it stops.
+        period: Between two judgements, s.
+        begin: Share of the distance tolerance within which it wants to come to rest.
+        heading: Share of the heading's tolerance within which the turn ends.
+
+    Attributes:
+        stopping: Whether it is to brake, or stand, but for `turn`.
+        turn: What is left to turn on the spot, rad; 0 once the goal is called reached, or where the heading is free.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, limits: DriveLimits, period: float, begin: float = BEGIN, heading: float = HEADING) -> None:
+        self._limits, self._period, self._begin, self._heading = limits, period, begin, heading
         self.reset(None)
 
     def reset(self, goal: Goal | None) -> None:
         """A new goal: forget how near the last one was. None: there is none yet, nothing is reached."""
-        self._goal = goal
-        self._least, self._since = math.inf, -math.inf
+        self._goal, self._called = goal, False
+        self.stopping, self.turn, self._stays = False, 0.0, SHARE
+        self._nearest, self._idle = np.full(2, math.inf), 0.0
 
-    def reached(self, pose: FloatArray, t: float) -> bool:
-        """Whether `pose` (3,) at time `t` [s] lies within `SHARE` of both the goal's tolerances; or within the tolerances
-        themselves, where it has come no nearer for `PATIENCE`. An infinite tolerance leaves the heading free.
-        """
+    def reached(self, pose: FloatArray, velocity: FloatArray) -> bool:
+        """Whether the goal is called reached at the estimated `pose` (3,) and `velocity` (2,), v [m/s] and omega [rad/s]; sets
+        `stopping` and `turn`."""
         goal = self._goal
         if goal is None:
             return False
-        away = _share(math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1]), goal.xy_tolerance)
-        turned = _share(abs(turn_between(float(pose[2]), float(goal.pose[2]))), goal.yaw_tolerance)
-        share = max(away, turned)
-        if share < self._least - GAIN:
-            self._least, self._since = share, t
-        return share <= SHARE or (share <= 1.0 and t - self._since >= PATIENCE)
+        turned = turn_between(float(pose[2]), float(goal.pose[2])) if goal.yaw_tolerance < math.pi else 0.0
+        away = math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1])
+        patient = self._patient(away, abs(turned))
+        begin, heading = (self._begin, self._heading) if patient else (1.0, 1.0)
+        if not self.stopping:
+            self._stays = SHARE if patient else 1.0
+        resting = self._resting(pose, float(velocity[0]))
+        self.stopping = resting <= goal.xy_tolerance * (self._stays if self.stopping else begin)
+        if self._called:
+            self._called = away <= goal.xy_tolerance and abs(turned) <= goal.yaw_tolerance
+        else:
+            near = away <= self._stays * goal.xy_tolerance and abs(turned) <= heading * goal.yaw_tolerance
+            self._called = self.stopping and near
+        self.stopping = self.stopping or self._called
+        self.turn = 0.0 if self._called else turned
+        return self._called
 
-
-def _share(error: float, tolerance: float) -> float:
-    return error / tolerance if tolerance > 0.0 else math.inf if error > 0.0 else 0.0
-
-
-class Approach:
-    """Judges arrival for a robot that drives to the goal's place and then turns to its heading on the spot.
-
-    Within the tolerance it tries to come nearer until it hasn't by `CLOSER` for `PATIENCE` in all; then that counts.
-
-    Args:
-        period: Between two judgements, s.
-        begin: Share of the distance tolerance within which the turn begins.
-        heading: Share of the heading's tolerance within which the turn ends.
-
-    Attributes:
-        turning: Whether only the heading is left, until the robot is pushed off.
-    """
-
-    def __init__(self, period: float, begin: float = BEGIN, heading: float = SHARE) -> None:
-        self._period, self._begin, self._heading = period, begin, heading
-        self.turning = False
-
-    def reset(self, goal: Goal) -> None:
-        """A new goal: forget how near the last one was."""
-        self._goal, self.turning = goal, False
-        self._nearest, self._idle = np.full(2, math.inf), 0.0
-
-    def reached(self, pose: FloatArray) -> bool:
-        """Whether it has arrived at the estimated `pose` (3,), which is `SHARE` of both tolerances from the goal, or as
-        near as it can come within them; sets `turning`."""
-        goal = self._goal
-        heading_counts = goal.yaw_tolerance < math.pi
-        off = abs(turn_between(pose[2], goal.pose[2])) if heading_counts else 0.0
-        now = np.array((math.hypot(pose[0] - goal.pose[0], pose[1] - goal.pose[1]), off))
-        if now[0] <= goal.xy_tolerance:
-            which = int(self.turning)
-            if now[which] < self._nearest[which] - CLOSER:
-                self._nearest[which], self._idle = now[which], 0.0
+    def _patient(self, away: float, turned: float) -> bool:
+        """Whether it is worth while to come nearer."""
+        assert self._goal is not None
+        if away <= self._goal.xy_tolerance:
+            which, now = (1, turned) if self.stopping else (0, away)
+            if now < self._nearest[which] - CLOSER:
+                self._nearest[which], self._idle = now, 0.0
             else:
                 self._idle += self._period
-        patient = self._idle < PATIENCE
-        arrival, begin, heading = (SHARE, self._begin, self._heading) if patient else (1.0, 1.0, 1.0)
-        self.turning = heading_counts and now[0] <= goal.xy_tolerance * (arrival if self.turning else begin)
-        return bool(now[0] <= arrival * goal.xy_tolerance and off <= heading * goal.yaw_tolerance)
+        return self._idle < PATIENCE
+
+    def _resting(self, pose: FloatArray, v: float) -> float:
+        """How far from the goal the robot comes to rest if it brakes now, m."""
+        assert self._goal is not None
+        way, (x, y, _) = 0.5 * v * abs(v) / self._limits.deceleration, self._goal.pose
+        return math.hypot(pose[0] + way * math.cos(pose[2]) - x, pose[1] + way * math.sin(pose[2]) - y)

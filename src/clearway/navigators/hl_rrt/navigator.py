@@ -10,9 +10,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from clearway.contract import Budget, Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
-from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
-from clearway.navigators.common.arrival import Arrival
+from clearway.navigators.common.arrival import BEGIN, Approach
 from clearway.navigators.common.inputs import area_of, finite
 from clearway.navigators.hl_rrt.following import Body, follow, turn
 from clearway.navigators.hl_rrt.parameters import Parameters
@@ -64,8 +63,7 @@ class HlRrt:
         self._margin = circumscribed_radius(robot.planner_shape) + p.padding
         self._budget = task.budget
         self._goal: Goal | None = None
-        self._arrival = Arrival()
-        self._there = self._arrived = False
+        self._approach = Approach(self._body.limits, task.period)
         self._plan, self._status = _NONE, ""
 
     def step(self, observation: Observation) -> Command:
@@ -80,21 +78,18 @@ class HlRrt:
             finite("velocity", o.velocity, 2),
             finite("goal.pose", o.goal.pose),
         )
-        at, goal, tolerance = pose[:2].copy(), aim[:2].copy(), o.goal.xy_tolerance
+        at, goal = pose[:2].copy(), aim[:2].copy()
         if o.goal is not self._goal:
-            self._goal, self._there = o.goal, False
-            self._arrival.reset(o.goal)
+            self._goal = o.goal
+            self._approach.reset(o.goal)
             self._planner.forget(at)
-        self._arrived = self._arrival.reached(pose, o.t)
-        self._there = math.dist(at, goal) <= (tolerance if self._there else 0.5 * tolerance)
-        if self._there:
+        arrived = self._approach.reached(pose, velocity)
+        if self._approach.stopping:
             self._plan, self._status = _NONE, "arrived"
-            yaw = turn_between(float(pose[2]), float(aim[2]))
-            v, omega = turn(yaw if abs(yaw) > 0.5 * o.goal.yaw_tolerance else 0.0, velocity, self._body)
-            return self._command(v, omega)
+            return self._command(*turn(self._approach.turn, velocity, self._body), arrived)
         near = self._body.limits.v_max * self._body.period
         discs = self._discs(o.obstacles)
-        self._plan = plan = self._planner.plan(at, goal, 0.5 * tolerance, discs, near, self._budget, began)
+        self._plan = plan = self._planner.plan(at, goal, BEGIN * o.goal.xy_tolerance, discs, near, self._budget, began)
         if not len(plan.points):
             self._status = "no path"
             return self._command(*turn(0.0, velocity, self._body))
@@ -124,11 +119,11 @@ class HlRrt:
         discs = np.column_stack([obstacles.position, obstacles.radius + self._margin]).astype(np.float64)
         return np.ascontiguousarray(discs[np.isfinite(discs).all(axis=1) & (obstacles.radius >= 0.0)])
 
-    def _command(self, v: float, omega: float) -> Command:
+    def _command(self, v: float, omega: float, arrived: bool = False) -> Command:
         limits = self._body.limits
         v = min(max(v, 0.0), limits.v_max)
         omega = min(max(omega, -limits.omega_max), limits.omega_max)
-        return Command(v, omega, arrived=self._arrived, status=self._status, cut=self._plan.cut)
+        return Command(v, omega, arrived=arrived, status=self._status, cut=self._plan.cut)
 
 
 @cache

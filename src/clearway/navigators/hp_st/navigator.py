@@ -10,12 +10,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
+from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Status, Task
 from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
-from clearway.geometry.angles import turn_between, wrap
+from clearway.geometry.angles import wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.arrival import BEGIN, Approach
@@ -161,7 +161,7 @@ class HpSt:
         self._decision = None
         self._forecast: Forecast | None = None
         self._seconds = task.budget.seconds
-        self._approach = Approach(task.period, CLOSE if self._wishes.stop else BEGIN, FACED)
+        self._approach = Approach(limits, task.period, CLOSE if self._wishes.stop else BEGIN, FACED)
         self._stored: tuple[Plan, Tube, int] | None = None
         self._frame = _Frame(np.zeros(3), np.zeros(3))
 
@@ -192,9 +192,10 @@ class HpSt:
         violated = self._watch.seen(observation.t, pose, observation.velocity)
         self._forecast, more = self._forecaster.update(observation.t, seen)
         violated += self._looks.seen(observation.t, pose, seen, self._forecast)
-        arrived = self._approach.reached(given)
-        if self._approach.turning:
-            v, omega, status = self._turn(turn_between(given[2], aim[2]), pose)
+        arrived = self._approach.reached(given, memory.velocity)
+        if self._approach.stopping:
+            v, omega, status = self._turn(self._approach.turn, pose)
+            arrived = arrived and status == Status.TURNING  # else it evades
         else:
             self._see(goal, pose)
             share = CLOSE if self._wishes.stop else REACH
@@ -249,7 +250,7 @@ class HpSt:
             if certified < 1:
                 return *self._remainder(pose), STATUSES[STORED]
             self._stored = plan, about, 1
-        return v, omega, "turning"
+        return v, omega, Status.TURNING
 
     def _commit(self, decision: Decision, pose: FloatArray) -> tuple[float, float]:
         """The command of this period, and what is remembered for the next."""
@@ -314,7 +315,9 @@ class HpSt:
         if self._stored is not None:
             plan, about, _ = self._stored
             tube = frame.back(np.column_stack((plan.states[:, :2], self._base.foot.circumscribed + about.radius)))
-        status = STATUSES[decision.status] if decision is not None else "turning" if self._approach.turning else ""
+        status = (
+            STATUSES[decision.status] if decision is not None else Status.TURNING if self._approach.stopping else ""
+        )
         return Diagnostics(polylines, circles, tube, status=status, iterations=decision.nodes if decision else 0)
 
 

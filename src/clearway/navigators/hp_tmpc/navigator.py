@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
-from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.geometry.streams import stream
 from clearway.navigators.common.arrival import Approach
@@ -111,7 +110,7 @@ class HpTmpc:
         self._seconds = task.budget.seconds
         self._iterations = task.budget.iterations
         self._goal: Goal | None = None
-        self._decision, self._approach = None, Approach(task.period)
+        self._decision, self._approach = None, Approach(robot.limits(task.speed_limit), task.period)
         self._planned: Reference | None = None
         self._discs: _Discs | None = None
         self.correction, self.spectral_radius = 0.0, 0.0
@@ -131,9 +130,9 @@ class HpTmpc:
             self._approach.reset(observation.goal)
             if first:
                 self._memory.input[:] = np.nan_to_num(observation.velocity, posinf=0.0, neginf=0.0)
-        arrived = self._approach.reached(pose)
-        if self._approach.turning:
-            return self._turn(turn_between(pose[2], goal[2]), arrived)
+        arrived = self._approach.reached(pose, self._memory.input)
+        if self._approach.stopping:
+            return self._turn(self._approach.turn, arrived)
         discs = self._discs = _arrays(observation)
         draw, self._stopped = self._rng.random(), False
         if self._solver == "gauss-newton" and self._seconds is None:
@@ -146,13 +145,13 @@ class HpTmpc:
             self._planned = decision.reference
         self.correction, self.spectral_radius = decision.correction, decision.radius
         cut = self._stopped or (decision.cut and self._iterations is not None)
-        return Command(decision.v, decision.omega, arrived, status=STATUSES[decision.status], cut=cut)
+        return Command(decision.v, decision.omega, arrived=False, status=STATUSES[decision.status], cut=cut)
 
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
         decision, memory = self._decision, self._memory
         if decision is None:
-            return Diagnostics(status="turning" if self._approach.turning else "")
+            return Diagnostics(status="turning" if self._approach.stopping else "")
         polylines = {"horizon": decision.states[:, :2].copy()}
         polylines["plan"] = memory.path[: memory.clock[CORNERS]].copy()
         circles = {}

@@ -12,8 +12,8 @@ from clearway.clairvoyant.moving_discs import Scene
 from clearway.clairvoyant.space_time import scene_of
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import finite
 from clearway.navigators.oracle.following import evade, foresee, on_way, steer
 from clearway.robots import Robot
@@ -64,6 +64,7 @@ class Oracle:
         self._task, self._forecast = task, task.obstacle_oracle
         self._radius = circumscribed_radius(robot.shape)
         self._limits = robot.limits(task.speed_limit)
+        self._approach = Approach(self._limits, task.period)
         self._goal: Goal | None = None
         self._way: FloatArray | None = None
         self._sought, self._since, self._searches = -math.inf, 0.0, 0
@@ -81,10 +82,11 @@ class Oracle:
         pose, goal, t = finite("pose", observation.pose), observation.goal, observation.t
         if goal is not self._goal:
             self._goal, self._way, self._sought, self._scenes = goal, None, -math.inf, []
+            self._approach.reset(goal)
         self._pose = pose
-        gap = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
-        if gap <= 0.5 * goal.xy_tolerance:
-            return self._turn(pose, goal)
+        arrived = self._approach.reached(pose, observation.velocity)
+        if self._approach.stopping:
+            return self._turn(arrived)
         if not self._scenes or t > self._since + self._ahead:
             self._look_ahead(goal, t)
         command = self._follow(pose, t)
@@ -98,14 +100,11 @@ class Oracle:
         lines = {} if self._way is None else {"plan": np.ascontiguousarray(self._way[:, 1:])}
         return Diagnostics(polylines=lines, status=self._status, iterations=self._searches)
 
-    def _turn(self, pose: FloatArray, goal: Goal) -> Command:
+    def _turn(self, arrived: bool) -> Command:
         """At the goal: nothing but its heading is left."""
-        turn = wrap(float(goal.pose[2] - pose[2]))
-        if abs(turn) <= 0.5 * goal.yaw_tolerance:
-            return self._command(0.0, 0.0, "arrived")
-        return self._command(
-            0.0, float(np.clip(turn / 0.5, -self._limits.omega_max, self._limits.omega_max)), "turning"
-        )
+        most = self._limits.omega_max
+        omega = min(max(self._approach.turn / 0.5, -most), most)
+        return self._command(0.0, omega, "arrived" if arrived else "turning", arrived)
 
     def _follow(self, pose: FloatArray, t: float) -> Command | None:
         """The next command along the way; None if there is none, it is old, or it won't do any more."""
@@ -168,6 +167,6 @@ class Oracle:
                 )
             )  # fmt: skip
 
-    def _command(self, v: float, omega: float, status: str) -> Command:
+    def _command(self, v: float, omega: float, status: str, arrived: bool = False) -> Command:
         self._status = status
-        return Command(float(v), float(omega), status=status)
+        return Command(float(v), float(omega), arrived, status=status)
