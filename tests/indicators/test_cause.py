@@ -33,7 +33,7 @@ def contact(robot: np.ndarray, moving_obstacles: np.ndarray, *, status: str = ""
     leg = Leg("forth", robot[0], np.array([9.0, 0.0, 0.0]), 0.2, np.inf)
     attempt = Attempt(
         Labels("own", "own", "own", 1.0), "rescue", "some", "truth", Circle(0.25), (leg,), bodies, 1.0, PERIOD,
-        limits=at_once(0.0, 1.0, 1.5), optimal_time=5.0, optimal_path=4.0,
+        limits=at_once(0.0, 1.0, 1.5), optimal_time=5.0, shortest_path=4.0,
     )  # fmt: skip
     events = [Event(0.0, "status", status)] if status else []
     return Trial(
@@ -102,14 +102,12 @@ def test_ratios_to_the_limit_and_the_share_of_cut_decisions() -> None:
         trial, outcome=Outcome.REACHED, events=(), spans=(Span(0, 0.0, float(trial.t[-1]), True),), cut=cut
     )
     row = score_row(reached)
-    assert row["PL_time_optimal"] == pytest.approx(9.0 / 4.0)
+    assert row["PL_shortest"] == pytest.approx(9.0 / 4.0)
     assert row["CT_optimal"] == pytest.approx(PERIOD * 40 / 5.0)
     assert row["cut"] == pytest.approx(100 * 10 / 41)
     assert row["cause"] == ""
     assert (
-        INDICATORS["PL_time_optimal"]
-        .function(replace(reached, attempt=replace(reached.attempt, optimal_path=None)))
-        .value
+        INDICATORS["PL_shortest"].function(replace(reached, attempt=replace(reached.attempt, shortest_path=None))).value
         is None
     )
 

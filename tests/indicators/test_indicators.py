@@ -282,7 +282,7 @@ def test_what_a_recording_lacks_loses_only_what_needs_it(lacking, lost):
     whole = score_row(shuttle(bodies=[box(2.5, 1.0)]))
     row = score_row(shuttle(bodies=[box(2.5, 1.0)], **lacking))
     already = set(json.loads(whole["not_computable"]))
-    assert already == {"barn_score", "barn_time", "PL_time_optimal", "CT_optimal", "cut"}
+    assert already == {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut"}
     assert set(json.loads(row["not_computable"])) - already == lost
     for name in set(INDICATORS) - lost - already:
         assert row[name] == whole[name]

@@ -16,7 +16,7 @@ from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import INDICATORS, score_row
 from clearway.trials import Body, Event, Outcome
 
-NEVER = {"barn_score", "barn_time", "PL_time_optimal", "CT_optimal", "cut"}
+NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut"}
 SPEEDS = {"TCS", "TCS_5", "TCS_20", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
 
 

@@ -38,7 +38,7 @@ def trial(navigator: str, number: int, time: float, *, fails: bool = False, assu
     attempt = Attempt(
         Labels("sar-case1", "case 1", f"seed-{number}", 1.0), "rescue", navigator, "truth", Circle(0.25), (leg,),
         (Body("moving-1", "moving obstacle", Circle(0.35), None),), 1.0, 0.15, scenario=f"case-1-{number}", seed=number, optimal_time=10.0,
-        optimal_path=10.0, limits=DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf), sight=4.0,
+        shortest_path=10.0, limits=DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf), sight=4.0,
     )  # fmt: skip
     velocity, end = np.tile([0.5, 0.0], (n, 1)), float(t[-1])
     events = [Event(0.0, "assumption", "obstacle 1: faster than 4.4 m/s")] * assumptions

@@ -67,7 +67,7 @@ def test_what_could_not_be_computed_is_counted(recorded: Results) -> None:
     rows = {name: row for row in found.rows for name in row[0].text.split(", ")}
     assert rows["PL"][1].text == "15 of 20"
     assert rows["PL"][2].text == "the pose has gaps (3); not recorded (2)"
-    assert not {"barn_score", "PL_time_optimal", "cut"} & set(rows)
+    assert not {"barn_score", "PL_shortest", "cut"} & set(rows)
     told = [json.loads(r["not_computable"]) for r in f.rows]
     for name, row in rows.items():
         assert row[1].text == f"{sum(name not in t for t in told)} of 20"

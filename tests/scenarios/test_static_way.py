@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.scenarios.static_way import static_way
+from clearway.scenarios.static_way import least_length, static_way
 
 A, B, AREA = np.array([1.0, 5.0]), np.array([9.0, 5.0]), (0.0, 0.0, 10.0, 10.0)
 
@@ -37,6 +37,23 @@ def test_one_disc_is_two_tangents_and_an_arc(radius: float, aside: float) -> Non
     found = way_length((5.0, 5.0 + aside, radius), area=(-99, -99, 99, 99))
     assert found is not None
     assert exact - 1e-9 <= found <= exact + 0.002 * radius
+
+
+@given(st.floats(0.1, 3.0), st.floats(-0.9, 0.9), st.floats(0.0, 0.9))
+def test_the_least_length_is_below_two_tangents_and_an_arc(radius: float, aside: float, tolerance: float) -> None:
+    aside *= radius
+    d = math.hypot(4.0, aside)
+    bend = 2 * math.atan2(4.0, abs(aside)) - 2 * math.acos(radius / d)
+    exact = 2 * math.sqrt(d * d - radius * radius) + radius * bend - tolerance
+    least = least_length(A, B, np.array([(5.0, 5.0 + aside, radius)]), tolerance)
+    assert least is not None
+    assert exact - 0.002 * radius <= least <= exact + 1e-9
+
+
+def test_the_least_length_of_no_way() -> None:
+    ring = [(9.0 + math.cos(a), 5.0 + math.sin(a), 0.4) for a in np.arange(0.0, math.tau, 0.5)]
+    assert least_length(A, B, np.array(ring), 0.1) is None
+    assert least_length(A, B, np.zeros((0, 3)), 0.1) == pytest.approx(7.9)
 
 
 def test_walls_of_discs_and_the_border() -> None:

@@ -374,7 +374,10 @@ def test_a_test_of_the_rescue_suites() -> None:
     assert pilot.task.map is None
     assert scenario.optimal is not None
     assert trial.attempt.optimal_time == scenario.optimal.time
-    assert trial.attempt.optimal_path == scenario.optimal.path
+    assert trial.attempt.shortest_path == scenario.shortest
+    crow = math.dist(scenario.start[:2], scenario.legs[0].goal[:2]) - robot.tolerances.xy
+    assert scenario.shortest is not None
+    assert crow <= scenario.shortest <= scenario.optimal.path * (1.0 + 1e-4)
     assert trial.moving_obstacles.shape[1] == 5
     assert len(trial.attempt.bodies) == 11
     first = scenario.obstacles[6].oscillation

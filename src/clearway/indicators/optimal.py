@@ -1,4 +1,4 @@
-"""Path and time relative to the best that a clairvoyant could do, and how much of the thinking a budget cut off."""
+"""Path relative to the shortest past what stands, time relative to the best that a clairvoyant could do, and how much of the thinking a budget cut off."""
 
 from __future__ import annotations
 
@@ -17,15 +17,18 @@ def _time(trial: Trial) -> float:
 
 @measure
 def path_ratio(trial: Trial) -> float:
-    """PL over the length of the clairvoyant's fastest way."""
-    if trial.attempt.optimal_path is None:
-        raise NotComputable("no clairvoyant's way is known to 0.5 % for this test")
-    return sum(length(drive) for drive in finished(trial)) / trial.attempt.optimal_path
+    """PL over the length of the shortest way past what stands still, whatever moves: none that arrives is below 1."""
+    if trial.attempt.shortest_path is None:
+        raise NotComputable("the shortest way past what stands is not known for this test")
+    return sum(length(drive) for drive in finished(trial)) / trial.attempt.shortest_path
 
 
 @measure
 def time_ratio(trial: Trial) -> float:
-    """Time of the scored legs over the clairvoyant's shortest."""
+    """Time of the scored legs over the clairvoyant's shortest.
+
+    The clairvoyant is undisturbed: a robot that is pushed onwards can be a little faster than it (0.998 was seen).
+    """
     if trial.attempt.optimal_time is None:
         raise NotComputable("no clairvoyant's time is known to 0.5 % for this test")
     return _time(trial) / trial.attempt.optimal_time
@@ -39,10 +42,13 @@ def cut_share(trial: Trial) -> float:
     return 100.0 * float(np.mean(trial.cut))
 
 
-_SOURCE = "clairvoyant space-time search"
+_SOURCE = "clairvoyant space-time search; a push can win 0.2 %"
+_PAST = "visibility graph, a lower bound"
 
 ALL = (
-    Indicator("PL_time_optimal", "path length over the clairvoyant's", "", _SOURCE, "lower", path_ratio, Kind.SHARE),
-    Indicator("CT_optimal", "time over the clairvoyant's", "", _SOURCE, "lower", time_ratio, Kind.SHARE),
+    Indicator(
+        "PL_shortest", "path length over the shortest past what stands", "", _PAST, "lower", path_ratio, Kind.SHARE
+    ),
+    Indicator("CT_optimal", "time over the undisturbed clairvoyant's", "", _SOURCE, "lower", time_ratio, Kind.SHARE),
     Indicator("cut", "decisions cut by the budget", "%", "paper B, set-up 1", "neither", cut_share, Kind.SHARE),
 )

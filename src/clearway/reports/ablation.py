@@ -58,7 +58,7 @@ def table(f: Findings, suite: str) -> Grid | None:
     """For each ingredient what it brings in success, path and time; None if no variant was run."""
     rows = [r for r in f.rows if r["suite"] == suite]
     relative = any(r["CT_optimal"] is not None for r in rows)
-    path, time = ("PL_time_optimal", "CT_optimal") if relative else ("PL", "CT")
+    path, time = ("PL_shortest", "CT_optimal") if relative else ("PL", "CT")
     found = [(p, c) for p in pairs(f.systems) if (c := _compared(f, rows, *p, (path, time))) is not None]
     if not found:
         return None
@@ -85,11 +85,10 @@ def table(f: Findings, suite: str) -> Grid | None:
                 Cell(f.name(full), strong=True), f"without {without}", str(c.pairs), *counts,
                 *(_difference(differences.get(name), c.pairs, relative) for name in (path, time)), str(_moving(variant.of(rows))),
             ])  # fmt: skip
-    over = " / limit" if relative else ""
-    units = ("", "") if relative else (" (m)", " (s)")
+    of = (" / shortest", " / clairvoyant's") if relative else (" (m)", " (s)")
     heads: Heads = [
         text("System"), text("Ingredients"), "tests", "successes, without : with", "brought (points)", "p", "p (Holm)",
-        f"path{over}{units[0]}", f"time{over}{units[1]}", "moving at contact",
+        f"path{of[0]}", f"time{of[1]}", "moving at contact",
     ]  # fmt: skip
     return grid(
         f"{suite}: what each ingredient brings, with it minus without it on the same seeds. Success: difference of the rates with "

@@ -20,7 +20,7 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from clearway.errors import ClearwayError
-from clearway.geometry.shapes import Circle
+from clearway.geometry.shapes import Circle, inscribed_radius
 from clearway.robots import Robot
 from clearway.robots.robot import RESCUE, load_robot
 from clearway.scenarios.motions import MotionSpec
@@ -36,6 +36,7 @@ from clearway.scenarios.scenario import (
     OscillationSpec,
     Scenario,
 )
+from clearway.scenarios.static_way import least_length
 from clearway.scenarios.suite import Generator, Section, Selection, Suite, scenario_seed
 
 FROZEN = 10
@@ -115,11 +116,19 @@ def _scenario(
         tracking="difference",
         disturbance=DisturbanceSpec(**TASK["disturbance"]),
         optimal=drawn.optimal if _is_meant(robot) and speed == case.speed else None,
+        shortest=_shortest(drawn.layout, robot),
         livelock=True,
         placement_xy=0.0,
         placement_yaw=0.0,
         seed=scenario_seed(seed, name),
     )
+
+
+def _shortest(layout: Layout, robot: Robot) -> float | None:
+    """The least length of a path past what stands, for the largest disc within the robot; see `least_length`."""
+    apart = RADIUS + inscribed_radius(robot.shape)
+    discs = np.column_stack([layout.static, np.full(len(layout.static), apart)])
+    return least_length(np.array(_START[:2]), np.array(_GOAL[:2]), discs, robot.tolerances.xy)
 
 
 def _is_meant(robot: Robot) -> bool:

@@ -149,7 +149,8 @@ class DisturbanceSpec(_Part):
 
 
 class OptimalSpec(_Part):
-    """What a clairvoyant could do at best: holonomic, at the set speed, undisturbed, knowing every obstacle's future."""
+    """What a clairvoyant could do at best: holonomic, with unlimited acceleration up to the set speed, undisturbed,
+    knowing every obstacle's future. A bound for every robot that is not pushed, reached by none whose base is limited."""
 
     time: Positive = Field(description="shortest time to the goal, s")
     path: Positive = Field(description="length of that way, m")
@@ -215,6 +216,9 @@ class Scenario(_Part):
     disturbance: DisturbanceSpec | None = Field(default=None, description="of the robot's motion; default: none")
     optimal: OptimalSpec | None = Field(
         default=None, description="the best that is possible, where somebody has searched"
+    )
+    shortest: Positive | None = Field(
+        default=None, description="lower bound on the path to the goal past what stands, whatever moves; m"
     )
     livelock: bool = Field(
         default=False, description="whether a robot that has not come 0.5 m away from where it was 20 s ago has failed"

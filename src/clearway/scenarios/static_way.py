@@ -38,6 +38,22 @@ def static_way(
     return found if len(found) else None
 
 
+def least_length(start: FloatArray, goal: FloatArray, discs: FloatArray, goal_radius: float) -> float | None:
+    """A lower bound [m] on the way from `start` to within `goal_radius` [m] of `goal` (2,), None if there is no way.
+
+    It is that of the shortest way past the polygons whose corners lie *on* the circles, which every way past the
+    discs keeps clear of: at most 0.07 % shorter than the shortest on arcs, and exact on straight lines.
+
+    Args:
+        discs: (n, 3) x, y, radius [m] that no point of the way enters; none may reach within `goal_radius` of the goal.
+    """
+    inside = discs * (1.0, 1.0, math.cos(math.pi / CORNERS))
+    way = static_way(start, goal, inside, (-math.inf, -math.inf, math.inf, math.inf))
+    if way is None:
+        return None
+    return max(float(np.hypot(*np.diff(way, axis=0).T).sum()) - goal_radius, 0.0)
+
+
 @kernel
 def _search(points: FloatArray, discs: FloatArray) -> FloatArray:
     """The way from points[0] to points[1] over points that see each other past the discs; empty if there is none."""

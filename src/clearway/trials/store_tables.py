@@ -210,7 +210,7 @@ def _read_sigma(tables: Tables, n: int, m: int) -> FloatArray:
 # --- attempt ---------------------------------------------------------------------------------------------------------
 
 _PLAIN = ("robot", "navigator", "localisation", "tracking", "floor_plan", "scenario", "seed", "privileged", "source")
-_NUMBERS = ("speed_limit", "period", "reference_length", "optimal_time", "optimal_path")
+_NUMBERS = ("speed_limit", "period", "reference_length", "optimal_time", "shortest_path")
 _LABEL_NUMBERS = ("speed", "obstacle_speed", "size", "gap")
 
 

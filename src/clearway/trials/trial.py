@@ -116,8 +116,8 @@ class Attempt:
         period: control or sampling period, s. reference_length: of one leg, m (paper A's d_AB, BARN's path), None without.
         floor_plan: its name. scenario: id in its suite, None for a recording. seed: of this attempt.
         privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
-        weren't. optimal_time [s], optimal_path [m]: of the best that a clairvoyant could do, None where that is not known
-        to 0.5 %.
+        weren't. optimal_time: of the best that a clairvoyant could do, s, None where that is not known to 0.5 %.
+        shortest_path: what no path past what stands can be shorter than, m, None where that is not known.
         limits: of the base at this set speed, None if unknown.
         sight: how far obstacles are perceived (the camera's range, without one the lidar's), m, None if unknown.
         source: `simulated` (what is known is exact) or `recorded` (what is known was measured).
@@ -139,7 +139,7 @@ class Attempt:
     privileged: bool = False
     tracking: str = ""
     optimal_time: float | None = None
-    optimal_path: float | None = None
+    shortest_path: float | None = None
     limits: DriveLimits | None = None
     source: Literal["simulated", "recorded"] = "simulated"
     sight: float | None = None

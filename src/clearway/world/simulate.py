@@ -290,7 +290,7 @@ def attempt_of(
         privileged=privileged,
         tracking=tracking,
         optimal_time=None if optimal is None else optimal.time,
-        optimal_path=None if optimal is None else optimal.path,
+        shortest_path=scenario.shortest,
         limits=robot.limits(scenario.speed),
         sight=robot.camera.range if robot.camera else robot.lidar.range_max if robot.lidar else None,
     )
