@@ -85,7 +85,7 @@ NOTHING = (CLEAR, math.inf)
 
 @pytest.mark.parametrize(
     ("name", "shape"),
-    [("rescue", None), ("rescue, misreading its pose", L_SHAPE), ("hosbot", None), ("hosbot", L_SHAPE)],
+    [("rescue", None), ("rescue:unlimited, misreading its pose", L_SHAPE), ("hosbot", None), ("hosbot", L_SHAPE)],
 )
 def test_a_certified_plan_never_touches_anything(benchmark: Any, name: str, shape: Polygon | None) -> None:
     """Driven with the worst disturbance found, among pursuers: benchmarks/certified_tube.py does it in thousands."""
@@ -98,7 +98,7 @@ def test_a_certified_plan_never_touches_anything(benchmark: Any, name: str, shap
 
 def test_beyond_the_bounds_it_does_touch(benchmark: Any) -> None:
     """So the test above could fail."""
-    seen = benchmark.certificates("rescue", 60, 7, beyond=4.0)
+    seen = benchmark.certificates("rescue:unlimited", 60, 7, beyond=4.0)
     assert min(seen["standing"], seen["moving"], seen["unseen"]) <= 0.0
 
 

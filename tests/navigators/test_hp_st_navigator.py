@@ -204,7 +204,8 @@ def test_foresight_knows_of_a_turn_that_nobody_could_expect() -> None:
 
     times = []
     for navigator in (HpSt("none"), HpStForesight("none")):
-        navigator.reset(Task(PERIOD, 1.0, np.zeros(3), obstacle_oracle=truth), RESCUE, np.random.default_rng(0))
+        task = Task(PERIOD, 1.0, np.zeros(3), obstacle_oracle=truth)
+        navigator.reset(task, load_robot("rescue:unlimited"), np.random.default_rng(0))
         went = drive(navigator, (5.0, 0.0), lambda t, pose: obstacles([at(t)]), 80)
         assert went.arrived
         times.append(len(went.commands))

@@ -23,7 +23,12 @@ from clearway.world.tracks import stack
 SHOVED = np.array([0.01, 0.01, 0.0, 0.0, 0.0])
 INSTANT = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
 EXACT = Odometry(translation_per_metre=0.0, rotation_per_metre=0.0, rotation_per_radian=0.0)
-ROBOTS = {"rescue": SHOVED, "tiago": SHOVED, "hosbot": np.array([0.004, 0.01, 0.05, 0.08, 0.0])}
+ROBOTS = {
+    "rescue": SHOVED,
+    "rescue:unlimited": SHOVED,
+    "tiago": SHOVED,
+    "hosbot": np.array([0.004, 0.01, 0.05, 0.08, 0.0]),
+}
 
 
 class Wanderer:
@@ -71,7 +76,7 @@ def test_nothing_is_said_while_the_assumptions_hold(name: str) -> None:
 
 
 def test_twice_the_disturbance_is_said() -> None:
-    texts = wander("rescue", 2.0, 5)
+    texts = wander("rescue:unlimited", 2.0, 5)
     # uniform in a disc of twice the radius: 3 of 4 displacements are too large, 1 of 2 turns; it stands for a while
     assert 60 < sum("ended" in text for text in texts) < 200
     assert 40 < sum("turned" in text for text in texts) < 140

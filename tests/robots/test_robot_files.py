@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,14 +13,14 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
 from clearway.navigators.move_base.parameters import Parameters
-from clearway.robots import GoalChecker, Tolerances, load_robot, robot_names
+from clearway.robots import GoalChecker, Tolerances, immediate, load_robot, robot_names
 from clearway.stand_ins import FILE as STAND_INS
 
 PRESETS = {
     "tiago": ["trajectory"],
     "hosbot": ["vendor", "literal", "melodic", "rollout"],
     "jackal": ["hardware"],
-    "rescue": [],
+    "rescue": ["unlimited", "lidar", "fast"],
 }
 
 
@@ -136,6 +137,29 @@ def test_the_longest_prefix_is_the_source() -> None:
     assert robot.source("drive.v_max") == robot.sources["drive"]
     assert robot.source("drive.deceleration") == robot.sources["drive.deceleration"] != robot.sources["drive"]
     assert robot.source("nothing.here") is None
+
+
+def test_a_preset_can_take_a_part_away(tmp_path: Path) -> None:
+    plain, lidar = load_robot("rescue"), load_robot("rescue:lidar")
+    assert plain.camera is not None
+    assert lidar.camera is None
+    assert lidar.lidar == plain.lidar
+    own = tmp_path / "own.toml"
+    text = Path(str(resources.files("clearway.robots") / "jackal.toml")).read_text(encoding="utf-8")
+    own.write_text(text + '\n[presets.blind]\nwithout = ["lidr"]\n', encoding="utf-8")
+    with pytest.raises(ClearwayError, match=r"presets\.blind\.without: there is no 'lidr' to take away"):
+        load_robot(f"{own}:blind")
+
+
+def test_limits_are_those_of_the_drive_capped_at_a_speed() -> None:
+    hosbot = load_robot("hosbot")
+    limits, d = hosbot.limits(0.6), hosbot.drive
+    assert (limits.v_min, limits.v_max) == (max(d.v_min, -0.6), min(d.v_max, 0.6))
+    assert limits[2:] == hosbot.limits()[2:]
+    assert hosbot.limits() == tuple(getattr(d, name) for name in limits._fields)
+    assert not immediate(limits)
+    assert immediate(load_robot("rescue:unlimited").limits())
+    assert not immediate(load_robot("rescue").limits())
 
 
 def test_unknown_robot_and_preset_name_what_exists() -> None:

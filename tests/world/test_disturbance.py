@@ -153,7 +153,7 @@ def test_a_push_alone_is_contact() -> None:
 @pytest.mark.parametrize("number", range(10))
 def test_contact_in_a_rescue_scenario_is_where_the_closed_forms_say(number: int) -> None:
     """A robot that heads for the goal, blind. Its way and the obstacles' are recomputed every millisecond."""
-    robot = load_robot("rescue")
+    robot = load_robot("rescue:unlimited")
     scene = load_suite("sar-case2").build(robot)[number]
     trial = simulate(scene, robot, Pilot(steer), navigator="blind", localisation="truth", map=None)
     assert trial.command is not None

@@ -1,7 +1,8 @@
 """The robot model and how it is read from a TOML file.
 
 A robot's file holds one table per part and a `[sources]` table that says where each value comes from. A preset
-(`[presets.NAME]`) overrides some values: `tiago` is the robot, `hosbot:vendor` the robot with its preset `vendor`.
+(`[presets.NAME]`) overrides some values, and takes away the parts that its `without` names: `tiago` is the robot,
+`hosbot:vendor` the robot with its preset `vendor`, `rescue:lidar` the robot without its camera.
 """
 
 from __future__ import annotations
@@ -196,7 +197,9 @@ class Robot(_Part):
     sources: dict[str, str] = Field(
         default_factory=dict, description="dotted field (or a prefix of it) -> where its value comes from"
     )
-    presets: dict[str, dict[str, Any]] = Field(default_factory=dict, description="named overrides of the above")
+    presets: dict[str, dict[str, Any]] = Field(
+        default_factory=dict, description="named overrides of the above; `without`: names of parts to take away"
+    )
 
     @property
     def shape(self) -> Shape:
@@ -269,7 +272,12 @@ def _load(path: Path, preset: str | None, changed: int) -> Robot:
         presets = table.get("presets", {})
         if preset not in presets:
             raise unknown("preset", preset, presets, file=path)
-        table = _override(table, presets[preset]) | {"name": f"{table.get('name', path.stem)}:{preset}"}
+        changes = dict(presets[preset])
+        for part in changes.pop("without", ()):
+            if part not in table:
+                raise ClearwayError(f"there is no {part!r} to take away", file=path, field=f"presets.{preset}.without")
+            del table[part]
+        table = _override(table, changes) | {"name": f"{table.get('name', path.stem)}:{preset}"}
     try:
         return Robot.model_validate(table)
     except ValidationError as error:

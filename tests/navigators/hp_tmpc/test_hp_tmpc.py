@@ -17,7 +17,7 @@ from clearway.navigators.hp_tmpc.navigator import _settings
 from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.robots import load_robot
 
-ROBOT = load_robot("rescue")
+ROBOT = load_robot("rescue:unlimited")
 C = ROBOT.period
 
 
@@ -265,7 +265,9 @@ def test_wrong_parameters_are_named(option, value, words):
 
 def test_wrong_parameters_of_a_robot_name_the_robot():
     robot = ROBOT.model_copy(update={"navigators": {"hp-tmpc": {"prediction_horizon": 0}}})
-    with pytest.raises(ClearwayError, match=r"robot rescue: navigators\.hp-tmpc\.prediction_horizon: 0 is wrong"):
+    with pytest.raises(
+        ClearwayError, match=r"robot rescue:unlimited: navigators\.hp-tmpc\.prediction_horizon: 0 is wrong"
+    ):
         HpTmpc().reset(task(), robot, np.random.default_rng(0))
 
 
