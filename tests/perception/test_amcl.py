@@ -134,7 +134,7 @@ def test_what_amcl_needs_is_said_in_one_line() -> None:
     with pytest.raises(ClearwayError, match="did you mean 'odometry'"):
         make_localiser("odometri", ROBOT)
     wrong = make_robot(localisation={"amcl": {"laser_max_beam": 30}})
-    with pytest.raises(ClearwayError, match=r"localisation\.amcl: laser_max_beam: .*laser_max_beams"):
+    with pytest.raises(ClearwayError, match=r"localisation\.amcl\.laser_max_beam: .*laser_max_beams"):
         make_localiser("amcl", wrong)
 
 
