@@ -45,3 +45,19 @@ def test_a_fingerprint_reaches_through_imports():
     reached = compiled._reached(package / "geometry" / "raycast.py")
     assert package / "geometry" / "compiled.py" in reached
     assert all(file.is_relative_to(package) for file in reached)
+
+
+@compiled.kernel
+def _power(x: float, n: int, twice: bool = False) -> float:
+    return (2.0 if twice else 1.0) * x**n
+
+
+@compiled.kernel
+def _sum_of_powers(x: float) -> float:
+    return _power(x, 1) + _power(x, 2, twice=False) + _power(x, n=3, twice=True)
+
+
+def test_a_literal_argument_is_compiled_once_for_all_values():
+    assert _sum_of_powers(2.0) == 2.0 + 4.0 + 16.0
+    signatures = {tuple(map(str, s)) for s in _power.signatures}
+    assert signatures == {("float64", "int64", "omitted(default=False)"), ("float64", "int64", "bool")}

@@ -4,6 +4,9 @@ Kernels are compiled at their first call and cached beside the source. Numba loo
 time and size, to tell whether the cache still holds; here it looks at the text of that file and of every file of
 Clearway that it imports, at any depth. An edit in a kernel that others call thus never leaves stale machine code
 behind, and a fresh checkout of the same text compiles nothing again.
+
+For Numba the literal in `f(x, 2)` is a type, and `f` is compiled for each such value that another kernel calls it with.
+Here it is compiled once for all of them (`benchmarks/compile_time.py` tells what is compiled, and why).
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import types
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -26,11 +30,22 @@ _IMPORT = re.compile(r"^\s*(?:from|import) clearway\.([\w.]+)(?: import (?:\(([\
 def kernel(function: _F) -> _F:
     """Compile `function` with Numba: cached, without the GIL, IEEE arithmetic (no fastmath: same bits everywhere)."""
     compiled = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    _take_literals_as_numbers(compiled)
     file: Any = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     source = Path(function.__code__.co_filename)
     if hasattr(file, "_source_stamp") and source.is_relative_to(_PACKAGE):
         file._source_stamp = fingerprint(source)
     return cast(_F, compiled)
+
+
+def _take_literals_as_numbers(compiled: Any) -> None:
+    """Have kernels that call `compiled` with a literal ask for the same machine code as with any other number."""
+    resolve, number = compiled.get_call_template, cast(Any, types.unliteral)
+
+    def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
+        return resolve(tuple(number(a) for a in args), {name: number(a) for name, a in kws.items()})
+
+    compiled.get_call_template = get_call_template
 
 
 @cache
