@@ -13,7 +13,8 @@ from clearway.forecasts.bounds import HELD, words
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.models import models
 from clearway.forecasts.parameters import ForecastParameters
-from clearway.forecasts.tracks import MOVED, NEW, SEEN, SWAPPED, Limits, advance, foresee, keep, room
+from clearway.forecasts.tracking import NEW, SWAPPED, Matches, advance, foresee
+from clearway.forecasts.tracks import MOVED, SEEN, Limits, Perceived, keep, room
 from clearway.geometry.shapes import FloatArray
 
 _ROOM = 32
@@ -100,12 +101,14 @@ class Forecaster:
         m, p, tracks = len(seen), self._p, self._tracks
         row, what, amount = np.empty(m, dtype=np.int64), np.empty(m, dtype=np.int64), np.empty(m)
         since = np.empty(len(tracks.label))
-        self._n = advance(
-            tracks, self._n, self._models, self._limits, t, dt, _floats(seen.position), _floats(seen.error),
-            _floats(seen.velocity), _floats(seen.velocity_error), _floats(seen.radius),
-            np.ascontiguousarray(seen.identity, dtype=np.int64), np.ascontiguousarray(seen.moving, dtype=np.bool_),
-            row, what, amount, since,
+        perceived = Perceived(
+            _floats(seen.position), _floats(seen.error), _floats(seen.velocity), _floats(seen.velocity_error),
+            _floats(seen.radius), np.ascontiguousarray(seen.identity, dtype=np.int64),
+            np.ascontiguousarray(seen.moving, dtype=np.bool_),
         )  # fmt: skip
+        self._n = advance(
+            tracks, self._n, self._models, self._limits, t, dt, perceived, since, Matches(row, what, amount)
+        )
         told = []
         for j in np.flatnonzero((row >= 0) & (what != HELD) & (what != NEW)).tolist():
             i, kind = int(row[j]), int(what[j])
@@ -118,17 +121,12 @@ class Forecaster:
 
     def _forecast(self, t: float, seen: Obstacles) -> Forecast:
         n, k, h = self._n, self._count, self._p.hypotheses
-        path, sigma, weight = np.empty((n, h, k + 1, 2)), np.empty((n, h, k + 1)), np.empty((n, h))
-        centre, reach, speed = np.empty((n, k + 1, 2)), np.empty((n, k + 1)), np.empty(n)
-        radius, identity, age = np.empty(n), np.empty(n, dtype=np.int64), np.empty(n)
-        n = foresee(
-            self._tracks, n, self._models, self._limits, t, path, sigma, weight, radius, centre, reach, speed, identity,
-            age,
+        whole = Forecast(
+            self._step, _still(seen), np.empty((n, h, k + 1, 2)), np.empty((n, h, k + 1)), np.empty((n, h)), np.empty(n),
+            np.empty((n, k + 1, 2)), np.empty((n, k + 1)), np.empty(n), np.empty(n, dtype=np.int64), np.empty(n),
         )  # fmt: skip
-        return Forecast(
-            self._step, _still(seen), path[:n], sigma[:n], weight[:n], radius[:n], centre[:n], reach[:n], speed[:n],
-            identity[:n], age[:n],
-        )  # fmt: skip
+        n = foresee(self._tracks, n, self._models, self._limits, t, whole)
+        return whole._replace(**{name: getattr(whole, name)[:n] for name in Forecast._fields[2:]})
 
 
 class PerfectForecaster:

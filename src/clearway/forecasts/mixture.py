@@ -9,6 +9,7 @@ can be right again later. An oscillation's stiffness has its own probabilities o
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from clearway.forecasts.models import (
     OSCILLATION,
     STEADY,
     STOPPED,
+    Filters,
+    Fit,
     Models,
     put,
     renew,
@@ -34,28 +37,25 @@ _UNLIKELY = 1e-3  # a stiffness less probable doesn't change a forecast
 
 
 @kernel
-def weigh(
-    models: Models, stay: float, refuted: float, fit: FloatArray, error: FloatArray, turn_fit: FloatArray,
-    turn_error: FloatArray, osc_fit: FloatArray, osc_error: FloatArray, family: FloatArray, stiff: FloatArray,
-    mean: FloatArray, cov: FloatArray, turn: FloatArray, turn_cov: FloatArray, osc: FloatArray, osc_cov: FloatArray,
-) -> tuple[float, float]:  # fmt: skip
+def weigh(models: Models, stay: float, refuted: float, fit: Fit, filters: Filters) -> tuple[float, float]:
     """Weigh one track's models after a measurement.
 
     Args:
         stay: probability that the kind of motion has not changed. refuted: see the parameters.
-        fit, error (see `models.correct`), and those of the turns and the oscillations. family: (6 + R,), stiff: (2, B), probabilities, updated.
-        mean ... osc_cov: the filters; those of refuted families are renewed.
+        filters: probabilities are updated; filters of refuted families are renewed.
 
     Returns:
         The squared deviations of the best model, and the probability that the kind of motion has changed.
     """
+    family, stiff, osc_fit, osc_error = filters.family, filters.stiff, fit.osc, fit.osc_off
+    turn_fit, turn_error = fit.turn, fit.turn_off
     bank, turns = stiff.shape[1], turn_fit.shape[0]
     best = math.inf
     score = np.empty(FAMILIES + turns)
     for m in range(OSCILLATION):
-        score[m] = fit[m]
+        score[m] = fit.linear[m]
         if models.prior[m] > 0.0:
-            best = min(best, error[m])
+            best = min(best, fit.linear_off[m])
     score[OSCILLATION] = 0.0
     for i in range(2):
         top = -math.inf
@@ -99,7 +99,7 @@ def weigh(
     for f in range(FAMILIES + turns):
         family[f] /= total
         if family[f] < refuted and models.prior[f] > 0.0:
-            renew(models, f, mean, cov, turn, turn_cov, osc, osc_cov)
+            renew(models, f, filters)
             if f == OSCILLATION:
                 put(models.likely, stiff[0])
                 put(models.likely, stiff[1])
@@ -124,21 +124,52 @@ def _add(
         var[j] += w * (own + 0.5 * (px * px + py * py))
 
 
+class Hypotheses(NamedTuple):
+    """One track's forecast by up to H hypotheses, about a place near it.
+
+    Attributes:
+        path: (H, K + 1, 2) m.
+        sigma: (H, K + 1) m, standard deviation along either axis; while they are put together, variances, m^2.
+        weight: (H,) probability.
+    """
+
+    path: FloatArray
+    sigma: FloatArray
+    weight: FloatArray
+
+
 @kernel
 def forecast(
-    models: Models, family: FloatArray, stiff: FloatArray, mean: FloatArray, cov: FloatArray, turn: FloatArray,
-    turn_cov: FloatArray, osc: FloatArray, osc_cov: FloatArray, x: float, y: float, rate: float, agree: float, least: float,
-    path: FloatArray, sigma: FloatArray, weight: FloatArray,
-) -> None:  # fmt: skip
-    """One track's hypotheses: fill `path` (H, K + 1, 2), `sigma` (H, K + 1), `weight` (H,); see `Forecast`.
+    models: Models, filters: Filters, x: float, y: float, rate: float, agree: float, least: float, out: Hypotheses
+) -> None:
+    """One track's hypotheses, filled into `out`, which needs no values; see `Forecast`.
 
     Args:
         x, y: a place near the track, about which moments are taken, m. rate: of changes of the kind of
         motion that were seen, 1/s. agree, least: see the parameters.
     """
-    n, turns = sigma.shape[1], turn.shape[0]
+    path, sigma, weight = out
+    n = sigma.shape[1]
     share, first, second = np.zeros(GROUPS), np.zeros((GROUPS, 2, n)), np.zeros((GROUPS, n))
+    _group(models, filters, x, y, least, share, first, second)
+    used = _merge(share, first, second, agree, least, out)
+    if rate > 0.0:
+        for j in range(n):
+            wider = (1.0 - math.exp(-rate * j * models.step)) * models.grown[MANOEUVRE, j]
+            for h in range(used):
+                sigma[h, j] += wider
+    _finish(x, y, used, path, sigma, weight)
 
+
+@kernel
+def _group(
+    models: Models, filters: Filters, x: float, y: float, least: float, share: FloatArray, first: FloatArray,
+    second: FloatArray,
+) -> None:  # fmt: skip
+    """Put the models together that go alike: fill each group's `share` (G,), and if that is not less than `least`, its
+    mean about (x, y) into `first` (G, 2, K + 1) and its mean of squares into `second` (G, K + 1)."""
+    mean, cov, turn, turn_cov, osc, osc_cov, family, stiff = filters
+    n, turns = second.shape[1], turn.shape[0]
     share[0] = family[OSCILLATION]
     share[1] = family[STEADY] + family[FREE] + family[BRAKING] + family[MANOEUVRE]
     share[2] = family[STOPPED]
@@ -176,6 +207,18 @@ def forecast(
             first[g, 1, j] += w * py
             second[g, j] += w * (own + 0.5 * (px * px + py * py))
 
+
+@kernel
+def _merge(
+    share: FloatArray, first: FloatArray, second: FloatArray, agree: float, least: float, out: Hypotheses
+) -> int:
+    """The groups as hypotheses, the likeliest first; those that agree are merged. Returns how many there are.
+
+    Args:
+        share: (G,) is used up.
+    """
+    path, sigma, weight = out
+    n = sigma.shape[1]
     for h in range(weight.shape[0]):
         weight[h] = 0.0
     used = 0
@@ -215,12 +258,7 @@ def forecast(
                 sigma[used, j] = second[g, j] - 0.5 * (first[g, 0, j] ** 2 + first[g, 1, j] ** 2)
             weight[used] = w
             used += 1
-    if rate > 0.0:
-        for j in range(n):
-            wider = (1.0 - math.exp(-rate * j * models.step)) * models.grown[MANOEUVRE, j]
-            for h in range(used):
-                sigma[h, j] += wider
-    _finish(x, y, used, path, sigma, weight)
+    return used
 
 
 @kernel

@@ -66,6 +66,50 @@ class Models(NamedTuple):
     turn_grown: FloatArray
 
 
+class Filters(NamedTuple):
+    """One track's filters, and how probable they are.
+
+    Attributes:
+        mean: (2, 5, 3) position [m], velocity [m/s] and acceleration [m/s^2] of each linear model, x and y.
+        cov: (5, 6) their covariance along either axis: xx, xv, xa, vv, va, aa.
+        turn: (R, 4) x, y [m], vx, vy [m/s] of each turning model.
+        turn_cov: (R, 4) variance of position and of velocity, real and imaginary part of position with conjugate velocity.
+        osc: (2, B, 4) see `oscillations`, x and y.
+        osc_cov: (2, B, 10) see there.
+        family: (6 + R,) probability of each family.
+        stiff: (2, B) probability of each stiffness, along x and y.
+    """
+
+    mean: FloatArray
+    cov: FloatArray
+    turn: FloatArray
+    turn_cov: FloatArray
+    osc: FloatArray
+    osc_cov: FloatArray
+    family: FloatArray
+    stiff: FloatArray
+
+
+class Fit(NamedTuple):
+    """How well a track's filters foretold what was measured.
+
+    Attributes:
+        linear: (5,) logarithm of the likelihood of each linear model, less a constant.
+        linear_off: (5,) squared deviations, both axes together.
+        turn: (R,) the same of the turning models.
+        turn_off: (R,) the same.
+        osc: (2, B) the same of the oscillations, along x and y.
+        osc_off: (2, B) squared deviations along either.
+    """
+
+    linear: FloatArray
+    linear_off: FloatArray
+    turn: FloatArray
+    turn_off: FloatArray
+    osc: FloatArray
+    osc_off: FloatArray
+
+
 def models(p: ForecastParameters, step: float, count: int) -> Models:
     """The bank of parameters `p`, for forecasts of `count` steps of `step` [s]."""
     stiffness = np.geomspace(p.softest, p.stiffest, p.stiffnesses)
@@ -256,15 +300,9 @@ def correct_turns(
 
 
 @kernel
-def renew(
-    models: Models, family: int, mean: FloatArray, cov: FloatArray, turn: FloatArray, turn_cov: FloatArray,
-    osc: FloatArray, osc_cov: FloatArray,
-) -> None:  # fmt: skip
-    """Begin the filters of a refuted family anew, with what the freer one among `MANOEUVRE` and `FREE` believes now.
-
-    Args:
-        osc: (2, B, 4), osc_cov: (2, B, 10), see `oscillations`. The others: see `begin`.
-    """
+def renew(models: Models, family: int, filters: Filters) -> None:
+    """Begin the filters of a refuted family anew, with what the freer one among `MANOEUVRE` and `FREE` believes now."""
+    mean, cov, turn, turn_cov = filters.mean, filters.cov, filters.turn, filters.turn_cov
     other = FREE if family == MANOEUVRE else MANOEUVRE
     if family == STOPPED:
         mean[0, STOPPED, 0], mean[1, STOPPED, 0], cov[STOPPED, 0] = mean[0, other, 0], mean[1, other, 0], cov[other, 0]
@@ -280,7 +318,7 @@ def renew(
     elif family == OSCILLATION:
         for i in range(2):
             x, v, a = mean[i, other, 0], mean[i, other, 1], mean[i, other, 2]
-            oscillations.renew(models.stiffness, models.spread, x, v, a, cov[other], osc[i], osc_cov[i])
+            oscillations.renew(models.stiffness, models.spread, x, v, a, cov[other], filters.osc[i], filters.osc_cov[i])
     else:
         i = family - FAMILIES
         turn[i, 0], turn[i, 1], turn[i, 2], turn[i, 3] = (
