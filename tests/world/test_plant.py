@@ -226,3 +226,19 @@ def test_noise_of_measured_velocities_does_not_add_up() -> None:
     assert np.abs(np.mean(error[cruise], axis=0) / [0.02, 0.05]).max() < 4 / math.sqrt(cruise.sum())
     assert (error[trial.velocity[: len(told), 0] == 0.0] == 0.0).all()
     assert pilot.seen[-1].odom_pose == pytest.approx(trial.pose[len(told) - 1], abs=1e-9)
+
+
+@pytest.mark.parametrize("own", [{}, {"speed_noise": 0.02, "yaw_rate_noise": 0.03}])
+def test_measured_velocities_err_as_much_as_is_said(own: dict[str, float]) -> None:
+    """Over 200 seeds, in a curve: within 4 standard errors (20 %)."""
+    errors = {"translation_per_metre": 0.01, "rotation_per_metre": 0.01, "rotation_per_radian": 0.02,
+              "scale": 0.01, "turn_scale": 0.02, "curvature": 0.02}  # fmt: skip
+    robot = make_robot(period=0.1, lidar=None, drive=FAST | {"angular_acceleration": 1e6}, odometry=errors | own)
+    off = []
+    for seed in range(200):
+        pilot = constant(0.8, 0.5)
+        trial = run(pilot, robot=robot, scenario=make_scenario(seed=seed))
+        assert trial.velocity is not None
+        assert trial.velocity[3] == pytest.approx([0.8, 0.5])
+        off.append(pilot.seen[3].odom_velocity - trial.velocity[3])
+    assert np.std(off, axis=0) == pytest.approx(robot.odometry.velocity_errors(0.8, 0.5, 0.1), rel=0.2)
