@@ -4,8 +4,10 @@ Paper A's eq. 6 says "any obstacle in its surroundings": the headline takes the 
 and moving), so that the room does not decide it; `MDO_walls` takes everything that can be hit, `MDO_centre` is the
 distance between centres. The turn at B does not count. A robot that gives up far from any obstacle is not a safe one:
 an unfinished trial has an MDO only if it is 0 (which it also is where a person
-confirmed a contact that was measured as possible). A test without obstacles (batch NO) has none. Between two samples the
-robot is taken to drive the arc that joins them: what is missed is below 1 mm.
+confirmed a contact that was measured as possible). A test without obstacles (batch NO) has none. Between two instants the
+robot is taken to drive the arc that joins them, an obstacle the line. A simulated trial holds, beside its samples, the instants
+that make this right wherever something that moves came nearest; so edge to edge and centre to centre are right to 1 mm. A
+recording has its samples only.
 
 A disc needs no heading; it is then taken to drive straight from sample to sample. An obstacle of which a recording
 loses sight while a leg is driven may have come closer meanwhile: the distance is not computable then. One that is not
@@ -21,17 +23,28 @@ from functools import lru_cache
 import numpy as np
 
 from clearway.contract import PLACED, EventKind
-from clearway.geometry.distance import path_clearance
+from clearway.geometry.distance import closest_approach, path_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import DrivenLeg, begun, contact_time, finished, gap_time, known_rows, positions, track
+from clearway.indicators.legs import (
+    DrivenLeg,
+    begun,
+    contact_time,
+    finished,
+    gap_time,
+    known_rows,
+    positions,
+    refined,
+    track,
+)
 from clearway.trials import Body, Trial
 
-"""Kinds of bodies that the test placed."""
 TOUCH = 1e-5
 """m; a smaller gap is contact and counts as 0 (no measurement tells them apart; the simulated world stops there)."""
 FASTEST = 10.0
 """m/s; an obstacle that moves faster between two samples was carried."""
+FINE = 1e-4
+"""m; so near to the true minimum of the arcs and lines the smallest distance is found."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,11 +126,16 @@ def _scene(
     for k, body in enumerate(moving):
         if blind[:, k].any():
             raise NotComputable(f"the heading of {body.name} is unknown")
-    if len(moving_obstacles) > 1:  # an obstacle that starts anew with the leg did not sweep the way back to its start
-        leap = np.hypot(*np.moveaxis(moving_obstacles[1, :, :2] - moving_obstacles[0, :, :2], 1, 0))
-        moving_obstacles[0, leap > FASTEST * (drive.t[1] - drive.t[0])] = np.nan
+    _carried(drive, moving_obstacles)
     path = _path(footprint, drive)
     return Scene(drive, footprint, path, (*map(_upright, fixed), *moving), moving_obstacles, tuple(columns))
+
+
+def _carried(drive: DrivenLeg, moving_obstacles: FloatArray) -> None:
+    """An obstacle that starts anew with the leg did not sweep the way back to its start: at first it is absent."""
+    if len(moving_obstacles) > 1:
+        leap = np.hypot(*np.moveaxis(moving_obstacles[1, :, :2] - moving_obstacles[0, :, :2], 1, 0))
+        moving_obstacles[0, leap > FASTEST * (drive.t[1] - drive.t[0])] = np.nan
 
 
 def _path(footprint: Shape, drive: DrivenLeg) -> FloatArray:
@@ -144,7 +162,10 @@ def clearances(scene: Scene) -> FloatArray:
 
 
 def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
-    nearest = min(float(clearances(scene).min()) for scene in scenes(trial, kinds))
+    nearest = min(
+        closest_approach(scene.footprint, scene.path, scene.bodies, scene.moving_obstacles, FINE)
+        for scene in scenes(refined(trial), kinds)
+    )
     nearest = 0.0 if nearest < TOUCH or _confirmed(trial, kinds) else nearest
     if nearest > 0:
         finished(trial)  # else it would be an upper bound only
@@ -176,21 +197,25 @@ def minimum_distance_walls(trial: Trial) -> float:
 @measure
 def minimum_distance_centre(trial: Trial) -> float:
     """Smallest distance between the robot's origin and that of an obstacle that the test placed, m."""
+    trial = refined(trial)
     fixed, columns = _bodies(trial, PLACED)
     drives = finished(trial)
     _present(trial, drives, fixed, columns)
     moving = [body for body in trial.attempt.bodies if body.pose is None]
-    nearest = np.inf
     for drive in drives:
-        at = positions(drive)[:, None]
-        for body in fixed:
-            assert body.pose is not None
-            nearest = min(nearest, float(np.hypot(*(at[:, 0] - body.pose[:2]).T).min()))
         for column in columns:
             _seen_throughout(trial, drive, moving[column], column)
-        apart = np.hypot(*np.moveaxis(drive.moving_obstacles[:, columns, :2] - at, 2, 0))
-        nearest = min([nearest, *apart[np.isfinite(apart)].tolist()])
-    return nearest
+    return min(_between_origins(drive, fixed, [moving[c] for c in columns], columns) for drive in drives)
+
+
+def _between_origins(drive: DrivenLeg, fixed: list[Body], moving: list[Body], columns: list[int]) -> float:
+    point = Circle(0.0)
+    at = drive.moving_obstacles[:, columns].copy()
+    at[:, :, 2] = 0.0
+    _carried(drive, at)
+    placed = [replace(b, pose=np.array([*b.pose[:2], 0.0])) for b in fixed if b.pose is not None]
+    bodies = [replace(b, shape=point) for b in (*placed, *moving)]
+    return closest_approach(point, _path(point, drive), bodies, at, FINE)
 
 
 ALL = (

@@ -97,6 +97,22 @@ def contact_on_a_leg(trial: Trial) -> bool:
     return touched is not None and any(span.end >= touched - _SAME_INSTANT for span in trial.spans)
 
 
+@lru_cache(maxsize=8)
+def refined(trial: Trial) -> Trial:
+    """The trial with its instants between samples among them, bare of what is known at samples only. Cached, as `_cut` is."""
+    if trial.between is None:
+        return trial
+    t = np.concatenate([trial.t, trial.between.t])
+    order = np.argsort(t, kind="stable")
+    before = np.maximum(np.searchsorted(trial.t, t[order], side="right") - 1, 0)
+    return replace(
+        trial,
+        t=t[order], pose=np.concatenate([trial.pose, trial.between.pose])[order], leg=np.asarray(trial.leg)[before],
+        moving_obstacles=np.concatenate([trial.moving_obstacles, trial.between.moving_obstacles])[order],
+        velocity=None, estimate=None, command=None, cut=None, sigma=None, tie=None, between=None,
+    )  # fmt: skip
+
+
 def until_contact(trial: Trial) -> Trial:
     """A recording up to its contact, as a simulation ends there; other trials as they are. Bare of what hangs on the end."""
     touched = contact_time(trial)
@@ -106,7 +122,7 @@ def until_contact(trial: Trial) -> Trial:
     velocity = None if trial.velocity is None else trial.velocity[:n]
     return replace(
         trial, t=trial.t[:n], pose=trial.pose[:n], velocity=velocity, leg=trial.leg[:n], moving_obstacles=trial.moving_obstacles[:n],
-        estimate=None, command=None, cut=None, sigma=None, tie=None,
+        estimate=None, command=None, cut=None, sigma=None, tie=None, between=None,
     )  # fmt: skip
 
 

@@ -19,7 +19,7 @@ from clearway.contract import PLACED, BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape
 from clearway.robots.drive_limits import DriveLimits
-from clearway.trials.trial import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+from clearway.trials.trial import Attempt, Body, Event, Instants, Labels, Leg, Outcome, Snapshot, Span, Trial
 
 Tables: TypeAlias = dict[str, pa.Table]
 """By name, as in `FILES`: the rows of one trial or of several."""
@@ -64,6 +64,9 @@ FILES: dict[str, TableFile] = {
     ),
     "obstacles": TableFile(
         "trajectories/obstacles.parquet", _schema(trial=(_I, ""), t=(_F, "s"), obstacle=(_I, ""), **_POSE, **_SIGMA)
+    ),
+    "between": TableFile(
+        "trajectories/between.parquet", _schema(trial=(_I, ""), t=(_F, "s"), body=(_I, "-1: the robot"), **_POSE)
     ),
     "attempts": TableFile(
         "trajectories/attempts.parquet",
@@ -158,6 +161,7 @@ def to_tables(index: int, trial: Trial) -> Tables:
     return {
         "robot": pa.table(robot, schema=FILES["robot"].schema),
         "obstacles": pa.table(obstacles, schema=FILES["obstacles"].schema),
+        "between": pa.table(_between(index, trial.between, m), schema=FILES["between"].schema),
         "attempts": pa.Table.from_pylist([row], schema=FILES["attempts"].schema),
         "fixtures": pa.Table.from_pylist([{"fixtures": key, "bodies": bodies}], schema=FILES["fixtures"].schema),
         "snapshots": pa.Table.from_pylist(snapshots, schema=FILES["snapshots"].schema),
@@ -199,7 +203,29 @@ def from_tables(tables: Tables) -> Trial:
         snapshots=_read_snapshots(tables["snapshots"], tables["drawings"]),
         provenance=json.loads(row["provenance"]),
         timing={r["name"]: r["value"] for r in tables["timing"].to_pylist()},
+        between=_read_between(tables["between"], m),
     )
+
+
+def _between(index: int, between: Instants | None, m: int) -> dict[str, Any]:
+    """A row for the robot and one for each body that moves, instant by instant."""
+    times = np.zeros(0) if between is None else np.repeat(between.t, 1 + m)
+    poses = (
+        np.zeros((0, 3)) if between is None else np.concatenate([between.pose[:, None], between.moving_obstacles], 1)
+    )
+    return {
+        "trial": np.full(len(times), index, np.int32),
+        "t": times,
+        "body": np.tile(np.arange(-1, m, dtype=np.int32), len(times) // (1 + m)),
+        **_named(("x", "y", "theta"), poses.reshape(-1, 3)),
+    }
+
+
+def _read_between(table: pa.Table, m: int) -> Instants | None:
+    if not table.num_rows:
+        return None
+    poses = _matrix(table, ("x", "y", "theta")).reshape(-1, 1 + m, 3)
+    return Instants(_vector(table, "t")[:: 1 + m], poses[:, 0].copy(), poses[:, 1:].copy())
 
 
 def _read_sigma(tables: Tables, n: int, m: int) -> FloatArray:

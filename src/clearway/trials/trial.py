@@ -181,21 +181,47 @@ class Snapshot:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Instants:
+    """What was where between samples, for whoever asks how near it came.
+
+    Attributes:
+        t: (k,) s, increasing, none of them a sample's.
+        pose: (k, 3) true poses of the robot, map frame.
+        moving_obstacles: (k, m, 3) poses of the bodies that move, NaN while one is absent.
+    """
+
+    t: FloatArray
+    pose: FloatArray
+    moving_obstacles: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Trial:
     """One attempt as it went.
 
     Attributes:
-        t: (n,) s, increasing, from 0. pose: (n, 3) true pose, map frame. velocity: (n, 2) true v, omega, or None.
-        estimate: (n, 3) the robot's own belief, or None. command: (n, 2) given at t, or None.
-        leg: (n,) int index into attempt.legs of what was being driven at t.
+        attempt: What was attempted.
+        t: (n,) time of each sample, s, increasing, from 0.
+        pose: (n, 3) true poses of the robot, map frame.
+        velocity: (n, 2) its true v [m/s] and omega [rad/s], or None.
+        estimate: (n, 3) the robot's own belief of its pose, or None.
+        command: (n, 2) v [m/s] and omega [rad/s] that the base was told at t, or None.
+        leg: (n,) int, index into attempt.legs of what was being driven at t.
         moving_obstacles: (n, m, 3) poses of the bodies whose pose is None, in their order; NaN while one is absent.
-        spans: one per leg begun, in order. outcome: how it ended, reason: why, for people.
-        provenance: what ran, on which version, from which file. timing: wall-clock figures [s], kept apart.
+        spans: One per leg begun, in order.
+        events: What happened, in order.
+        outcome: How it ended.
+        reason: Why, for people.
+        snapshots: What the navigator showed of its thinking.
+        provenance: What ran, on which version, from which file.
+        timing: Wall-clock figures, s, kept apart.
         cut: (n,) bool, whether the budget cut the decision at t short, or None.
-        sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the moving obstacles, NaN
-        where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
+        sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the moving obstacles,
+            NaN where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
         tie: (n, 2) the part of the robot's sigma that the frame's tie to the map makes, None for no tie. The sigma of a
-        `measured` body has the same part, and between it and the robot it cancels.
+            `measured` body has the same part, and between it and the robot it cancels.
+        between: Instants between samples wherever lines from sample to sample would be wrong about how near the robot came
+            to something that moves; None where there are none, as in a recording.
     """
 
     attempt: Attempt
@@ -216,3 +242,4 @@ class Trial:
     cut: npt.NDArray[np.bool_] | None = None
     sigma: FloatArray | None = None
     tie: FloatArray | None = None
+    between: Instants | None = None

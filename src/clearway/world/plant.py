@@ -26,12 +26,13 @@ from clearway.geometry.streams import normal, uniform
 from clearway.robots import Odometry
 from clearway.robots.drive_limits import DriveLimits
 from clearway.scenarios.scenario import DisturbanceSpec
-from clearway.world.tracks import Tracks, pose_at
+from clearway.world.tracks import Tracks, knot_at, on_line, pose_at
 
 STEP = 0.01
 """Longest step of the plant, s."""
 TOUCH = 1e-5
 """A gap below this is contact, m: conservative advancement comes close, but never to zero."""
+_INSTANT = 1e-12  # s: the least in which a base without limits is at its command
 _LOOK = 0.1  # m: nearer than this to a body's box, its true outline is measured
 
 # the state of a robot, a row of float64
@@ -165,11 +166,14 @@ class Setting(NamedTuple):
         vehicle: The robot.
         still: What stands.
         moving: What moves.
+        way: (n + 1, 3) where the robot was at the ends of the last period's n steps, map frame; written in each period, after
+            a contact only as far as it came.
     """
 
     vehicle: Vehicle
     still: Still
     moving: Moving
+    way: FloatArray
 
 
 @kernel
@@ -207,12 +211,17 @@ class Step(NamedTuple):
 
 
 class _Room(NamedTuple):
-    """For what is where, while it is looked at: the footprint, the moving bodies, and two poses of one of them."""
+    """For what is where, while it is looked at: the footprint, the moving bodies, and a pose of one of them."""
 
     outline: FloatArray
     shapes: FloatArray
     here: FloatArray
-    there: FloatArray
+
+
+@kernel
+def steps(period: float) -> int:
+    """Into how many steps of the plant a control `period` [s] is cut."""
+    return max(1, math.ceil(period / STEP - 1e-9))
 
 
 @kernel
@@ -226,10 +235,10 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
     Returns:
         -1, or the body that was touched: the static ones count first, then the moving ones.
     """
-    vehicle, still, moving = held.value
+    vehicle, still, moving, way = held.value
     period, limits, errors, odometry_key = vehicle.period, vehicle.limits, vehicle.errors, vehicle.odometry_key
     bounds, slack, speed = vehicle.bounds, moving.slack, moving.tracks.speed
-    n = max(1, math.ceil(period / STEP - 1e-9))
+    n = steps(period)
     h = period / n
     v_goal = min(max(v, limits.v_min), limits.v_max)
     w_goal = min(max(omega, -limits.omega_max), limits.omega_max)
@@ -243,7 +252,8 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
     push[:3] /= period
     drift = math.hypot(push[0], push[1])
     nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
-    room = _Room(np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3), np.empty(3))
+    room = _Room(np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3))
+    way[0] = state[:3]
     for i in range(n):
         v0, w0 = state[V], state[OMEGA]
         v1, driven = ramp(v0, v_goal, limits.acceleration, limits.deceleration, h)
@@ -265,9 +275,13 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
                 until, hit = s, len(still.due) + m
 
         state[X], state[Y], state[THETA] = _displaced(step, until)
+        way[i + 1] = state[:3]
         nx, ny, nt = arc(nx, ny, nt, vm, wm, until)
-        share = until / h
-        state[V], state[OMEGA] = v0 + share * (v1 - v0), w0 + share * (w1 - w0)
+        if hit >= 0:  # in the midst of the step; without limits the base is at its command at once
+            passed = max(until, _INSTANT)
+            v1, _ = ramp(v0, v_goal, limits.acceleration, limits.deceleration, passed)
+            w1, _ = ramp(w0, w_goal, limits.angular_acceleration, limits.angular_deceleration, passed)
+        state[V], state[OMEGA] = v1, w1
         state[ODOMETER] += rate * until
         done += until
         distance, turned = driven * until, steered * until  # wheels don't know of disturbance
@@ -353,7 +367,7 @@ def _meet_moving(
     Args:
         leg, t: as for `tick`.
     """
-    knots, here, there, robot = moving.tracks.knots, room.here, room.there, room.outline
+    knots, here, robot = moving.tracks.knots, room.here, room.outline
     outline, rim, reach, radius, reaches = (
         vehicle.outline,
         vehicle.rim,
@@ -364,33 +378,35 @@ def _meet_moving(
     h, now = step.duration, t - moving.since[m] + step.since
     begin, end = moving.tracks.rows[leg, m, 0], moving.tracks.rows[leg, m, 1]
     moving.slack[m] = 0.0
-    before, after = pose_at(knots, begin, end, now, here), pose_at(knots, begin, end, now + h, there)
-    if not (before or after):
-        return until, False
-    if not before:  # it comes or goes within this step
-        here[:] = there
-    elif not after:
-        there[:] = here
-    apart = math.hypot(here[0] - state[X], here[1] - state[Y]) - reaches[m] - reach
-    closing = (step.advance + moving.tracks.speed[m]) * h
-    if apart > closing and before and after:
-        moving.slack[m] = apart - closing
-        return until, False
-    ux, uy, turn = (there[0] - here[0]) / h, (there[1] - here[1]) / h, wrap(there[2] - here[2]) / h
-    relative = step.rate + math.hypot(ux, uy) + abs(turn) * reaches[m]
+    if pose_at(knots, begin, end, now, here):
+        apart = math.hypot(here[0] - state[X], here[1] - state[Y]) - reaches[m] - reach
+        closing = (step.advance + moving.tracks.speed[m]) * h
+        if apart > closing:
+            moving.slack[m] = apart - closing
+            return until, False
     first, last = moving.shapes.first[m], moving.shapes.first[m + 1]
     shape, body = moving.shapes.points[first:last], room.shapes[first:last]
-    s = 0.0
-    while s <= until:
-        x, y, theta = _displaced(step, s)
-        transform(outline, x, y, theta, robot)
-        transform(shape, here[0] + s * ux, here[1] + s * uy, here[2] + s * turn, body)
-        d = gap(robot, rim, body, radius[m])
-        if d <= TOUCH:
-            return s, True
-        if relative <= 0.0:
-            break
-        s += d / relative
+    knot, s = max(knot_at(knots, begin, end, now), begin), 0.0
+    while knot < end - 1 and s <= until:  # from knot to knot it moves on a line
+        s, over = max(s, knots[knot, 0] - now), knots[knot + 1, 0] - now
+        line = knots[knot + 1] - knots[knot]
+        knot += 1
+        if not (over > s and math.isfinite(line[1])):  # one instant, or it is absent
+            continue
+        turn = wrap(line[3])
+        relative = step.rate + (math.hypot(line[1], line[2]) + abs(turn) * reaches[m]) / line[0]
+        while s <= min(until, over):
+            on_line(knots, knot - 1, now + s, here)
+            x, y, theta = _displaced(step, s)
+            transform(outline, x, y, theta, robot)
+            transform(shape, here[0], here[1], here[2], body)
+            d = gap(robot, rim, body, radius[m])
+            if d <= TOUCH:
+                return s, True
+            if relative <= 0.0:
+                break
+            s += d / relative
+        s = min(s, over)  # the next line begins with a look
     return until, False
 
 

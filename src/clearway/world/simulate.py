@@ -119,6 +119,7 @@ def simulate_in(
         outcome=outcome,
         reason=checker.reason,
         snapshots=tuple(drive.snapshots),
+        between=world.between.instants(),
         provenance={"source": "simulation", "clearway": _version(), "scenario": scenario.name, "seed": scenario.seed},
         timing=_timing(perf_counter() - begun, drive.thinking),
     )

@@ -153,6 +153,19 @@ def _top_speed(knots: FloatArray) -> float:
 
 
 @kernel
+def knot_at(knots: FloatArray, begin: int, end: int, t: float) -> int:
+    """The last of the knots [begin:end] that is not after time `t` [s since the leg began]; begin - 1 if all of them are."""
+    low, high = begin - 1, end - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if knots[middle, 0] <= t:
+            low = middle
+        else:
+            high = middle - 1
+    return low
+
+
+@kernel
 def pose_at(knots: FloatArray, begin: int, end: int, t: float, out: FloatArray) -> bool:
     """Write the pose at time `t` [s since the leg began] of the track knots[begin:end] to `out` (3,), NaN if absent.
 
@@ -162,18 +175,18 @@ def pose_at(knots: FloatArray, begin: int, end: int, t: float, out: FloatArray) 
     out[:] = math.nan
     if end - begin < 1 or t < knots[begin, 0] or t > knots[end - 1, 0]:
         return False
-    low, high = begin, end - 1  # knots[low] is not after t
-    while low < high:
-        middle = (low + high + 1) // 2
-        if knots[middle, 0] <= t:
-            low = middle
-        else:
-            high = middle - 1
+    low = knot_at(knots, begin, end, t)
     if low == end - 1:
         out[:] = knots[low, 1:]
     else:
-        s = (t - knots[low, 0]) / (knots[low + 1, 0] - knots[low, 0])
-        out[0] = knots[low, 1] + s * (knots[low + 1, 1] - knots[low, 1])
-        out[1] = knots[low, 2] + s * (knots[low + 1, 2] - knots[low, 2])
-        out[2] = wrap(knots[low, 3] + s * wrap(knots[low + 1, 3] - knots[low, 3]))
+        on_line(knots, low, t, out)
     return math.isfinite(out[0])
+
+
+@kernel
+def on_line(knots: FloatArray, low: int, t: float, out: FloatArray) -> None:
+    """Write the pose at time `t` [s] on the line from knot `low` to the next one to `out` (3,); at its end too."""
+    s = (t - knots[low, 0]) / (knots[low + 1, 0] - knots[low, 0])
+    out[0] = knots[low, 1] + s * (knots[low + 1, 1] - knots[low, 1])
+    out[1] = knots[low, 2] + s * (knots[low + 1, 2] - knots[low, 2])
+    out[2] = wrap(knots[low, 3] + s * wrap(knots[low + 1, 3] - knots[low, 3]))

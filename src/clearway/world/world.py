@@ -18,6 +18,7 @@ from clearway.robots import Robot
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
 from clearway.world import plant
+from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
 from clearway.world.lidar import View, errors_of, hold, scan
 from clearway.world.tracks import Tracks, pose_at
@@ -33,6 +34,7 @@ class World:
 
     Attributes:
         moving_obstacles: (m, 3) poses now of the moving bodies; NaN: absent.
+        between: What was where between the ends of the periods.
     """
 
     def __init__(
@@ -74,8 +76,10 @@ class World:
             plant.Setting(
                 vehicle, plant.Still(still, self._boxes, np.zeros(len(self._still))),
                 plant.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles),
+                np.zeros((plant.steps(robot.period) + 1, 3)),
             )
         )  # fmt: skip
+        self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
         self._leg = 0
         self._place_moving(0.0)
         self._lens = (
@@ -123,6 +127,7 @@ class World:
         self._leg = leg
         self._since[~self._tracks.lasting] = t
         self._slack[:] = 0.0
+        self.between.begin_leg()
         self._place_moving(t)
 
     def sense(self) -> Scan | None:
@@ -149,9 +154,9 @@ class World:
         """
         hit = plant.tick(self._state, v, omega, self._count, self._leg, t, self._setting)
         self._count += 1
-        if hit < 0:
-            return self._period, None
-        return float(self._state[plant.ELAPSED]), (self._still + self._moving)[hit]
+        driven = self._period if hit < 0 else float(self._state[plant.ELAPSED])
+        self.between.look(self._leg, t, driven)
+        return driven, None if hit < 0 else (self._still + self._moving)[hit]
 
     def touching(self) -> Body | None:
         """A body that the robot touches where it stands now, None if there is none."""
