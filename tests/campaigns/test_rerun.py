@@ -149,6 +149,9 @@ def test_what_has_changed_since_is_told(tmp_path: Path) -> None:
 
     robot.write_text(tiago.replace("v_max = 1.0", "v_max = 0.9"), encoding="utf-8")
     assert f"robots.{robot}.drive.v_max was 1.0 and is 0.9; put that back first" in complaint()
+    robot.write_text(tiago.replace("planner_frequency = 1.0", "planner_frequency = 0.5"), encoding="utf-8")
+    (remark,) = rerun(results, 0).remarks
+    assert remark == f"robots.{robot}.navigators.move-base.move_base.planner_frequency was 1.0 and is 0.5"
     robot.write_text(tiago, encoding="utf-8")
     scenario.write_text(SCENARIO.replace("[0.0, 2.0, 0.0]", "[0.0, 2.1, 0.0]"))
     assert "the scenario 'x-v0.6-r1' or its floor plan 'hall' is not what it was; put that back" in complaint()

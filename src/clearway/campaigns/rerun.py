@@ -23,6 +23,10 @@ _UNLISTED = ("navigator", "privileged", "reason", "not_computable")
 """Columns that are not listed as changed: they say who drove, or what stands elsewhere."""
 
 
+_TUNED = "navigators"
+"""The table of a robot's file that holds parameters of navigators."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Rerun:
     """A trial of a results directory that was run again.
@@ -167,9 +171,10 @@ def _found(plan: CampaignPlan, row: Mapping[str, Any], results: Results, number:
 
 
 def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results, number: int) -> None:
-    """Refuse a trial whose robot, scenario, floor plan or map is not what it was."""
+    """Refuse a trial whose robot, scenario, floor plan or map is not what it was; parameters of navigators may change."""
     then, what = results.campaign, ""
-    if (differs := first_in_json("robots", {spec.robot: then["robots"][spec.robot]}, asked["robots"])) is not None:
+    body = [{name: part for name, part in c["robots"][spec.robot].items() if name != _TUNED} for c in (then, asked)]
+    if (differs := first_in_json(f"robots.{spec.robot}", *body)) is not None:
         what = f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}"
     elif then["tasks"].get(spec.task) != asked["tasks"][spec.task]:
         what = f"the scenario {spec.scenario.name!r} or its floor plan {spec.scenario.floor_plan!r} is not what it was"
@@ -182,6 +187,9 @@ def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results,
 def _remarks(then: Mapping[str, Any], asked: Mapping[str, Any], spec: TrialSpec) -> tuple[str, ...]:
     before, today = ({"clearway": c["clearway"], **c["versions"]} for c in (then, asked))
     found = [f"made with {n} {before.get(n)}, this is {today[n]}" for n in today if before.get(n) != today[n]]
+    tuned = (c["robots"][spec.robot][_TUNED] for c in (then, asked))
+    if (differs := first_in_json(f"robots.{spec.robot}.{_TUNED}", *tuned)) is not None:
+        found.append(f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}")
     if spec.setup.budget.seconds is not None:
         found.append(f"the set-up {spec.setup.name!r} bounds decisions by wall clock: no two runs have the same bits")
     return tuple(found)

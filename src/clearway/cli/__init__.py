@@ -1,7 +1,7 @@
 """The command line: one file a verb, no logic. Heavy imports stand inside the verbs, so that help answers at once.
 
 Exit codes: 0 done; 1 done, but something is wrong with what was examined (a check found a problem, a navigator
-failed); 2 the input is wrong; 130 interrupted.
+failed, a trial that was run again has other bits); 2 the input is wrong; 130 interrupted.
 """
 
 from __future__ import annotations
