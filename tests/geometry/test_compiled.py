@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -38,6 +39,16 @@ def test_an_edit_in_a_called_kernel_is_noticed(tmp_path: Path):
     assert result(tmp_path, 10) == 11
     assert result(tmp_path, 10) == 11  # from the cache
     assert result(tmp_path, 20) == 21
+
+
+def test_a_cache_that_names_a_type_that_has_moved_is_compiled_anew(tmp_path: Path):
+    assert result(tmp_path, 10) == 11
+    (index,) = (tmp_path / "clearway/__pycache__").glob("outer.outer-*.nbi")
+    with open(index, "rb") as file:
+        version = pickle.load(file)
+    gone = b"cclearway.outer\nMoved\n."  # pickle's word for a global of that module, which has none of that name
+    index.write_bytes(pickle.dumps(version) + gone)
+    assert result(tmp_path, 10) == 11
 
 
 def test_a_fingerprint_reaches_through_imports():

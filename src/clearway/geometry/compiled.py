@@ -35,7 +35,20 @@ def kernel(function: _F) -> _F:
     source = Path(function.__code__.co_filename)
     if hasattr(file, "_source_stamp") and source.is_relative_to(_PACKAGE):
         file._source_stamp = fingerprint(source)
+        file._load_index = _heeding_what_is_gone(file._load_index)
     return cast(_F, compiled)
+
+
+def _heeding_what_is_gone(load: Callable[[], Any]) -> Callable[[], Any]:
+    """`load`, for which a cache that names a type of ours that has moved since is empty: Numba reads it before its stamp."""
+
+    def load_index() -> Any:
+        try:
+            return load()
+        except (AttributeError, ImportError):
+            return {}
+
+    return load_index
 
 
 def _take_literals_as_numbers(compiled: Any) -> None:
