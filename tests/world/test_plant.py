@@ -13,6 +13,7 @@ from clearway.geometry.distance import min_clearance, path_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, rectangle
 from clearway.trials import Outcome, Trial
 
+SHORT = [{"name": "forth", "goal": (9.0, 0.0, 0.0), "time_limit": 0.25}]
 FAST = DRIVE | {"v_max": 50.0, "acceleration": 1000.0, "deceleration": 1000.0}
 
 
@@ -52,6 +53,33 @@ def test_the_instant_of_contact_by_hand() -> None:
     trial = run(constant(2.0), [body(rectangle(1, 1), 1.5, 0)], make_scenario(speed=2.0))
     assert trial.t[-1] == pytest.approx(math.sqrt(3.0), abs=1e-4)
     assert trial.pose[-1, 0] == pytest.approx(0.75, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("limit", "expected"),
+    [
+        (math.inf, -1.0),  # without limits it turns round at once
+        (10.0, 1.0 - 10.0 * 0.005),  # 5 ms of braking
+    ],
+)
+def test_the_velocity_at_a_contact_is_that_of_the_instant(limit: float, expected: float) -> None:
+    """What moves touches the robot from behind 5 ms after it was told to reverse, within a step of the plant."""
+    robot = make_robot(drive=DRIVE | {"acceleration": limit, "deceleration": limit})
+    plan = [Command(1.0, 0.0), *[Command(-1.0, 0.0)] * 2]
+    alone = run(Pilot(lambda s: plan[round(s.t / 0.1)]), scenario=make_scenario(legs=SHORT), robot=robot)
+    assert alone.velocity is not None
+    assert alone.velocity[1, 0] == pytest.approx(1.0)
+    way = 0.005 * (expected if limit == math.inf else (1.0 + expected) / 2)
+    behind = float(alone.pose[1, 0]) + way - 0.25 - 0.1
+    knots = np.array([[0.0, behind - 10.5, 0.0, 0.0], [0.21, behind + 10.5, 0.0, 0.0]])
+    trial = run(
+        Pilot(lambda s: plan[round(s.t / 0.1)]), [moving_obstacle(Circle(0.1))], make_scenario(legs=SHORT), robot,
+        knots=[knots],
+    )  # fmt: skip
+    assert trial.outcome is Outcome.COLLISION
+    assert trial.velocity is not None
+    assert trial.t[-1] == pytest.approx(0.105, abs=1e-4)
+    assert trial.velocity[-1, 0] == pytest.approx(expected, abs=2e-3)
 
 
 def test_a_moving_obstacle_that_crosses_within_a_step_is_not_missed() -> None:
