@@ -30,6 +30,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+sys.path.append(str(Path(__file__).parents[1] / "tests" / "recordings"))  # for `synthetic_session`
+
 INDICATORS = ("CT", "CT seen", "PL", "DE", "MDO", "OE")
 NO_REST = "no rest"
 UNITS = {"CT": "s", "CT seen": "s", "PL": "%", "DE": "mm", "MDO": "mm", "OE": "mrad"}
@@ -132,8 +134,9 @@ def seen_time(trial: Any) -> float | None:
 
 def score(folder: Path, trials: list[Any], to: str, system: Any, spans: bool) -> tuple[list[dict[str, Any]], float]:
     """The rows of the trials after the way through `to`, in their order, with what was told of the legs; s of scoring."""
+    from synthetic_session import record
+
     import clearway
-    from clearway.recordings.exports.synthetic_session import record
 
     rows: list[dict[str, Any]] = [{} for _ in trials]
     took = 0.0

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from clearway.geometry.shapes import FloatArray
 from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate, static_path
 from clearway.scenarios.suite import seed_range
@@ -37,6 +38,14 @@ def main() -> None:
         report(CASES[name], drawn, (time.perf_counter() - began) / len(drawn))
 
 
+def conflict(layout: rules.Layout, path: FloatArray, speed: float) -> bool:
+    """Whether a robot that follows `path` (n, 2) at `speed` [m/s], come what may, hits something that moves."""
+    way = rules.length(path)
+    moving = layout.motion(way / speed)[:, :, :2]
+    p = rules.along(path, speed * rules.SAMPLE * np.arange(len(moving), dtype=np.float64))
+    return bool((np.hypot(*(moving - p[:, None]).transpose(2, 0, 1)) < rules.APART).any())
+
+
 def report(case: Case, drawn: Sequence[Drawn], seconds: float) -> None:
     """Print what the scenarios of one case are like."""
     draws = sum(d.draws for d in drawn)
@@ -44,9 +53,7 @@ def report(case: Case, drawn: Sequence[Drawn], seconds: float) -> None:
     for d in drawn:
         refused.update(d.refused)
     paths = [static_path(d.layout) for d in drawn]
-    free = [
-        p is not None and not rules.conflict(d.layout, p, SHARE * case.speed) for d, p in zip(drawn, paths, strict=True)
-    ]
+    free = [p is not None and not conflict(d.layout, p, SHARE * case.speed) for d, p in zip(drawn, paths, strict=True)]
     peaks = np.concatenate([np.hypot(*d.layout.motion(120.0)[:, :, 2:].transpose(2, 0, 1)).max(0) for d in drawn])
     leaving = np.concatenate([rules.leavers(d.layout) for d in drawn])
     static = [(rules.length(p) - rules.TOLERANCE) / case.speed for p in paths if p is not None]

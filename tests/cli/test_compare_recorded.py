@@ -12,7 +12,7 @@ from command_line import Shell
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
 from clearway.trials import Attempt, Labels, Leg, Outcome, Span, Trial
-from clearway.trials.store import TrialStore
+from clearway.trials.store import TrialStore, write_partial
 
 
 def straight(source: str, configuration: str, repetition: int, seconds: float, off: float = 0.05) -> Trial:
@@ -35,7 +35,7 @@ def write(out: Path, source: str, times: dict[str, list[float]], off: float = 0.
     trials = [straight(source, c, k + 1, s, off) for c, every in times.items() for k, s in enumerate(every)]
     with TrialStore(out, {"clearway": "test"}, len(trials), row_schema()) as store:
         for i, trial in enumerate(trials):
-            store.add(i, trial, score_row(trial))
+            write_partial(store.partial, store.key, i, trial, score_row(trial))
         store.finish()
     return out
 

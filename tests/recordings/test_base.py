@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from marker_scenes import EIGHT, capture, straight
+from marker_scenes import capture, straight
 
 from clearway.errors import ClearwayError
 from clearway.recordings.motion import base
@@ -150,26 +150,6 @@ def test_a_straight_drive_that_is_blind_in_places() -> None:
     holed[200:260] = np.nan
     link = base.from_static_and_straight(moved(STANDS), KNOWN, replace(drive, pose=holed))
     assert wrapped(link) == pytest.approx(LINK[2], abs=1e-6)
-
-
-def test_coordinates_against_the_capture_s_layout() -> None:
-    rng = np.random.default_rng(1)
-    names = tuple(f"m{i}" for i in range(8))
-    model = EIGHT @ base.from_offset((0, 0, 0.7)).rotation.T + (0.2, 0.1, -0.4)
-    off, told = [], []
-    for _ in range(200):
-        link = base.from_coordinates(EIGHT + 0.002 * rng.standard_normal(EIGHT.shape), names, model)
-        off.append((*(link.point[:2] - (0.2, 0.1)), wrapped(link) - 0.7))
-        told.append(link.sigma)
-    assert np.std(np.array(off)[:, :2]) == pytest.approx(np.sqrt(np.mean(np.square(told), axis=0))[0], rel=0.2)
-    assert np.std(np.array(off)[:, 2]) == pytest.approx(np.sqrt(np.mean(np.square(told), axis=0))[1], rel=0.2)
-    wrong = EIGHT.copy()
-    wrong[3, 0] += 0.3
-    with pytest.raises(ClearwayError, match=r"robot.coordinates: the coordinates don't fit.*'m3'"):
-        base.from_coordinates(wrong, names, model, field="robot.coordinates")
-    with pytest.raises(ClearwayError, match="within 10 mm of a line"):
-        base.from_coordinates(EIGHT * (1, 0, 0), names, model)
-    assert base.from_coordinates(EIGHT, names).point.tolist() == [0, 0, 0]
 
 
 def test_from_markers_to_base_link_without_coordinates() -> None:

@@ -214,11 +214,11 @@ def test_an_attempt_that_was_not_recorded_has_nothing_to_export(trial, tmp_path)
 def test_command_line(trial, tmp_path, monkeypatch, capsys):
     from clearway.cli import main
     from clearway.indicators import row_schema, score_row
-    from clearway.trials.store import TrialStore
+    from clearway.trials.store import TrialStore, write_partial
 
     with TrialStore(tmp_path / "results", {"plan": {}}, 2, row_schema()) as store:
         for i in range(2):
-            store.add(i, trial, {"id": str(i)} | score_row(trial))
+            write_partial(store.partial, store.key, i, trial, {"id": str(i)} | score_row(trial))
         store.finish()
     monkeypatch.setattr(
         "sys.argv",

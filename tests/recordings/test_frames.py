@@ -137,8 +137,6 @@ def test_applying_moves_the_pose_and_leaves_the_rest() -> None:
     assert moved.sigma is not None
     assert moved.sigma[3] == pytest.approx([math.sqrt(0.003**2 + 0.004**2 + 0.03**2), math.hypot(0.002, 0.01)])
     assert frames.apply(frames.given(np.zeros(3)), m).sigma is None
-    same = frames.apply(frames.SAME, m)
-    assert np.array_equal(same.pose, m.pose, equal_nan=True)
 
 
 def test_a_static_pose_is_a_robust_mean() -> None:

@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import pytest
 from driven_trials import forth_and_back
+from synthetic_session import record
 
 from clearway.campaigns.scoring import score_plan
 from clearway.indicators import score_row
 from clearway.recordings.exports.export import CAPTURES, TARGETS
 from clearway.recordings.exports.synthetic import LAB
-from clearway.recordings.exports.synthetic_session import record
 from clearway.trials import Outcome
 
 BY_HAND = {"PL": 10.08, "DE": 0.025, "OE": 0.0, "MDO": 0.38}

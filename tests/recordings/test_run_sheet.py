@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from clearway.errors import ClearwayError
 from clearway.recordings.lab.test_plan import TestPlan
 from clearway.recordings.protocol.lab_trials import scenarios
 from clearway.recordings.protocol.protocol import parsed, skeleton
-from clearway.recordings.protocol.run_sheet import sheet_of, write_sheet
+from clearway.recordings.protocol.run_sheet import sheet_of
 from clearway.scenarios.suites import Selection
 
 VOID = {"meta", "br", "hr", "img", "link", "input"}
@@ -146,10 +145,3 @@ def test_a_plan_without_poses_or_legs():
     assert numbers(page) == [1, 2]
     assert Page(page).wrong == []
     assert "a.csv" in page
-
-
-def test_nothing_is_overwritten(tmp_path: Path):
-    plan = TestPlan.model_validate({"trial": [{}]})
-    write_sheet(plan, tmp_path / "sheet.html")
-    with pytest.raises(ClearwayError, match="there already"):
-        write_sheet(plan, tmp_path / "sheet.html")

@@ -19,7 +19,7 @@ from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import RobotBodySpec, Scenario, SquareSpec
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
-from clearway.trials.store import Results, TrialStore
+from clearway.trials.store import Results, TrialStore, write_partial
 
 PERIOD = 0.1
 
@@ -137,5 +137,5 @@ def write_campaign(
     with TrialStore(out, asked, len(scenarios), row_schema()) as store:
         for i, (scenario, robot) in enumerate(scenarios):
             trial = change(glide(scenario, robot, fail=i % 23 == 22))
-            store.add(i, trial, score_row(trial))
+            write_partial(store.partial, store.key, i, trial, score_row(trial))
         return store.finish()

@@ -21,7 +21,7 @@ from clearway.reports.text import beside_published, numbers
 from clearway.robots import DriveLimits
 from clearway.statistics import mcnemar
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Span, Trial
-from clearway.trials.store import Results, TrialStore
+from clearway.trials.store import Results, TrialStore, write_partial
 
 FULL, VARIANT, OTHER = "hp-st[guarantee=none]", "hp-st[guarantee=none,without=reverse]", "hp-tmpc"
 
@@ -59,7 +59,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
         tmp_path_factory.mktemp("ablation") / "out", asked_of("sar-case1"), len(made), row_schema()
     ) as store:
         for i, t in enumerate(made):
-            store.add(i, t, score_row(t))
+            write_partial(store.partial, store.key, i, t, score_row(t))
         return store.finish()
 
 
@@ -136,7 +136,7 @@ def test_without_variants_there_is_no_table(tmp_path: Path) -> None:
     made += [replace(t, attempt=replace(t.attempt, navigator="x[without=y]")) for t in made]
     with TrialStore(tmp_path / "out", asked_of("sar-case1"), len(made), row_schema()) as store:
         for i, t in enumerate(made):
-            store.add(i, t, score_row(t))
+            write_partial(store.partial, store.key, i, t, score_row(t))
         f = Findings(store.finish())
     assert ablation.tables(f) == []
     assert rescue.failures(f, "sar-case1") is None

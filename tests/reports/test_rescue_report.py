@@ -22,7 +22,7 @@ from clearway.reports.replay_encoding import Packer
 from clearway.reports.rescue_figures import centre_distance, chosen
 from clearway.reports.text import beside_published, numbers
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
-from clearway.trials.store import Results, TrialStore
+from clearway.trials.store import Results, TrialStore, write_partial
 
 START, GOAL = np.array([1.75, 1.75, 0.8]), np.array([12.25, 12.25, 0.8])
 SNAPSHOT = Diagnostics(
@@ -85,7 +85,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
               for (suite, setup, navigator), runs in paper_b.PRINTED.items() for i, run in enumerate(runs)]  # fmt: skip
     with TrialStore(tmp_path_factory.mktemp("sar") / "out", ASKED, len(trials), row_schema()) as store:
         for i, t in enumerate(trials):
-            store.add(i, t, score_row(t))
+            write_partial(store.partial, store.key, i, t, score_row(t))
         return store.finish()
 
 
@@ -184,7 +184,7 @@ def test_a_privileged_navigator_and_scenarios_of_the_same_name_are_told_apart(tm
     with TrialStore(tmp_path / "out", asked_of("sar-confined"), len(made), row_schema()) as store:
         for i, (t, scenario) in enumerate(zip(made, ("a-1", "b-1", "b-2"), strict=True)):
             told = replace(t, attempt=replace(t.attempt, privileged=True, scenario=scenario))
-            store.add(i, told, score_row(told))
+            write_partial(store.partial, store.key, i, told, score_row(told))
         f = Findings(store.finish())
     table = rescue.by_scenario(f, "sar-confined", "2")
     assert [row[0].text for row in table.rows][:3] == ["a-1", "b-1", "2"]

@@ -21,7 +21,7 @@ from made_trials import SCHEMA, make_row, make_trial
 
 from clearway.errors import ClearwayError
 from clearway.trials import Trial
-from clearway.trials.store import Results, TrialStore, open_results
+from clearway.trials.store import Results, TrialStore, open_results, write_partial
 from clearway.trials.store_tables import FILES
 
 TOTAL = 40  # more than a row group
@@ -35,7 +35,7 @@ def store(path: Path, total: int = TOTAL, asked: dict[str, Any] | None = None, *
 def write(path: Path, total: int = TOTAL, order: list[int] | None = None) -> Results:
     with store(path, total) as open_store:
         for i in order or range(total):
-            open_store.add(i, make_trial(i), make_row(i))
+            write_partial(open_store.partial, open_store.key, i, make_trial(i), make_row(i))
         return open_store.finish()
 
 
@@ -126,7 +126,7 @@ def test_a_crash_at_any_step_is_made_good(small: Path, tmp_path: Path, monkeypat
             state["left"] = 0
             with store(out, 3, resume=True) as again:
                 for i in again.missing():
-                    again.add(i, make_trial(i), make_row(i))
+                    write_partial(again.partial, again.key, i, make_trial(i), make_row(i))
                 again.finish()
             assert contents(out) == contents(small), f"step {step}"
             assert not (out / ".partial").exists()
@@ -140,12 +140,12 @@ import sys
 sys.path[:0] = [{folder!r}]
 from pathlib import Path
 from made_trials import *
-from clearway.trials.store import TrialStore
+from clearway.trials.store import TrialStore, write_partial
 import json
 with TrialStore(Path(sys.argv[1]), json.loads(sys.argv[2]), 40, SCHEMA, resume=True) as store:
     print("begun", flush=True)
     for i in store.missing():
-        store.add(i, make_trial(i), make_row(i))
+        write_partial(store.partial, store.key, i, make_trial(i), make_row(i))
     store.finish()
 """
 
@@ -172,7 +172,7 @@ def test_a_damaged_partial_file_is_done_again(tmp_path: Path, small: Path, harm:
     out = tmp_path / "out"
     with store(out, 3) as open_store:
         for i in range(3):
-            open_store.add(i, make_trial(i), make_row(i))
+            write_partial(open_store.partial, open_store.key, i, make_trial(i), make_row(i))
         file = sorted(open_store.partial.glob("*.trial"))[1]
         raw = bytearray(file.read_bytes())
         if harm == "cut":
@@ -186,7 +186,7 @@ def test_a_damaged_partial_file_is_done_again(tmp_path: Path, small: Path, harm:
         file.write_bytes(raw)
     with store(out, 3, resume=True) as again:
         assert again.missing() == [1]
-        again.add(1, make_trial(1), make_row(1))
+        write_partial(again.partial, again.key, 1, make_trial(1), make_row(1))
         again.finish()
     assert contents(out) == contents(small)
 
@@ -235,8 +235,12 @@ def test_a_full_disk_is_one_line_and_loses_nothing(
     out = tmp_path / "out"
     with store(out, 3) as open_store:
         for i in range(2 if when == "while adding" else 3):
-            open_store.add(i, make_trial(i), make_row(i))
-        work = partial(open_store.add, 2, make_trial(2), make_row(2)) if when == "while adding" else open_store.finish
+            write_partial(open_store.partial, open_store.key, i, make_trial(i), make_row(i))
+        work = (
+            partial(write_partial, open_store.partial, open_store.key, 2, make_trial(2), make_row(2))
+            if when == "while adding"
+            else open_store.finish
+        )
         with monkeypatch.context() as patch:
             patch.setattr(os, "fsync", full)
             with pytest.raises(ClearwayError, match=r"No space left on device; what is finished is kept") as caught:
@@ -245,14 +249,14 @@ def test_a_full_disk_is_one_line_and_loses_nothing(
         assert not [p for p in open_store.partial.iterdir() if p.suffix not in (".trial", "")]
     with store(out, 3, resume=True) as again:
         for i in again.missing():
-            again.add(i, make_trial(i), make_row(i))
+            write_partial(again.partial, again.key, i, make_trial(i), make_row(i))
         again.finish()
     assert contents(out) == contents(small)
 
 
 def test_unfinished_results_say_how_to_finish(tmp_path: Path) -> None:
     with store(tmp_path) as half:
-        half.add(0, make_trial(0), make_row(0))
+        write_partial(half.partial, half.key, 0, make_trial(0), make_row(0))
     with pytest.raises(ClearwayError, match=r"1 of 40 trials are done; complete it with `clearway run --resume"):
         open_results(tmp_path)
     with store(tmp_path, resume=True) as half, pytest.raises(ClearwayError, match=r"000001\.trial: .*missing"):

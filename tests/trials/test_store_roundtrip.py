@@ -23,7 +23,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, Polygon
 from clearway.robots import DriveLimits
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
-from clearway.trials.store import TrialStore, open_results
+from clearway.trials.store import TrialStore, open_results, write_partial
 
 SCHEMA = pa.schema([pa.field("scenario", pa.string()), pa.field("speed", pa.float64(), metadata={"unit": "m/s"})])
 
@@ -154,7 +154,13 @@ def test_every_trial_comes_back(written: list[Trial]) -> None:
         out = Path(folder) / "out"
         with TrialStore(out, {"plan": {}}, len(written), SCHEMA) as store:
             for i in reversed(range(len(written))):
-                store.add(i, written[i], {"id": str(i), "scenario": written[i].attempt.scenario, "speed": 0.5})
+                write_partial(
+                    store.partial,
+                    store.key,
+                    i,
+                    written[i],
+                    {"id": str(i), "scenario": written[i].attempt.scenario, "speed": 0.5},
+                )
             results = store.finish()
         assert len(results) == len(written)
         for i, trial in enumerate(written):
@@ -167,7 +173,13 @@ def test_a_recorded_trial_comes_back(tmp_path: Path) -> None:
     written = [make_trial(0), make_recorded(3), make_trial(1), make_recorded(4)]
     with TrialStore(tmp_path / "out", {"plan": {}}, len(written), SCHEMA) as store:
         for i, trial in enumerate(written):
-            store.add(i, trial, {"id": str(i), "scenario": trial.attempt.scenario, "speed": trial.attempt.labels.speed})
+            write_partial(
+                store.partial,
+                store.key,
+                i,
+                trial,
+                {"id": str(i), "scenario": trial.attempt.scenario, "speed": trial.attempt.labels.speed},
+            )
         results = store.finish()
     for i, trial in enumerate(written):
         assert same(trial, results.trial(i))

@@ -94,7 +94,7 @@ def test(f: Findings) -> Facts:
         ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
         *_if_any("obstacles followed by", [t for t in distinct(f.rows, "tracking") if t]),
         *_if_any("set-ups (thinking a decision)", distinct(f.rows, "setup")),
-        *([] if recorded else [("seed", str(plan.get("seed", campaign.get("seed", "not recorded"))))]),
+        *([] if recorded else [("seed", str(plan.get("seed", "not recorded")))]),
         ("trials", str(len(f.rows))),
         *([("attempts without a recording", str(len(recordings.unrecorded(f))))] if f.recorded else []),
         *([("tested on", recordings.stated(f, "date"))] if f.recorded else []),
@@ -102,11 +102,7 @@ def test(f: Findings) -> Facts:
         ("scoring finished" if recorded else "finished", _date(run.get("finished"))),
         ("Clearway", str(campaign.get("clearway", _version("clearway")))),
         ("software", _software(campaign.get("versions"))),
-        (
-            "machine",
-            _software(run.get("machine", {k: v for k, v in run.items() if k in ("system", "processor", "cores")}))
-            or BLANK,
-        ),
+        ("machine", _software({k: run[k] for k in ("system", "processor", "cores") if k in run}) or BLANK),
         ("report made with", f"Clearway {_version('clearway')}, Python {platform.python_version()}"),
         ("place", recordings.stated(f, "place")),
         ("tested by", recordings.stated(f, "operator")),

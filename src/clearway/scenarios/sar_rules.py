@@ -183,11 +183,3 @@ def _across(p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[float, float]:
     """On which side of the line a-b the point p (2,) lies (its sign), and how far along it (0 at a, 1 at b)."""
     dx, dy, rx, ry = b[0] - a[0], b[1] - a[1], p[0] - a[0], p[1] - a[1]
     return dx * ry - dy * rx, (dx * rx + dy * ry) / (dx * dx + dy * dy)
-
-
-def conflict(layout: Layout, path: FloatArray, speed: float) -> bool:
-    """Whether a robot that follows `path` (n, 2) at `speed` [m/s], come what may, hits something that moves."""
-    way = length(path)
-    moving = layout.motion(way / speed)[:, :, :2]
-    p = along(path, speed * SAMPLE * np.arange(len(moving), dtype=np.float64))
-    return bool((np.hypot(*(moving - p[:, None]).transpose(2, 0, 1)) < APART).any())

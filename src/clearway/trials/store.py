@@ -94,10 +94,6 @@ class TrialStore:
             return []
         return [i for i in range(self.total) if not _intact(_partial_file(self.partial, i), self.key)]
 
-    def add(self, index: int, trial: Trial, row: Mapping[str, Any]) -> None:
-        """Write one finished trial; `row` has the columns of the schema."""
-        write_partial(self.partial, self.key, index, trial, row)
-
     def finish(self, run: Mapping[str, Any] | None = None) -> Results:
         """Assemble the final files, put them in place, and drop the partial ones.
 

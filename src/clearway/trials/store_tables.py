@@ -263,7 +263,7 @@ def _read_attempt(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
         labels=Labels(**labels),
         footprint=None if d["footprint"] is None else _read_shape(d["footprint"]),
         limits=None if d["limits"] is None else DriveLimits(**{k: float(v) for k, v in d["limits"].items()}),
-        sight=_read_number(d.get("sight")),
+        sight=_read_number(d["sight"]),
         legs=tuple(_read_leg(leg) for leg in d["legs"]),
         bodies=tuple(_read_body(b) for b in (*fixtures, *d["bodies"])),
         **rest,

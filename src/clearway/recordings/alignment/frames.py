@@ -152,10 +152,6 @@ def given(pose: FloatArray, sigma: tuple[float, float] | None = None) -> Tie:
     return Tie(at, np.array(sigma or (np.nan, np.nan), dtype=np.float64), np.zeros(0), f"as given in the plan{unknown}")
 
 
-SAME = Tie(np.zeros(3), np.zeros(2), np.zeros(0), "the source's frame is the map's")
-"""For a source whose frame is the map's."""
-
-
 def uncertainty(tie: Tie, pose: FloatArray) -> FloatArray:
     """(n, 2) standard uncertainty [m, rad] that the tie alone makes at poses (n, 3) in the map; NaN if it is unknown."""
     c, s = math.cos(tie.pose[2]), math.sin(tie.pose[2])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import os
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -31,9 +31,6 @@ from clearway.robots import load_robot
 from clearway.scenarios.files import read_toml
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite, suite_names
-
-Looker = Callable[[str, str], Contents]
-"""Says what a file (second) of a source (first) holds."""
 
 
 def problems_of(path: str | Path, *, inside: bool = True) -> list[ClearwayError]:

@@ -11,7 +11,6 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.motion import rigid
 from clearway.recordings.motion.motion import Motion
 
 SHORTEST = 0.5
@@ -48,53 +47,6 @@ def from_offset(offset: Sequence[float], sigma: tuple[float, float] = (0.0, 0.0)
     """The base whose pose (x [m], y [m], theta [rad]) in the frame of the body was given; `sigma`: how surely."""
     x, y, theta = offset
     return Base(_about_z(theta), np.array((x, y, 0.0)), sigma, None, "base_link by the offset that was given")
-
-
-def from_coordinates(
-    coordinates: FloatArray,
-    names: Sequence[str],
-    model: FloatArray | None = None,
-    *,
-    limit: float = 0.02,
-    file: object = None,
-    field: str | None = None,
-) -> Base:
-    """The base from its markers' coordinates in base_link.
-
-    Args:
-        coordinates: (m, 3) m. model: (m, 3) the same markers as the capture has them (`markers.learnt`); None: the
-        coordinates themselves are the model that is fitted, which needs no transform. limit: largest rms residual, m.
-
-    Raises:
-        ClearwayError: fewer than three, on a line, or they don't fit the capture's.
-    """
-    coordinates = np.asarray(coordinates, dtype=np.float64)
-    if model is None:
-        return Base(np.eye(3), np.zeros(3), (0.0, 0.0), None, "base_link by the coordinates of its markers")
-    done = rigid.fit(model[None], coordinates)
-    if not np.isfinite(done.residual[0]):
-        raise ClearwayError(
-            f"coordinates of {len(names)} markers that lie within {rigid.SPREAD * 1e3:.0f} mm of a line tie nothing;"
-            " at least three are needed, one of them well beside the line through the others",
-            file=file,
-            field=field,
-        )
-    residual = float(done.residual[0])
-    if residual > limit:
-        off = np.linalg.norm(model - coordinates @ done.rotation[0].T - done.translation[0], axis=1)
-        worst = int(np.nanargmax(off))
-        raise ClearwayError(
-            f"the coordinates don't fit the markers as they were seen: they are {residual * 1e3:.0f} mm off (rms), most of"
-            f" all {names[worst]!r} with {off[worst] * 1e3:.0f} mm; at most {limit * 1e3:.0f} mm would be right",
-            file=file,
-            field=field,
-        )
-    m = int(done.used[0].sum())
-    variance = residual**2 * m / max(3 * m - 6, 1)
-    gain = rigid.variance_at(coordinates, done.used, np.zeros(3))[0]
-    position, heading = np.sqrt(variance * gain)
-    note = f"base_link by the coordinates of {m} markers, which fit to {residual * 1e3:.1f} mm rms"
-    return Base(done.rotation[0], done.translation[0], (float(position), float(heading)), residual, note)
 
 
 def from_static_and_straight(

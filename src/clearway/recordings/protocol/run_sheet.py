@@ -6,14 +6,12 @@ import math
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from pathlib import Path
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from clearway.recordings.lab.test_plan import BodySpec, RecordedTrialSpec, TestPlan
 from clearway.recordings.protocol.lab_trials import key, setting
 from clearway.recordings.protocol.line import Line, metres
-from clearway.recordings.protocol.protocol import write_new
 from clearway.recordings.protocol.sketch import Sketch, place, sketch
 from clearway.scenarios.scenario import PoseSpec, RunSpec, Scenario
 
@@ -66,21 +64,14 @@ class Group:
     new_batch: bool
 
 
-def write_sheet(plan: TestPlan, path: str | Path, scenarios: Iterable[Scenario] = ()) -> None:
-    """Write the run sheet of `plan` as one HTML page to print.
+def sheet_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> str:
+    """The run sheet of a plan, as one HTML page to print.
 
     Args:
-        scenarios: where the trials come from (`protocol.scenarios`), found again by their labels; they know how moving
+        plan: The test plan.
+        scenarios: Where the trials come from (`protocol.scenarios`), found again by their labels; they know how moving
             obstacles are to be driven.
-
-    Raises:
-        ClearwayError: the file is there already, or can't be written.
     """
-    write_new(path, sheet_of(plan, scenarios))
-
-
-def sheet_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> str:
-    """The run sheet as HTML, as `write_sheet` writes it."""
     known = {key(s.labels, s.speed): s for s in scenarios}
     line = _line(plan)
     groups = list(_groups(plan, known, line))
