@@ -126,13 +126,13 @@ def asked_of(*suites: str, **more: Any) -> dict[str, Any]:
 
 def write_campaign(
     out: Path, robots: tuple[str, ...] = ("hosbot", "tiago"), selection: Selection | None = None,
-    change: Callable[[Trial], Trial] = lambda trial: trial,
+    change: Callable[[Trial], Trial] = lambda trial: trial, suite: str = "hospital",
 ) -> Results:  # fmt: skip
-    """A results directory of the hospital suite, every 23rd trial of it a collision."""
+    """A results directory of a hospital suite, every 23rd trial of it a collision."""
     known = {name: json.loads(load_robot(name).model_dump_json()) for name in robots}
-    asked = asked_of("hospital") | {"robots": known, "navigators": ["move-base"], "seed": 1}
+    asked = asked_of(suite) | {"robots": known, "navigators": ["move-base"], "seed": 1}
     scenarios = [
-        (s, r) for r in map(load_robot, robots) for s in load_suite("hospital").build(r, selection or Selection(), 1)
+        (s, r) for r in map(load_robot, robots) for s in load_suite(suite).build(r, selection or Selection(), 1)
     ]
     with TrialStore(out, asked, len(scenarios), row_schema()) as store:
         for i, (scenario, robot) in enumerate(scenarios):

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from synthetic_results import write_campaign
 
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
@@ -17,11 +18,12 @@ from clearway.reports import figure, write_replay, write_report
 from clearway.reports.conditions import deviations
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num, p_value, percent
-from clearway.reports.outcomes import breakdown, normality, significance, why
+from clearway.reports.outcomes import beside, breakdown, correlations, normality, significance, why
 from clearway.reports.parameters import every_parameter, source, table_3
 from clearway.reports.selection import representative
 from clearway.reports.theme import themed, to_svg
 from clearway.robots import load_robot
+from clearway.scenarios.suites import Selection
 from clearway.statistics import describe
 from clearway.trials.store import Results, open_results
 
@@ -260,6 +262,23 @@ def test_table_4_shows_what_the_paper_printed_and_what_is_significant_here(resul
     assert rows["PL", "SO", "0.6 → 1"][-1].text == "0.012"  # the paper's 1.17e-2
     assert rows["CT", "SO", "0.6 → 1"][-1].text == "–"
     assert rows["CT", "SO", "0.6 → 1"][6].strong
+
+
+def test_no_number_of_the_paper_stands_beside_the_held_out_suite(tmp_path: Path) -> None:
+    few = Selection(sizes=(0.225, 0.45), gaps=(1.25,), repetitions=2)
+    results = write_campaign(tmp_path / "out", ("hosbot",), few, suite="hospital-held-out")
+    f = Findings(results)
+    [system] = f.systems
+    assert beside(f) is None
+    grids = [breakdown(f), significance(f, system), correlations(f)[0]]
+    for grid in grids:
+        assert grid is not None
+        assert not [c.name for c in grid.columns if "paper" in c.name or c.name == "difference"]
+        assert {len(row) for row in grid.rows} == {len(grid.columns)}
+    page = write_report(results.path).read_text(encoding="utf-8")
+    assert "Hospital navigation benchmark, held out" in page
+    for said in ("Beside the paper", "Table 4", "not the whole protocol", "judged by a heading tolerance", "0 of 0"):
+        assert said not in page
 
 
 def _mask(results: Results, robot: str, batch: str, speed: float) -> list[bool]:

@@ -1,4 +1,4 @@
-"""The suite `hospital` is paper A's protocol: counts, sizes, gaps, meetings in time."""
+"""The suite `hospital` is paper A's protocol: counts, sizes, gaps, meetings in time. The held-out one shares none of its numbers."""
 
 from __future__ import annotations
 
@@ -23,8 +23,11 @@ from clearway.scenarios.suites import Selection, load_suite
 ROBOTS = ("tiago", "hosbot")
 
 
-def protocol(robot: str, seed: int = 1, **selection: object) -> list[Scenario]:
-    return load_suite("hospital").build(load_robot(robot), Selection(**selection), seed)  # type: ignore[arg-type]
+PLACES = [("hospital", "hall"), ("hospital", "ward"), ("hospital-held-out", "ward")]
+
+
+def protocol(robot: str, seed: int = 1, suite: str = "hospital", **selection: object) -> list[Scenario]:
+    return load_suite(suite).build(load_robot(robot), Selection(**selection), seed)  # type: ignore[arg-type]
 
 
 def square(obstacle: ObstacleSpec) -> shapely.Polygon:
@@ -152,27 +155,41 @@ def test_the_overtaker_starts_2_m_behind_in_its_own_lane(name: str) -> None:
         assert 0 <= test.obstacles[0].runs[0].delay <= 1.0
 
 
-@pytest.mark.parametrize("plan", ["hall", "ward"])
+@pytest.mark.parametrize(("suite", "plan"), PLACES)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_every_test_is_sound_in_both_plans(name: str, plan: str) -> None:
+def test_every_test_is_sound_wherever_it_runs(name: str, suite: str, plan: str) -> None:
     robot = load_robot(name)
-    for test in protocol(name, floor_plan=plan, repetitions=1):
+    for test in protocol(name, suite=suite, floor_plan=plan, repetitions=1):
         assert [str(e) for e in check_scenario(test, robot)] == [], test.name
 
 
-@pytest.mark.parametrize("plan", ["hall", "ward"])
+@pytest.mark.parametrize(("suite", "plan"), PLACES)
 @pytest.mark.parametrize("name", ROBOTS)
-def test_everything_stays_in_the_clear_area(name: str, plan: str) -> None:
+def test_everything_stays_in_the_clear_area(name: str, suite: str, plan: str) -> None:
     clear = load_floor_plan(plan).clear
     assert clear is not None
     area = shapely.box(*clear)
-    for test in protocol(name, floor_plan=plan):
+    for test in protocol(name, suite=suite, floor_plan=plan):
         for obstacle in test.obstacles:
             if obstacle.pose is not None:
                 assert area.covers(square(obstacle)), test.name
             reach = circumscribed_radius(obstacle.shape.shape())
             for run in obstacle.runs:
                 assert area.covers(shapely.LineString(run.path).buffer(reach)), test.name
+
+
+def test_the_held_out_suite_shares_no_number_and_no_place_with_the_other() -> None:
+    known, held_out = (protocol("tiago", suite=name) for name in ("hospital", "hospital-held-out"))
+    assert Counter(t.labels.batch for t in held_out) == {"NO": 6, "SO": 168, "MO": 27, "CE": 48}
+    assert {t.labels.configuration for t in held_out} == {t.labels.configuration for t in known}
+    for number in ("size", "gap", "obstacle_speed"):
+        here, there = ({getattr(t.labels, number) for t in tests} - {None} for tests in (held_out, known))
+        assert here
+        assert not here & there
+    for number in ("speed", "floor_plan", "name", "seed"):
+        assert not {getattr(t, number) for t in held_out} & {getattr(t, number) for t in known}
+    assert {t.labels.obstacle_speed for t in held_out} == {None, 0.4, 0.8}
+    assert {t.labels.suite for t in held_out} == {"hospital-held-out"}
 
 
 def test_the_seed_comes_from_the_campaign_and_the_name_alone() -> None:

@@ -191,6 +191,8 @@ def _as_printed(f: Findings, system: System) -> str:
         return ""
     protocol = f.asked(Section.PAPER_A)
     rows = [r for r in system.of(f.rows) if r["suite"] in protocol]
+    if not rows:
+        return ""
     met = sum(bool(r["success"]) and r["OE_max"] is not None and r["OE_max"] <= printed for r in rows)
     return (
         f"{f.name(system)}: judged by a heading tolerance of {robot.tolerances.yaw:g} rad, {sum(bool(r['success']) for r in rows)} "

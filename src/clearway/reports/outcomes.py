@@ -130,7 +130,7 @@ def _mean(row: Row | None, digits: int, measured: Row | None = None) -> Cell:
 
 def breakdown(f: Findings) -> Grid | None:
     """CT of batch NO, beside the paper's where a suite asks for that, and what it is made of."""
-    means = paper.MEANS if f.asked(Section.PAPER_A) else ()
+    printed_too = bool(f.asked(Section.PAPER_A))
     rows: Rows = []
     groups: list[int] = []
     for system in f.systems:
@@ -139,23 +139,28 @@ def breakdown(f: Findings) -> Grid | None:
             groups.append(len(rows))
         for speed in speeds:
             found = f.mean(system, "NO", speed, "CT")
-            printed = next((m for m in means if _about(m, system, "NO", speed, "CT")), None)
+            printed = next((m for m in paper.MEANS if _about(m, system, "NO", speed, "CT")), None)
+            theirs: list[Cell | str] = [
+                Cell(NONE) if printed is None else Cell(f"{printed.mean:.2f} ± {printed.spread:.2f}"),
+                percent(found["mean"] if found else None, printed.mean if printed else None),
+            ]
             parts = [
                 f.mean(system, "NO", speed, f"T_{p}")
                 for p in ("acceleration", "cruise", "approach", "rotation", "turn")
             ]
             rows.append([
-                Cell(f.name(system), strong=True), _speed(speed), _mean(found, 2),
-                Cell(NONE) if printed is None else Cell(f"{printed.mean:.2f} ± {printed.spread:.2f}"),
-                percent(found["mean"] if found else None, printed.mean if printed else None),
+                Cell(f.name(system), strong=True), _speed(speed), _mean(found, 2), *(theirs if printed_too else []),
                 *(num(p["mean"] if p else None, 2) for p in parts),
             ])  # fmt: skip
     if not rows:
         return None
-    columns: Heads = [text("Robot"), "v (m/s)", "CT (s)", "paper (s)", "difference", "acceleration", "cruise", "approach",
-               "final rotation", "turn at B"]  # fmt: skip
+    columns: Heads = [
+        text("Robot"), "v (m/s)", "CT (s)", *(["paper (s)", "difference"] if printed_too else []), "acceleration", "cruise",
+        "approach", "final rotation", "turn at B",
+    ]  # fmt: skip
+    theirs_too = " beside the paper's" if printed_too else ""
     caption = (
-        "Batch NO: completion time beside the paper's, and its parts in seconds, both legs together (they add up to CT; "
+        f"Batch NO: completion time{theirs_too}, and its parts in seconds, both legs together (they add up to CT; "
         "the turn at B is apart): acceleration until the robot first is at 90 % of the set speed, cruise until it last is, "
         "approach until it stands within tolerance of the goal, final rotation from there on."
         + (recordings.BY_MOTION if f.by_motion else "")
@@ -231,9 +236,10 @@ def space(f: Findings) -> Grid | None:
 
 
 def significance(f: Findings, system: System) -> Grid | None:
-    """Paper A's Table 4 for one system: every difference that is significant here or printed there."""
+    """Every difference of one system that is significant here, or in paper A's Table 4 where a suite asks for that."""
     tests = {(t["indicator"], t["batch"], t["speed_a"], t["speed_b"], t["analysis"]): t for t in system.of(f.tests)}
-    table_4 = paper.TABLE_4 if f.asked(Section.PAPER_A) else ()
+    printed_too = bool(f.asked(Section.PAPER_A))
+    table_4 = paper.TABLE_4 if printed_too else ()
     printed = {(s.indicator, s.batch, s.slower, s.faster): s.p(system.robot) for s in table_4}
     keys = dict.fromkeys(k[:4] for k in tests)
     rows: Rows = []
@@ -253,12 +259,15 @@ def significance(f: Findings, system: System) -> Grid | None:
             num(test["effect"], 2) if test["n"] >= FEWEST else NONE, str(test["n"]),
             Cell(p_value(test["p"]), test["stars"], strong=bool(test["stars"])), Cell(p_value(test["p_holm"]), test["stars_holm"]),
             p_value(test["smallest_p"]), p_value(worst["p"] if worst else None),
-            Cell(p_value(means["p"] if means else None), f"n {means['n']}" if means else ""), p_value(theirs),
+            Cell(p_value(means["p"] if means else None), f"n {means['n']}" if means else ""),
+            *([p_value(theirs)] if printed_too else []),
         ])  # fmt: skip
     columns: Heads = [text("Indicator"), text("Batch"), "m/s", "median difference", "effect", "n", "p", "p (Holm)", "least p",
-               "p, failures worst", "p, config. means", "paper's p"]  # fmt: skip
+               "p, failures worst", "p, config. means", *(["paper's p"] if printed_too else [])]  # fmt: skip
+    theirs_too = " or in the paper's Table 4" if printed_too else ""
     return grid(
-        f"{f.name(system)}: differences between set speeds that are significant here (p ≤ 0.05) or in the paper's Table 4. "
+        f"{f.name(system)}: differences between set speeds that are significant here (p ≤ 0.05)"
+        f"{theirs_too}. "
         "Wilcoxon's signed-rank test on complete pairs of (configuration, repetition), two-sided, exact.",
         columns, rows,
     ) if rows else None  # fmt: skip
@@ -277,15 +286,17 @@ def normality(f: Findings) -> str:
 
 
 def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
-    """Every pair of indicators per robot and pooled beside the paper's, and which set of indicators remains."""
+    """Every pair of indicators per robot and pooled, beside the paper's where a suite asks for that, and which set of
+    indicators remains."""
     matrices = f.matrices
     if not matrices:
         return None, []
+    printed_too = bool(f.asked(Section.PAPER_A))
     pairs = [(a, b) for i, a in enumerate(HEADLINE) for b in HEADLINE[i + 1 :]]
     order = sorted(pairs, key=lambda p: -abs(_paper_r(p) or 0.0))
     rows: Rows = []
     for a, b in order:
-        cells: list[Cell | str] = [Cell(f"{a} – {b}", strong=_paper_r((a, b)) is not None)]
+        cells: list[Cell | str] = [Cell(f"{a} – {b}", strong=printed_too and _paper_r((a, b)) is not None)]
         for matrix in matrices.values():
             found = matrix.pairs.get((a, b))
             cells.append(
@@ -296,7 +307,8 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
                     f"{found.strength} (n = {found.n})" if found.n < FEWEST else f"{found.strength}, n {found.n}",
                 )
             )
-        cells.append(num(_paper_r((a, b))))
+        if printed_too:
+            cells.append(num(_paper_r((a, b))))
         rows.append(cells)
     several = len({key[1:] for key in matrices}) > 1
     names = [f.name(System(*key)) for key in matrices]
@@ -312,8 +324,9 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
         dropped = "; ".join(f"{gone} (r {num(r)} with {stays})" for gone, stays, r in left.dropped) or "none"
         kept.append(f"{name}: {', '.join(left.kept)} remain. Dropped as redundant: {dropped}."
                     + (f" Pairs with fewer than {FEWEST} trials don't count." if min(counts) < FEWEST else ""))  # fmt: skip
-    caption = f"Pearson's r with the paper's word for its strength, from {FEWEST} trials on; the paper prints nine pairs, both robots pooled"
-    return grid(caption, [text("Pair"), *names, "paper"], rows), kept
+    caption = f"Pearson's r with paper A's word for its strength, from {FEWEST} trials on"
+    caption += "; the paper prints nine pairs, both robots pooled" if printed_too else ""
+    return grid(caption, [text("Pair"), *names, *(["paper"] if printed_too else [])], rows), kept
 
 
 def _paper_r(pair: tuple[str, str]) -> float | None:

@@ -1,8 +1,9 @@
-"""The suite `hospital`: the protocol of Rondoni et al. 2024 (paper A), section "Benchmarking protocol" and Table 1.
+"""The suites `hospital` and `hospital-held-out`: the protocol of Rondoni et al. 2024 (paper A), section "Benchmarking
+protocol" and Table 1, with the paper's numbers, and with others on which nothing was chosen.
 
 Four batches of growing complexity between A and B, d_AB = 5 m apart, each driven forth and back, three times:
-NO (no obstacle), SO (static), MO (moving), CE (both). For one robot and navigator 9 + 252 + 27 + 48 = 336 trials.
-Where the paper leaves something open, the reading chosen stands in DECISIONS.md beside this file.
+NO (no obstacle), SO (static), MO (moving), CE (both). With the paper's numbers that makes 9 + 252 + 27 + 48 = 336 trials for
+one robot and navigator. Where the paper leaves something open, the reading chosen stands in DECISIONS.md beside this file.
 """
 
 from __future__ import annotations
@@ -10,6 +11,8 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -29,17 +32,8 @@ from clearway.scenarios.scenario import (
 )
 from clearway.scenarios.suite import Section, Selection, Suite, draw, scenario_seed
 
-PLAN = "hall"
-"""Where it runs unless the selection names another plan with a line of 5 m, such as `ward`."""
 D_AB = 5.0
 """Distance of A and B, m (paper A)."""
-SPEEDS = (0.2, 0.6, 1.0)
-"""Set speeds v_0, v_1, v_2, m/s (paper A)."""
-SIZES = (0.03, 0.15, 0.30, 0.60)
-"""Edges of the square obstacles S_1 ... S_4, m (paper A)."""
-GAPS = (1.0, 1.5, 2.0)
-"""Edge-to-edge distances d_1, d_2, d_3 of double obstacles, in multiples of d_base (paper A)."""
-REPETITIONS = 3
 CONFIGURATIONS = {
     "NO": ("free",),
     "SO": ("single", "parallel", "perpendicular"),
@@ -61,14 +55,61 @@ TIMING = 0.5
 """A moving obstacle's start varies by this much either way, s."""
 
 
-def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
+@dataclass(frozen=True, slots=True)
+class Protocol:
+    """The numbers of the protocol: what makes a suite of it.
+
+    Attributes:
+        floor_plan: Where it runs unless the selection names another plan with a line of 5 m.
+        speeds: Set speeds without moving obstacles, m/s.
+        among_moving: Set speeds among moving obstacles, m/s.
+        obstacle_speeds: Speeds of a passing and a crossing moving obstacle, m/s.
+        overtaking: Set speed and the overtaking moving obstacle's speed, m/s.
+        sizes: Edges of the square obstacles, m.
+        gaps: Edge-to-edge distances of double obstacles, in multiples of d_base.
+        repetitions: How many of each test, unless the selection says otherwise.
+    """
+
+    floor_plan: str
+    speeds: tuple[float, ...]
+    among_moving: tuple[float, ...]
+    obstacle_speeds: tuple[float, ...]
+    overtaking: tuple[float, float]
+    sizes: tuple[float, ...]
+    gaps: tuple[float, ...]
+    repetitions: int = 3
+
+
+PAPER_A = Protocol(
+    floor_plan="hall",
+    speeds=(0.2, 0.6, 1.0),
+    among_moving=(0.2, 0.6),
+    obstacle_speeds=(0.2, 0.6),
+    overtaking=(0.2, 1.0),
+    sizes=(0.03, 0.15, 0.30, 0.60),
+    gaps=(1.0, 1.5, 2.0),
+)
+"""Paper A's: v_0, v_1, v_2; S_1 to S_4; d_1 to d_3."""
+BETWEEN = Protocol(
+    floor_plan="ward",
+    speeds=(0.4, 0.8),
+    among_moving=(0.4, 0.8),
+    obstacle_speeds=(0.4, 0.8),
+    overtaking=(0.4, 0.8),
+    sizes=(0.09, 0.225, 0.45, 0.75),
+    gaps=(1.25, 1.75, 2.25),
+)
+"""Halfway between paper A's numbers; of sizes and gaps also one above, as far as the last half step."""
+
+
+def build(robot: Robot, selection: Selection, seed: int, protocol: Protocol) -> list[Scenario]:
     """Every scenario of the protocol for `robot`, on the selection's plan and with its repetitions."""
-    plan = selection.floor_plan or PLAN
+    plan = selection.floor_plan or protocol.floor_plan
     line = _Line(plan)
     return [
         _scenario(robot, line, plan, test, repetition, seed)
-        for test in _tests()
-        for repetition in range(1, (selection.repetitions or REPETITIONS) + 1)
+        for test in _tests(protocol)
+        for repetition in range(1, (selection.repetitions or protocol.repetitions) + 1)
     ]
 
 
@@ -93,23 +134,25 @@ class _Line:
         return (*self.point(along, across), math.remainder(self.heading + heading, math.tau))
 
 
-def _tests() -> Iterator[tuple[LabelSpec, float]]:
-    """Labels (without repetition) and set speed of each of the 112 tests, in the order of the paper."""
+def _tests(protocol: Protocol) -> Iterator[tuple[LabelSpec, float]]:
+    """Labels (without repetition) and set speed of each test, in the order of the paper: of its own 112."""
 
     def label(batch: str, configuration: str, **at: float) -> LabelSpec:
-        return LabelSpec(suite="hospital", batch=batch, configuration=configuration, **at)
+        return LabelSpec(batch=batch, configuration=configuration, **at)
 
-    for v in SPEEDS:
+    for v in protocol.speeds:
         yield label("NO", "free"), v
-    for v in SPEEDS:
-        for size in SIZES:
+    for v in protocol.speeds:
+        for size in protocol.sizes:
             yield label("SO", "single", size=size), v
-            for configuration, gap in itertools.product(("parallel", "perpendicular"), GAPS):
+            for configuration, gap in itertools.product(("parallel", "perpendicular"), protocol.gaps):
                 yield label("SO", configuration, size=size, gap=gap), v
-    for configuration, v, moving in itertools.product(("passing", "crossing"), SPEEDS[:2], SPEEDS[:2]):
+    meetings = list(itertools.product(protocol.among_moving, protocol.obstacle_speeds))
+    for configuration, (v, moving) in itertools.product(("passing", "crossing"), meetings):
         yield label("MO", configuration, obstacle_speed=moving), v
-    yield label("MO", "overtaking", obstacle_speed=SPEEDS[2]), SPEEDS[0]
-    for v, moving, size in itertools.product(SPEEDS[:2], SPEEDS[:2], SIZES):
+    v, moving = protocol.overtaking
+    yield label("MO", "overtaking", obstacle_speed=moving), v
+    for (v, moving), size in itertools.product(meetings, protocol.sizes):
         yield label("CE", "complex", obstacle_speed=moving, size=size), v
 
 
@@ -210,14 +253,36 @@ def _legs(robot: Robot, line: _Line, speed: float) -> tuple[LegSpec, ...]:
     )
 
 
-HOSPITAL = Suite(
-    name="hospital",
-    title="Hospital navigation benchmark",
-    description="Paper A's protocol: no, static, moving obstacles and both, forth and back over 5 m at three speeds",
-    batches=tuple(CONFIGURATIONS),
-    configurations=tuple(c for names in CONFIGURATIONS.values() for c in names),
-    make=build,
-    family="hospital",
-    robots=("hosbot", "tiago"),
-    report=(Section.PAPER_A, Section.MANOEUVRING_SPACE),
+def _suite(
+    name: str,
+    title: str,
+    description: str,
+    protocol: Protocol,
+    report: tuple[Section, ...] = (Section.MANOEUVRING_SPACE,),
+) -> Suite:
+    return Suite(
+        name,
+        title,
+        description,
+        batches=tuple(CONFIGURATIONS),
+        configurations=tuple(c for names in CONFIGURATIONS.values() for c in names),
+        make=partial(build, protocol=protocol),
+        family="hospital",
+        robots=("hosbot", "tiago"),
+        report=report,
+    )
+
+
+HOSPITAL = _suite(
+    "hospital",
+    "Hospital navigation benchmark",
+    "Paper A's protocol: no, static, moving obstacles and both, forth and back over 5 m at three speeds",
+    PAPER_A,
+    (Section.PAPER_A, Section.MANOEUVRING_SPACE),
+)
+HELD_OUT = _suite(
+    "hospital-held-out",
+    "Hospital navigation benchmark, held out",
+    "Paper A's protocol in the ward with sizes, gaps and speeds between the paper's, on which nothing was chosen",
+    BETWEEN,
 )

@@ -20,6 +20,7 @@ SUITES = Registry(
         "barn": "clearway.scenarios.barn:BARN",
         "barn-2022": "clearway.scenarios.barn:BARN_2022",
         "hospital": "clearway.scenarios.hospital:HOSPITAL",
+        "hospital-held-out": "clearway.scenarios.hospital:HELD_OUT",
         "sar-case1": "clearway.scenarios.sar:CASE_1",
         "sar-case2": "clearway.scenarios.sar:CASE_2",
         "sar-case3": "clearway.scenarios.sar:CASE_3",
