@@ -23,7 +23,9 @@ class Points:
     """Markers of one capture.
 
     Attributes:
-        names: (m) as the file has them, unique. t: (n,) s, strictly increasing. xyz: (n, m, 3) m, NaN where unseen.
+        names: (m) names as the file has them, unique.
+        t: (n,) time, s, strictly increasing.
+        xyz: (n, m, 3) position, m, NaN where unseen.
     """
 
     names: tuple[str, ...]
@@ -36,10 +38,13 @@ class Track:
     """Poses of one thing: a rigid body of the file, a topic, a pair of frames, a pedestrian.
 
     Attributes:
-        kind: `body` (6DOF), `odometry`, `pose`, `tf`, `person`, `table`. frame: what the poses are given in, such as
-        `map` or `odom`; empty: the capture's. child: what moves, such as `base_link`; empty where nobody says.
-        t: (n,) s, strictly increasing. position: (n, 3) m. orientation: (n, 4) xyzw, None where there is no heading;
-        NaN rows where it was not seen. twist: (n, 2) measured v [m/s], omega [rad/s] in `child`, or None.
+        kind: What it comes from: `body` (6DOF), `odometry`, `pose`, `tf`, `person` or `table`.
+        frame: What the poses are given in, such as `map` or `odom`; empty: the capture's.
+        child: What moves, such as `base_link`; empty where nobody says.
+        t: (n,) time, s, strictly increasing.
+        position: (n, 3) position, m.
+        orientation: (n, 4) quaternion x, y, z, w; None where there is no heading, NaN rows where it was not seen.
+        twist: (n, 2) measured v [m/s], omega [rad/s] in `child`, or None.
         sigma: (n, 2) standard uncertainty of position [m] and heading [rad] as the file states it, or None.
     """
 
@@ -55,7 +60,13 @@ class Track:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Goals:
-    """Goals that were sent: t (k,) s, pose (k, 3) x, y [m], theta [rad] in `frame`."""
+    """Goals that were sent.
+
+    Attributes:
+        frame: The frame they are given in.
+        t: (k,) when each was sent, s.
+        pose: (k, 3) x, y [m], theta [rad].
+    """
 
     frame: str
     t: FloatArray
@@ -64,8 +75,17 @@ class Goals:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sweeps:
-    """Scans of one lidar: t (n,) s, ranges (n, b) m (inf: no return), beam i at angle_min + i * angle_increment [rad]
-    in `frame`; range_min, range_max in m."""
+    """Scans of one lidar.
+
+    Attributes:
+        frame: The lidar's frame.
+        t: (n,) when each was taken, s.
+        ranges: (n, b) distance along each beam, m; inf: no return.
+        angle_min: Direction of beam 0, rad.
+        angle_increment: Angle from a beam to the next, rad.
+        range_min: Shortest distance that is measured, m.
+        range_max: Longest distance that is measured, m.
+    """
 
     frame: str
     t: FloatArray
@@ -78,7 +98,13 @@ class Sweeps:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Paths:
-    """Plans that were published: t (k,) s, and for each a polyline (p, 2) in m in `frame`."""
+    """Plans that were published.
+
+    Attributes:
+        frame: The frame they are given in.
+        t: (k,) when each was published, s.
+        lines: A polyline (p, 2) for each, m.
+    """
 
     frame: str
     t: FloatArray
@@ -90,9 +116,15 @@ class Recording:
     """What was read of one file.
 
     Attributes:
-        file: its path. format: the reader's name. points: its markers, or None. tracks, goals, scans, paths: by name
-        (body, topic, `parent->child`). epoch: UNIX time [s] of t = 0, None if the file doesn't say.
-        notes: what the reader had to do or noticed, in sentences (axes turned, mm scaled, duplicates dropped).
+        file: Its path.
+        format: The reader's name for its format.
+        points: Its markers, or None.
+        tracks: What was tracked, by body, topic or `parent->child`.
+        goals: Goals that were sent, by topic.
+        scans: Scans of lidars, by topic.
+        paths: Plans that were published, by topic.
+        epoch: UNIX time of t = 0, s; None if the file doesn't say.
+        notes: What the reader had to do or noticed, in sentences (axes turned, mm scaled, duplicates dropped).
     """
 
     file: Path
@@ -111,9 +143,9 @@ class Want:
     """What to read of a file, so that a large one need not fit into memory. The default is everything.
 
     Attributes:
-        names: markers, bodies, topics or `parent->child` pairs; None: all that a reader understands. A name that the
-        file doesn't have is an error with the closest one (`clearway.errors.unknown`). span: (start, end) s on the
-        file's own clock, None: all of it.
+        names: Markers, bodies, topics or `parent->child` pairs; None: all that a reader understands. A name that the
+            file doesn't have is an error with the closest one (`clearway.errors.unknown`).
+        span: From when to when, s on the file's own clock; None: all of it.
     """
 
     names: frozenset[str] | None = None
@@ -129,10 +161,16 @@ class Entry:
     """One thing that a file holds.
 
     Attributes:
-        name: as it is asked for. kind: `marker`, `body`, `odometry`, `pose`, `tf`, `scan`, `goal`, `path`, `person`,
-        `table`, or `other` (there, but not understood). count: of samples in which it is there. start, end: s.
-        rate: Hz (the median), None below two samples. missing: share of the samples between start and end that lack
-        it. longest_gap: s. detail: for people: type of message, frames.
+        name: Its name, as it is asked for.
+        kind: `marker`, `body`, `odometry`, `pose`, `tf`, `scan`, `goal`, `path`, `person`, `table`, or `other` (there,
+            but not understood).
+        count: Number of samples in which it is there.
+        start: When it is there first, s; None: never.
+        end: When it is there last, s; None: never.
+        rate: Median sampling rate, Hz; None below two samples.
+        missing: Share of the samples between `start` and `end` that lack it.
+        longest_gap: Its longest gap, s.
+        detail: More for people: type of message, frames.
     """
 
     name: str
@@ -148,7 +186,17 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Contents:
-    """What a file holds, found without any configuration. `start`, `end`: s on its clock, None if it is empty."""
+    """What a file holds, found without any configuration.
+
+    Attributes:
+        file: Its path.
+        format: The reader's name for its format.
+        start: When the first of its samples was taken, s on its clock; None if it is empty.
+        end: When the last of its samples was taken, s on its clock; None if it is empty.
+        epoch: UNIX time of t = 0, s; None if the file doesn't say.
+        entries: What it holds, one by one.
+        notes: What the reader noticed, in sentences.
+    """
 
     file: Path
     format: str
@@ -160,7 +208,7 @@ class Contents:
 
     @property
     def duration(self) -> float:
-        """s."""
+        """From the first sample to the last, s; 0 if it is empty."""
         return 0.0 if self.start is None or self.end is None else self.end - self.start
 
 

@@ -60,9 +60,12 @@ class Offset:
     """Clock of b against a's.
 
     Attributes:
-        seconds: to add to b's stamps for a's clock. sigma: its standard uncertainty, s. correlation: agreement of the
-        two motions there, 1 if they are the same. note: in a sentence. drift: s that b's clock loses on a's per s; 0 if
-        none was seen; `seconds` then holds in the middle, and sigma covers the ends.
+        seconds: What to add to b's stamps to have them on a's clock, s.
+        sigma: Its standard uncertainty, s.
+        correlation: Agreement of the two motions there, 1 if they are the same.
+        note: How it was found, in a sentence.
+        drift: Seconds that b's clock loses on a's per second; 0 if none was seen. `seconds` then holds in the middle,
+            and `sigma` covers the ends.
     """
 
     seconds: float
@@ -76,7 +79,9 @@ def offset(a: Motion, b: Motion, *, within: tuple[float, float] | None = None) -
     """What to add to b's stamps to have them on a's clock.
 
     Args:
-        a, b: of the same robot, each in its own frame. within: (least, most) s, if something is known beforehand.
+        a: A motion of the robot, in a frame of its own.
+        b: A motion of the same robot, in another.
+        within: (least, most) s, if something is known beforehand.
 
     Raises:
         ClearwayError: one of them doesn't move, they have too little in common, they don't agree, or they agree at

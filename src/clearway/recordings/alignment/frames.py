@@ -30,10 +30,12 @@ class Tie:
     """A source's frame in the map.
 
     Attributes:
-        pose: (3,) of the source's frame in the map: m, m, rad. sigma: (2,) standard uncertainty of a place at `pivot`
-        [m] and of the heading [rad], NaN if unknown; farther off the lever arm adds. residuals: (k,) m, how far each
-        static pose or point lies from where the tie puts it. note: what was done, in a sentence. pivot: (2,) m, in the
-        source's frame.
+        pose: (3,) pose of the source's frame in the map: x, y [m], theta [rad].
+        sigma: (2,) standard uncertainty of a place at `pivot` [m] and of the heading [rad], NaN if unknown; farther off
+            the lever arm adds.
+        residuals: (k,) m, how far each static pose or point lies from where the tie puts it.
+        note: What was done, in a sentence.
+        pivot: (2,) x, y of the point at which `sigma` holds, m, in the source's frame.
     """
 
     pose: FloatArray
@@ -45,8 +47,12 @@ class Tie:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StaticPose:
-    """The robot at rest: pose (3,) in the source's frame (theta NaN without a heading), sigma (2,) of that mean, m and
-    rad, by its scatter alone."""
+    """The robot at rest.
+
+    Attributes:
+        pose: (3,) mean pose in the source's frame: x, y [m], theta [rad], NaN without a heading.
+        sigma: (2,) standard uncertainty of that mean by its scatter alone: position [m], heading [rad].
+    """
 
     pose: FloatArray
     sigma: FloatArray
@@ -108,8 +114,9 @@ def tie_by_static_poses(measured: FloatArray, known: FloatArray, sigma: tuple[fl
     residuals tell how well they agree.
 
     Args:
-        measured: (k, 3) base_link in the source's frame. known: (k, 3) the same in the map. A heading may be NaN.
-        sigma: standard uncertainty of one pair, of known pose and measurement together: m (each axis), rad.
+        measured: (k, 3) base_link in the source's frame.
+        known: (k, 3) the same in the map. A heading may be NaN.
+        sigma: Standard uncertainty of one pair, of known pose and measurement together: m (each axis), rad.
 
     Raises:
         ClearwayError: too little to tie by, places that fit only with another scale or as a mirror image, or a hold
@@ -123,7 +130,9 @@ def tie_by_points(measured: FloatArray, known: FloatArray, sigma: float = 0.005)
     """From at least two surveyed places; from three on, a wrong one is named.
 
     Args:
-        measured: (k, 2) in the source's frame. known: (k, 2) in the map. sigma: standard uncertainty of one pair, m.
+        measured: (k, 2) in the source's frame.
+        known: (k, 2) in the map.
+        sigma: Standard uncertainty of one pair, m.
 
     Raises:
         ClearwayError: as `tie_by_static_poses`.
@@ -137,8 +146,9 @@ def given(pose: FloatArray, sigma: tuple[float, float] | None = None) -> Tie:
     """The tie that somebody measured.
 
     Args:
-        pose: (3,) of the source's frame in the map. sigma: standard uncertainty, m at the frame's origin and rad; None
-            if unknown: then that of every motion that is moved by it is.
+        pose: (3,) of the source's frame in the map.
+        sigma: Standard uncertainty, m at the frame's origin and rad; None if unknown: then that of every motion that is
+            moved by it is.
 
     Raises:
         ClearwayError: not three finite numbers, or a negative uncertainty.

@@ -53,9 +53,12 @@ def export(
     """Write a trial to a file that isn't there yet.
 
     Args:
-        to: one of `TARGETS`. path: the file. system: of the capture layouts: its rate, noise, gaps and so on; default: a
-            perfect one at 100 Hz whose frame is the map. which: of TUM: the true pose, the robot's own estimate, or both
-            as `NAME.true.tum` and `NAME.estimate.tum`. scans: of MCAP: with the lidar's scans.
+        to: One of `TARGETS`.
+        path: The file.
+        system: What records the capture layouts: its rate, noise, gaps and so on; default: a perfect one at 100 Hz whose frame is
+            the map.
+        which: What goes into TUM: the true pose, the robot's own estimate, or both as `NAME.true.tum` and `NAME.estimate.tum`.
+        scans: Whether MCAP gets the lidar's scans.
 
     Returns:
         The files that were written: beside a capture `NAME.markers.toml`, what a test plan has to say of its markers.

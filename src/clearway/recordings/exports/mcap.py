@@ -70,7 +70,7 @@ def write_trial(path: Path, trial: Trial, *, scans: bool = True, epoch: float = 
     """Write a trial: a bag folder with metadata.yaml, or a bare file where `path` ends in `.mcap`.
 
     Args:
-        scans: whether to make the lidar's scans anew; without a lidar that Clearway knows there are none.
+        scans: Whether to make the lidar's scans anew; without a lidar that Clearway knows there are none.
         epoch: UNIX time [s] of the trial's t = 0.
 
     Raises:

@@ -52,9 +52,14 @@ class System:
     """A capture system and its habits. The default is a perfect one whose frame is the map.
 
     Attributes:
-        rate: Hz. noise: standard deviation of each coordinate of a marker, m. gaps: share of the time in which a marker
-        is unseen. swaps: how often two markers of the robot change names. lead, tail: for how long it records before
-        and after the trial, s. frame: its frame's pose in the map, m, m, rad. seed: of noise, gaps and swaps.
+        rate: Samples in a second, Hz.
+        noise: Standard deviation of each coordinate of a marker, m.
+        gaps: Share of the time in which a marker is unseen.
+        swaps: How often two markers of the robot change names.
+        lead: For how long it records before the trial, s.
+        tail: For how long it records after the trial, s.
+        frame: Its frame's pose in the map: x, y [m], theta [rad].
+        seed: Seed of noise, gaps and swaps.
     """
 
     rate: float = 100.0
@@ -88,7 +93,7 @@ def captured(trial: Trial, system: System = LAB, *, bodies: bool = False) -> Rec
     """The trial as `system` records it; its t = 0 is `system.lead` before the trial's.
 
     Args:
-        bodies: give poses of rigid bodies (tracks of kind `body`) instead of markers.
+        bodies: Whether to give poses of rigid bodies (tracks of kind `body`) instead of markers.
     """
     n = max(1, math.floor((system.lead + float(trial.t[-1]) + system.tail) * system.rate + 1e-9) + 1)
     t = np.arange(n) / system.rate

@@ -29,6 +29,14 @@ class Clock:
 
     Stamps that are hours away from the recording's time were taken on another clock (a simulation's, a robot's that
     was never set); they keep their distances and are moved by `far()` [ns], the same whatever is read of a bag.
+
+    Attributes:
+        epoch: When the bag starts, UNIX time in ns.
+        far: Computes how far the other clock is ahead of the bag's, ns; asked for once, when the first such stamp
+            comes.
+        shift: What `far()` said, ns; None if nobody asked.
+        unstamped: How many messages of each topic had no stamp.
+        shifted: The topics whose stamps are of the other clock.
     """
 
     epoch: int
@@ -64,7 +72,17 @@ class Clock:
 
 @dataclass(slots=True)
 class TrackOf:
-    """Collects poses of one thing."""
+    """Collects the poses of one thing.
+
+    Attributes:
+        name: What the track is called in the recording.
+        kind: Kind of the track, as in `Track`.
+        frame: Frame of the first pose, in which all are wanted; None before it came.
+        child: What moves, by the first pose.
+        other: How many poses were left out, as they are in another frame.
+        rows: Twelve numbers a pose, one after the other: t, x, y, z, qx, qy, qz, qw, v, omega, sigma of position, of
+            heading.
+    """
 
     name: str
     kind: str
@@ -104,7 +122,14 @@ class TrackOf:
 
 @dataclass(slots=True)
 class GoalsOf:
-    """Collects goals."""
+    """Collects the goals of one topic.
+
+    Attributes:
+        name: What they are called in the recording.
+        frame: Frame of the first goal, in which all are wanted; None before it came.
+        other: How many goals were left out, as they are in another frame.
+        rows: A tuple t [s], x, y [m], theta [rad] for each goal.
+    """
 
     name: str
     frame: str | None = None
@@ -133,7 +158,15 @@ class GoalsOf:
 
 @dataclass(slots=True)
 class SweepsOf:
-    """Collects scans. Those whose beams lie elsewhere than in most are left out."""
+    """Collects the scans of one topic. Those whose beams lie elsewhere than in most are left out.
+
+    Attributes:
+        name: What they are called in the recording.
+        frame: The lidar's frame.
+        t: When each scan was taken, s.
+        ranges: (b,) distances of each scan, m.
+        beams: Of each scan its number of beams, angle_min, angle_increment [rad], range_min and range_max [m].
+    """
 
     name: str
     frame: str = ""
@@ -172,7 +205,14 @@ class SweepsOf:
 
 @dataclass(slots=True)
 class PathsOf:
-    """Collects plans."""
+    """Collects the plans that one topic published.
+
+    Attributes:
+        name: What they are called in the recording.
+        frame: Frame of the plans.
+        t: When each was published, s.
+        lines: (p, 2) points of each plan, m.
+    """
 
     name: str
     frame: str = ""

@@ -38,8 +38,13 @@ class Pose(NamedTuple):
     """A pose in a message.
 
     Attributes:
-        name: of the body, where a message holds several. stamp: ns of its header, 0 without. frame, child: as written.
-        values: x, y, z, qx, qy, qz, qw. twist: v, omega. sigma: of position and heading. NaN: it doesn't say.
+        name: Name of the body, where a message holds several.
+        stamp: Stamp of its header, ns; 0 without one.
+        frame: The frame it is given in, as written.
+        child: What it is the pose of, as written.
+        values: The position x, y, z [m] and the quaternion qx, qy, qz, qw.
+        twist: The measured v [m/s] and omega [rad/s]; NaN if the message doesn't say.
+        sigma: Standard uncertainty of position [m] and heading [rad]; NaN if the message doesn't say.
     """
 
     name: str
@@ -52,7 +57,12 @@ class Pose(NamedTuple):
 
 
 class Kind(NamedTuple):
-    """What a type of message is to a recording: its kind as in `Entry`, and its poses (None: others read it)."""
+    """What a type of message is to a recording.
+
+    Attributes:
+        kind: Its kind, as in `Entry`.
+        poses: Gives the poses of a message; None where other code reads it.
+    """
 
     kind: str
     poses: Callable[[Any], Iterator[Pose]] | None = None

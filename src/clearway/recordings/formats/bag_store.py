@@ -28,9 +28,12 @@ class Channel:
     """One publisher's topic in one file.
 
     Attributes:
-        number: within the file. topic: its name. type: of its messages, as the file writes it. encoding: `ros1`, `cdr`
-        or what the file says. schema: how the definition is written: `ros1msg`, `ros2msg`, `ros2idl` or empty.
-        definition: of the messages; empty where the file has none.
+        number: Its number within the file.
+        topic: The topic's name.
+        type: Type of its messages, as the file writes it.
+        encoding: How messages are written: `ros1`, `cdr` or what the file says.
+        schema: How the definition is written: `ros1msg`, `ros2msg`, `ros2idl` or empty.
+        definition: Definition of the messages; empty where the file has none.
     """
 
     number: int
@@ -63,7 +66,9 @@ class OneFile:
     """A container that is one file, open: it is walked at once, and given back if that fails.
 
     Args:
-        path: to read. named: for people, where `path` is a copy. mend: what its users can do about a damaged one.
+        path: The file to read.
+        named: What it is called for people, where `path` is a copy.
+        mend: What its users can do about a damaged one.
     """
 
     def __init__(self, path: Path, named: Path, mend: str) -> None:

@@ -42,7 +42,12 @@ OUTPUTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
 
 
 class Hints(BaseModel):
-    """What a C3D file may leave out, in a TOML beside it."""
+    """What a C3D file may leave out, in a TOML beside it.
+
+    Attributes:
+        units: Unit of length of the points; None: what the file says.
+        up: The axis that points up; None: what the file says.
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

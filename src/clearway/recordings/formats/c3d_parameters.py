@@ -35,7 +35,13 @@ UP = {
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One parameter: `value` is a text, a list of texts, or a float array (k,) with the first dimension fastest."""
+    """One parameter: `value` is a text, a list of texts, or a float array (k,) with the first dimension fastest.
+
+    Attributes:
+        kind: Type of an element, as the file has it: -1 text, else its bytes.
+        dims: Length of each dimension, the fastest first.
+        data: The elements' bytes.
+    """
 
     kind: int
     dims: tuple[int, ...]
@@ -47,9 +53,15 @@ class Head:
     """What stands before the data of a C3D file.
 
     Attributes:
-        processor: `intel`, `dec` or `mips`. points, analog: values of each in a frame (analog: channels x samples).
-        first, last: frame numbers as the 16-bit header has them. scale: negative: the data are real numbers.
-        data_block: block in which the data begin, counted from 1. rate: Hz. parameters: by `GROUP:NAME`.
+        processor: `intel`, `dec` or `mips`.
+        points: Number of points in a frame.
+        analog: Number of analog values in a frame: channels times samples.
+        first: Number of the first frame, as the 16-bit header has it.
+        last: Number of the last frame, as the 16-bit header has it.
+        scale: What an integer in the data is worth, in the file's unit of length; negative: the data are real numbers.
+        data_block: Block in which the data begin, counted from 1.
+        rate: Frames in a second, Hz.
+        parameters: The parameters by `GROUP:NAME`.
     """
 
     processor: str

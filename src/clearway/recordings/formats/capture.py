@@ -28,8 +28,14 @@ _RISE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """A rigid body's columns: `columns` of the block, the first three its position; `turn` makes the others, (n, k - 3),
-    into its orientation (n, 4) xyzw in the file's frame, None: it has none. Rows of zeros or NaN need not be unit."""
+    """A rigid body's columns.
+
+    Attributes:
+        name: The body's name in the file.
+        columns: Columns of the block, the first three its position.
+        turn: Makes the other columns (n, k - 3) into the orientation (n, 4) xyzw in the file's frame; None: it has
+            none. Rows of zeros or NaN need not be unit.
+    """
 
     name: str
     columns: tuple[int, ...]
@@ -41,11 +47,19 @@ class Layout:
     """What a header says of the block of numbers behind it.
 
     Attributes:
-        block: where the numbers are. lead: columns that `clock` makes time of, (n, k) -> (n,) s; with no columns it is
-        given the rows' running numbers (n, 1). raster: which of the lead columns counts frames, and at what rate [Hz]:
-        times that only are these, rounded, are made exact. points: names, each with its x, y, z columns. bodies: rigid bodies.
-        scale: m. up: the axis that points up, `y` or `z`. zero: whether a thing at exactly 0, 0, 0 was not seen.
-        epoch: UNIX time of t = 0. promised: number of frames that the header announces, if it does. notes: sentences.
+        block: Where the numbers are.
+        lead: Columns that tell time; with none `clock` is given the rows' running numbers (n, 1).
+        clock: Makes time of them, (n, k) -> (n,) s.
+        points: The markers' names, each with its x, y, z columns.
+        bodies: The rigid bodies.
+        raster: Which of the lead columns counts frames, and at what rate [Hz]: times that only are these, rounded, are
+            made exact.
+        scale: Metres in the file's unit of length.
+        up: The axis that points up, `y` or `z`.
+        zero: Whether a thing at exactly 0, 0, 0 was not seen.
+        epoch: UNIX time of t = 0, s; None if the file doesn't say.
+        promised: Number of frames that the header announces, if it does.
+        notes: What the reader noticed, in sentences.
     """
 
     block: Block

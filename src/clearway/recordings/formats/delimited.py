@@ -39,9 +39,14 @@ class Dialect:
     """How a file writes its columns.
 
     Attributes:
-        separator: one character; " " means runs of blanks and tabs. decimal: "." or ",". encoding: of Python.
-        skip: lines before the header. header: what names the columns: the first "line", the last "comment" before the
-        data, or "none": then they are "1", "2", ... comment: lines that begin with it are none; empty: there are no comments. missing: words for no value.
+        separator: One character; " " means runs of blanks and tabs.
+        decimal: The decimal mark, "." or ",".
+        encoding: The encoding, by Python's name.
+        skip: How many lines stand before the header.
+        header: What names the columns: the first "line", the last "comment" before the data, or "none": then they are
+            "1", "2", ...
+        comment: Lines that begin with it are none; empty: there are no comments.
+        missing: Words that stand for no value.
     """
 
     separator: str = ","

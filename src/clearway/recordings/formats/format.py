@@ -14,14 +14,17 @@ HEAD = 65536
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One file format.
+    """A file format. All its functions raise ClearwayError and nothing else, whatever the file holds, within bounded memory.
 
     Attributes:
-        name: as in `--format`. title: for people. suffixes: usual endings, with the dot.
-        sniff: whether a file is one of these, from its path and its first bytes (at most `HEAD`; none for a folder);
-        never raises. read: everything that is wanted of a file. look: what a file holds, reading as little as it can.
-        write: put a recording into a file of this format, None where there is no need.
-        All raise ClearwayError and nothing else, whatever the file holds, within bounded memory.
+        name: Its name, as in `--format`.
+        title: Its name for people.
+        suffixes: The usual endings, with the dot.
+        sniff: Whether a file is one of these, from its path and its first bytes (at most `HEAD`; none for a folder);
+            never raises.
+        read: Reads everything that is wanted of a file.
+        look: Says what a file holds, reading as little as it can.
+        write: Puts a recording into a file of this format; None where there is no need.
     """
 
     name: str

@@ -25,7 +25,8 @@ def proposal(columns: Sequence[str], rows: Sequence[Sequence[str]], dialect: Dia
     """A description (`TableSpec` in TOML); empty, where no columns of numbers look like a time, an x and a y.
 
     Args:
-        columns: their names, "1", "2", ... where the table has none. rows: the first lines of data.
+        columns: Their names, "1", "2", ... where the table has none.
+        rows: The first lines of data.
     """
     values = {c: [row[i] for row in rows if row[i] not in MISSING] for i, c in enumerate(columns)}
     numbers = [c for c in columns if values[c] and all(is_number(w, dialect.decimal) for w in values[c])]

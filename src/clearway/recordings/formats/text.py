@@ -48,9 +48,12 @@ class Lines:
     """The lines of a text file, one after another, as text; knows where each begins.
 
     Attributes:
-        file: the file's path, for errors. binary: its bytes, in an encoding in which ASCII is ASCII.
-        size: of all of it. at: byte offset of the next line. number: of the line that was read last, from 1.
-        cut_off: whether a block's last line was left out, as it has no end.
+        file: The file's path, for errors.
+        binary: Its bytes, in an encoding in which ASCII is ASCII.
+        size: How many bytes it has.
+        at: Byte offset of the next line.
+        number: Number of the line that was read last, from 1.
+        cut_off: Whether a block's last line was left out, as it has no end.
     """
 
     def __init__(self, file: Path, binary: IO[bytes], encoding: str) -> None:
@@ -161,9 +164,12 @@ class Block:
     """A block of numbers in a text file.
 
     Attributes:
-        start: byte offset of its first line. line: that line's number, from 1. columns: of a whole line.
-        separator: between cells. point: how many cells make one thing: a line that lacks whole things at its end
-        lacks them as unseen. ends: whether an empty line ends it, and another block may follow.
+        start: Byte offset of its first line.
+        line: That line's number, from 1.
+        columns: Number of cells in a whole line.
+        separator: What stands between cells.
+        point: How many cells make one thing: a line that lacks whole things at its end lacks them as unseen.
+        ends: Whether an empty line ends it, and another block may follow.
     """
 
     start: int
@@ -208,7 +214,7 @@ def gather(chunks: Iterable[FloatArray], width: int, share: Callable[[], float])
     """Rows that come in chunks (r, width) as one array (n, width), holding it only once.
 
     Args:
-        share: of all chunks' bytes that have come already, so that the whole can be estimated.
+        share: Share of all chunks' bytes that have come already, so that the whole can be estimated.
     """
     held: Any = np.empty((0, width))
     n = 0

@@ -37,7 +37,7 @@ def problems_of(path: str | Path, *, inside: bool = True) -> list[ClearwayError]
     """Everything that is wrong with a test plan; empty if there is nothing.
 
     Args:
-        inside: look into the recordings, too: whether they hold the markers, tracks and spans that the plan names.
+        inside: Whether to look into the recordings, too: whether they hold the markers, tracks and spans that the plan names.
     """
     file = Path(path)
     try:

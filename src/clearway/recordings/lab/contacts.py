@@ -43,9 +43,11 @@ def assess(
     a heading that the outline needs. Where the uncertainty is unknown, only a clearance of zero is a possible contact.
 
     Args:
-        t: (n,) s. pose: (n, 3) of the robot, map frame. moving_obstacles: (n, m, 3) of the bodies without a pose, in their order,
-            NaN where absent. sigma: (n, 1 + m, 2) as `Trial.sigma`, NaN or None where unknown. tie: (n, 2) as
-            `Trial.tie`: what of it cancels between the robot and a body that the same capture saw.
+        t: (n,) time, s.
+        pose: (n, 3) pose of the robot in the map: x, y [m], theta [rad].
+        moving_obstacles: (n, m, 3) poses of the bodies without a pose, in their order, NaN where absent.
+        sigma: (n, 1 + m, 2) as `Trial.sigma`, NaN or None where unknown.
+        tie: (n, 2) as `Trial.tie`: what of it cancels between the robot and a body that the same capture saw.
 
     Raises:
         ClearwayError: shapes of the arrays that don't go together.

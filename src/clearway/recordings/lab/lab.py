@@ -45,7 +45,7 @@ class Lab:
     """A plan with its folder.
 
     Args:
-        path: the plan's file.
+        path: The plan's file.
 
     Raises:
         ClearwayError: the plan is wrong.

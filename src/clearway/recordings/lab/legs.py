@@ -43,10 +43,17 @@ UNSEEN = 0.2
 
 @dataclass(frozen=True, slots=True)
 class FoundLeg:
-    """When leg `leg` (index) was driven, from `start` to `end` [s on the motion's clock]; `reached`: whether it came to
-    rest at the goal; `why`: a sentence for people, who may correct it in the plan; `rested`: whether its end was seen by a
-    rest, else it is where the robot came nearest to the goal; `unseen`: for how long the robot was not seen about its start
-    and about its end, s, 0 where it was."""
+    """When a leg was driven.
+
+    Attributes:
+        leg: Its index among the trial's legs.
+        start: When it began, s on the motion's clock.
+        end: When it ended, s on the motion's clock.
+        reached: Whether the robot came to rest at the goal.
+        why: How that is known: a sentence for people, who may correct it in the plan.
+        rested: Whether its end was seen by a rest; else it is where the robot came nearest to the goal.
+        unseen: For how long the robot was not seen about its start and about its end, s; 0 where it was.
+    """
 
     leg: int
     start: float
@@ -63,7 +70,8 @@ def find_legs(
     """The legs that were begun, in order; one that was not reached is the last.
 
     Args:
-        motion: of base_link, in the map where goals are known. legs: of the trial, goals NaN where unknown.
+        motion: Motion of base_link, in the map where goals are known.
+        legs: The trial's legs, goals NaN where unknown.
         rest: s; a rest this long is no pause. It separates legs whose goals are unknown.
         sent: (k,) s on the motion's clock: when goals were sent, if that was recorded. A leg then begins with that.
 

@@ -26,9 +26,16 @@ STOOD = (0.02, 0.05)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Obstacles:
-    """The bodies around the robot, what the moving ones did (poses (n, m, 3), sigma (n, m, 2)), and how well each was seen.
+    """The bodies around the robot.
 
-    Their uncertainty holds that of both outlines, the robot's too: only a clearance hangs on it."""
+    Their uncertainty holds that of both outlines, the robot's too: only a clearance hangs on it.
+
+    Attributes:
+        bodies: All of them, the moving ones last.
+        moving_obstacles: (n, m, 3) pose of each moving one in the map: x, y [m], theta [rad].
+        sigma: (n, m, 2) standard uncertainty of position [m] and heading [rad], NaN if unknown.
+        told: How well each was seen, for the trial's provenance.
+    """
 
     bodies: tuple[Body, ...]
     moving_obstacles: FloatArray

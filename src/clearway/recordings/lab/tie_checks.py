@@ -17,7 +17,7 @@ def problems_of_ties(path: Path) -> list[ClearwayError]:
     don't fit the markers. Each frame and body is tied once, by the smallest recording that has it.
 
     Args:
-        path: a plan in which nothing else is wrong.
+        path: A plan in which nothing else is wrong.
     """
     lab = Lab(path)
     recorded = sorted((t for t in lab.plan.trials if lab.files(t)), key=lambda t: _size(lab, t))

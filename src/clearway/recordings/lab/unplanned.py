@@ -30,7 +30,13 @@ OWN = (
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """A body of a recording: its name and its motion, or why it has none."""
+    """A body of a recording.
+
+    Attributes:
+        name: Its name there.
+        motion: Its motion, or None.
+        problem: Why it has none.
+    """
 
     name: str
     motion: Motion | None
@@ -68,8 +74,8 @@ def motions(
     """How bodies of a recording moved, in the recording's own frame.
 
     Args:
-        names: marker prefixes that end in `:`, markers separated by commas, bodies, topics, `parent->child`;
-            empty: everything that is found, where what can't be cleaned comes with its problem.
+        names: Marker prefixes that end in `:`, markers separated by commas, bodies, topics, `parent->child`; empty:
+            everything that is found, where what can't be cleaned comes with its problem.
 
     Raises:
         ClearwayError: the file can't be read, nothing in it moves, or a named body is not there or can't be cleaned.

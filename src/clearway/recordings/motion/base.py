@@ -32,8 +32,11 @@ class Base:
     """base_link in the frame of what was fitted: a point x of base_link lies at rotation @ x + point.
 
     Attributes:
-        rotation: (3, 3). point: (3,) m. sigma: standard uncertainty of its position [m, one axis] and heading [rad].
-        residual: of whatever it was found by, m, None if it was given. note: how it was found, a sentence.
+        rotation: (3, 3) axes of base_link in the frame of what was fitted.
+        point: (3,) origin of base_link there, m.
+        sigma: Standard uncertainty of its position [m, one axis] and heading [rad].
+        residual: Residual of whatever it was found by, m; None if it was given.
+        note: How it was found, a sentence.
     """
 
     rotation: FloatArray
@@ -62,11 +65,12 @@ def from_static_and_straight(
     """The base from a straight drive forward (its heading) and a static pose or a turn in place (its position).
 
     Args:
-        static: the body at rest on `pose` (3,), base_link's pose in the frame that `static` is given in. straight: a
-        straight drive forward, at least 0.5 m, in any frame. turn: a turn in place of at least 90 degrees, whose
-        centre is base_link's origin (a differential drive); goes before `static` for the position. placed: standard
-        uncertainty [m, rad] with which the robot was placed. All motions are of the body itself (made with base=None,
-        of one model or rigid body), z up.
+        static: The body at rest on `pose` (3,), base_link's pose in the frame that `static` is given in.
+        straight: A straight drive forward, at least 0.5 m, in any frame.
+        turn: A turn in place of at least 90 degrees, whose centre is base_link's origin (a differential drive); goes
+            before `static` for the position.
+        placed: Standard uncertainty [m, rad] with which the robot was placed. All motions are of the body itself (made
+            with base=None, of one model or rigid body), z up.
 
     Raises:
         ClearwayError: neither static pose nor turn, not at rest, too short, not straight, in reverse, no heading.

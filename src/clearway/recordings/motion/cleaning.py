@@ -20,8 +20,12 @@ class Cleaned:
     """Poses without noise and short gaps.
 
     Attributes:
-        pose: (n, 3). velocity: (n, 2). variance: (n, 2) of position (one axis) [m^2] and heading [rad^2]. gaps: filled
-        by spline, or open. cutoff: Hz, None: not filtered. notes: sentences.
+        pose: (n, 3) x, y [m], theta [rad].
+        velocity: (n, 2) v [m/s] and omega [rad/s].
+        variance: (n, 2) of position (one axis) [m^2] and heading [rad^2].
+        gaps: The gaps, filled by spline or left open.
+        cutoff: Cut-off of the low-pass, Hz; None: not filtered.
+        notes: What was done, in sentences.
     """
 
     pose: FloatArray
@@ -49,9 +53,10 @@ def clean(
     low-passed for itself.
 
     Args:
-        variance: (n, 2) of the raw position and heading. correlation: of the noise of neighbouring samples.
-        breaks: indices before which the pose jumps and nothing is smoothed across. wanted: False: no filter, whatever
-        `spec` says.
+        variance: (n, 2) of the raw position and heading.
+        correlation: Correlation of the noise of neighbouring samples.
+        breaks: Indices before which the pose jumps and nothing is smoothed across.
+        wanted: Whether to filter at all; False: no filter, whatever `spec` says.
     """
     columns = 3 if np.isfinite(pose[:, 2]).any() else 2
     filled = fill(t, pose[:, :columns], spec.spline)

@@ -131,7 +131,12 @@ def gain(n: int, cutoff: float, rate: float, correlation: float = 0.0) -> FloatA
 
 @dataclass(frozen=True, slots=True)
 class Analysis:
-    """What residual analysis found: the cut-off [Hz]; noise of the signal, its unit; None where it could not tell."""
+    """What residual analysis found.
+
+    Attributes:
+        cutoff: The cut-off, Hz.
+        noise: Standard deviation of the noise, in the signal's unit; None where it could not be told.
+    """
 
     cutoff: float
     noise: float | None
@@ -147,7 +152,7 @@ def residual_analysis(parts: Sequence[tuple[FloatArray, Any]], rate: float, corr
     1981, Ann. Statist. 9(6): the estimate of that sum is unbiased), within 2 to 20 Hz.
 
     Args:
-        parts: stretches without a break, each a signal (n, d) and a mask (n,) of the samples that count (that move).
+        parts: Stretches without a break, each a signal (n, d) and a mask (n,) of the samples that count (that move).
     """
     top = min(highest(rate), HIGHEST)
     level = tail_noise(parts, rate, correlation)
@@ -237,7 +242,9 @@ def at_rest(t: FloatArray, pose: FloatArray, noise: FloatArray, correlation: flo
     whole rest the body doesn't creep by more than 1 mm and noise explains.
 
     Args:
-        t: (n,) s, a stretch without a break. pose: (n, 2 or 3). noise: (2,) of position [m] and heading [rad].
+        t: (n,) s, a stretch without a break.
+        pose: (n, 2 or 3).
+        noise: (2,) of position [m] and heading [rad].
     """
     n = len(t)
     if n < 8:

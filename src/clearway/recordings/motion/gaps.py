@@ -23,7 +23,9 @@ class Filled:
     """A pose without its short gaps.
 
     Attributes:
-        pose: (n, d), NaN in what was left open. variance: (n, d), of what was filled; 0 elsewhere. gaps: in order.
+        pose: (n, d) pose, NaN in what was left open.
+        variance: (n, d) variance of what was filled, 0 elsewhere.
+        gaps: All gaps, in order.
     """
 
     pose: FloatArray

@@ -37,8 +37,9 @@ class MarkerSet:
     """The markers of one rigid body.
 
     Attributes:
-        names: (m) as the file has them. model: (m, 3) m, where they sit, z up, in a frame of the body (base_link's, if its
-        `base` is to be None), NaN for one that is not used; None: learnt from the capture.
+        names: (m) names, as the file has them.
+        model: (m, 3) where they sit, m, z up, in a frame of the body (base_link's, if its `base` is to be None), NaN
+            for one that is not used; None: learnt from the capture.
     """
 
     names: tuple[str, ...]

@@ -27,7 +27,13 @@ class MotionSpec(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A stretch (start, end) [s] in which a body was not fully seen, and what it was filled from (empty: left open)."""
+    """A stretch in which a body was not fully seen.
+
+    Attributes:
+        start: When it begins, s.
+        end: When it ends, s.
+        filled: What it was filled from; empty: left open.
+    """
 
     start: float
     end: float
@@ -39,10 +45,15 @@ class Quality:
     """How good a motion is.
 
     Attributes:
-        rate: Hz, median. seen: share of the samples that were measured. gaps: all, in order. residual: rms of the
-        rigid fit, m; residual_max: its largest, m; None where nothing was fitted. swapped: samples in which two
-        markers had changed names and were put back. refused: samples that no rigid body explains, left open.
-        noise: standard deviation of a marker's coordinate, m, None if unknown. cutoff: Hz of the low-pass, None: none.
+        rate: Median sampling rate, Hz.
+        seen: Share of the samples that were measured.
+        gaps: All gaps, in order.
+        residual: Root mean square residual of the rigid fit, m; None where nothing was fitted.
+        residual_max: Largest residual of the rigid fit, m; None where nothing was fitted.
+        swapped: Number of samples in which two markers had changed names and were put back.
+        refused: Number of samples that no rigid body explains, left open.
+        noise: Standard deviation of a marker's coordinate, m, None if unknown.
+        cutoff: Cut-off of the low-pass, Hz; None: not filtered.
     """
 
     rate: float
@@ -61,11 +72,15 @@ class Motion:
     """How one body moved on the floor.
 
     Attributes:
-        t: (n,) s, strictly increasing, on the source's clock. pose: (n, 3) x, y [m], theta [rad, unwrapped], in the
-        source's frame until a tie (`clearway.recordings.alignment.frames`) moves it to the map; NaN where it is unknown, theta
-        NaN throughout for a source without heading. velocity: (n, 2) v along the body's x [m/s] and omega [rad/s] (v =
-        |dp/dt| where there is no heading), NaN where unknown. sigma: (n, 2) standard uncertainty of position [m] and
-        heading [rad], None if unknown. quality: how good it is. notes: what was done, in sentences.
+        t: (n,) s, strictly increasing, on the source's clock.
+        pose: (n, 3) x, y [m], theta [rad, unwrapped], in the source's frame until a tie
+            (`clearway.recordings.alignment.frames`) moves it to the map; NaN where it is unknown, theta NaN throughout
+            for a source without heading.
+        velocity: (n, 2) v along the body's x [m/s] and omega [rad/s] (v = |dp/dt| where there is no heading), NaN where
+            unknown.
+        sigma: (n, 2) standard uncertainty of position [m] and heading [rad], None if unknown.
+        quality: How good it is.
+        notes: What was done, in sentences.
         residual: (n,) rms of the rigid fit in each frame, m, NaN where nothing was fitted; None without markers.
     """
 

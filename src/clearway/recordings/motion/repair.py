@@ -39,8 +39,10 @@ class Repaired:
     """Fits after the repair.
 
     Attributes:
-        fit: of every frame. swapped: (n,) bool, two markers had each other's names. thinned: (n,) bool, markers were
-        left out. refused: (n,) bool, nothing helped; their poses are NaN.
+        fit: The fit of every frame.
+        swapped: (n,) whether two markers had each other's names.
+        thinned: (n,) whether markers were left out.
+        refused: (n,) whether nothing helped; these poses are NaN.
     """
 
     fit: Fit
@@ -58,7 +60,7 @@ class _Fix:
 
     @property
     def left_out(self) -> Seen:
-        """(m,) bool."""
+        """(m,) which markers are not used."""
         return np.isin(np.arange(len(self.order)), self.out)
 
 

@@ -26,8 +26,15 @@ _RAMP = 0.3  # s; an onset lies no farther before the speed is seen to rise
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rest:
-    """From `start` to `end` [s] the body stood at `pose` (3,), theta NaN where unknown; `opens`, `closes`: the record
-    begins or ends within it."""
+    """A stretch in which the body stood.
+
+    Attributes:
+        start: When it begins, s.
+        end: When it ends, s.
+        pose: (3,) where it stood: x, y [m], theta [rad], NaN where unknown.
+        opens: Whether the record begins within it.
+        closes: Whether the record ends within it.
+    """
 
     start: float
     end: float
@@ -37,13 +44,20 @@ class Rest:
 
     @property
     def duration(self) -> float:
-        """s."""
+        """How long it lasts, s."""
         return self.end - self.start
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Course:
-    """The seen part of a motion: t (n,) s, pose (n, 3), the rests in it, and the stretches in which it at most turned."""
+    """The seen part of a motion.
+
+    Attributes:
+        t: (n,) time, s.
+        pose: (n, 3) x, y [m], theta [rad].
+        rests: The rests in it.
+        stands: The stretches in which it at most turned.
+    """
 
     t: FloatArray
     pose: FloatArray

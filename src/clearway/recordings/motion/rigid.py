@@ -39,8 +39,10 @@ class Fit:
     """Poses of a body: a point x of the model lies at rotation @ x + translation.
 
     Attributes:
-        rotation: (n, 3, 3). translation: (n, 3) m. Both NaN in frames with too few markers. used: (n, m) bool, markers
-        that were fitted. residual: (n,) m, root of the mean squared distance of the used markers from their fit.
+        rotation: (n, 3, 3) rotation of each frame's fit, NaN with too few markers.
+        translation: (n, 3) its translation, m, NaN with too few markers.
+        used: (n, m) which markers were fitted.
+        residual: (n,) root of the mean squared distance of the used markers from their fit, m.
     """
 
     rotation: FloatArray
@@ -169,8 +171,10 @@ class Layout:
     """Where the markers sit on a body.
 
     Attributes:
-        model: (m, 3) m, NaN for a marker that is not kept. kept: (m,) bool. never: (m,) bool, never seen together with
-        the kept ones. loose: (m,) bool, not rigidly connected to them.
+        model: (m, 3) where the markers sit, m, NaN for one that is not kept.
+        kept: (m,) which are kept.
+        never: (m,) which were never seen together with the kept ones.
+        loose: (m,) which are not rigidly connected to them.
     """
 
     model: FloatArray

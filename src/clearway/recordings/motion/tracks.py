@@ -66,8 +66,8 @@ def motion_of_track(
     uncertainty is what the file states; of a body that a capture tracked without stating one, what its noise shows.
 
     Args:
-        heading: `travel`: the body looks where it goes (a pedestrian, a track without orientation): NaN while it stands;
-        reverse can't be told from forward.
+        heading: `travel`: the body looks where it goes (a pedestrian, a track without orientation): NaN while it
+            stands; reverse can't be told from forward.
 
     Raises:
         ClearwayError: nothing is known, or a base is to be applied without a measured heading.

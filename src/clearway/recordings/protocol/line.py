@@ -11,14 +11,19 @@ from clearway.scenarios.scenario import PoseSpec
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A-B on the floor: how people with a tape measure see a pose of the map."""
+    """A-B on the floor: how people with a tape measure see a pose of the map.
+
+    Attributes:
+        a: Pose A in the map: x, y [m], theta [rad].
+        b: Pose B in the map: x, y [m], theta [rad].
+    """
 
     a: PoseSpec
     b: PoseSpec
 
     @property
     def length(self) -> float:
-        """m."""
+        """Distance from A to B, m."""
         return math.dist(self.a[:2], self.b[:2])
 
     def seen(self, point: Sequence[float]) -> tuple[float, float]:

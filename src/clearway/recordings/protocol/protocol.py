@@ -39,9 +39,11 @@ def skeleton(
     """The test plan of a suite as TOML: everything that is known before the tests; `load_test_plan` accepts it as it is.
 
     Args:
-        suite: name or file. robot: name, preset or file. selection: which part of the suite.
-        seed: of the suite, which shifts when moving obstacles start. folder: where the plan will stand, if not here; files that
-        it names are written as seen from there.
+        suite: Its name or file.
+        robot: Its name, preset or file.
+        selection: Which part of the suite.
+        seed: Seed of the suite, which shifts when moving obstacles start.
+        folder: Where the plan will stand, if not here; files that it names are written as seen from there.
 
     Raises:
         ClearwayError: an unknown suite, robot or selection, or a suite with several floor plans or tolerances.

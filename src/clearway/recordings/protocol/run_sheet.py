@@ -31,7 +31,13 @@ TICKS = ("driven", "contact", "help", "stop", "abort")
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """An obstacle that has to be put somewhere: its number in the sketch, name, and where, for people."""
+    """An obstacle that has to be put somewhere.
+
+    Attributes:
+        number: Its number in the sketch.
+        name: Its name.
+        where: Where it goes, in words for people.
+    """
 
     number: int
     name: str
@@ -40,7 +46,16 @@ class Placement:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One trial: its number in the plan, what differs within its group, when moving obstacles start (forth, back, ...)."""
+    """One trial.
+
+    Attributes:
+        number: Its number in the plan.
+        speed: Set speed, m/s, as text; empty where the plan has none.
+        obstacle_speed: Speed of the moving obstacles, m/s, as text; empty where the plan has none.
+        starts: When moving obstacles start, for each way (forth, back, ...).
+        repetition: Which repetition it is, from 1.
+        file: The file that the trial's recording goes to.
+    """
 
     number: int
     speed: str
@@ -52,7 +67,18 @@ class Row:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Trials among the same obstacles."""
+    """Trials among the same obstacles.
+
+    Attributes:
+        title: What the trials have in common.
+        placements: What has to be put where.
+        ways: How the moving obstacles are driven, a sentence each.
+        legs: The leg in which each of these ways is driven.
+        sketch: Where everything stands; None where nothing is to be drawn.
+        rows: The trials.
+        moving: Whether obstacles move.
+        new_batch: Whether a batch of the protocol begins with it.
+    """
 
     title: str
     placements: tuple[Placement, ...]

@@ -23,8 +23,18 @@ SMALLEST = 0.9
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something in a sketch: kind `body`, `way` or `way back`; points in mm, y down; where it stands or starts (x, y);
-    its label, and where that begins, has its middle or ends (`anchor`)."""
+    """Something in a sketch. Lengths are mm on paper, y down.
+
+    Attributes:
+        kind: `body`, `way` or `way back`.
+        points: Its polygon or line, as SVG writes points.
+        x: Where it stands or starts, mm.
+        y: Where it stands or starts, mm.
+        label: What is written beside it.
+        label_x: Where the label is anchored, mm.
+        label_y: Where the label is anchored, mm.
+        anchor: Whether the label begins there, has its middle there or ends there, as SVG's `text-anchor`.
+    """
 
     kind: str
     points: str
@@ -38,7 +48,16 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Sketch:
-    """A small plan of the floor: size in mm, A and B, and what is on it."""
+    """A small plan of the floor. Lengths are mm on paper, y down.
+
+    Attributes:
+        width: Its width, mm.
+        height: Its height, mm.
+        a: Where A lies, mm.
+        b: Where B lies, mm.
+        marks: What is on it.
+        metre: Length of a metre on it, mm.
+    """
 
     width: float
     height: float
