@@ -62,9 +62,8 @@ def compose(
         localiser: What gives the pose that the navigator believes in.
         localisation: The localiser's name, for messages.
         tracker: What gives the obstacles of a navigator that needs them; not asked for one that doesn't.
-        decision_limit: Wall clock after which a decision is broken off with `TookTooLong`, s; None: never.
-            It works in the main thread of a process, where signals arrive, and can't stop code that never comes
-            back to Python.
+        decision_limit: Wall clock after which a decision is broken off with `TookTooLong`, s; None: never. It works in
+            the main thread of a process, where signals arrive, and can't stop code that never comes back to Python.
 
     Raises:
         ClearwayError: the navigator needs obstacles, and there is no tracker.

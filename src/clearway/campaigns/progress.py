@@ -19,4 +19,4 @@ class ProgressCallback(Protocol):
 
 
 def silent(done: int, total: int, note: str = "") -> None:
-    """Tells nobody."""
+    """A progress callback that tells nobody."""

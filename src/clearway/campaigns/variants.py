@@ -29,7 +29,8 @@ def variants(
         options: What their constructors are given.
         without: Ingredients. Beside each navigator that knows one, the variant without it is run; one that leaves
             something out already, that has no ingredients, or that is privileged (a reference), runs as it is.
-        guarantees: Values; each navigator that offers guarantees is run once with each of them, instead of as it stands.
+        guarantees: Values; each navigator that offers guarantees is run once with each of them, instead of as it
+            stands.
 
     Raises:
         ClearwayError: an ingredient or a guarantee that no navigator knows, or one that a navigator's own options set.

@@ -52,8 +52,12 @@ class Scene:
     """What is measured against what on one leg.
 
     Attributes:
-        drive: the leg. path: (n, 3) of the robot, heading 0 where its footprint needs none. bodies: first those that
-        stand, then those that move. moving_obstacles: (n, k, 3) of these, NaN while absent. columns: theirs in `Trial.moving_obstacles`.
+        drive: The leg as it was driven.
+        footprint: The robot's outline in base_link.
+        path: (n, 3) poses of the robot in the map: x, y [m], theta [rad], 0 where its footprint needs none.
+        bodies: Those that stand first, then those that move.
+        moving_obstacles: (n, k, 3) poses of those that move, NaN while absent.
+        columns: Their columns in `Trial.moving_obstacles`.
     """
 
     drive: DrivenLeg

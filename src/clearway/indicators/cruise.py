@@ -22,7 +22,8 @@ def time_within(t: FloatArray, v: FloatArray, low: float, high: float, dwell: fl
     """Seconds for which v, linear between samples, lies in [low, high], in stretches of at least `dwell`.
 
     Args:
-        t: (n,) s, increasing. v: (n,) same unit as low and high.
+        t: (n,) s, increasing.
+        v: (n,) same unit as low and high.
     """
     low, high = low - 1e-9, high + 1e-9
     rise = np.diff(v)

@@ -73,8 +73,9 @@ class Viability:
     """Where one who drives in any direction could still get away, on a grid around the robot.
 
     Attributes:
-        corner: (2,) m, of the grid. cell: m. depth: (n + 1, k, k) m after each step, by x and y: how far the nearest place is
-        from which one cannot; 0 there.
+        corner: (2,) m, of the grid.
+        cell: m.
+        depth: (n + 1, k, k) m after each step, by x and y: how far the nearest place is from which one cannot; 0 there.
     """
 
     corner: FloatArray

@@ -14,7 +14,12 @@ from clearway.trials import Trial
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """What an indicator answers: a number, or None with the reason `why` it cannot be computed."""
+    """What an indicator answers.
+
+    Attributes:
+        value: The number, in the indicator's unit; None if it cannot be computed.
+        why: Why it cannot be computed.
+    """
 
     value: float | None
     why: str = ""

@@ -24,9 +24,16 @@ class DrivenLeg:
     """One scored leg as it was driven: samples from the span's start to its end, both included (interpolated there).
 
     Attributes:
-        t: (n,) s. pose: (n, 3) true pose. velocity: (n, 2) or None. estimate: (n, 3) or None. moving_obstacles: (n, m, 3).
-        sigma: (n, 1 + m, 2) standard uncertainties, tie: (n, 2) of them what the frame's tie makes, as a trial has them, or None. missed: (n - 1,) after which
-        samples a recording has none for too long.
+        leg: What was asked.
+        span: When it was driven, and whether it was called reached.
+        t: (n,) time, s.
+        pose: (n, 3) true pose in the map: x, y [m], theta [rad].
+        velocity: (n, 2) true v [m/s] and omega [rad/s], or None.
+        estimate: (n, 3) pose as the robot estimated it, or None.
+        moving_obstacles: (n, m, 3) poses of what moves, NaN while absent.
+        sigma: (n, 1 + m, 2) standard uncertainties as a trial has them, or None.
+        tie: (n, 2) what the frame's tie to the map makes of them, or None.
+        missed: (n - 1,) after which samples a recording has none for too long.
     """
 
     leg: Leg

@@ -45,8 +45,8 @@ class MappingResult:
         scan_matching: Whether scans were matched; without it the odometry was believed.
         map: The yaml file of the map, which lies in the plan's frame.
         f1: Harmonic mean of precision and recall.
-        precision: Share of the map's occupied cells that lie within one cell of one that a perfect map of the same
-            tour shows.
+        precision: Share of the map's occupied cells that lie within one cell of one that a perfect map of the same tour
+            shows.
         recall: Share of the perfect map's occupied cells that lie within one cell of one of the map.
         limit: The F1 that this robot's scans give when they are put where they were truly made.
         distance: How far the robot was driven, m.

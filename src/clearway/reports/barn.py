@@ -20,7 +20,16 @@ TOP_SPEED = 2.0
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """One world: share of success and mean time [s] of successes, published and here (None: no success)."""
+    """One of BARN's worlds.
+
+    Attributes:
+        world: Its number.
+        published: Share of success of the published runs.
+        here: Share of success here.
+        published_time: Mean time of the published successes, s; None: there is none.
+        here_time: Mean time of the successes here, s; None: there is none.
+        runs: Number of runs here.
+    """
 
     world: int
     published: float
@@ -32,7 +41,14 @@ class Course:
 
 @dataclass(frozen=True, slots=True)
 class Barn:
-    """What the report shows of the suite for one system."""
+    """What the report shows of the suite for one system.
+
+    Attributes:
+        summary: Success and times, published and here.
+        agreement: How well the two agree, in a sentence.
+        courses: The worlds, one by one.
+        table: The same as a table.
+    """
 
     summary: Grid
     agreement: str

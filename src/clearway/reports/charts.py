@@ -32,7 +32,13 @@ _DARK_TEXT, _LIGHT_TEXT = "#10181f", "#ffffff"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Bars:
-    """What the bars of one robot with one navigator show: rows of `describe`, `success_rates`, the speed tests."""
+    """What the bars of one robot with one navigator show.
+
+    Attributes:
+        descriptions: Rows of `describe`.
+        rates: Rows of `success_rates`.
+        tests: Rows of the tests between speeds.
+    """
 
     descriptions: list[dict[str, Any]]
     rates: list[dict[str, Any]]

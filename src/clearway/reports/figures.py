@@ -28,8 +28,10 @@ def figure(results: Results, name: str, *, at: float | None = None, **selection:
     """A figure of the selected trials.
 
     Args:
-        results: an open results directory. name: one of `FIGURES`. at: s, for `thought` only.
-        selection: columns of the trials' table with the value (or values) wanted, such as `batch="CE"`, `trial=17`.
+        results: An open results directory.
+        name: One of `FIGURES`.
+        at: s, for `thought` only.
+        selection: Columns of the trials' table with the value (or values) wanted, such as `batch="CE"`, `trial=17`.
 
     Raises:
         ClearwayError: no such figure or column, or nothing is selected.

@@ -32,7 +32,11 @@ UNCERTAINTIES = ("DE_U", "OE_U", "MDO_U")
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """The statistics of one results directory."""
+    """The statistics of one results directory.
+
+    Attributes:
+        results: An open results directory.
+    """
 
     results: Results
 

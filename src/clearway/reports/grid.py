@@ -12,7 +12,13 @@ NONE = "–"
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A heading; numbers are set to the right."""
+    """A heading.
+
+    Attributes:
+        name: What is printed.
+        number: Whether its cells are numbers, set to the right.
+        title: What a pointer on it shows; empty: nothing.
+    """
 
     name: str
     number: bool = True
@@ -21,7 +27,14 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """Text, a quieter second part, whether it stands out, and numbers of trials, each a link to its replay."""
+    """Text, a quieter second part, whether it stands out, and numbers of trials, each a link to its replay.
+
+    Attributes:
+        text: What is printed.
+        small: A quieter second part.
+        strong: Whether it stands out.
+        trials: Numbers of trials, each a link to its replay.
+    """
 
     text: str
     small: str = ""
@@ -44,7 +57,10 @@ class Grid:
     """A table.
 
     Attributes:
-        rows: each as many cells as columns. groups: numbers of the rows before which a line is drawn.
+        caption: What the table shows.
+        columns: Its headings.
+        rows: Each as many cells as columns.
+        groups: Numbers of the rows before which a line is drawn.
     """
 
     caption: str

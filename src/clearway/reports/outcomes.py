@@ -22,7 +22,20 @@ DIGITS = {"CT": 2, "PL": 2, "DE": 3, "OE": 3, "MDO": 3, "TCS": 1}
 
 @dataclass(frozen=True, slots=True)
 class Card:
-    """A robot's headline numbers."""
+    """A robot's headline numbers, as they are printed.
+
+    Attributes:
+        title: The system's name for people.
+        navigator: The navigator and the localisers.
+        trials: How many trials there are.
+        rate: Rate of success, %.
+        rate_range: Its interval, %.
+        rate_more: Successes of trials, and how the others ended.
+        time: Mean completion time at the first speed, s.
+        time_more: What it is the mean of, and the means at other speeds.
+        gap: Median of the least distance to obstacles, m.
+        gap_more: The least of all, m, and what it is measured to.
+    """
 
     title: str
     navigator: str

@@ -16,7 +16,17 @@ CITATION = (
 
 @dataclass(frozen=True, slots=True)
 class Mean:
-    """A mean with its printed spread, in the indicator's unit."""
+    """A mean as the paper prints it.
+
+    Attributes:
+        robot: The robot.
+        batch: The batch of tests.
+        speed: Set speed, m/s.
+        indicator: Name of the indicator.
+        mean: The mean, in the indicator's unit.
+        spread: Its printed spread, in the same unit.
+        source: Where in the paper it stands.
+    """
 
     robot: str
     batch: str
@@ -48,7 +58,16 @@ MEANS = (
 
 @dataclass(frozen=True, slots=True)
 class Significant:
-    """One row of Table 4: set speeds in m/s, p by the Wilcoxon test for each robot, None where it prints a dash."""
+    """One row of Table 4.
+
+    Attributes:
+        indicator: Name of the indicator.
+        batch: The batch of tests.
+        slower: The lower set speed, m/s.
+        faster: The higher set speed, m/s.
+        hosbot: p of the Wilcoxon test for HOSBOT; None where it prints a dash.
+        tiago: p of the Wilcoxon test for TIAGo; None where it prints a dash.
+    """
 
     indicator: str
     batch: str
@@ -87,7 +106,14 @@ TABLE_4 = (
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """One row of Table 3: as printed for each robot (one value where the table has one for both)."""
+    """One row of Table 3, as printed; where the table has one value for both robots, both have it.
+
+    Attributes:
+        group: What the parameter belongs to.
+        title: Its name.
+        hosbot: Its value for HOSBOT.
+        tiago: Its value for TIAGo.
+    """
 
     group: str
     title: str

@@ -123,7 +123,14 @@ def _plain(why: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Remark:
-    """A trial of which something has to be said: its number here, the one in the test plan if it has one, and what."""
+    """A trial of which something has to be said.
+
+    Attributes:
+        trial: Its number in the results.
+        planned: Its number in the test plan; None if it has none.
+        label: What the trial is, for people.
+        what: What there is to say, in sentences.
+    """
 
     trial: int
     planned: int | None
@@ -179,7 +186,14 @@ def overview(f: Findings) -> Grid | None:
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A measured trial with everything that it says of where it came from."""
+    """A measured trial with everything that it says of where it came from.
+
+    Attributes:
+        trial: Its number in the results.
+        planned: Its number in the test plan; None if it has none.
+        label: What the trial is, for people.
+        told: Where it came from, by headings.
+    """
 
     trial: int
     planned: int | None

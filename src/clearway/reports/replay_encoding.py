@@ -41,7 +41,11 @@ _GAP16, _GAP32 = -(2**15), -(2**31)
 
 @dataclass(slots=True)
 class Shelf:
-    """What trials share, stored once: each thing has the number of its place."""
+    """What trials share, stored once.
+
+    Attributes:
+        things: The things; each is known by the number of its place.
+    """
 
     things: list[Any] = field(default_factory=list)
     _places: dict[str, int] = field(default_factory=dict)
@@ -73,7 +77,8 @@ class Packer:
         """A trial as a JSON object for the replay.
 
         Args:
-            index: its number in the table. row: what else the page says of it (indicators by name).
+            index: Its number in the table.
+            row: What else the page says of it (indicators by name).
         """
         a, trial = trial.attempt, broken(trial)
         keep = _thin(len(trial.t))

@@ -18,7 +18,13 @@ SELECTABLE = (*(column.name for column in COLUMNS if column.selectable), "trial"
 
 @dataclass(frozen=True, slots=True)
 class System:
-    """What is being tested: a robot with a navigator, by name, and how long that may think."""
+    """What is being tested.
+
+    Attributes:
+        robot: The robot, by its name.
+        navigator: The navigator, by its name.
+        setup: How long it may think, by the set-up's number; None: as long as it likes.
+    """
 
     robot: str
     navigator: str

@@ -103,7 +103,8 @@ def themed(svg: str, title: str) -> str:
     """The SVG for use inside the page: no prologue, scalable, coloured by the page's CSS variables, named for readers.
 
     Args:
-        svg: text made by `to_svg`. title: what a screen reader says; must come escaped.
+        svg: Text made by `to_svg`.
+        title: What a screen reader says; must come escaped.
     """
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)

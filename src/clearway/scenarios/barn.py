@@ -34,7 +34,13 @@ RADIUS = 0.075
 
 @dataclass(frozen=True, slots=True)
 class BarnTask:
-    """Start pose, goal pose (as the runner sends it; the heading never matters, as a run ends before), arrival radius [m]."""
+    """What BARN's runner asks of the robot.
+
+    Attributes:
+        start: Its start: x, y [m], theta [rad].
+        goal: The goal as the runner sends it: x, y [m], theta [rad]. The heading never matters, as a run ends before.
+        arrival: Radius around the goal within which a run ends, m.
+    """
 
     start: tuple[float, float, float]
     goal: tuple[float, float, float]
@@ -60,7 +66,13 @@ PLACEMENT = 0.01
 
 @dataclass(frozen=True, slots=True)
 class World:
-    """One course: number, centres of its cylinders (x, y) [m], BARN's reference path without start and goal [m]."""
+    """One course.
+
+    Attributes:
+        number: Its number in BARN.
+        cylinders: Centres x, y of its cylinders, m.
+        path: BARN's reference path without start and goal: points x, y, m.
+    """
 
     number: int
     cylinders: tuple[tuple[float, float], ...]
@@ -84,7 +96,16 @@ class World:
 
 @dataclass(frozen=True, slots=True)
 class PublishedRun:
-    """One published run of the real move_base; time in s; `ratio` is BARN's score of then, 2 x time / reference length."""
+    """One published run of the real move_base.
+
+    Attributes:
+        world: Number of the world.
+        success: Whether it arrived in time without a collision.
+        collided: Whether it collided.
+        timed_out: Whether it took too long.
+        time: How long it took, s.
+        ratio: BARN's score of then, 2 x time / reference length.
+    """
 
     world: int
     success: bool

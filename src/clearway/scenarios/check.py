@@ -94,8 +94,8 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
     """Everything that is wrong with a file: scenario, suite, robot, floor plan (TOML) or ROS map (yaml).
 
     Args:
-        path: of the file; its keys say which kind it is.
-        robot: for which scenarios are checked; default: TIAGo.
+        path: The file; its keys say which kind it is.
+        robot: The robot for which scenarios are checked; default: TIAGo.
     """
     path = Path(path)
     robot = robot or load_robot(ROBOT)

@@ -29,9 +29,9 @@ class SuiteSpec(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    name: str = Field(min_length=1)
+    name: str = Field(min_length=1, description="as it is asked for and recorded")
     title: str = Field(default="", description="as it is printed")
-    description: str = ""
+    description: str = Field(default="", description="what it asks, in a sentence")
     robots: tuple[str, ...] = Field(
         default=(), description="who drives it unless the run says otherwise: names, presets or files seen from here"
     )

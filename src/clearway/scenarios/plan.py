@@ -13,7 +13,10 @@ class Fixture:
     """Something that stands in a plan for good.
 
     Attributes:
-        kind: `wall` or `furniture`. shape: in its own frame. pose: (3,) map frame.
+        name: Its name.
+        kind: Either `wall` or `furniture`.
+        shape: Its outline in its own frame.
+        pose: (3,) pose in the map: x, y [m], theta [rad].
     """
 
     name: str
@@ -27,11 +30,16 @@ class FloorPlan:
     """Where a test takes place.
 
     Attributes:
-        fixtures: walls and furniture, the truth. map: what a robot is given, None where nothing is known.
-        a, b: (3,) poses of the protocol's line, heading along it; None in a plan without.
-        clear: x0, y0, x1, y1 [m] of the area around the line that is free of fixtures, None without a line.
-        bounds: x0, y0, x1, y1 [m] around everything. rooms: names and floor areas, for people.
-        area: x0, y0, x1, y1 [m] that a robot's centre is to stay in, None: what stands there says it.
+        name: Its name.
+        title: Its name for people.
+        fixtures: Walls and furniture: the truth.
+        map: The map that a robot is given; None where nothing is known.
+        a: (3,) pose A of the protocol's line: x, y [m], theta [rad] along it; None in a plan without a line.
+        b: (3,) pose B of the protocol's line: x, y [m], theta [rad] along it; None in a plan without a line.
+        clear: The area around the line that is free of fixtures: x0, y0, x1, y1 [m]; None without a line.
+        bounds: What encloses everything: x0, y0, x1, y1 [m].
+        rooms: Its rooms, for people.
+        area: Where a robot's centre is to stay: x0, y0, x1, y1 [m]; None: what stands there says it.
     """
 
     name: str
@@ -48,7 +56,14 @@ class FloorPlan:
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A part of the floor: `kind` such as `patient room`, how many beds, its floor as disjoint boxes x0, y0, x1, y1 [m]."""
+    """A part of the floor.
+
+    Attributes:
+        name: Its name.
+        kind: What it is, such as `patient room`.
+        beds: How many beds it has.
+        floor: Its floor as disjoint boxes x0, y0, x1, y1 [m].
+    """
 
     name: str
     kind: str

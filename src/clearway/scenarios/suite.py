@@ -23,11 +23,19 @@ class Selection:
     single ones, which have no gap.
 
     Attributes:
-        batches, configurations: names. speeds, obstacle_speeds: m/s. sizes: edge of the static obstacles, m.
-        gaps: in multiples of d_base. repetitions: how many of each. worlds: numbers of BARN's worlds.
-        floor_plan: to use instead of the suite's. seeds: (a, b): instead of the suite's frozen scenarios those that
-        its generator draws from the seeds a, a + 1, ..., b - 1. disturbance: factor on each scenario's disturbance.
-        scenarios: names; a suite that has none of them gives no scenario.
+        batches: Names of the batches.
+        configurations: Names of the configurations.
+        speeds: Set speeds of the robot, m/s.
+        sizes: Edge of the static obstacles, m.
+        gaps: Widths of gaps, in multiples of d_base.
+        obstacle_speeds: Speeds of the moving obstacles, m/s.
+        repetitions: How often each test is run.
+        worlds: Numbers of BARN's worlds.
+        floor_plan: The floor plan to use instead of the suite's.
+        seeds: The range (a, b): instead of the suite's frozen scenarios those that its generator draws from the seeds
+            a, a + 1, ..., b - 1.
+        disturbance: Factor on each scenario's disturbance.
+        scenarios: Names of scenarios; a suite that has none of them gives no scenario.
     """
 
     batches: tuple[str, ...] = ()

@@ -37,12 +37,17 @@ class Comparison:
     """B against A.
 
     Attributes:
-        a, b: names. pairs: tests that both ran. only_a, only_b: trials without a partner.
-        differences: one row an indicator and batch (batch null: all of them), B - A over complete pairs: mean with a
-        bootstrap interval, median (Hodges-Lehmann) with its exact interval, Wilcoxon's p, Holm's over the rows of the
-        same kind (all batches together; batch by batch), effect, and whom it `favours` (`A`, `B` or empty: p_holm > 0.05).
-        success: by batch (None: all); a batch without a known success is left out. success_self: the same by the robots' own
-        estimates.
+        a: Name of the one side.
+        b: Name of the other.
+        pairs: How many tests both ran.
+        only_a: How many tests only A ran.
+        only_b: How many tests only B ran.
+        differences: One row an indicator and batch (batch null: all of them), B - A over complete pairs: mean with a
+            bootstrap interval, median (Hodges-Lehmann) with its exact interval, Wilcoxon's p, Holm's over the rows of
+            the same kind (all batches together; batch by batch), effect, and whom it `favours` (`A`, `B` or empty:
+            p_holm > 0.05).
+        success: Paired success by batch (None: all); a batch without a known success is left out.
+        success_self: The same by the robots' own estimates.
     """
 
     a: str

@@ -43,7 +43,13 @@ _DIFFERENCES = schema(
 
 @dataclass(frozen=True, slots=True)
 class Repetitions:
-    """Trials of one side in the matched configurations, and of how many each configuration has at least and at most."""
+    """Trials of one side in the matched configurations.
+
+    Attributes:
+        trials: How many there are.
+        fewest: How many a configuration has at least.
+        most: How many a configuration has at most.
+    """
 
     trials: int
     fewest: int
@@ -55,14 +61,24 @@ class ConfigurationComparison:
     """B against A, configuration by configuration.
 
     Attributes:
-        a, b: names. source_a, source_b: `simulated`, `recorded`, or both joined by `+`. matched_by: columns.
-        configurations: that both have. only_a, only_b: configurations without a partner. repetitions_a, repetitions_b.
-        differences: one row an indicator and batch (batch null: all), B - A over the means of configurations: as of a
-        `Comparison`, with n the number of configurations that have a value on both sides and `dropped` the others,
-        trials_a, trials_b the trials behind the means, rep_low, rep_high the interval over repetitions, u_a, u_b the
-        mean expanded uncertainty of what was measured (0: exact; None: unknown, or the indicator has none).
-        success: by batch (None: all), of the matched configurations' trials whose success is known. by_motion_a, by_motion_b:
-        trials of a side in the matched configurations whose legs were found by the robot's motion.
+        a: Name of the one side.
+        b: Name of the other.
+        source_a: Where A's trials come from: `simulated`, `recorded`, or both joined by `+`.
+        source_b: Where B's trials come from, likewise.
+        matched_by: The columns that make a configuration.
+        configurations: How many configurations both have.
+        only_a: How many configurations only A has.
+        only_b: How many configurations only B has.
+        repetitions_a: A's trials in the matched configurations.
+        repetitions_b: B's trials in the matched configurations.
+        differences: One row an indicator and batch (batch null: all), B - A over the means of configurations: as of a
+            `Comparison`, with n the number of configurations that have a value on both sides and `dropped` the others,
+            trials_a, trials_b the trials behind the means, rep_low, rep_high the interval over repetitions, u_a, u_b
+            the mean expanded uncertainty of what was measured (0: exact; None: unknown, or the indicator has none).
+        success: By batch (None: all), of the matched configurations' trials whose success is known.
+        by_motion_a: How many of A's trials in the matched configurations have legs that were found by the robot's
+            motion.
+        by_motion_b: How many of B's trials there have such legs.
     """
 
     a: str

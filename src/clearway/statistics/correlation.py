@@ -55,7 +55,15 @@ _PAIRS = schema(
 
 @dataclass(frozen=True, slots=True)
 class Correlation:
-    """One coefficient with its two-sided p and 95 % interval; None where n or the spread is too small."""
+    """One coefficient of correlation.
+
+    Attributes:
+        n: Number of pairs of values.
+        r: The coefficient; None where n or the spread is too small.
+        p: Its two-sided p; None likewise.
+        low: Lower end of its 95 % interval; None likewise.
+        high: Upper end of its 95 % interval; None likewise.
+    """
 
     n: int
     r: float | None
@@ -71,7 +79,12 @@ class Correlation:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Correlations:
-    """A symmetric matrix: `pairs[a, b]` for every two of `indicators`, `r` (k, k) with NaN where unknown, `n` (k, k)."""
+    """A symmetric matrix of k indicators: `r` (k, k) with NaN where unknown, `n` (k, k).
+
+    Attributes:
+        indicators: Their names.
+        pairs: The coefficient of every two of them, either way round.
+    """
 
     indicators: tuple[str, ...]
     pairs: dict[tuple[str, str], Correlation]
@@ -91,7 +104,12 @@ class Correlations:
 
 @dataclass(frozen=True, slots=True)
 class Reduced:
-    """The indicators that remain, and the dropped ones as (name, the one that stands for it, their r)."""
+    """Which indicators are enough.
+
+    Attributes:
+        kept: The indicators that remain.
+        dropped: The dropped ones: name, the one that stands for it, their r.
+    """
 
     kept: tuple[str, ...]
     dropped: tuple[tuple[str, str, float], ...]

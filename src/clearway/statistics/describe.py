@@ -59,7 +59,12 @@ def bootstrap_interval(sample: FloatArray, confidence: float = 0.95, seed: int =
 
 @dataclass(frozen=True, slots=True)
 class Normality:
-    """Shapiro and Wilk's test: `normal` says that it does not reject at 0.05."""
+    """Shapiro and Wilk's test: `normal` says that it does not reject at 0.05.
+
+    Attributes:
+        n: Number of values.
+        p: The test's p.
+    """
 
     n: int
     p: float

@@ -14,7 +14,13 @@ from clearway.geometry.shapes import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """An estimate and its two-sided confidence interval, in the same unit."""
+    """An estimate and its two-sided confidence interval, in the same unit.
+
+    Attributes:
+        estimate: The estimate.
+        low: Lower end of the interval.
+        high: Upper end of the interval.
+    """
 
     estimate: float
     low: float
@@ -72,8 +78,12 @@ class PairedSuccess:
     """Two success rates on the same tests.
 
     Attributes:
-        both, only_a, only_b, neither: tests by who succeeded. p: McNemar's exact test, two-sided.
-        difference: of the rates, B - A, with Newcombe's score interval for paired data.
+        both: How many tests both passed.
+        only_a: How many only A passed.
+        only_b: How many only B passed.
+        neither: How many neither passed.
+        p: p of McNemar's exact test, two-sided.
+        difference: Difference of the rates, B - A, with Newcombe's score interval for paired data.
     """
 
     both: int
@@ -109,8 +119,15 @@ def paired_success(a: FloatArray, b: FloatArray, confidence: float = 0.95) -> Pa
 
 @dataclass(frozen=True, slots=True)
 class RateDifference:
-    """Two success rates of independent trials: successes of trials on either side, and the difference of the rates,
-    B - A, with Newcombe's score interval."""
+    """Two success rates of independent trials.
+
+    Attributes:
+        successes_a: Successes of A.
+        trials_a: Trials of A.
+        successes_b: Successes of B.
+        trials_b: Trials of B.
+        difference: Difference of the rates, B - A, with Newcombe's score interval.
+    """
 
     successes_a: int
     trials_a: int

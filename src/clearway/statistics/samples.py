@@ -19,8 +19,10 @@ def samples_needed(reliability: float, confidence: float, failures: int = 0, *, 
     """Smallest number of trials that shows `reliability` at `confidence` with up to `failures` failures.
 
     Args:
-        reliability, confidence: in (0, 1). failures: allowed. two_sided: split the error on both sides, so that the
-            result agrees with a two-sided interval.
+        reliability: Rate of success to show, in (0, 1).
+        confidence: Confidence to show it with, in (0, 1).
+        failures: How many failures are allowed.
+        two_sided: Whether to split the error on both sides, so that the result agrees with a two-sided interval.
 
     Raises:
         ClearwayError: a number outside its range, or more than 10 million trials.

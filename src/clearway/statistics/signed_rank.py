@@ -28,10 +28,17 @@ class SignedRank:
     """What the test says.
 
     Attributes:
-        n: pairs that were ranked (zeros left out). zeros: pairs left out. statistic: sum of ranks of positive differences.
-        p: two-sided. exact: whether by the exact distribution. smallest_p: the smallest that n can reach, 2 / 2^n.
-        effect: matched-pairs rank-biserial correlation, -1 to 1. shift: Hodges and Lehmann's median difference,
-        low, high: its confidence interval; None where n is too small for the confidence, or a difference is infinite.
+        n: Number of pairs that were ranked (zeros left out).
+        zeros: Number of pairs left out.
+        statistic: Sum of the ranks of positive differences.
+        p: The test's p, two-sided.
+        exact: Whether p is of the exact distribution.
+        smallest_p: The smallest p that n can reach, 2 / 2^n.
+        effect: Matched-pairs rank-biserial correlation, -1 to 1.
+        shift: Hodges and Lehmann's median difference; None where n is too small for the confidence, or a difference is
+            infinite.
+        low: Lower end of its confidence interval; None likewise.
+        high: Upper end of its confidence interval; None likewise.
     """
 
     n: int

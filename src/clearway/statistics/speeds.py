@@ -131,7 +131,10 @@ def ranked_worst(one: FloatArray, two: FloatArray, failed: np.ndarray, better: s
     """Differences two - one (n,) in which a failed trial is infinitely bad and two failed ones are equal, and their number.
 
     Args:
-        one, two: (n,) values, NaN where missing. failed: (n, 2) bool. better: `lower` or `higher`.
+        one: (n,) values at one speed, NaN where missing.
+        two: (n,) values at the other, NaN where missing.
+        failed: (n, 2) whether the trials failed.
+        better: Which is better, `lower` or `higher`.
     """
     worst = np.inf if better == "lower" else -np.inf
     a, b = np.where(failed[:, 0], worst, one), np.where(failed[:, 1], worst, two)

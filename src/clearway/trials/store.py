@@ -48,12 +48,12 @@ class TrialStore:
     """An open results directory that trials are being written to; a context manager that holds its lock.
 
     Args:
-        path: the directory, made if it isn't there.
-        asked: what was asked, as JSON: stored in campaign.json, and compared on resuming.
-        total: how many trials there will be, numbered from 0.
+        path: The directory, made if it isn't there.
+        asked: What was asked, as JSON: stored in campaign.json, and compared on resuming.
+        total: How many trials there will be, numbered from 0.
         schema: Arrow schema of the rows (`clearway.indicators.row_schema()`), units in the fields' metadata.
-        run: who and where, as JSON: stored under `run`, not compared.
-        resume: go on with a campaign that was interrupted.
+        run: Who and where, as JSON: stored under `run`, not compared.
+        resume: Go on with a campaign that was interrupted.
 
     Raises:
         ClearwayError: the directory is in use, holds results, something else or another campaign, or can't be written.

@@ -27,8 +27,8 @@ class Results:
     """A finished results directory, read-only.
 
     Attributes:
-        path: the directory.
-        campaign: what campaign.json holds: what was asked, versions, seeds, machine.
+        path: The directory.
+        campaign: What campaign.json holds: what was asked, versions, seeds, machine.
     """
 
     def __init__(self, path: Path, campaign: dict[str, Any]) -> None:

@@ -41,7 +41,12 @@ _UNITS = {"v": "m/s", "omega": "rad/s", "x": "m", "y": "m", "theta": "rad"}
 
 @dataclass(frozen=True, slots=True)
 class TableFile:
-    """Where a table lies in a results directory, and its columns."""
+    """A table of a results directory.
+
+    Attributes:
+        path: Where it lies, seen from the directory.
+        schema: Its columns, an Arrow schema.
+    """
 
     path: str
     schema: Any

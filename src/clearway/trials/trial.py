@@ -34,14 +34,14 @@ class Labels:
     """Where a trial stands in its suite. None: does not apply.
 
     Attributes:
-        suite: Its name, such as `hospital`.
-        batch: Its name, such as `SO`; what a report groups by.
-        configuration: Its name, such as `parallel`; the same test at other speeds has the same one.
+        suite: The suite's name, such as `hospital`.
+        batch: The batch's name, such as `SO`; what a report groups by.
+        configuration: The configuration's name, such as `parallel`; the same test at other speeds has the same one.
         speed: Set speed, m/s; None if unknown.
-        obstacle_speed: Of the moving obstacle, m/s.
+        obstacle_speed: Speed of the moving obstacles, m/s.
         size: Edge of the static obstacles, m.
-        gap: Between double obstacles, in multiples of d_base.
-        repetition: From 1.
+        gap: Width of the gap between double obstacles, in multiples of d_base.
+        repetition: Which repetition it is, from 1.
         setup: How much thinking was allowed, such as paper B's `1` (0.15 s a decision) and `2` (unlimited).
         family: What the suite shares with its like, such as `barn`; `own` where nobody says.
     """
@@ -66,12 +66,12 @@ class Leg:
         name: `forth`, `turn`, `back`.
         start: (3,) pose in the map frame, NaN where unknown.
         goal: (3,) pose in the map frame, NaN where unknown.
-        xy_tolerance: what its end is judged by, m.
-        yaw_tolerance: the same of the heading, rad; inf where it is free.
-        scored: whether it counts for the indicators (the turn at B does not).
+        xy_tolerance: How far from the goal it may end, m.
+        yaw_tolerance: How far its heading may be off there, rad; inf where it is free.
+        scored: Whether it counts for the indicators (the turn at B does not).
         time_limit: s.
-        planner_xy_tolerance: what the robot's planner was told, m; NaN where nobody knows.
-        planner_yaw_tolerance: the same of the heading, rad; inf where it is free.
+        planner_xy_tolerance: What the robot's planner was told, m; NaN where nobody knows.
+        planner_yaw_tolerance: The same of the heading, rad; inf where it is free.
     """
 
     name: str
@@ -90,11 +90,15 @@ class Body:
     """Something that the robot can hit.
 
     Attributes:
-        kind: what it is. shape: in the body's frame.
-        pose: (3,) map frame; None for a moving obstacle, whose poses are a column of `Trial.moving_obstacles`.
-        sigma: standard uncertainty of a static one's position, m. outlined: False where nobody knows its shape, for
-        which a point stands. measured: whether the capture that saw the robot saw it too, so that an error of the
-        frame's tie to the map is the same for both.
+        name: Its name.
+        kind: Whether it is part of the floor plan, was put there, or moves.
+        shape: Its outline in its own frame.
+        pose: (3,) pose in the map: x, y [m], theta [rad]; None for a moving obstacle, whose poses are a column of
+            `Trial.moving_obstacles`.
+        sigma: Standard uncertainty of a static one's position, m.
+        outlined: Whether its shape is known; else a point stands for it.
+        measured: Whether the capture that saw the robot saw it too, so that an error of the frame's tie to the map is
+            the same for both.
     """
 
     name: str
@@ -111,16 +115,26 @@ class Attempt:
     """What was attempted: frozen before the robot moves, so that a trial can be scored without its scenario.
 
     Attributes:
-        robot, navigator, localisation: names as the user gave them (`recorded` where nobody knows).
-        footprint: contact shape in base_link; None if unknown. speed_limit: set speed, m/s, None if unknown.
-        period: control or sampling period, s. reference_length: of one leg, m (paper A's d_AB, BARN's path), None without.
-        floor_plan: its name. scenario: id in its suite, None for a recording. seed: of this attempt.
-        privileged: whether the navigator was given the truth. tracking: how obstacles were followed, empty if they
-        weren't. optimal_time: of the best that a clairvoyant could do, s, None where that is not known to 0.5 %.
-        shortest_path: what no path past what stands can be shorter than, m, None where that is not known.
-        limits: of the base at this set speed, None if unknown.
-        sight: how far obstacles are perceived (the camera's range, without one the lidar's), m, None if unknown.
-        source: `simulated` (what is known is exact) or `recorded` (what is known was measured).
+        labels: What it is compared and grouped by.
+        robot: The robot's name as the user gave it (`recorded` where nobody knows).
+        navigator: The navigator's name, likewise.
+        localisation: The localiser's name, likewise.
+        footprint: Contact shape in base_link; None if unknown.
+        legs: What was asked, leg by leg.
+        bodies: All that the robot can hit.
+        speed_limit: Set speed, m/s; None if unknown.
+        period: Control or sampling period, s.
+        reference_length: Length of one leg, m (paper A's d_AB, BARN's path); None without one.
+        floor_plan: Name of the floor plan.
+        scenario: Its id in its suite; None for a recording.
+        seed: Seed of this attempt.
+        privileged: Whether the navigator was given the truth.
+        tracking: How obstacles were followed; empty if they weren't.
+        optimal_time: Time of the best that a clairvoyant could do, s; None where that is not known to 0.5 %.
+        shortest_path: Length that no path past what stands can be shorter than, m; None where that is not known.
+        limits: Limits of the base at this set speed; None if unknown.
+        source: Either `simulated` (what is known is exact) or `recorded` (what is known was measured).
+        sight: How far obstacles are perceived (the camera's range, without one the lidar's), m, None if unknown.
     """
 
     labels: Labels
@@ -164,7 +178,14 @@ class Event:
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """When leg `leg` was driven: from `start` to `end` [s]; `reached`: whether it was called reached."""
+    """When a leg was driven.
+
+    Attributes:
+        leg: Index of the leg.
+        start: When it began, s.
+        end: When it ended, s.
+        reached: Whether it was called reached.
+    """
 
     leg: int
     start: float
@@ -174,7 +195,12 @@ class Span:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
-    """What the navigator showed of its thinking at time `t` [s]."""
+    """What the navigator showed of its thinking.
+
+    Attributes:
+        t: When, s since the trial began.
+        diagnostics: What it showed.
+    """
 
     t: float
     diagnostics: Diagnostics
@@ -216,12 +242,12 @@ class Trial:
         provenance: What ran, on which version, from which file.
         timing: Wall-clock figures, s, kept apart.
         cut: (n,) bool, whether the budget cut the decision at t short, or None.
-        sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the moving obstacles,
-            NaN where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
+        sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the moving
+            obstacles, NaN where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
         tie: (n, 2) the part of the robot's sigma that the frame's tie to the map makes, None for no tie. The sigma of a
             `measured` body has the same part, and between it and the robot it cancels.
-        between: Instants between samples wherever lines from sample to sample would be wrong about how near the robot came
-            to something that moves; None where there are none, as in a recording.
+        between: Instants between samples wherever lines from sample to sample would be wrong about how near the robot
+            came to something that moves; None where there are none, as in a recording.
     """
 
     attempt: Attempt
