@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from clearway.navigators.common.tracking.gauss_newton import BUDGET, solve_gauss_newton
-from clearway.navigators.common.tracking.interior_point import minimise
+from clearway.navigators.common.tracking.interior_point import Program, minimise
+from clearway.navigators.common.tracking.riccati import LinearMotion
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "tracking_solver.py"
 
@@ -55,10 +56,11 @@ def test_the_interior_point_solves_quadratic_programs_as_daqp(seed):
     low, high = rng.uniform(-1.5, -0.6, (n, 2)), rng.uniform(0.6, 1.5, (n, 2))
     stage, normal, lack = rng.integers(0, n, m), rng.normal(size=(m, 2)), rng.normal(size=m) * 0.4
     out = np.empty((n, 2))
-    minimise(
-        turn, push, 0.15, np.zeros((n, 3)), 0.0, np.zeros(n), 0.3, base, low, high, np.full(n, np.inf), np.zeros(2),
-        stage, normal, lack, m, rho, 10.0, 1e-9, 60, out,
+    program = Program(
+        LinearMotion(turn, push, 0.15), np.zeros((n, 3)), 0.0, np.zeros(n), 0.3, base, low, high, np.full(n, np.inf),
+        np.zeros(2), stage, normal, lack, m, rho,
     )  # fmt: skip
+    minimise(program, 10.0, 1e-9, 60, out)
 
     position = np.zeros((n, 3, 2 * n))  # d(pose)_k / d inputs
     for k in range(n):

@@ -14,7 +14,7 @@ from tracking_problems import cost, problem, violations
 
 from clearway.geometry.streams import stream
 from clearway.navigators.common.tracking.gauss_newton import BUDGET, linearise, solve_gauss_newton
-from clearway.navigators.common.tracking.interior_point import minimise
+from clearway.navigators.common.tracking.interior_point import Program, minimise
 from clearway.navigators.common.tracking.problem import (
     CONVERGED,
     INFEASIBLE,
@@ -30,6 +30,7 @@ from clearway.navigators.common.tracking.problem import (
     seeds,
     shift,
 )
+from clearway.navigators.common.tracking.riccati import LinearMotion
 from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
 from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
 
@@ -183,7 +184,7 @@ def test_derivatives_against_finite_differences(p, seed):
     n = len(p.reference)
     u = np.random.default_rng(seed).uniform((0.0, -1.5), (1.0, 1.5), (n, 2))
     turn, push, error = np.empty((n, 2)), np.empty((n, 2, 2)), np.empty((n, 3))
-    linearise(p, u, turn, push, error)
+    linearise(p, u, LinearMotion(turn, push, p.period), error)
     states = np.vstack([p.start, roll_out(p, u)])
     h = 1e-6
     for k in range(n):
@@ -208,7 +209,7 @@ def test_the_interior_point_against_scipy(seed):
     turn, push = rng.normal(size=(n, 2)) * 0.1, rng.normal(size=(n, 2, 2)) * 0.3
     error, gamma, base = rng.normal(size=(n, 3)), rng.uniform(0.3, 1, n), rng.uniform(-0.5, 0.5, (free, 2))
     low, high, smooth = np.full((free, 2), -1.0), np.full((free, 2), 1.0), np.array([0.6, math.inf, 0.6])
-    stage, lack, count = rng.integers(0, n, m), rng.normal(size=m) * 0.3, m
+    stage, lack = rng.integers(0, n, m), rng.normal(size=m) * 0.3
     normal = rng.normal(size=(m, 2))
     normal /= np.linalg.norm(normal, axis=1)[:, None]
     previous, out = np.zeros(2), np.empty((free, 2))
@@ -228,10 +229,11 @@ def test_the_interior_point_against_scipy(seed):
         held = np.vstack([u, u[-1:]])
         return gamma @ norms + effort * (held**2).sum() + rho * np.maximum(lacking, 0).sum()
 
-    spent = minimise(
-        turn, push, 0.15, error, 0.5, gamma, effort, base, low, high, smooth, previous, stage, normal, lack, count,
-        rho, 20.0, 1e-8, 60, out,
+    program = Program(
+        LinearMotion(turn, push, 0.15), error, 0.5, gamma, effort, base, low, high, smooth, previous, stage, normal,
+        lack, m, rho,
     )  # fmt: skip
+    spent = minimise(program, 20.0, 1e-8, 60, out)
     assert 0 < spent < 40
     assert (abs(out) <= 1).all()
     changes = np.linalg.norm(np.diff(np.vstack([previous, out]), axis=0), axis=1)

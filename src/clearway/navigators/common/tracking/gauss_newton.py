@@ -20,7 +20,7 @@ from clearway.geometry.angles import turn_between
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import sinc
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.common.tracking.interior_point import minimise
+from clearway.navigators.common.tracking.interior_point import Program, minimise
 from clearway.navigators.common.tracking.problem import (
     CONVERGED,
     INFEASIBLE,
@@ -39,6 +39,7 @@ from clearway.navigators.common.tracking.problem import (
     roll_out,
     seeds,
 )
+from clearway.navigators.common.tracking.riccati import LinearMotion
 
 BUDGET = 400
 """Interior-point iterations after which the answer hardly improves: what an unbounded budget means here."""
@@ -169,17 +170,17 @@ def refine(problem: Problem, plan: FloatArray, merit: float, budget: int) -> tup
     room = 0
     for k in range(n):
         room += problem.counts[k] + 5
-    turn, push, error = np.empty((n, 2)), np.empty((n, 2, 2)), np.empty((n, 3))
+    motion, error = LinearMotion(np.empty((n, 2)), np.empty((n, 2, 2)), problem.period), np.empty((n, 3))
     stage, normal, lack = np.empty(room, np.int64), np.empty((room, 2)), np.empty(room)
     answer, trial = np.empty((free, 2)), np.empty((n, 2))
     total, worst, summed = 0.0, 0.0, 0.0
-    linearise(problem, plan, turn, push, error)
+    linearise(problem, plan, motion, error)
     count = gather(problem, error, stage, normal, lack)
-    spent = minimise(
-        turn, push, problem.period, error, problem.heading_weight, problem.discount, problem.effort,
-        plan[:free], low, high, problem.smooth, problem.previous, stage, normal, lack, count,
-        PENALTY, _MU, _MU_END, min(_LIMIT, budget), answer,
+    program = Program(
+        motion, error, problem.heading_weight, problem.discount, problem.effort, plan[:free], low, high, problem.smooth,
+        problem.previous, stage, normal, lack, count, PENALTY,
     )  # fmt: skip
+    spent = minimise(program, _MU, _MU_END, min(_LIMIT, budget), answer)
     part, gain = 1.0, 0.0
     for _ in range(4):
         for k in range(n):
@@ -198,12 +199,16 @@ def refine(problem: Problem, plan: FloatArray, merit: float, budget: int) -> tup
 
 
 @kernel
-def linearise(problem: Problem, plan: FloatArray, turn: FloatArray, push: FloatArray, error: FloatArray) -> None:
+def linearise(problem: Problem, plan: FloatArray, motion: LinearMotion, error: FloatArray) -> None:
     """The poses less the reference, and how they depend on the pose before and on the input, along a plan (N, 2).
 
-    Writes `turn` (N, 2) = d(x, y)_k / d theta_{k-1}, `push` (N, 2, 2) = d(x, y)_k / d(v, omega)_k and `error` (N, 3),
-    its heading wrapped.
+    Args:
+        problem: The tracking problem.
+        plan: (N, 2) v [m/s] and omega [rad/s].
+        motion: Filled, but for its period.
+        error: (N, 3), filled, its heading wrapped.
     """
+    turn, push = motion.turn, motion.push
     c = problem.period
     x, y, theta = problem.start[0], problem.start[1], problem.start[2]
     for k in range(len(plan)):
