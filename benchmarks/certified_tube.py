@@ -29,7 +29,7 @@ from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.geometry.streams import stream, uniform
 from clearway.navigators.common.tracking.ancillary import linearise
-from clearway.navigators.hp_st.certificate import Rules, Safety, braking_tail, certify, longest_certified
+from clearway.navigators.hp_st.certificate import Rules, Safety, certify, longest_certified, stopped_after
 from clearway.navigators.hp_st.sight import Sight, sight_of
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
@@ -75,9 +75,8 @@ def random_commands(limits: DriveLimits, count: int, rng: np.random.Generator) -
 
 def stopping(state: FloatArray, commands: FloatArray, limits: DriveLimits, period: float, rest: int) -> Plan:
     """The plan that follows `commands`, brakes as hard as it can, and stands for `rest` periods more."""
-    moved = drive(state, commands, limits, period)
-    tail = braking_tail(np.concatenate([moved.states[-1], moved.velocities[-1]]), limits, period)
-    return drive(state, np.concatenate([commands, np.zeros((len(tail.inputs) + rest, 2))]), limits, period)
+    whole = stopped_after(drive(state, commands, limits, period), len(commands), limits, period)
+    return drive(state, np.concatenate([whole.commands, np.zeros((rest, 2))]), limits, period)
 
 
 def worst_case(plan: Plan, tube: Tube, period: float, target: int, angle: float) -> FloatArray:

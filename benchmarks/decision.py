@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from clearway.contract import Goal, Navigator, Observation, Obstacles, Sensing, Task
-from clearway.geometry.motion import step_arc
+from clearway.geometry.motion import arc
 from clearway.geometry.oscillator import trajectory
 from clearway.navigators import HpTmpc
 from clearway.navigators.hp_st import HpSt
@@ -86,7 +86,7 @@ def measure(n: int, make: Make, decisions: int, seed: int) -> tuple[list[float],
         command = navigator.step(Observation(t, pose, velocity, pose, goal, obstacles=obstacles))
         took.append(thread_time() - began)
         tracked.append(between - began)
-        pose = step_arc(pose, command.v, command.omega, robot.period)
+        pose = np.array(arc(*pose, command.v, command.omega, robot.period))
         velocity = np.array((command.v, command.omega))
     return took, tracked, seen / decisions
 

@@ -74,8 +74,10 @@ class Scan:
 
     Attributes:
         ranges: (n,) metres along beam i at `angle_min + i * angle_increment` in the sensor's frame; inf: no return.
-        angle_min: rad; angle_increment: rad.
-        range_min, range_max: metres; a return outside is never given.
+        angle_min: Direction of the first beam in the sensor's frame, rad.
+        angle_increment: Angle from a beam to the next, rad.
+        range_min: Shortest distance that is measured, m; a return below it is never given.
+        range_max: Longest distance that is measured, m; a return beyond it is never given.
         mount: (3,) pose of the sensor in base_link.
     """
 
@@ -92,10 +94,13 @@ class Obstacles:
     """Perceived obstacles as discs, in the map frame (in a `Sensing`: as measured; in an `Observation`: tracked).
 
     Attributes:
-        position: (n, 2) m; velocity: (n, 2) m/s, NaN where unknown (in an `Observation`: never); radius: (n,) m.
-        error: (n,) bound on the position's error, m; velocity_error: (n,) the same for the velocity, m/s, inf where
-        unknown. identity: (n,) int64, the same over time for the same obstacle. moving: (n,) bool, whether it is
-        perceived as one that moves (or can move).
+        position: (n, 2) centre, m.
+        velocity: (n, 2) velocity, m/s, NaN where unknown (in an `Observation`: never).
+        radius: (n,) radius, m.
+        error: (n,) bound on the position's error, m.
+        velocity_error: (n,) the same for the velocity, m/s, inf where unknown.
+        identity: (n,) int64, the same over time for the same obstacle.
+        moving: (n,) bool, whether it is perceived as one that moves (or can move).
     """
 
     position: FloatArray
@@ -116,9 +121,9 @@ class Goal:
 
     Attributes:
         pose: (3,) in the map frame.
-        xy_tolerance: within which the planner is to come, m; a test may judge by another one.
-        yaw_tolerance: the same of the heading, rad; inf where it is free.
-        leg: index of the leg of the trial that it belongs to.
+        xy_tolerance: Within which of it the planner is to come, m; a test may judge by another one.
+        yaw_tolerance: The same of the heading, rad; inf where it is free.
+        leg: Index of the leg of the trial that it belongs to.
     """
 
     pose: FloatArray
@@ -129,7 +134,12 @@ class Goal:
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """How much a navigator may think per control period: `iterations` (reproducible), `seconds`, or neither (no bound)."""
+    """How much a navigator may think per control period; with neither there is no bound.
+
+    Attributes:
+        iterations: Most iterations, which is reproducible.
+        seconds: Most seconds of wall clock.
+    """
 
     iterations: int | None = None
     seconds: float | None = None
@@ -144,11 +154,14 @@ class Task:
     """What a navigator is told once, before it starts.
 
     Attributes:
-        period: control period, s. speed_limit: the set speed of the test, m/s; the plant clips to it.
+        period: Control period, s.
+        speed_limit: The set speed of the test, m/s; the plant clips to it.
         start: (3,) where the robot is believed to stand, map frame (placed by hand: the truth differs a little).
-        map: what is known of the floor, or None. area: x_min, y_min, x_max, y_max [m] of where the robot's centre may
-        be, None: anywhere. budget: per control period.
-        time_limit: seconds for each leg. obstacle_oracle: the truth, for privileged navigators only.
+        map: What is known of the floor, or None.
+        area: Where the robot's centre may be: x_min, y_min, x_max, y_max [m]; None: anywhere.
+        budget: How much it may think per control period.
+        time_limit: How long each leg may take, s.
+        obstacle_oracle: The truth, for privileged navigators only.
     """
 
     period: float
@@ -163,13 +176,17 @@ class Task:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensing:
-    """What the robot's sensors gave at time `t` [s]: raw, before any estimation.
+    """What the robot's sensors gave: raw, before any estimation.
 
     Attributes:
-        odom_pose: (3,) dead-reckoned pose in the odom frame. odom_velocity: (2,) measured v [m/s], omega [rad/s].
-        scan: the lidar's sweep, None without a lidar. obstacles: what the camera measured (map frame, by the true
-        pose), None without a camera. goal: where to go. truth: (3,) the true pose in the map frame; only
-        the localiser `truth` may read it, to show what localisation costs.
+        t: When, s since the trial began.
+        odom_pose: (3,) dead-reckoned pose in the odom frame.
+        odom_velocity: (2,) measured v [m/s], omega [rad/s].
+        scan: The lidar's sweep, None without a lidar.
+        obstacles: What the camera measured (map frame, by the true pose), None without a camera.
+        goal: Where to go.
+        truth: (3,) the true pose in the map frame; only the localiser `truth` may read it, to show what localisation
+            costs.
     """
 
     t: float
@@ -186,9 +203,13 @@ class Observation:
     """What a navigator is told each control period.
 
     Attributes:
-        t: s since the trial began. pose: (3,) estimated, map frame. velocity: (2,) estimated v [m/s], omega [rad/s].
-        odom_pose: (3,) smooth but drifting, odom frame (a rolling costmap lives there). goal: where to go.
-        scan, obstacles: as the navigator's `needs` asked for, else None.
+        t: When, s since the trial began.
+        pose: (3,) estimated pose in the map: x, y [m], theta [rad].
+        velocity: (2,) estimated v [m/s], omega [rad/s].
+        odom_pose: (3,) smooth but drifting pose in the odom frame (a rolling costmap lives there).
+        goal: Where to go.
+        scan: The lidar's sweep, if the navigator's `needs` asks for it, else None.
+        obstacles: What was perceived or measured of obstacles, if its `needs` asks for it, else None.
     """
 
     t: float
@@ -205,16 +226,16 @@ class Command:
     """What the base is to do in the next control period.
 
     Attributes:
-        v: forward speed, m/s.
-        omega: yaw rate, rad/s.
+        v: Forward speed, m/s.
+        omega: Yaw rate, rad/s.
         arrived: Whether the navigator calls the goal reached; None leaves that to the run's goal checker, which goes by
             the goal's tolerances and the estimated pose. While it is called so, the base is told to stand, whatever v
             and omega; the leg is reached when it does. A call that is taken back before doesn't count.
-        gave_up: why the navigator can't go on; ends the trial as `aborted`.
-        status: how it was found, a `Status` or a word of its own; each change of it becomes an event of the trial.
-        cut: whether the budget ended the thinking before it was finished.
-        violated: what this period showed to be untrue of that which the navigator's guarantee assumes (a bound on the
-        disturbance, on an obstacle's speed), one text each; each becomes an event of the trial.
+        gave_up: Why the navigator can't go on; ends the trial as `aborted`.
+        status: How it was found, a `Status` or a word of its own; each change of it becomes an event of the trial.
+        cut: Whether the budget ended the thinking before it was finished.
+        violated: What this period showed to be untrue of that which the navigator's guarantee assumes (a bound on the
+            disturbance, on an obstacle's speed), one text each; each becomes an event of the trial.
     """
 
     v: float
@@ -231,9 +252,13 @@ class Diagnostics:
     """What a navigator shows of its thinking, in a fixed vocabulary (map frame); the report draws it, whoever made it.
 
     Attributes:
-        polylines: name -> (n, 2), such as `global plan`, `local plan`. circles: name -> (n, 3) x, y, radius.
-        tube: (n, 3) x, y, radius along a plan. tree: (n, 4) edges x0, y0, x1, y1.
-        field: values of a potential or cost with the grid it lies on. status: a word. iterations: spent this period.
+        polylines: Name -> (n, 2) points, m, such as `global plan`, `local plan`.
+        circles: Name -> (n, 3) x, y, radius, m.
+        tube: (n, 3) x, y, radius along a plan, m.
+        tree: (n, 4) edges x0, y0, x1, y1, m.
+        field: Values of a potential or cost with the grid it lies on.
+        status: The navigator's state, in a word.
+        iterations: How many iterations it spent this period.
     """
 
     polylines: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -290,7 +315,13 @@ class Tracker(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Decision:
-    """A pilot's answer: the command, the estimated pose (3,), and now and then what the navigator thought."""
+    """A pilot's answer.
+
+    Attributes:
+        command: What to drive.
+        estimate: (3,) estimated pose in the map: x, y [m], theta [rad].
+        diagnostics: What the navigator thought; None in most periods.
+    """
 
     command: Command
     estimate: FloatArray

@@ -10,9 +10,9 @@ class ClearwayError(Exception):
     """Something that the caller gave is wrong. The message is one clear sentence, meant to be shown as it is.
 
     Args:
-        problem: what is wrong, with the offending value and what would be right.
-        file: the file it stands in, if there is one.
-        field: the field (dotted path) it stands in, if there is one.
+        problem: What is wrong, with the offending value and what would be right.
+        file: The file it stands in, if there is one.
+        field: The field (dotted path) it stands in, if there is one.
     """
 
     def __init__(self, problem: str, *, file: object = None, field: str | None = None) -> None:

@@ -10,8 +10,8 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from shapely import affinity
 
+from arcs import step_arc
 from clearway.geometry.distance import clearance, closest_approach, min_clearance, path_clearance
-from clearway.geometry.motion import step_arc
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape, rectangle
 
 coordinates = st.floats(-2, 2).map(lambda x: round(x, 3))

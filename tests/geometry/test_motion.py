@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from arcs import step_arc
 from clearway.geometry.angles import turn_between, wrap
-from clearway.geometry.motion import arc, ramp, step_arc
+from clearway.geometry.motion import arc, ramp
 
 angles = st.floats(-100.0, 100.0)
 poses = st.tuples(st.floats(-5, 5), st.floats(-5, 5), st.floats(-3, 3)).map(np.array)

@@ -21,13 +21,12 @@ from clearway.navigators.hp_st.certificate import (
     Rules,
     Safety,
     Verdict,
-    braking_tail,
     certify,
     longest_certified,
     stopped_after,
 )
 from clearway.navigators.hp_st.sight import Sight, depth, sight_of
-from clearway.navigators.hp_st.tube import drive, room, tube
+from clearway.navigators.hp_st.tube import Plan, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "certified_tube.py"
@@ -239,13 +238,16 @@ def test_a_corner_reaches_farther_than_a_side() -> None:
 
 
 def test_braking_by_hand() -> None:
-    tail = braking_tail(np.array([1.0, 2.0, 0.0, 1.5, 0.0]), HOSBOT, 0.1)
+    def braking(state: list[float], limits: DriveLimits, period: float) -> Plan:
+        return stopped_after(drive(np.array(state), np.zeros((1, 2)), limits, period), 0, limits, period)
+
+    tail = braking([1.0, 2.0, 0.0, 1.5, 0.0], HOSBOT, 0.1)
     assert len(tail.inputs) == 8 + 1  # 1.5 m/s at 2 m/s^2: 0.75 s; then one period at rest
     assert tail.states[-1] == pytest.approx([1.0 + 1.5**2 / 4.0, 2.0, 0.0])
     assert not tail.velocities[-2:].any()
-    at_once = braking_tail(np.array([0.0, 0.0, 0.3, 1.0, -1.5]), INSTANT, PERIOD)
+    at_once = braking([0.0, 0.0, 0.3, 1.0, -1.5], INSTANT, PERIOD)
     assert at_once.states.tolist() == [[0.0, 0.0, 0.3]] * 2
-    turning = braking_tail(np.array([0.0, 0.0, 0.0, 0.1, 1.0]), HOSBOT, 0.1)
+    turning = braking([0.0, 0.0, 0.0, 0.1, 1.0], HOSBOT, 0.1)
     assert len(turning.inputs) == 5 + 1  # 1 rad/s at 2 rad/s^2
 
 

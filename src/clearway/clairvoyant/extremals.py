@@ -48,7 +48,8 @@ def fastest(
     """The fastest of these ways from `start` (2,) at time `t` [s], arriving before `latest` [s].
 
     Args:
-        families: the most to look at (the most promising first). waits: also ways that wait for a fast disc to pass.
+        families: The most to look at (the most promising first).
+        waits: Whether there are also ways that wait for a fast disc to pass.
 
     Returns:
         (k, 3) t, x, y, or None.

@@ -13,9 +13,14 @@ class Scene(NamedTuple):
     """What compiled code needs to know of the discs.
 
     Attributes:
-        static: (n, 3) x, y, R [m]. moving: (T, m, 2) centres [m] every `dt` [s], NaN: absent. radii: (m,) m.
-        speed: (m,) the most that each ever does, m/s. dt: s. area: (4,) x_min, y_min, x_max, y_max [m].
-        goal: (3,) x, y, radius [m]. v: m/s.
+        static: (n, 3) x, y, radius, m.
+        moving: (T, m, 2) centres every `dt`, m; NaN: absent.
+        radii: (m,) their radii, m.
+        speed: (m,) the most that each ever does, m/s.
+        dt: Time from a sample of `moving` to the next, s.
+        area: (4,) x_min, y_min, x_max, y_max, m.
+        goal: (3,) x, y, radius, m.
+        v: Top speed of the point that moves among them, m/s.
     """
 
     static: FloatArray

@@ -29,14 +29,24 @@ PER_STEP = 20.5
 """How far they reach at least in any direction, on average, nodes."""
 
 MARGIN = 3.0
-"""Nodes."""
+"""By how many nodes discs are smaller and the goal larger, against rounding."""
 
 Words = npt.NDArray[np.uint64]
 Layers = npt.NDArray[np.uint64]
 
 
 class Lattice(NamedTuple):
-    """A grid laid along the line to the goal: node (64 + ox, oy) is the start, c and s turn and scale metres to nodes."""
+    """A grid laid along the line to the goal: node (64 + ox, oy) is the start.
+
+    Attributes:
+        h: Spacing of its nodes, m.
+        c: Cosine part of what turns and scales metres to nodes, 1/m.
+        s: Sine part of the same, 1/m.
+        ox: Offset of the start's column.
+        oy: Row of the start.
+        size: Number of rows and of columns.
+        words: Number of words of 64 nodes in a row.
+    """
 
     h: float
     c: float
@@ -51,7 +61,8 @@ def earliest(scene: Scene, start: FloatArray, t0: float, limit: float, delta: fl
     """No way from `start` at `t0` arrives before this time; `limit` if there is none that arrives before `limit` [s].
 
     Args:
-        start: (2,) m. delta: between two layers, s; the grid's spacing is v delta / 20.5.
+        start: (2,) where it starts, m.
+        delta: Time between two layers, s; the grid's spacing is v delta / 20.5.
     """
     lattice = _lattice(scene, start, t0, limit, scene.v * delta / PER_STEP, MARGIN)
     none = np.zeros((0, 0, 0), np.uint64)

@@ -38,9 +38,11 @@ class SpaceTimePath(NamedTuple):
     """A way through space and time.
 
     Attributes:
-        time: when it arrives, less when it starts, s. length: of the way, m. error: bound on the relative error of
-        `time`: no way is faster than (1 - error) time (see `shortest`). points: (k, 3) t [s], x, y [m]; straight at
-        constant speed between two of them (v_max to within 1e-3, where the way follows a fast disc's edge); the first is the start, the last is within the goal's radius.
+        time: How long it takes, s.
+        length: Length of the way, m.
+        error: Bound on the relative error of `time`: no way is faster than (1 - error) time (see `shortest`).
+        points: (k, 3) t [s], x, y [m]; straight at constant speed between two of them (v_max to within 1e-3, where the
+            way follows a fast disc's edge); the first is the start, the last is within the goal's radius.
     """
 
     time: float
@@ -67,13 +69,19 @@ def shortest(
     """The fastest way from `start` to within `goal_radius` of `goal`.
 
     Args:
-        start, goal: (2,) m. goal_radius: m. v_max: m/s.
+        start: (2,) where it starts, m.
+        goal: (2,) where it goes, m.
+        goal_radius: How near to the goal it ends, m.
+        v_max: Top speed, m/s.
         static: (n, 3) x, y, R [m] of discs that stand, already inflated.
-        moving: (T, m, 2) centres [m] of discs at the times 0, dt, 2 dt, ... s; straight at constant speed between;
-        NaN: absent (then also in the interval before and after). After the last sample nothing is known: no way goes on
-        beyond it unless m = 0. radii: (m,) m, already inflated. dt: s.
+        moving: (T, m, 2) centres [m] of discs at the times 0, dt, 2 dt, ... s; straight at constant speed between; NaN:
+            absent (then also in the interval before and after). After the last sample nothing is known: no way goes on
+            beyond it unless m = 0.
+        radii: (m,) their radii, m, already inflated.
+        dt: Time from a sample of `moving` to the next, s.
         area: x_min, y_min, x_max, y_max [m] of where the point may be; None: anywhere.
-        horizon: latest arrival, s after `start_time`. start_time: when it starts, on the clock of `moving`, s.
+        horizon: Latest arrival, s after `start_time`.
+        start_time: When it starts, on the clock of `moving`, s.
         bound: False skips the bound on the error (`error` is then NaN): for a navigator that only wants the way.
 
     Returns:

@@ -23,8 +23,7 @@ class Forecast(NamedTuple):
         centre: (n, K + 1, 2) m, centre of the disc in which the obstacle's centre is for sure at each instant, as long
             as the assumed bounds of speed, acceleration and error of perception hold.
         reach: (n, K + 1) m, radius of that disc.
-        speed: (n,) m/s, bound that the obstacle's speed keeps over the whole window, for what happens between
-            instants.
+        speed: (n,) m/s, bound that the obstacle's speed keeps over the whole window, for what happens between instants.
         identity: (n,) int64, the same over time for the same obstacle.
         age: (n,) s since it was last perceived.
     """

@@ -40,13 +40,19 @@ class Models(NamedTuple):
     """The bank, and how it forecasts.
 
     Attributes:
-        stiffness: (B,) 1/s^2 from which oscillations start. likely: (B,) their probabilities. spread: standard
-        deviation of each over its value. reach: (B,) m, standard deviation of the way to the point.
-        turn: (R,) rad/s. prior: (6 + R,) probability of each family at first. next: (6 + R,)
-        the same once the kind of motion has changed. step: s between a forecast's instants.
-        noise: (6,) of stopped, steady, free, braking, turn, oscillation, see the parameters. manoeuvre: (3,) m/s^2, s, and
-        s of braking.
-        row: (5, K + 1, 3): position at an instant = row . state now. grown: (5, K + 1) variance added until then, m^2. turn_row: (R, K + 1, 2) the same for turns: real and imaginary part of the velocity's factor.
+        stiffness: (B,) 1/s^2 from which oscillations start.
+        likely: (B,) their probabilities.
+        spread: Standard deviation of each over its value.
+        reach: (B,) standard deviation of the way to the point, m.
+        turn: (R,) yaw rates, rad/s.
+        prior: (6 + R,) probability of each family at first.
+        next: (6 + R,) the same once the kind of motion has changed.
+        step: Time between a forecast's instants, s.
+        noise: (6,) of stopped, steady, free, braking, turn, oscillation; see the parameters.
+        manoeuvre: (3,) acceleration of a manoeuvre [m/s^2], how long it lasts [s], and how long braking lasts [s].
+        row: (5, K + 1, 3) factors: the position at an instant is row . state now.
+        grown: (5, K + 1) variance added until then, m^2.
+        turn_row: (R, K + 1, 2) the same for turns: real and imaginary part of the velocity's factor.
         turn_grown: (K + 1,) m^2.
     """
 
@@ -73,7 +79,8 @@ class Filters(NamedTuple):
         mean: (2, 5, 3) position [m], velocity [m/s] and acceleration [m/s^2] of each linear model, x and y.
         cov: (5, 6) their covariance along either axis: xx, xv, xa, vv, va, aa.
         turn: (R, 4) x, y [m], vx, vy [m/s] of each turning model.
-        turn_cov: (R, 4) variance of position and of velocity, real and imaginary part of position with conjugate velocity.
+        turn_cov: (R, 4) variance of position and of velocity, real and imaginary part of position with conjugate
+            velocity.
         osc: (2, B, 4) see `oscillations`, x and y.
         osc_cov: (2, B, 10) see there.
         family: (6 + R,) probability of each family.

@@ -20,13 +20,21 @@ class Tracks(NamedTuple):
     """Room for C tracks; the first `count` rows that its owner knows of are in use.
 
     Attributes:
-        label: (C,) int64, the identity that perception gives it now. identity: (C,) int64, ours.
-        clock: (C, 3) s: when it began, when it was perceived last, and when perceived last as one that moves.
-        changes: (C,) of its kind of motion that were seen.
-        size: (C, 2) m: radius, error of its last place.
-        mean (C, 2, 5, 3), cov (C, 5, 6), turn (C, R, 4), turn_cov (C, R, 4): see `models.begin`. osc (C, 2, B, 4), osc_cov
-        (C, 2, B, 10): see `oscillations`.
-        family (C, 6 + R), stiff (C, 2, B): see `mixture.weigh`. disc (C, 6), recent (C, RECENT, 4): see `bounds.start`.
+        label: (C,) int64, the identity that perception gives it now.
+        identity: (C,) int64, the identity that the forecaster gives it.
+        clock: (C, 3) when it began, when it was perceived last, and when perceived last as one that moves, s.
+        changes: (C,) how many changes of its kind of motion were seen.
+        size: (C, 2) its radius and the error of its last place, m.
+        mean: (C, 2, 5, 3), see `models.begin`.
+        cov: (C, 5, 6), see `models.begin`.
+        turn: (C, R, 4), see `models.begin`.
+        turn_cov: (C, R, 4), see `models.begin`.
+        osc: (C, 2, B, 4), see `oscillations`.
+        osc_cov: (C, 2, B, 10), see `oscillations`.
+        family: (C, 6 + R), see `mixture.weigh`.
+        stiff: (C, 2, B), see `mixture.weigh`.
+        disc: (C, 6), see `bounds.start`.
+        recent: (C, RECENT, 4), see `bounds.start`.
     """
 
     label: npt.NDArray[np.int64]

@@ -40,9 +40,10 @@ def min_clearance(
     """Clearance to the nearest body at each sample.
 
     Args:
-        footprint: of the robot. poses: (n, 3) of the robot.
-        bodies: all that it can hit. moving_obstacles: (n, m, 3) poses of those bodies whose pose is None, in their order;
-            NaN where one is absent.
+        footprint: Footprint of the robot.
+        poses: (n, 3) poses of the robot: x, y [m], theta [rad].
+        bodies: All that it can hit.
+        moving_obstacles: (n, m, 3) poses of those bodies whose pose is None, in their order; NaN where one is absent.
 
     Returns:
         (n,) metres; inf where there is no body.

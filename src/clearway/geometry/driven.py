@@ -22,8 +22,12 @@ def driven(
     both bounds exactly.
 
     Args:
-        start, velocity: (2,) m, m/s at the first instant. target: (k, 2) m. stiffness: (2,) 1/s^2. push: (k, 2) m/s^2,
-        each during one step. damping: 1/s.
+        start: (2,) position at the first instant, m.
+        velocity: (2,) velocity at the first instant, m/s.
+        target: (k, 2) what it is drawn to during each step, m.
+        stiffness: (2,) stiffness along each axis, 1/s^2.
+        push: (k, 2) what pushes it during each step, m/s^2.
+        damping: Damping, 1/s.
     """
     states = np.empty((len(push) + 1, 4))
     states[0, :2], states[0, 2:] = start, velocity

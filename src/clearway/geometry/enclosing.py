@@ -22,7 +22,8 @@ def enclosing_circle(points: FloatArray, rows: npt.NDArray[np.int64]) -> tuple[f
     (the pivot rule of Gärtner 1999, "Fast and robust smallest enclosing balls").
 
     Args:
-        points: (n, 2), finite. rows: (m,) which of them, at least one.
+        points: (n, 2), finite.
+        rows: (m,) which of them, at least one.
     """
     carriers = np.empty((4, 2))
     carriers[0] = points[rows[0]]

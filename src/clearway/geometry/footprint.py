@@ -19,7 +19,8 @@ class Footprint(NamedTuple):
     Attributes:
         vertices: (k, 2) m; one of a disc, else of a simple polygon, convex or not, without repetition.
         radius: m, by which the vertices (their polygon) are grown.
-        inscribed, circumscribed: m, of the largest disc around the origin that is inside and the smallest that holds all.
+        inscribed: Radius of the largest disc around the origin that is inside, m.
+        circumscribed: Radius of the smallest disc around the origin that holds all, m.
         lever: m, the farthest vertex from the origin: how far a turn by 1 rad moves the outline at most (0.0: a disc).
     """
 
@@ -45,7 +46,8 @@ def gap(vertices: FloatArray, radius: float, x: float, y: float, theta: float, p
     """Signed distance [m] from the point (px, py) to the footprint at the pose (x, y, theta); negative inside.
 
     Args:
-        vertices, radius: of a `Footprint`; two vertices are a segment.
+        vertices: (n, 2) corners of the `Footprint`, m; two are a segment.
+        radius: Its radius, m.
     """
     c, s = math.cos(theta), math.sin(theta)
     qx, qy = c * (px - x) + s * (py - y), c * (py - y) - s * (px - x)  # the point in base_link

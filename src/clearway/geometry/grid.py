@@ -16,8 +16,10 @@ class OccupancyGrid:
     """A map of cells, axis-aligned in its frame.
 
     Attributes:
-        data: (rows, cols) int8; row r, column c covers y from origin[1] + r * resolution, x from origin[0] + c * resolution.
-        resolution: edge of a cell, m. origin: (x, y) of the lower-left corner of cell (0, 0), m.
+        data: (rows, cols) int8; row r, column c covers y from origin[1] + r * resolution, x from origin[0] + c *
+            resolution.
+        resolution: Edge of a cell, m.
+        origin: The lower-left corner x, y of cell (0, 0), m.
     """
 
     data: npt.NDArray[np.int8]

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
-from clearway.geometry.shapes import FloatArray
 
 
 @kernel
@@ -29,13 +26,6 @@ def sinc(a: float) -> float:
     if abs(a) < 1e-4:
         return 1.0 - a * a / 6.0
     return math.sin(a) / a
-
-
-@kernel
-def step_arc(pose: FloatArray, v: float, omega: float, dt: float) -> FloatArray:
-    """`arc` on a pose (3,): returns a new pose (3,)."""
-    x, y, theta = arc(pose[0], pose[1], pose[2], v, omega, dt)
-    return np.array((x, y, theta))
 
 
 @kernel

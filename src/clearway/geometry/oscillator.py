@@ -19,7 +19,10 @@ def oscillate(x: float, v: float, attraction: float, stiffness: float, dt: float
     """Position [m] and velocity [m/s] on one axis after one step of `dt` [s] of the Runge-Kutta 3/8 rule.
 
     Args:
-        x, v: now. attraction: m. stiffness: alpha or beta of eqs. 6-7, 1/s^2.
+        x: Position now, m.
+        v: Velocity now, m/s.
+        attraction: What it is attracted to, m.
+        stiffness: Alpha or beta of eqs. 6-7, 1/s^2.
     """
     p1, q1 = v, stiffness * (attraction - x)
     p2, q2 = v + dt * q1 / 3.0, stiffness * (attraction - (x + dt * p1 / 3.0))
@@ -36,7 +39,10 @@ def trajectory(
     """States (count + 1, 4) x, y [m], v_x, v_y [m/s] of a body in the plane, `dt` [s] apart, from the start on.
 
     Args:
-        start, velocity: (2,) at the first instant. attraction: (2,) m. stiffness: (2,) 1/s^2.
+        start: (2,) position at the first instant, m.
+        velocity: (2,) velocity at the first instant, m/s.
+        attraction: (2,) what it is attracted to, m.
+        stiffness: (2,) stiffness along each axis, 1/s^2.
     """
     states = np.empty((count + 1, 4))
     states[0, :2], states[0, 2:] = start, velocity

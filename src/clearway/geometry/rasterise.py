@@ -31,8 +31,10 @@ def rasterise(
     """Cells (rows, cols) that a body covers or that its boundary passes through.
 
     Args:
-        bodies: shapes with their poses (3,), in the grid's frame.
-        size: rows, cols. resolution: edge of a cell, m. origin: (x, y) of the lower-left corner of cell (0, 0), m.
+        bodies: Shapes with their poses (3,), in the grid's frame.
+        size: Numbers of rows and columns.
+        resolution: Edge of a cell, m.
+        origin: (x, y) of the lower-left corner of cell (0, 0), m.
     """
     cells = np.zeros(size, dtype=np.bool_)
     for shape, pose in bodies:

@@ -22,11 +22,13 @@ _SLACK = 1e-12  # relative: a beam through the corner that two segments share mu
 
 
 class Scene(NamedTuple):
-    """What a lidar can see.
+    """What a lidar can see. Lengths are metres, in the frame of the owner.
 
     Attributes:
-        segments: (m, 4) x0, y0, x1, y1. circles: (k, 3) x, y, radius. In metres, in the frame of the owner.
-        segment_owner: (m,) int64, circle_owner: (k,) int64: which body each belongs to.
+        segments: (m, 4) x0, y0, x1, y1 of segments, m.
+        circles: (k, 3) x, y, radius of circles, m.
+        segment_owner: (m,) int64, the body that each segment belongs to.
+        circle_owner: (k,) int64, the body that each circle belongs to.
     """
 
     segments: FloatArray
@@ -39,7 +41,11 @@ class Beams(NamedTuple):
     """A lidar's beams in its own frame: beam i looks along `angle_min + i * increment`.
 
     Attributes:
-        directions: (2, n) unit vectors. angle_min, increment: rad. range_min, range_max: m.
+        directions: (2, n) unit vectors of the beams.
+        angle_min: Direction of beam 0, rad.
+        increment: Angle from a beam to the next, rad.
+        range_min: Shortest distance that is measured, m.
+        range_max: Longest distance that is measured, m.
     """
 
     directions: FloatArray

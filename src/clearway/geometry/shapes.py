@@ -15,14 +15,22 @@ FloatArray: TypeAlias = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Circle:
-    """A disc around the body's origin."""
+    """A disc around the body's origin.
+
+    Attributes:
+        radius: Its radius, m.
+    """
 
     radius: float
 
 
 @dataclass(frozen=True, slots=True)
 class Polygon:
-    """A simple polygon, convex or not, counter-clockwise. Two vertices make a segment: a wall without thickness."""
+    """A simple polygon, convex or not, counter-clockwise. Two vertices make a segment: a wall without thickness.
+
+    Attributes:
+        vertices: Its corners x, y in the body's frame, m.
+    """
 
     vertices: tuple[tuple[float, float], ...]
 

@@ -12,13 +12,13 @@ class DriveLimits(NamedTuple):
     """Limits of a differential drive. It heads for its command with these accelerations, and holds no speed beyond these.
 
     Attributes:
-        v_min: most negative forward speed (reverse), m/s, at most 0.
-        v_max: largest forward speed, m/s.
-        acceleration: bound on the growth of |v|, m/s^2; inf: it takes up any speed at once.
-        deceleration: bound on the decline of |v|, m/s^2; inf likewise.
-        omega_max: largest yaw rate either way, rad/s.
-        angular_acceleration: bound on the growth of |omega|, rad/s^2; inf likewise.
-        angular_deceleration: bound on the decline of |omega|, rad/s^2; inf likewise.
+        v_min: Most negative forward speed (reverse), m/s, at most 0.
+        v_max: Largest forward speed, m/s.
+        acceleration: Bound on the growth of |v|, m/s^2; inf: it takes up any speed at once.
+        deceleration: Bound on the decline of |v|, m/s^2; inf likewise.
+        omega_max: Largest yaw rate either way, rad/s.
+        angular_acceleration: Bound on the growth of |omega|, rad/s^2; inf likewise.
+        angular_deceleration: Bound on the decline of |omega|, rad/s^2; inf likewise.
     """
 
     v_min: float

@@ -33,15 +33,19 @@ _ROUNDS = 64
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One of paper B's cases, or a harder one: how many obstacles stand and move, whether a gap closes, how motions are
-    placed.
+    """One of paper B's cases, or a harder one.
 
     Attributes:
-        name: of the batch. confined: the whole swing stays in the square and near its attraction; else literal, which
-        lets an obstacle swing far out of it. speed: set speed, m/s. misspecified: obstacles move as no forecast
-        models it (`sar_motions`). one_by_one: what an obstacle has to keep on its own
-        is drawn until it is kept, obstacle by obstacle, before layouts are refused for the rest: the same distribution,
-        in reach for crowds.
+        name: Name of the batch.
+        static: How many obstacles stand.
+        moving: How many obstacles move.
+        closing_gap: Whether two of them close in on the robot's way.
+        confined: Whether the whole swing stays in the square and near its attraction; else literal, which lets an
+            obstacle swing far out of it.
+        speed: Set speed, m/s.
+        misspecified: Whether obstacles move as no forecast models it (`sar_motions`).
+        one_by_one: Whether what an obstacle has to keep on its own is drawn until it is kept, obstacle by obstacle,
+            before layouts are refused for the rest: the same distribution, in reach for crowds.
     """
 
     name: str
@@ -82,10 +86,13 @@ CASES = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Drawn:
-    """A scenario's obstacles, the clairvoyant's limit, and how it was found.
+    """A scenario's obstacles.
 
     Attributes:
-        refused: why earlier draws were refused -> how many of them.
+        seed: Seed that they were drawn from.
+        layout: Where they are and how they move.
+        optimal: The clairvoyant's limit.
+        refused: Why earlier draws were refused, and how many of them.
     """
 
     seed: int
@@ -169,7 +176,7 @@ def examine(case: Case, layout: Layout, key: np.uint64) -> tuple[Layout, Optimal
     """A layout that holds what it must and the clairvoyant's limit of it, else the first reason why it doesn't.
 
     Args:
-        key: of the stream for what is drawn only now: misspecified motions, with which the layout is returned.
+        key: Of the stream for what is drawn only now: misspecified motions, with which the layout is returned.
     """
     if rules.overlaps(layout):
         return "overlap"

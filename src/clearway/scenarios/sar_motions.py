@@ -23,7 +23,8 @@ def misspecified(layout: Layout, path: FloatArray, key: np.uint64) -> Layout:
     """The layout with other motions: its obstacles start where they did, those that oscillate as fast as they did.
 
     Args:
-        path: (n, 2) the shortest way past what stands, m: what a pursued point patrols. key: of the stream.
+        path: (n, 2) the shortest way past what stands, m: what a pursued point patrols.
+        key: Key of the stream of random numbers.
     """
     return dataclasses.replace(layout, motions=tuple(_motion(layout, j, path, key) for j in range(len(layout.start))))
 

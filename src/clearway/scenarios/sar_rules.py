@@ -36,8 +36,12 @@ class Layout:
     """Obstacles as drawn.
 
     Attributes:
-        static: (n, 2) m. start, velocity, attraction, stiffness: (m, 2) m, m/s, m, 1/s^2 of the moving ones, as in
-        `OscillationSpec`. motions: if any, how they move instead of oscillating.
+        static: (n, 2) centres of those that stand, m.
+        start: (m, 2) where the moving ones start, m.
+        velocity: (m, 2) how fast they start, m/s.
+        attraction: (m, 2) what they oscillate about, m.
+        stiffness: (m, 2) stiffness of their oscillation along each axis, 1/s^2.
+        motions: How they move instead of oscillating, if they do.
     """
 
     static: FloatArray
@@ -70,8 +74,12 @@ class ClosingGap(NamedTuple):
     """A gap that closes on a robot which follows the static shortest path.
 
     Attributes:
-        speed: of the robot, m/s. time: when it comes between the two, s. first, second: which two, static ones first.
-        gap: between their edges then, m. before: the same a while earlier, m.
+        speed: Speed of the robot, m/s.
+        time: When the robot comes between the two, s.
+        first: Index of the one of the two, static ones first.
+        second: Index of the other.
+        gap: Distance between their edges then, m.
+        before: Distance between their edges a while earlier, m.
     """
 
     speed: float
@@ -146,8 +154,10 @@ def _between(
     """When the robot at `p` (k, 2) first crosses the line between two of `at` (k or more, n, 2) that closed in on it.
 
     Args:
-        still: so many of the n stand. back: how long before the two were apart, in samples. closed, opened: how far
-            apart their centres are at most, and were at least, m.
+        still: So many of the n stand.
+        back: How long before the two were apart, in samples.
+        closed: How far apart their centres are at most, m.
+        opened: How far apart they were at least, m.
 
     Returns:
         When, in samples; who (-1: nobody); how far apart they are and were, m.

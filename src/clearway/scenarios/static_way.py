@@ -23,7 +23,8 @@ def static_way(
     """(k, 2) the shortest way from `start` to `goal` (2,), None if there is none.
 
     Args:
-        discs: (n, 3) x, y, radius [m] that no point of the way enters. area: x_min, y_min, x_max, y_max [m] around it.
+        discs: (n, 3) x, y, radius [m] that no point of the way enters.
+        area: x_min, y_min, x_max, y_max [m] around it.
     """
     angle = math.tau / CORNERS * np.arange(CORNERS)
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) / math.cos(math.pi / CORNERS)

@@ -85,10 +85,14 @@ def instants(
     """The instants of a period that are to be kept.
 
     Args:
-        leg, t, driven, pivot: See `Between`.
+        leg: Which leg is being driven, as in `Between`.
+        t: As in `Between`.
+        driven: As in `Between`.
+        pivot: As in `Between`.
         reach: (1 + m,) radius around its origin that no part of the robot and of each moving body leaves, m.
         inner: (m,) sum of the radii of the discs around their origins that the robot and each body hold, m.
-        nearest: (2,) the least distance of two edges (a bound from above) and of two origins so far on this leg, m; updated.
+        nearest: (2,) the least distance of two edges (a bound from above) and of two origins so far on this leg, m;
+            updated.
 
     Returns:
         (k,) s, (k, 3) poses of base_link and (k, m, 3) of the moving bodies, NaN while absent; k may be 0.

@@ -23,9 +23,11 @@ class ObstacleSensor:
     """Looks at the obstacles among `bodies`.
 
     Args:
-        camera: its range and error. still_reach, moving_reach: how far the outline of each body without and with a
-            pose column reaches from its origin, in their order, m: a shape is seen as the disc that holds it.
-        seed: of the trial; an obstacle's error in a control period depends on nothing else.
+        camera: Its range and error.
+        still_reach: How far the outline of each body without a pose column reaches from its origin, in their order, m: a
+            shape is seen as the disc that holds it.
+        moving_reach: The same of each body with a pose column.
+        seed: Seed of the trial; an obstacle's error in a control period depends on nothing else.
     """
 
     def __init__(

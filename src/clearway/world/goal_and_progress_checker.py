@@ -28,8 +28,11 @@ class GoalAndProgressChecker:
     """Follows a trial from leg to leg.
 
     Attributes:
-        leg: index of the leg that is being driven. goal: of that leg; a new object for each.
-        spans: of the legs that have ended. events: what happened. reason: why the trial ended, for people.
+        leg: Index of the leg that is being driven.
+        goal: Goal of that leg; a new object for each.
+        spans: Spans of the legs that have ended.
+        events: What happened.
+        reason: Why the trial ended, for people.
     """
 
     def __init__(self, legs: Sequence[Leg], rules: Sequence[LegSpec], livelock: bool, pose: FloatArray) -> None:

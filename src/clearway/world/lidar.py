@@ -93,7 +93,10 @@ def scan(ranges: FloatArray, x: float, y: float, theta: float, count: int, held:
     """One sweep of the lidar into `ranges` (n,), with its errors; inf: no return.
 
     Args:
-        x, y, theta: the robot's pose. count: of control periods so far.
+        x: Where the robot is in the map, m.
+        y: Where the robot is in the map, m.
+        theta: Its heading, rad.
+        count: Number of control periods so far.
     """
     view = held.value
     mount, rays, errors, still, movable = view.mount, view.rays, view.errors, view.still, view.movable
@@ -123,7 +126,7 @@ def mix(ranges: FloatArray, spot: float, pulse: float, steep: float, count: int,
     """Replace ranges (n,) beside edges by what spots of 2 `spot` beams see there.
 
     Args:
-        steep: by how much neighbouring ranges of one surface may differ, as a share of the nearer one.
+        steep: By how much neighbouring ranges of one surface may differ, as a share of the nearer one.
     """
     n = ranges.shape[0]
     exact = ranges.copy()

@@ -166,8 +166,8 @@ class Setting(NamedTuple):
         vehicle: The robot.
         still: What stands.
         moving: What moves.
-        way: (n + 1, 3) where the robot was at the ends of the last period's n steps, map frame; written in each period, after
-            a contact only as far as it came.
+        way: (n + 1, 3) where the robot was at the ends of the last period's n steps, map frame; written in each period,
+            after a contact only as far as it came.
     """
 
     vehicle: Vehicle
@@ -229,8 +229,12 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
     """Drive for one control period, or until contact.
 
     Args:
-        state: (STATE,), updated; ELAPSED is the time driven. v, omega: the command. count: of control periods so far.
-        leg: the tracks of which count. t: s, now.
+        state: (STATE,), updated; ELAPSED is the time driven.
+        v: Commanded forward speed, m/s.
+        omega: Commanded yaw rate, rad/s.
+        count: Number of control periods so far.
+        leg: The leg whose tracks count.
+        t: Time now, s.
 
     Returns:
         -1, or the body that was touched: the static ones count first, then the moving ones.
@@ -317,7 +321,7 @@ def _meet_still(state: FloatArray, step: Step, vehicle: Vehicle, still: Still, r
     """When in `step` the robot touches something that stands [s], and which; its whole duration and -1 if nothing.
 
     Args:
-        state: what it says of the next check is updated.
+        state: What it says of the next check is updated.
     """
     due, boxes, points, first, radius = (
         still.due,
@@ -365,7 +369,8 @@ def _meet_moving(
     """When in `step`, but not after `until` [s], the robot touches body `m`, and whether it does.
 
     Args:
-        leg, t: as for `tick`.
+        leg: As for `tick`.
+        t: As for `tick`.
     """
     knots, here, robot = moving.tracks.knots, room.here, room.outline
     outline, rim, reach, radius, reaches = (

@@ -48,10 +48,14 @@ def simulate(
     """Run `scenario` with `robot`, driven by `pilot`.
 
     Args:
-        navigator, localisation: what the pilot is made of, by name, for the record.
-        map: what the robot is told of the floor, None for nothing. privileged: whether it is told the truth about
-            the obstacles' future. budget: of a decision; default: none. setup, tracking: their names, for the record.
-        raise_errors: whether an error of the pilot is raised, as a debugger needs it.
+        navigator: Name of the pilot's navigator, for the record.
+        localisation: Name of its localiser, for the record.
+        map: What the robot is told of the floor, None for nothing.
+        privileged: Whether it is told the truth about the obstacles' future.
+        budget: Budget of a decision; default: none.
+        setup: Name of the budget, for the record.
+        tracking: Name of what follows obstacles, for the record.
+        raise_errors: Whether an error of the pilot is raised, as a debugger needs it.
 
     Returns:
         The trial. A pilot that raises, or whose command isn't finite, ends it as `navigator_failed`.

@@ -51,7 +51,7 @@ def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: flo
     """The tracks of the moving ones among `obstacles` in the legs with these names.
 
     Args:
-        duration: how long the trial may take, s; that far an oscillation is laid out.
+        duration: How long the trial may take, s; that far an oscillation is laid out.
 
     Raises:
         ClearwayError: a run is for a leg that doesn't exist, two runs of an obstacle overlap in time, or something
@@ -86,7 +86,7 @@ def stack(parts: Sequence[Sequence[FloatArray]], lasting: Sequence[bool] | None 
     """Tracks from `parts`: by leg, by body, (k, 4) knots with times that don't fall.
 
     Args:
-        lasting: see `Tracks`; of such a body only the knots of the first leg count. Default: none is.
+        lasting: See `Tracks`; of such a body only the knots of the first leg count. Default: none is.
     """
     flat = [p for leg in parts for p in leg]
     ends = np.cumsum([len(p) for p in flat], dtype=np.int64)

@@ -28,9 +28,13 @@ class World:
     """Holds the truth and moves it on by one control period at a time.
 
     Args:
-        robot: who moves. start: (3,) true pose, map frame. speed: set speed of the test, m/s; caps the robot's.
-        bodies: what it can hit. tracks: of the bodies without a pose, in their order.
-        seed: of the errors of odometry, lidar and camera, and of the disturbance. disturbance: None: undisturbed.
+        robot: Who moves.
+        start: (3,) true pose, map frame.
+        speed: Set speed of the test, m/s; caps the robot's.
+        bodies: What it can hit.
+        tracks: Tracks of the bodies without a pose, in their order.
+        seed: Seed of the errors of odometry, lidar and camera, and of the disturbance.
+        disturbance: How the ground moves it; None: it does not.
 
     Attributes:
         moving_obstacles: (m, 3) poses now of the moving bodies; NaN: absent.

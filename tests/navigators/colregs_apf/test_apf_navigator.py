@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arcs import step_arc
 from clearway.campaigns.conformance import check_navigator
 from clearway.contract import Budget, Goal, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.motion import step_arc
 from clearway.navigators.colregs_apf import ColregsApf
 from clearway.robots import Robot, load_robot
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.geometry.motion import step_arc
+from arcs import step_arc
 from clearway.navigators.common.tracking.ancillary import gain, linearise, spectral_radius, stability
 
 C = 0.15

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from arcs import step_arc
 from clearway.contract import Budget, Goal, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.motion import step_arc
 from clearway.navigators.hl_rrt import HlRrt
 from clearway.navigators.hl_rrt.checking import look
 from clearway.navigators.hl_rrt.following import Body, follow, turn

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
+from arcs import step_arc
 from clearway.contract import Budget, Goal, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import turn_between
-from clearway.geometry.motion import step_arc
 from clearway.navigators.hp_tmpc import HpTmpc
 from clearway.navigators.hp_tmpc.decision import obstacle_rows
 from clearway.navigators.hp_tmpc.navigator import _settings

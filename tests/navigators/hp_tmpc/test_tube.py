@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.geometry.motion import step_arc
+from arcs import step_arc
 from clearway.navigators.common.tracking.ancillary import gain
 from clearway.navigators.hp_tmpc.parameters import Parameters
 from clearway.navigators.hp_tmpc.tube import tightening

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from arcs import step_arc
 from clearway.contract import Command, Goal, Observation, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.motion import step_arc
 from clearway.navigators.oracle import Oracle
 from clearway.robots import load_robot
 

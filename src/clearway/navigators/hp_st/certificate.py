@@ -111,19 +111,12 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
 
 
 @kernel
-def braking_tail(state: FloatArray, limits: DriveLimits, period: float) -> Plan:
-    """The hardest braking to rest from `state` (5,) x, y, theta, v, omega, and one period at rest.
-
-    Without bounds on the acceleration that one period is all: it stands from its start on, but
-    is still disturbed in it, as it moved before.
-    """
-    longest = max(abs(state[3]) / limits.deceleration, abs(state[4]) / limits.angular_deceleration)
-    return drive(state, np.zeros((math.ceil(longest / period - 1e-9) + 1, 2)), limits, period)
-
-
-@kernel
 def stopped_after(plan: Plan, k: int, limits: DriveLimits, period: float) -> Plan:
-    """The first `k` periods of `plan`, then the hardest braking that `limits` allow."""
+    """The first `k` periods of `plan`, then the hardest braking to rest that `limits` allow, and one period at rest.
+
+    Without bounds on the acceleration that one period is all: the robot stands from its start on, but is still disturbed
+    in it, as it moved before.
+    """
     velocity = plan.velocities[k]
     longest = max(abs(velocity[0]) / limits.deceleration, abs(velocity[1]) / limits.angular_deceleration)
     commands = np.zeros((k + math.ceil(longest / period - 1e-9) + 1, 2))
