@@ -98,7 +98,20 @@ class Perceived(NamedTuple):
 
 
 class Limits(NamedTuple):
-    """Numbers of the parameters that the kernels need; see there."""
+    """Numbers of the parameters that the kernels need; what they are for stands there.
+
+    Attributes:
+        speed: Speed that no obstacle exceeds, m/s.
+        acceleration: Bound on an obstacle's acceleration, m/s^2.
+        usual_speed: Standard deviation of a component of a new obstacle's velocity, m/s.
+        switching: Rate at which the kind of motion changes, 1/s.
+        refuted: Probability below which a kind of motion is begun anew.
+        surprise: Squared deviations of the best model beyond which all begins anew.
+        agree: Standard deviations within which two hypotheses are one.
+        least: Probability below which a hypothesis is left out.
+        patience: What is added to an obstacle's age when the changes seen of it are made a rate, s.
+        velocities: Whether measured velocities are taken in, too.
+    """
 
     speed: float
     acceleration: float

@@ -84,7 +84,13 @@ class Returns(NamedTuple):
 
 
 class KnownStructure(NamedTuple):
-    """Cells (rows, cols) uint8 that lie near an occupied cell of a map, with the map's geometry."""
+    """Where a map has structure.
+
+    Attributes:
+        cells: (rows, cols) uint8, which cells lie near an occupied one.
+        origin: (2,) lower-left corner of cell (0, 0) in the map, m.
+        resolution: Edge of a cell, m.
+    """
 
     cells: npt.NDArray[np.uint8]
     origin: FloatArray

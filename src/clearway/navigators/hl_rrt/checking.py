@@ -23,8 +23,15 @@ _UNKNOWN = -1
 
 
 class Scene(NamedTuple):
-    """Discs (m, 3) x, y, radius [m] and a grid over them: cell (row, column) meets the discs `item[start[i]:start[i+1]]`,
-    i = row * cells + column. corner: (2,) m; cell: m; cells: per side.
+    """Discs and a grid over them: cell (row, column) meets the discs `item[start[i]:start[i+1]]`, i = row * cells + column.
+
+    Attributes:
+        discs: (m, 3) x, y, radius, m.
+        start: (cells^2 + 2,) where the discs of each cell begin in `item`.
+        item: Indices of discs, cell after cell.
+        corner: (2,) lower-left corner of the grid, m.
+        cell: Edge of a cell, m.
+        cells: Number of cells along a side.
     """
 
     discs: FloatArray
@@ -36,7 +43,13 @@ class Scene(NamedTuple):
 
 
 class Checked(NamedTuple):
-    """What is known of edges in this tick: a hash table. key: (s,) of the edge; tick: (s,); state: (s,); s a power of 2."""
+    """What is known of edges in this tick: a hash table of s places, a power of 2.
+
+    Attributes:
+        key: (s,) the edge at each place.
+        tick: (s,) the tick in which that was found out.
+        state: (s,) what is known of it.
+    """
 
     key: IntArray
     tick: IntArray

@@ -54,12 +54,30 @@ MAX_CORNERS = 512
 
 
 class Settings(NamedTuple):
-    """What doesn't change during a trial; symbols as in `parameters`. Units: m, s, rad.
+    """What doesn't change during a trial; symbols as in `parameters`.
 
     Attributes:
+        period: Control period c, s.
+        horizon: N^P, periods.
+        control_horizon: N^c, periods.
+        window: Periods that the planner predicts.
+        commitment: Most periods that a plan is kept.
+        rho_rob: Radius of the robot, m.
+        safe_margin: rho^safe, m.
+        perception: How far obstacles are perceived, m.
         area: (4,) x_min, y_min, x_max, y_max of (3c), m.
         limits: Input box of (3d) and the base's accelerations; `v_min` is 0 for one that may not reverse.
+        input_change: u^smooth of (3e), norm of the change of (m/s, rad/s) in a period.
+        w1: w_1 of (2).
+        w2: w_2 of (2).
+        heading_weight: Weight of the heading's error in (2), m/rad.
+        w_rob: w-bar^rob of (4), m.
+        xi_rob: xi^rob of (4).
+        w_dyn: w-bar^dyn,obs of (5), m.
+        xi_dyn: xi^dyn,obs of (5).
         poles: (3,) of the ancillary gain.
+        gain_limit: Largest correction of omega per error to the left, rad/s/m.
+        threshold: Tracking error beyond which it plans anew, m.
         speed: v_ref, m/s.
         align: Deviation of the heading from the path beyond which the robot turns on the spot first, rad.
         turn: How fast it turns then, rad/s.
@@ -69,7 +87,6 @@ class Settings(NamedTuple):
         feedback: Whether (3k) is read literally.
         exact: Whether the planner takes the tangent graph instead of the greedy rule.
         keep: Share by which the other side must be shorter to be changed to.
-        window: Periods that the planner predicts.
     """
 
     period: float

@@ -31,7 +31,34 @@ _EPSILON = 1e-4  # the generator's slack on its speed limits, m/s and rad/s
 
 
 class Window(NamedTuple):
-    """What the generator and the critics need of the parameters, for one cycle. Biases are per cell."""
+    """What the generator and the critics need of `DWAParameters`, for one cycle.
+
+    Attributes:
+        max_vel_trans: Largest translational speed, at most the set speed, m/s.
+        min_vel_trans: Speed below which a sample is dropped unless it turns fast, m/s.
+        max_vel_x: Largest forward speed, at most the set speed, m/s.
+        min_vel_x: Least forward speed, m/s.
+        max_vel_theta: Largest yaw rate, rad/s.
+        min_vel_theta: Yaw rate from which a sample turns fast, rad/s.
+        acc_lim_x: Acceleration, m/s^2.
+        acc_lim_theta: Angular acceleration, rad/s^2.
+        period: Control period, s.
+        vx_samples: Number of speeds that are tried.
+        vth_samples: Number of yaw rates that are tried.
+        use_dwa: Whether samples are what can be reached in a period; else in `sim_time`.
+        sim_time: How far ahead a motion is looked at, s.
+        sim_granularity: Distance between points that are checked, m.
+        angular_sim_granularity: Turn between points that are checked, rad.
+        path_bias: Weight of the distance from the plan, per cell.
+        align_bias: Weight of the nose's distance from the plan, per cell; 0 near the goal.
+        goal_bias: Weight of the distance from the local goal, per cell.
+        occ_scale: Weight of the highest cost on the way.
+        twirl_scale: Weight of the yaw rate.
+        sum_scores: Whether costs are added up along the way; else the highest counts.
+        nose: How far ahead of the robot's origin its nose is, m.
+        scaling_speed: Speed from which the footprint grows, m/s.
+        max_scaling_factor: By what share it has grown at full speed.
+    """
 
     max_vel_trans: float
     min_vel_trans: float
@@ -60,7 +87,14 @@ class Window(NamedTuple):
 
 
 class Signs(NamedTuple):
-    """Directions that the oscillation critic forbids just now."""
+    """Directions that the oscillation critic forbids just now.
+
+    Attributes:
+        no_reverse: Whether it may not drive backwards.
+        no_forward: Whether it may not drive forwards.
+        no_right: Whether it may not turn right.
+        no_left: Whether it may not turn left.
+    """
 
     no_reverse: bool = False
     no_forward: bool = False

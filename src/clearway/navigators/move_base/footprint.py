@@ -20,9 +20,16 @@ CostArray = npt.NDArray[np.uint8]
 
 
 class Frame(NamedTuple):
-    """Where a costmap's cells lie: its lower-left corner [m], the edge of a cell [m], and how many there are.
+    """Where a costmap's cells lie.
 
     Numbers only: kernels hand it around in their inner loops, where a tuple of arrays would be counted each time.
+
+    Attributes:
+        x: Its lower-left corner, m.
+        y: Its lower-left corner, m.
+        resolution: Edge of a cell, m.
+        rows: Number of rows.
+        cols: Number of columns.
     """
 
     x: float
@@ -33,7 +40,13 @@ class Frame(NamedTuple):
 
 
 class Scene(NamedTuple):
-    """Where a robot plans: a costmap (rows, cols), the frame of its cells, the robot's outline (m, 2) in base_link, m."""
+    """Where a robot plans.
+
+    Attributes:
+        cost: (rows, cols) the costmap.
+        frame: Where its cells lie.
+        polygon: (m, 2) the robot's outline in base_link, m.
+    """
 
     cost: CostArray
     frame: Frame

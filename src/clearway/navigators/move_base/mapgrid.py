@@ -50,7 +50,12 @@ class Room(NamedTuple):
 
 
 class Seek(NamedTuple):
-    """The first `number` of `cells`: the distinct ones that have a bit in `Room.wanted`."""
+    """The distinct cells that have a bit in `Room.wanted`.
+
+    Attributes:
+        cells: Their indices, and room for more.
+        number: How many of these count.
+    """
 
     cells: GridArray
     number: int

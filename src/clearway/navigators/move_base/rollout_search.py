@@ -40,7 +40,35 @@ BLOCKED, NO_WAY = -1.0, -2.0  # costs of a rollout that hits something, and of o
 
 
 class Rollout(NamedTuple):
-    """What the search needs of the parameters and of the planner's state, for one cycle. Biases are per cell."""
+    """What the search needs of `TrajectoryParameters` and of the planner's state, for one cycle.
+
+    Attributes:
+        max_vel_x: Largest forward speed, at most the set speed, m/s.
+        min_vel_x: Least forward speed, m/s.
+        max_vel_theta: Largest yaw rate to the left, rad/s.
+        min_vel_theta: Largest yaw rate to the right, negative, rad/s.
+        min_in_place: Least yaw rate of a turn in place, rad/s.
+        backup: Speed of backing out when nothing else is legal, negative, m/s.
+        acc_lim_x: Acceleration, m/s^2.
+        acc_lim_theta: Angular acceleration, rad/s^2.
+        period: Control period, s.
+        dwa: Whether samples are what can be reached in a period; else in `sim_time`.
+        vx_samples: Number of speeds that are tried.
+        vtheta_samples: Number of yaw rates that are tried.
+        sim_time: How far ahead a motion is looked at, s.
+        sim_granularity: Distance between points that are checked, m.
+        angular_sim_granularity: Yaw rate for each point that is checked, rad/s.
+        path_bias: Weight of the distance from the plan, per cell.
+        goal_bias: Weight of the distance from the local goal, per cell.
+        occ_scale: Weight of the highest cost on the way.
+        lookahead: How far ahead of the robot turns in place are compared, m.
+        heading_scoring: Whether the heading at `heading_time` is scored instead of the end.
+        heading_time: When the heading is scored, s.
+        attractor: Whether the squared distance to the plan's end is scored as the distance from the goal.
+        escaping: Whether the robot is backing out.
+        no_right: Whether it may not turn right.
+        no_left: Whether it may not turn left.
+    """
 
     max_vel_x: float
     min_vel_x: float
