@@ -5,6 +5,7 @@
 The world gives raw sensing only. A pilot (composed by a run, see `clearway.campaigns.pilot`) makes an
 `Observation` of it and asks the navigator for a `Command`. Frames follow REP-105: `map` (the floor plan's),
 `odom` (dead reckoning, drifts, starts at zero), `base_link` (x forward, y left). SI units, radians.
+Arrays that a navigator is given can't be written: what it wants to change it copies.
 """
 
 from __future__ import annotations

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bdb
 import time
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
 from typing import Any
 
 import numba
@@ -14,8 +16,14 @@ from clearway.campaigns.pilot import TookTooLong, compose
 from clearway.contract import Command, Diagnostics, Goal, Observation, Obstacles, Scan, Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
-from clearway.perception import make_tracker
+from clearway.indicators import score_row
+from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
+from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.suite import Selection
+from clearway.scenarios.suites import load_suite
+from clearway.trials import Outcome
+from clearway.world import simulate
 
 ROBOT = load_robot("tiago")
 GRID = OccupancyGrid(np.zeros((2, 2), np.int8), 0.05, (0.0, 0.0))
@@ -96,7 +104,9 @@ def test_it_gives_only_what_is_needed() -> None:
         assert navigator.seen.velocity.tolist() == [0.1, 0.2]
         assert navigator.seen.odom_pose.tolist() == [0.5] * 3
     assert (nothing.task.map, nothing.seen.scan, nothing.seen.obstacles) == (None, None, None)
-    assert (everything.task.map, everything.seen.scan, everything.seen.obstacles) == (GRID, SCAN, DISCS)
+    assert everything.task.map is GRID
+    assert np.shares_memory(everything.seen.scan.ranges, SCAN.ranges)
+    assert np.shares_memory(everything.seen.obstacles.position, DISCS.position)
     assert tracker.task.map is GRID  # a tracker may always have it
     assert tracker.pose.tolist() == [1.0, 2.0, 3.0]
 
@@ -231,3 +241,100 @@ def test_compiling_does_not_count_as_hanging() -> None:
     began = time.perf_counter()
     assert pilot.decide(sensing()).command.v == 0.0
     assert time.perf_counter() - began > 0.05  # or it proves nothing
+
+
+def arrays(thing: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
+    """Every array in it, by the name of its field."""
+    if isinstance(thing, np.ndarray):
+        yield name, thing
+    elif is_dataclass(thing):
+        for field in fields(thing):
+            yield from arrays(getattr(thing, field.name), f"{name}.{field.name}")
+
+
+def refused(array: np.ndarray) -> bool:
+    """Whether an attempt to write into it fails."""
+    try:
+        array[...] = array + 1
+    except ValueError:
+        return True
+    return False
+
+
+class Scribbler:
+    """Drives straight on, tries to write into everything that it is given, and tells what it could write into."""
+
+    needs: frozenset[Any] = frozenset({"map", "scan", "obstacles"})
+
+    def __init__(self) -> None:
+        self.tried, self.written = set[str](), set[str]()
+
+    def reset(self, task: Task, robot: Any, rng: np.random.Generator) -> None:
+        self._try(task)
+        for table in (robot.navigators, robot.localisation, robot.mapping, robot.conditions, robot.sources):
+            table.clear()
+
+    def step(self, observation: Observation) -> Command:
+        self._try(observation)
+        return Command(0.1, 0.0)
+
+    def _try(self, thing: Any) -> None:
+        found = dict(arrays(thing, type(thing).__name__))
+        self.tried |= set(found)
+        self.written |= {name for name, array in found.items() if len(array) and not refused(array)}
+
+
+def test_nothing_that_a_navigator_is_given_can_be_written() -> None:
+    robot = load_robot("tiago")
+    suite = load_suite("hospital").build(robot, Selection(batches=("MO",), speeds=(0.2,), repetitions=1), 0)
+    grid = load_floor_plan("hall").map
+    assert grid is not None
+    cells, tables = grid.data.copy(), robot.model_dump()
+    for localisation in ("truth", "amcl"):
+        navigator = Scribbler()
+        pilot = compose(
+            navigator, make_localiser(localisation, robot), localisation, tracker=make_tracker("kalman", robot)
+        )
+        legs = (suite[0].legs[0].model_copy(update={"time_limit": 1.0}), *suite[0].legs[1:])
+        short = suite[0].model_copy(update={"legs": legs})
+        trial = simulate(short, robot, pilot, navigator="scribbler", localisation=localisation, map=grid)
+        assert trial.outcome is Outcome.TIMEOUT
+        assert navigator.tried == {
+            "Task.start", "Task.map.data", "Observation.pose", "Observation.velocity", "Observation.odom_pose",
+            "Observation.goal.pose", "Observation.scan.ranges", "Observation.scan.mount",
+            *(f"Observation.obstacles.{f.name}" for f in fields(Obstacles)),
+        }  # fmt: skip
+        assert not navigator.written
+    assert (grid.data == cells).all()
+    assert robot.model_dump() == tables
+    with pytest.raises(ValueError, match="WRITEABLE"):
+        grid.data.flags.writeable = True
+
+
+def test_the_goal_that_it_is_judged_by_is_not_the_navigators() -> None:
+    """Who gets it wrong is told where; who gets round it moves a goal that nobody judges by."""
+
+    class Careless(Recorder):
+        def step(self, observation: Observation) -> Command:
+            away = observation.goal.pose
+            away -= observation.pose
+            return Command(0.0, 0.0, arrived=True)
+
+    class Cheat(Recorder):
+        def step(self, observation: Observation) -> Command:
+            object.__setattr__(observation.goal, "pose", observation.pose.copy())
+            return Command(0.0, 0.0, arrived=True)
+
+    robot = load_robot("hosbot")
+    scenario = load_suite("hospital").build(robot, Selection(batches=("NO",), repetitions=1), 0)[0]
+    for navigator in (Careless(), Cheat()):
+        pilot = compose(navigator, make_localiser("truth", robot), "truth")
+        trial = simulate(scenario, robot, pilot, navigator="own", localisation="truth", map=None)
+        row = score_row(trial)
+        assert not row["success"]
+        if isinstance(navigator, Careless):
+            assert trial.outcome is Outcome.NAVIGATOR_FAILED
+            assert "copy first" in trial.reason
+            assert "test_pilot.py:" in trial.reason
+        else:
+            assert row["DE"] > 2.0

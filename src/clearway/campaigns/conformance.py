@@ -14,11 +14,12 @@ from typing import Any, get_args
 
 import numpy as np
 
-from clearway.campaigns.pilot import compose
+from clearway.campaigns.pilot import compose, writes_into_input
 from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.perception import make_localiser, make_tracker
+from clearway.registry import in_a_line
 from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import DiscSpec, LegSpec, ObstacleSpec, Scenario
@@ -152,7 +153,11 @@ class _Watched:
         if not self.situation.sees:
             observation = _blind(observation)
         before, began = copy.deepcopy(observation), time.perf_counter()
-        command = self._navigator.step(observation)
+        try:
+            command = self._navigator.step(observation)
+        except Exception as error:
+            self.touched = self.touched or (f"it wrote into it: {in_a_line(error)}" if writes_into_input(error) else "")
+            raise
         self.seconds.append(time.perf_counter() - began)
         self.touched = self.touched or _changed(before, observation)
         if malformed := _malformed(command):

@@ -7,7 +7,7 @@ import signal
 import threading
 import traceback
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import fields, replace
 from types import FrameType
 from typing import Any, TypeVar
 
@@ -20,13 +20,16 @@ from clearway.contract import (
     Localiser,
     Navigator,
     Observation,
+    Obstacles,
     Pilot,
     Sensing,
     Task,
     Tracker,
 )
 from clearway.errors import ClearwayError
+from clearway.geometry.read_only import read_only_view
 from clearway.geometry.shapes import FloatArray
+from clearway.registry import in_a_line
 from clearway.robots import Robot
 
 SHOW_EVERY = 0.5
@@ -37,6 +40,7 @@ DECISION_LIMIT = 10.0
 
 
 _T = TypeVar("_T")
+_OBSTACLES = fields(Obstacles)
 
 
 class TookTooLong(Exception):
@@ -95,6 +99,7 @@ class _Composed:
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Prepare all three for a new trial, each with a random stream of its own."""
         self._shown = -np.inf
+        robot = robot.model_copy(deep=True)  # tables of it can be written
         key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that no stream moves another
         self._localiser.reset(task, robot, _stream(key, "localiser"))
         if self._tracker is not None:
@@ -107,16 +112,26 @@ class _Composed:
         if self._scan and sensing.scan is None:
             raise ClearwayError("the navigator needs scans, but the robot has no lidar")
         pose = self._localiser.update(sensing)
+        scan = sensing.scan if self._scan else None
+        obstacles = None if self._tracker is None else self._tracker.update(sensing, pose)
         observation = Observation(
             t=sensing.t,
-            pose=pose,
-            velocity=sensing.odom_velocity,
-            odom_pose=sensing.odom_pose,
+            pose=read_only_view(pose),
+            velocity=read_only_view(sensing.odom_velocity),
+            odom_pose=read_only_view(sensing.odom_pose),
             goal=sensing.goal,
-            scan=sensing.scan if self._scan else None,
-            obstacles=None if self._tracker is None else self._tracker.update(sensing, pose),
+            scan=None if scan is None else replace(scan, ranges=read_only_view(scan.ranges)),
+            obstacles=None if obstacles is None else _seen(obstacles),
         )
-        command = self._watch(self._limit, "for a decision", self._navigator.step, observation)
+        pose = pose.copy()
+        try:
+            command = self._watch(self._limit, "for a decision", self._navigator.step, observation)
+        except Exception as error:
+            if writes_into_input(error):
+                raise ValueError(
+                    f"it writes into what it is given, which it has to copy first: {in_a_line(error)}"
+                ) from error
+            raise
         return Decision(command, pose, self._show(sensing.t))
 
     def _show(self, t: float) -> Diagnostics | None:
@@ -124,6 +139,15 @@ class _Composed:
             return None
         self._shown = t
         return _drawn(self._diagnostics())
+
+
+def writes_into_input(error: Exception) -> bool:
+    """Whether `error` came of writing into an array that can't be written: NumPy's words, and Numba's."""
+    return "read-only" in str(error) or "readonly array" in str(error)
+
+
+def _seen(o: Obstacles) -> Obstacles:
+    return Obstacles(*(read_only_view(getattr(o, f.name)) for f in _OBSTACLES))
 
 
 def _drawn(d: Diagnostics) -> Diagnostics:

@@ -180,7 +180,7 @@ def granted_map(plan: str | None, scenario: Scenario) -> OccupancyGrid | None:
 def _read_map(path: str) -> OccupancyGrid:
     from clearway.geometry.ros_map import read_map
 
-    return read_map(Path(path))
+    return read_map(Path(path)).read_only()
 
 
 def _usual_robots(suites: tuple[str, ...]) -> tuple[str, ...]:

@@ -103,8 +103,8 @@ class Forecaster:
         since = np.empty(len(tracks.label))
         perceived = Perceived(
             _floats(seen.position), _floats(seen.error), _floats(seen.velocity), _floats(seen.velocity_error),
-            _floats(seen.radius), np.ascontiguousarray(seen.identity, dtype=np.int64),
-            np.ascontiguousarray(seen.moving, dtype=np.bool_),
+            _floats(seen.radius), np.array(seen.identity, dtype=np.int64),
+            np.array(seen.moving, dtype=np.bool_),
         )  # fmt: skip
         self._n = advance(
             tracks, self._n, self._models, self._limits, t, dt, perceived, since, Matches(row, what, amount)
@@ -194,7 +194,7 @@ def _check(step: float, count: int) -> None:
 
 
 def _floats(a: FloatArray) -> FloatArray:
-    return np.ascontiguousarray(a, dtype=np.float64)
+    return np.array(a, dtype=np.float64, order="C")  # those of an observation can't be written
 
 
 def _finite(o: Obstacles) -> Obstacles:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
+
+from clearway.geometry.read_only import read_only
 
 FREE, OCCUPIED, UNKNOWN = 0, 100, -1
 """The three values of a nav_msgs/OccupancyGrid that a trinary map holds."""
@@ -25,3 +27,7 @@ class OccupancyGrid:
     data: npt.NDArray[np.int8]
     resolution: float
     origin: tuple[float, float]
+
+    def read_only(self) -> OccupancyGrid:
+        """The same, with cells that nobody can write."""
+        return replace(self, data=read_only(self.data)) if self.data.flags.writeable else self

@@ -84,7 +84,7 @@ def check_parameters(name: str, navigator: Navigator, robot: Robot) -> Any:
     """
     read = getattr(navigator, "read_parameters", None)
     try:
-        return None if read is None else read(robot)
+        return None if read is None else read(robot.model_copy(deep=True))
     except ClearwayError:
         raise
     except Exception as error:

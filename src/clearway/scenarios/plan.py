@@ -53,6 +53,10 @@ class FloorPlan:
     rooms: tuple[Room, ...] = ()
     area: tuple[float, float, float, float] | None = None
 
+    def __post_init__(self) -> None:
+        if self.map is not None:  # every trial of a process is given this one
+            object.__setattr__(self, "map", self.map.read_only())
+
 
 @dataclass(frozen=True, slots=True)
 class Room:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from clearway.contract import Command, EventKind, Goal
 from clearway.geometry.angles import turn_between
+from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.scenario import LegSpec
 from clearway.trials import Event, Leg, Outcome, Span
@@ -117,7 +118,7 @@ class GoalAndProgressChecker:
     def _begin(self, leg: int, t: float, pose: FloatArray) -> None:
         now = self._legs[leg]
         self.leg = leg
-        self.goal = Goal(now.goal, now.planner_xy_tolerance, now.planner_yaw_tolerance, leg)
+        self.goal = Goal(read_only(now.goal), now.planner_xy_tolerance, now.planner_yaw_tolerance, leg)
         self._since = t
         self._clock = t if self._rules[leg].clock_starts_after == 0.0 else None
         self._from = float(pose[0]), float(pose[1])

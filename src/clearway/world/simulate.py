@@ -15,6 +15,7 @@ import numpy as np
 from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.robots import Robot
@@ -103,8 +104,8 @@ def simulate_in(
     task = Task(
         period=robot.period,
         speed_limit=scenario.speed,
-        start=start,
-        map=map,
+        start=read_only(start),
+        map=None if map is None else map.read_only(),
         area=area,
         budget=budget or Budget(),
         time_limit=max(leg.time_limit for leg in scenario.legs),

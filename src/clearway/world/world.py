@@ -12,6 +12,7 @@ from clearway.geometry.distance import clearance
 from clearway.geometry.held import Held
 from clearway.geometry.packing import boxes, pack, place
 from clearway.geometry.raycast import beams, scene
+from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
 from clearway.robots import Robot
@@ -94,8 +95,7 @@ class World:
         if robot.lidar is not None:
             lidar = robot.lidar
             rays = beams(lidar.beams, lidar.angle_min, lidar.angle_max, lidar.range_min, lidar.range_max)
-            mount = np.array(lidar.mount, dtype=np.float64)
-            mount.flags.writeable = False
+            mount = read_only(np.array(lidar.mount, dtype=np.float64))
             key = stream(seed, "lidar")
             self._view = hold(
                 View(

@@ -20,7 +20,7 @@ from clearway.navigators.colregs_apf.force import Pace, course, levels, roll_out
 from clearway.navigators.colregs_apf.parameters import Parameters
 from clearway.navigators.colregs_apf.retuned import recall
 from clearway.navigators.common.arrival import Approach
-from clearway.navigators.common.inputs import area_of, finite
+from clearway.navigators.common.inputs import area_of, finite, own
 from clearway.robots import Robot
 
 STATUS = (*WORDS, "emergency")
@@ -81,8 +81,8 @@ class ColregsApf:
         """
         pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, 2)
         goal = observation.goal
-        finite("goal.pose", goal.pose)
-        self._seen = observation
+        self._aim = finite("goal.pose", goal.pose)[:2]
+        self._seen = observation = own(observation)
         self._look(observation)
         code = situation(pose, self._discs, self._kinds, self._radius, self._gains.d_safe)
         if goal is not self._goal:
@@ -99,7 +99,7 @@ class ColregsApf:
         direction = course(
             pose, mean, self._discs, self._kinds, self._sides, self._radius, self._gains, self._pace.limits.v_max
         )
-        d_g = math.hypot(goal.pose[0] - pose[0], goal.pose[1] - pose[1])
+        d_g = math.hypot(self._aim[0] - pose[0], self._aim[1] - pose[1])
         v, omega = steer(direction, pose[2], velocity[0], velocity[1], d_g, self._pace)
         return Command(v, omega, arrived=False, status=STATUS[code])
 
@@ -141,7 +141,7 @@ class ColregsApf:
         assert self._seen is not None
         o = self._seen
         return roll_out(
-            o.pose, o.velocity, o.goal.pose[:2], self._discs, self._kinds, self._sides, self._area, self._radius,
+            o.pose, o.velocity, self._aim, self._discs, self._kinds, self._sides, self._area, self._radius,
             self._gains, self._pace, steps, self._parameters.w1,
         )  # fmt: skip
 
@@ -152,7 +152,7 @@ class ColregsApf:
         heading = np.array((math.cos(o.pose[2]), math.sin(o.pose[2])))
         vx, vy = o.velocity[0] * heading
         values = levels(
-            corner, resolution, FIELD_CELLS, vx, vy, o.goal.pose[:2], self._discs, self._kinds, self._sides,
+            corner, resolution, FIELD_CELLS, vx, vy, self._aim, self._discs, self._kinds, self._sides,
             self._area, self._radius, self._gains,
         )  # fmt: skip
         top = 3.0 * self._gains.epsilon * min(self._gains.goal_cap, FIELD_SIZE) * FIELD_SIZE

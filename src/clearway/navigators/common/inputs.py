@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from clearway.contract import Task
+from clearway.contract import Observation, Obstacles, Task
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import Robot
 
@@ -25,6 +26,20 @@ def finite(name: str, values: npt.ArrayLike, count: int = 3) -> FloatArray:
     if found.shape != (count,) or not np.isfinite(found).all():
         raise ValueError(f"the observation's {name} is {found.tolist()}; {count} finite numbers are needed")
     return found
+
+
+def own(observation: Observation) -> Observation:
+    """`observation` with arrays that are a navigator's own: those that it is given can't be written, which for kernels is
+    another type. The goal stays the object that it is."""
+    scan, seen = observation.scan, observation.obstacles
+    return replace(
+        observation,
+        pose=observation.pose.copy(),
+        velocity=observation.velocity.copy(),
+        odom_pose=observation.odom_pose.copy(),
+        scan=None if scan is None else replace(scan, ranges=scan.ranges.copy(), mount=scan.mount.copy()),
+        obstacles=None if seen is None else Obstacles(*(getattr(seen, f.name).copy() for f in fields(seen))),
+    )
 
 
 def perception_radius(robot: Robot, scan_range: float) -> float:

@@ -21,6 +21,7 @@ from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Tas
 from clearway.errors import unknown
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.inputs import finite, own
 from clearway.navigators.move_base.costmap import Costmap
 from clearway.navigators.move_base.global_planner import make_global_planner
 from clearway.navigators.move_base.local import make_local_planner
@@ -141,7 +142,7 @@ class MoveBase:
 
     def step(self, observation: Observation) -> Command:
         """Decide for one control period."""
-        o = observation
+        o = own(observation)
         self._odom = compose(o.pose, relative(o.odom_pose, _ORIGIN))  # pose of the odom frame in the map
         self._map = relative(self._odom, _ORIGIN)  # pose of the map frame in the odom frame
         self._sense(o)
@@ -186,7 +187,7 @@ class MoveBase:
     def _accept(self, o: Observation) -> None:
         """A new goal: plan at once; the costmaps stay."""
         self._goal = o.goal
-        goal = o.goal.pose
+        goal = finite("goal.pose", o.goal.pose)
         self._goal_pose = goal if self._frame_of(self._global) == "map" else compose(self._map, goal)
         if not self._active:
             self._stop()
