@@ -278,7 +278,7 @@ def _campaign(path: Path, **change: Any) -> None:
         (lambda p: (p / "campaign.json").write_text("{"), "campaign.json: is damaged"),
         (lambda p: (p / "campaign.json").write_text("[1]"), "campaign.json: was not written by Clearway"),
         (lambda p: (p / "campaign.json").unlink(), "is not a Clearway results directory"),
-        (lambda p: _campaign(p, trials=4), "trials.parquet: is damaged: it has 3 trials, not 4"),
+        (lambda p: _campaign(p, trials=4), "campaign.json: was edited"),
         (lambda p: _campaign(p, trials=None), "campaign.json: is damaged"),
         (lambda p: (p / "timing.parquet").unlink(), "timing.parquet: is missing"),
         *(
@@ -294,13 +294,40 @@ def test_what_is_wrong_with_a_directory_is_named(small: Path, harm: Any, says: s
     assert "\n" not in str(caught.value)
 
 
-def test_damage_inside_a_file_is_named_when_it_is_met(small: Path) -> None:
+def test_one_flipped_bit_is_told_wherever_it_is(small: Path) -> None:
+    rng = random.Random(0)
+    files = [p for p in small.rglob("*") if p.is_file() and p.suffix in (".parquet", ".json")]
+    assert len(files) > len(FILES)
+    for file in files:
+        whole = file.read_bytes()
+        for bit in rng.sample(range(8 * len(whole)), 20):
+            raw = bytearray(whole)
+            raw[bit // 8] ^= 1 << bit % 8
+            file.write_bytes(raw)
+            with pytest.raises(ClearwayError, match=rf"{file.name}: |newer|older|unfinished"):
+                open_results(small)
+        file.write_bytes(whole)
+    open_results(small)
+
+
+def test_pages_are_checked_too(small: Path) -> None:
+    """A file that changes while it is open."""
+    results = open_results(small)
     file = small / "trajectories/robot.parquet"
     raw = bytearray(file.read_bytes())
     raw[4:2000] = bytes(1996)
     file.write_bytes(raw)
     with pytest.raises(ClearwayError, match=r"robot\.parquet: is damaged"):
-        open_results(small).trial(0)
+        results.trial(0)
+
+
+def test_an_edited_campaign_is_told(small: Path) -> None:
+    file = small / "campaign.json"
+    campaign = json.loads(file.read_text())
+    campaign["run"]["finished"] = "yesterday"
+    file.write_text(json.dumps(campaign))
+    with pytest.raises(ClearwayError, match=r"campaign\.json: was edited"):
+        open_results(small)
 
 
 def test_there_is_no_trial_beyond_the_last(small: Path) -> None:

@@ -25,7 +25,18 @@ import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
 from clearway.trials.differences import first_in_json
-from clearway.trials.store_results import CAMPAIGN, PARTIAL, SCHEMA, Results, how_to_go_on, open_results, read_campaign
+from clearway.trials.store_results import (
+    CAMPAIGN,
+    DIGESTS,
+    PARTIAL,
+    SCHEMA,
+    Results,
+    digest,
+    how_to_go_on,
+    open_results,
+    read_campaign,
+    seal,
+)
 from clearway.trials.store_tables import FILES, Tables, to_tables
 from clearway.trials.trial import Trial
 
@@ -41,7 +52,8 @@ _DONE = ".finished"
 def _layout(schema: Any) -> dict[str, Any]:
     """How a Parquet file is written: measured numbers hardly repeat, so a dictionary only makes them larger."""
     words = [f.name for f in schema if not (pa.types.is_floating(f.type) or pa.types.is_nested(f.type))]
-    return {"compression": "zstd", "compression_level": 3, "version": "2.6", "use_dictionary": words}
+    return {"compression": "zstd", "compression_level": 3, "version": "2.6", "use_dictionary": words,
+            "write_page_checksum": True}  # fmt: skip
 
 
 class TrialStore:
@@ -107,12 +119,15 @@ class TrialStore:
                 for kind in FILES.values():
                     (new / kind.path).parent.mkdir(parents=True, exist_ok=True)
                 self._assemble(new)
+                digests = {}
                 for file in sorted(p for p in new.rglob("*") if p.is_file()):
                     _sync(file)
+                    digests[file.relative_to(new).as_posix()] = digest(file)
                     place = self.path / file.relative_to(new)
                     place.parent.mkdir(exist_ok=True)
                     os.replace(file, place)
-                self._campaign["run"] |= dict(run or {})
+                self._campaign["run"] |= {**(run or {}), DIGESTS: digests}
+                digests[CAMPAIGN] = seal(self._campaign)
                 _write_whole(self.path / CAMPAIGN, _pretty(self._campaign))
                 os.replace(self.partial, self.path / _DONE)
         shutil.rmtree(self.path / _DONE, ignore_errors=True)

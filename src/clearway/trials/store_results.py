@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,9 @@ SCHEMA = 5
 """Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
 
 CAMPAIGN, PARTIAL = "campaign.json", ".partial"
+
+DIGESTS = "sha256"
+"""What campaign.json calls, under `run`, the digests of the finished files."""
 
 _READING = (pa.ArrowException, OSError, KeyError, ValueError, TypeError, IndexError)
 
@@ -38,7 +42,10 @@ class Results:
     @cached_property
     def trials(self) -> pa.Table:
         """One row a trial, as in trials.parquet; a column's unit is in its field's metadata."""
-        return _reading(self.path / "trials.parquet", lambda file: pq.read_table(file, memory_map=False))
+        return _reading(
+            self.path / "trials.parquet",
+            lambda file: pq.read_table(file, memory_map=False, page_checksum_verification=True),
+        )
 
     def __len__(self) -> int:
         return int(self.campaign["trials"])
@@ -68,8 +75,7 @@ class Results:
 
     def _file(self, name: str) -> _File:
         if name not in self._files:
-            path = self.path / FILES[name].path
-            self._files[name] = _File(path, FILES[name].schema)
+            self._files[name] = _File(self.path / FILES[name].path, FILES[name].schema)
         return self._files[name]
 
 
@@ -90,10 +96,17 @@ def open_results(path: str | Path) -> Results:
     for name in ("trials.parquet", *(file.path for file in FILES.values())):
         if not (folder / name).is_file():
             raise ClearwayError("is missing: the results directory is damaged", file=folder / name)
+        if _reading(folder / name, digest) != campaign["run"].get(DIGESTS, {}).get(name):
+            raise ClearwayError(
+                "is damaged or was edited: its SHA-256 is not the one in campaign.json; restore it from a copy, or run "
+                "the campaign again",
+                file=folder / name,
+            )
+    if seal(campaign) != campaign["run"][DIGESTS].get(CAMPAIGN):
+        raise ClearwayError(
+            "was edited: what it says is no longer what was run; restore it from a copy", file=folder / CAMPAIGN
+        )
     results = Results(folder, campaign)
-    rows = _reading(folder / "trials.parquet", lambda file: pq.read_metadata(file).num_rows)
-    if rows != len(results):
-        raise ClearwayError(f"is damaged: it has {rows} trials, not {len(results)}", file=folder / "trials.parquet")
     for name in FILES:
         results._file(name)
     return results
@@ -117,6 +130,8 @@ def read_campaign(folder: Path) -> dict[str, Any]:
     if not isinstance(campaign, dict) or campaign.get("format") != "clearway results":
         raise ClearwayError("was not written by Clearway", file=file)
     schema = campaign.get("schema")
+    if not isinstance(campaign.get("run"), dict):
+        raise ClearwayError("is damaged: it does not say who ran it", file=file)
     if not isinstance(schema, int) or not isinstance(campaign.get("trials"), int):
         raise ClearwayError("is damaged: it lacks its schema or its number of trials", file=file)
     if schema > SCHEMA:
@@ -133,6 +148,20 @@ def read_campaign(folder: Path) -> dict[str, Any]:
     return campaign
 
 
+def digest(file: Path) -> str:
+    """The SHA-256 of a file, in hexadecimal."""
+    with open(file, "rb") as f:
+        return hashlib.file_digest(f, "sha256").hexdigest()
+
+
+def seal(campaign: Mapping[str, Any]) -> str:
+    """The digest of what a finished campaign.json says, itself left out."""
+    run = campaign["run"]
+    others = {name: value for name, value in run[DIGESTS].items() if name != CAMPAIGN}
+    said = json.dumps({**campaign, "run": {**run, DIGESTS: others}}, sort_keys=True)
+    return hashlib.sha256(said.encode()).hexdigest()
+
+
 def how_to_go_on(folder: Path) -> str:
     """The command that completes the unfinished results in `folder`."""
     plan = read_campaign(folder).get("run", {}).get("test_plan")
@@ -144,7 +173,9 @@ class _File:
 
     def __init__(self, path: Path, schema: Any) -> None:
         self._path = path
-        self._file = _reading(path, lambda file: pq.ParquetFile(file, memory_map=False))
+        self._file = _reading(
+            path, lambda file: pq.ParquetFile(file, memory_map=False, page_checksum_verification=True)
+        )
         missing = [n for n in schema.names if n not in self._file.schema_arrow.names]
         if missing:
             raise ClearwayError(f"is damaged: it has no column {missing[0]!r}", file=path)
