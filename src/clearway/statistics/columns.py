@@ -77,13 +77,17 @@ def _ordered(column: list[Any]) -> list[Any]:
     return seen
 
 
-def reasons(table: pa.Table, rows: np.ndarray, name: str) -> str:
-    """Why `name` is missing in these rows, the commonest first, with how often: `leg back was not finished (3)`."""
+def reasons(table: pa.Table, rows: np.ndarray) -> dict[str, str]:
+    """By indicator why it is missing in these rows, the commonest first, with how often: `leg back was not finished (3)`."""
     if "not_computable" not in table.column_names:
-        return ""
-    cells = table["not_computable"].take(pa.array(rows)).to_pylist()
-    why = Counter(text for cell in cells if cell and (text := json.loads(cell).get(name)))
-    return "; ".join(f"{text} ({count})" for text, count in why.most_common())
+        return {}
+    cells = Counter(table["not_computable"].take(pa.array(rows)).to_pylist())  # most say the same
+    found: dict[str, Counter[str]] = {}
+    for cell, count in cells.items():
+        for name, text in json.loads(cell or "{}").items():
+            if text:
+                found.setdefault(name, Counter())[text] += count
+    return {name: "; ".join(f"{text} ({n})" for text, n in why.most_common()) for name, why in found.items()}
 
 
 def findings(rows: Sequence[Mapping[str, Any]], schema: pa.Schema) -> pa.Table:

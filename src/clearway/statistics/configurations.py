@@ -143,9 +143,12 @@ def compare_configurations(
     for k, batch in enumerate(batch_of):
         parts.setdefault(batch, []).append(k)
     rows = []
+    values_a, values_b = ({name: numbers(t, name) for name in (*common, "success")} for t in (a, b))
     for batch, members in parts.items():
         for indicator in chosen:
-            side_a, side_b = ([_known(t, indicator.name, s[k]) for k in members] for t, s in ((a, left), (b, right)))
+            side_a, side_b = (
+                [_known(v[indicator.name], s[k]) for k in members] for v, s in ((values_a, left), (values_b, right))
+            )
             row = _difference(indicator, side_a, side_b, confidence, seed)
             u = {f"u_{x}": _uncertainty(t, indicator.name, [s[k] for k in members])
                  for x, t, s in (("a", a, left), ("b", b, right))}  # fmt: skip
@@ -153,7 +156,10 @@ def compare_configurations(
     adjust(rows)
     success = {}
     for batch, members in parts.items():
-        one, two = (np.concatenate([_known(t, "success", s[k]) for k in members]) for t, s in ((a, left), (b, right)))
+        one, two = (
+            np.concatenate([_known(v["success"], s[k]) for k in members])
+            for v, s in ((values_a, left), (values_b, right))
+        )
         if len(one) and len(two):
             success[batch] = rate_difference(int(one.sum()), len(one), int(two.sum()), len(two), confidence)
     source_a, source_b = ("+".join(sorted(sources(t))) for t in (a, b))
@@ -210,8 +216,8 @@ def _by_motion(table: pa.Table, rows: Sequence[np.ndarray]) -> int:
     return sum(bool(found[row]) for several in rows for row in several)
 
 
-def _known(table: pa.Table, name: str, rows: np.ndarray) -> FloatArray:
-    found: FloatArray = numbers(table, name)[rows]
+def _known(every: FloatArray, rows: np.ndarray) -> FloatArray:
+    found: FloatArray = every[rows]
     return found[~np.isnan(found)]
 
 

@@ -8,6 +8,7 @@ the ranks at hand, each sign a fair coin, computed by adding one rank at a time.
 from __future__ import annotations
 
 import math
+import struct
 from dataclasses import dataclass
 from typing import Literal
 
@@ -15,6 +16,7 @@ import numpy as np
 from scipy import special, stats
 
 from clearway.errors import ClearwayError
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 MOST_EXACT = 200
@@ -109,9 +111,9 @@ def _hodges_lehmann(d: FloatArray, confidence: float) -> tuple[float | None, flo
     n = len(d)
     if n == 0 or not np.isfinite(d).all():
         return None, None, None
-    i, j = np.triu_indices(n)
-    walsh = np.sort((d[i] + d[j]) / 2)
-    shift = float(np.median(walsh))
+    ordered, many = np.sort(d), n * (n + 1) // 2
+    middle = {walsh_average(ordered, rank) for rank in ((many - 1) // 2, many // 2)}
+    shift = float(np.mean(sorted(middle)))
     if n <= MOST_EXACT:
         below = np.cumsum(null_distribution(np.arange(1.0, n + 1))[::2])  # untied: 2 W is even
         cut = int(np.searchsorted(below, (1 - confidence) / 2 * (1 + 1e-12), side="right"))
@@ -120,4 +122,48 @@ def _hodges_lehmann(d: FloatArray, confidence: float) -> tuple[float | None, flo
         cut = int(n * (n + 1) / 4 + special.ndtri((1 - confidence) / 2) * spread)
     if cut == 0:
         return shift, None, None
-    return shift, float(walsh[cut - 1]), float(walsh[len(walsh) - cut])
+    return shift, walsh_average(ordered, cut - 1), walsh_average(ordered, many - cut)
+
+
+def walsh_average(ordered: FloatArray, rank: int) -> float:
+    """The Walsh average (mean of two values, or of one with itself) that has this rank, from 0, among all n (n + 1) / 2.
+
+    They are never listed: between the least and the greatest value the doubles themselves are bisected for the first
+    with more than `rank` averages up to it. At most 64 counts of O(n) each, and the answer is one of the averages to the
+    last bit.
+
+    Args:
+        ordered: (n,) finite values, ascending.
+    """
+    low, high = _place(float(ordered[0])), _place(float(ordered[-1]))
+    while low < high:
+        middle = (low + high) // 2
+        if _averages_up_to(ordered, _double(middle)) > rank:
+            high = middle
+        else:
+            low = middle + 1
+    return _double(low)
+
+
+@kernel
+def _averages_up_to(ordered: FloatArray, bound: float) -> int:
+    """How many of the Walsh averages are at most `bound`: the partners of a larger value are among those of a smaller one."""
+    count, last = 0, len(ordered) - 1
+    for first in range(len(ordered)):
+        while last >= first and (ordered[first] + ordered[last]) / 2 > bound:
+            last -= 1
+        if last < first:
+            break
+        count += last - first + 1
+    return count
+
+
+def _place(value: float) -> int:
+    """The number of a double in ascending order, 0 for both zeros."""
+    bits = int(struct.unpack("<q", struct.pack("<d", value))[0])
+    return bits if bits >= 0 else -(2**63) - bits
+
+
+def _double(place: int) -> float:
+    """The double that has this number."""
+    return float(struct.unpack("<d", struct.pack("<q", place if place >= 0 else -(2**63) - place))[0])
