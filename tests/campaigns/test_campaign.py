@@ -11,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campa
 from clearway.campaigns.plan import TrialSpec
 from clearway.campaigns.provenance import asked_of_plan
 from clearway.errors import ClearwayError
+from clearway.reports.findings import Findings
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Outcome
 from clearway.trials.store_tables import to_tables
@@ -144,7 +146,7 @@ def test_what_is_wrong_is_said_before_anything_runs(tmp_path: Path, change: dict
 def test_a_robot_that_sees_nothing_is_one_clear_line(tmp_path: Path) -> None:
     text = (Path(clearway.robots.__file__).parent / "tiago.toml").read_text(encoding="utf-8")
     blind = re.sub(r"^\[lidar\]$.*?(?=^\[)", "", text, flags=re.MULTILINE | re.DOTALL)
-    (tmp_path / "blind.toml").write_text(blind, encoding="utf-8")
+    (tmp_path / "blind.toml").write_text(blind.replace('"tiago"', '"blind"', 1), encoding="utf-8")
     asked = CampaignPlan(
         ("hospital",), robots=(str(tmp_path / "blind.toml"),), navigators=(f"{OWN}:Dodges",), localisation="odometry"
     )
@@ -238,7 +240,7 @@ def test_what_is_in_a_floor_plan_counts_on_resuming(tmp_path: Path) -> None:
     floor.write_text('name = "own"\n' + wall.format(3.9))
     after = asked_of_plan(asked, asked.specs())
     assert list(before["tasks"]) == ["scenario/x-v0.6-r1/tiago"]
-    assert {name for name in before if before[name] != after[name]} == {"tasks"}
+    assert {name for name in before if before[name] != after[name]} == {"floor_plans"}
 
 
 def test_resuming_takes_the_plan_along_and_keeps_what_is_done(tmp_path: Path) -> None:
@@ -334,3 +336,57 @@ def test_a_campaign_survives_sigkill_and_ctrl_c(tmp_path: Path) -> None:
     resume_campaign(out, 2)
     run_campaign(plan("Slow", repetitions=10), whole, 1)
     assert contents(out) == contents(whole)
+
+
+def robot_file(folder: Path, **changes: Any) -> Path:
+    """The file of a robot of one's own: TIAGo's, with changes."""
+    text = (resources.files("clearway.robots") / "tiago.toml").read_text()
+    for name, value in changes.items():
+        text, count = re.subn(rf"^{name} = .*$", f"{name} = {json.dumps(value)}", text, count=1, flags=re.MULTILINE)
+        assert count == 1
+    file = folder / "mine.toml"
+    file.write_text(text)
+    return file
+
+
+def test_a_robot_with_the_name_of_another_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match=r"mine.toml: name: 'tiago' is the name of the robot 'tiago' too.*another"):
+        dataclasses.replace(plan(), robots=(str(robot_file(tmp_path, d_base=0.6)),)).specs()
+    with pytest.raises(ClearwayError, match="the same one: take one away"):
+        dataclasses.replace(plan(), robots=("tiago", str(robot_file(tmp_path)))).specs()
+    assert dataclasses.replace(plan(), robots=(str(robot_file(tmp_path)),)).specs()
+    assert dataclasses.replace(plan(), robots=("tiago", str(robot_file(tmp_path, name="mine", d_base=0.6)))).specs()
+
+
+def test_a_robots_own_file_is_what_the_results_know_of_it(tmp_path: Path) -> None:
+    mine = str(robot_file(tmp_path, name="mine", title="My TIAGo", d_base=0.6))
+    results = run_campaign(dataclasses.replace(plan(), robots=(mine,)), tmp_path / "out", 1)
+    assert results.trials.column("robot").to_pylist() == ["mine"] * len(results)
+    assert results.campaign["robots"]["mine"]["d_base"] == 0.6
+    assert Findings(results).title("mine") == "My TIAGo"
+
+
+def test_the_same_trial_twice_is_refused(tmp_path: Path) -> None:
+    suite = tmp_path / "suite.toml"
+    legs = '[[legs]]\nname = "forth"\ngoal = [2.0, 0.0, 0.0]\ntime_limit = 60.0\n'
+    suite.write_text(
+        'name = "s"\nspeeds = [0.5, 0.5]\n[[scenario]]\nname = "x"\nfloor_plan = "hall"\nstart = [0.0, 0.0, 0.0]\nspeed = 0.5\n'
+        + legs.replace("[[legs]]", "[[scenario.legs]]")
+    )
+    with pytest.raises(ClearwayError, match="one and the same"):
+        CampaignPlan((str(suite),), ("tiago",)).specs()
+
+
+def test_an_edited_navigator_is_told_on_resuming(tmp_path: Path) -> None:
+    own, helper = tmp_path / "own.py", tmp_path / "beside.py"
+    helper.write_text("SPEED = 0.3\n")
+    own.write_text(
+        "import sys\nfrom pathlib import Path\nsys.path.insert(0, str(Path(__file__).parent))\nfrom beside import SPEED\n"
+        f"sys.path.insert(0, {str(OWN.parent)!r})\nfrom {OWN.stem} import Drives\n\nclass Mine(Drives):\n    speed = SPEED\n"
+    )
+    asked = dataclasses.replace(plan(), navigators=(f"{own}:Mine",))
+    before = asked_of_plan(asked, asked.specs())["code"]
+    assert list(before) == ["clearway", f"{own}:Mine"]
+    helper.write_text("SPEED = 0.4\n")
+    after = asked_of_plan(asked, asked.specs())["code"]
+    assert {name for name in before if before[name] != after[name]} == {f"{own}:Mine"}

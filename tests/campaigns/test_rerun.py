@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -86,7 +87,7 @@ def test_a_changed_navigator_shows_where_it_went_another_way(results: Results) -
     assert again.difference.first == again.before.command[first, 0]  # type: ignore[index]
     assert again.difference.second == pytest.approx(0.9 * again.difference.first)
     assert "not the same bits. The first difference is cmd_v at 3.1 s: 0.5999" in str(again)
-    assert str(again).endswith(" m/s now")
+    assert re.search(r" m/s now \(the code of .*own.py:Drives has changed since\)$", str(again))
     before, now = again.changed["CT"]
     assert now > before == results.trials["CT"][1].as_py()
 
@@ -94,7 +95,7 @@ def test_a_changed_navigator_shows_where_it_went_another_way(results: Results) -
 @pytest.mark.usefixtures("slower")
 def test_other_versions_are_told_beside_a_difference(results: Results) -> None:
     older = Results(results.path, results.campaign | {"versions": results.campaign["versions"] | {"numpy": "1.26"}})
-    assert f" now (made with numpy 1.26, this is {np.__version__})" in str(rerun(older, 1))
+    assert f" now (made with numpy 1.26, this is {np.__version__}; the code of" in str(rerun(older, 1))
 
 
 def test_another_navigator_meets_the_very_same(results: Results, own: Path) -> None:
@@ -136,7 +137,11 @@ def test_what_cannot_be_rerun(results: Results, tmp_path: Path) -> None:
 
 def test_what_has_changed_since_is_told(tmp_path: Path) -> None:
     robot, scenario = tmp_path / "robot.toml", tmp_path / "scenario.toml"
-    tiago = (Path(clearway.robots.__file__).parent / "tiago.toml").read_text(encoding="utf-8")
+    tiago = (
+        (Path(clearway.robots.__file__).parent / "tiago.toml")
+        .read_text(encoding="utf-8")
+        .replace('name = "tiago"', 'name = "mine"')
+    )
     robot.write_text(tiago, encoding="utf-8")
     scenario.write_text(SCENARIO)
     plan = CampaignPlan((str(scenario),), robots=(str(robot),), navigators=(f"{OWN}:Drives",))
@@ -148,13 +153,13 @@ def test_what_has_changed_since_is_told(tmp_path: Path) -> None:
         return str(told.value)
 
     robot.write_text(tiago.replace("v_max = 1.0", "v_max = 0.9"), encoding="utf-8")
-    assert f"robots.{robot}.drive.v_max was 1.0 and is 0.9; put that back first" in complaint()
+    assert "robots.mine.drive.v_max was 1.0 and is 0.9; put that back first" in complaint()
     robot.write_text(tiago.replace("planner_frequency = 1.0", "planner_frequency = 0.5"), encoding="utf-8")
     (remark,) = rerun(results, 0).remarks
-    assert remark == f"robots.{robot}.navigators.move-base.move_base.planner_frequency was 1.0 and is 0.5"
+    assert remark == "robots.mine.navigators.move-base.move_base.planner_frequency was 1.0 and is 0.5"
     robot.write_text(tiago, encoding="utf-8")
     scenario.write_text(SCENARIO.replace("[0.0, 2.0, 0.0]", "[0.0, 2.1, 0.0]"))
-    assert "the scenario 'x-v0.6-r1' or its floor plan 'hall' is not what it was; put that back" in complaint()
+    assert "the scenario 'x-v0.6-r1' is not what it was; put that back" in complaint()
     scenario.write_text(SCENARIO.replace('name = "x"', 'name = "y"'))
     assert "has the name 'x-v0.6-r1'; did you mean 'y-v0.6-r1'?" in complaint()
     scenario.write_text(SCENARIO)
@@ -200,6 +205,12 @@ def test_no_workers_raises_what_a_navigator_raises_and_can_be_gone_on_with(tmp_p
     with pytest.raises(RuntimeError, match="lost") as raised:
         run_campaign(plan, tmp_path / "out", 0)
     (note,) = raised.value.__notes__
-    assert note == f"1 of 2 trials are finished; go on with `clearway run --resume {tmp_path / 'out'}`"
-    own.write_text(own.read_text().replace("raise RuntimeError", "str"))  # mended
-    assert [t.outcome for t in resume_campaign(tmp_path / "out", 0)] == [Outcome.REACHED] * 2
+    assert note == (
+        f"1 of 2 trials are finished; `clearway run --resume {tmp_path / 'out'}` goes on, as long as no code is edited"
+    )
+    as_it_was = own.read_text()
+    own.write_text(as_it_was.replace("raise RuntimeError", "str"))  # mended
+    with pytest.raises(ClearwayError, match=r"cannot resume: its campaign differs in code.*own.py:Drives"):
+        resume_campaign(tmp_path / "out", 1)
+    own.write_text(as_it_was)
+    assert [t.outcome for t in resume_campaign(tmp_path / "out", 1)] == [Outcome.REACHED, Outcome.NAVIGATOR_FAILED]

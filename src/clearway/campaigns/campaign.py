@@ -107,7 +107,9 @@ def _run_all(
             tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
     except Exception as error:
         if debugged:
-            error.add_note(f"{done} of {store.total} trials are finished; go on with `{how_to_go_on(store.path)}`")
+            error.add_note(
+                f"{done} of {store.total} trials are finished; `{how_to_go_on(store.path)}` goes on, as long as no code is edited"
+            )
         raise
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any
 from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
-from clearway.robots import load_robot
+from clearway.robots import load_robot, robot_names
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
 
@@ -89,18 +89,21 @@ class CampaignPlan:
         """
         built = []
         setups = [read_thinking_budget(s) for s in self.setups] or [FREE]
+        _refuse_namesakes(self.robots)
         for name in self.suites:
             suite = load_suite(name)
             for robot in self.robots:
                 scenarios = suite.build(load_robot(robot), self.selection, self.seed)
                 built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
         _refuse_unknown(self, {s.name for *_, s in built})
-        return [
+        specs = [
             TrialSpec(
                 i, s, robot, navigator, self.localisation or s.localisation, self.tracking or s.tracking, setup, suite
             )
             for i, (suite, robot, navigator, setup, s) in enumerate(built)
         ]
+        _refuse_twins(specs)
+        return specs
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +140,41 @@ class TrialSpec:
         """Readable, unique in its campaign."""
         id = f"{self.task}/{self.navigator}"
         return id if self.setup.name is None else f"{id}/{self.setup.name}"
+
+
+def _refuse_namesakes(robots: Sequence[str]) -> None:
+    """Complain of a robot that bears the name of another one: results know robots by their names."""
+    shipped, named = robot_names(), dict[str, str]()
+    for which in robots:
+        robot = load_robot(which)
+        other = named.setdefault(robot.name, which)
+        if other == which and which != robot.name and robot.name in shipped and load_robot(robot.name) != robot:
+            other = robot.name
+        if other != which:
+            same = load_robot(other) == robot
+            what = "the same one: take one away" if same else "another one: give it a name of its own"
+            raise ClearwayError(
+                f"{robot.name!r} is the name of the robot {other!r} too, which is {what}", file=which, field="name"
+            )
+
+
+def _refuse_twins(specs: Sequence[TrialSpec]) -> None:
+    """Complain of two trials that are the same: their results would count as independent."""
+    seen: dict[tuple[str, str, str | None, int], list[TrialSpec]] = {}
+    for spec in specs:
+        alike = seen.setdefault((spec.robot, spec.navigator, spec.setup.name, spec.scenario.seed), [])
+        for other in alike:
+            if other.id == spec.id or _test(other) == _test(spec):
+                raise ClearwayError(
+                    f"the trials {other.id!r} and {spec.id!r} are one and the same, and would count as two; list each value "
+                    "and each scenario once",
+                    file=spec.suite if spec.suite.endswith(".toml") else None,
+                )
+        alike.append(spec)
+
+
+def _test(spec: TrialSpec) -> str:
+    return spec.scenario.model_dump_json(exclude={"name", "labels"})
 
 
 def _refuse_unknown(plan: CampaignPlan, found: set[str]) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import datetime
-import hashlib
 import json
 import os
 import platform
@@ -12,8 +11,11 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from clearway.campaigns import source
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.geometry.grid import OccupancyGrid
+from clearway.indicators import INDICATORS
+from clearway.navigators.registry import navigator_class
 from clearway.robots import load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
@@ -23,18 +25,22 @@ from clearway.scenarios.suites import load_suite
 def asked_of_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
     """What campaign.json holds of a simulated campaign, and resuming and rerunning compare: all that decides the bits.
 
-    Of each task (a scenario with its floor plan, and the robot that it was made for) it is a digest.
+    Robots are there in full, by the names that they bear; of each task (a scenario, and the robot that it was made for), of
+    each floor plan, of the map and of code there is a digest.
     """
-    robots = {name: json.loads(load_robot(name).model_dump_json()) for name in plan.robots}  # JSON knows no infinity
-    floors = {name: _floor(load_floor_plan(name)) for name in {spec.scenario.floor_plan for spec in specs}}
-    tasks = {spec.task: (spec.scenario.model_dump_json(), floors[spec.scenario.floor_plan]) for spec in specs}
+    known = {robot.name: robot for robot in map(load_robot, plan.robots)}
+    robots = {name: json.loads(robot.model_dump_json()) for name, robot in known.items()}  # JSON knows no infinity
+    floors = dict.fromkeys(spec.scenario.floor_plan for spec in specs)
+    tasks = {spec.task: spec.scenario.model_dump_json() for spec in specs}
+    code = {name: source.of_object(navigator_class(name)) for name in plan.navigators}
     own = () if plan.map in (None, "true") else (granted_map(plan.map, spec.scenario) for spec in specs)
     grid = next((grid for grid in own if grid is not None), None)
     suites = {load_suite(name).name: _about(name, specs) for name in plan.suites}
-    return asked_of(robots, suites) | {
+    return asked_of(robots, suites, code) | {
         "plan": json.loads(json.dumps(plan.to_json())),
         "map": None if grid is None else _grid(grid),
-        "tasks": {task: _digest(*parts) for task, parts in tasks.items()},
+        "floor_plans": {name: _floor(load_floor_plan(name)) for name in sorted(floors)},
+        "tasks": {task: source.digest(scenario) for task, scenario in tasks.items()},
     }
 
 
@@ -48,10 +54,19 @@ def _about(name: str, specs: Sequence[TrialSpec]) -> dict[str, Any]:
     }
 
 
-def asked_of(robots: Mapping[str, Any], suites: Mapping[str, Any]) -> dict[str, Any]:
-    """What every campaign.json holds, of simulations and of recordings: versions, the robots in full, and of the suites
-    what a report has to know."""
-    about = {"clearway": _version("clearway"), "versions": versions()}
+def asked_of(
+    robots: Mapping[str, Any], suites: Mapping[str, Any], code: Mapping[str, str | None] | None = None
+) -> dict[str, Any]:
+    """What every campaign.json holds, of simulations and of recordings.
+
+    Args:
+        robots: In full.
+        suites: What a report has to know of them.
+        code: A digest of the code of each navigator that is not Clearway's; None: of one that is.
+    """
+    others = {name: source.of_object(indicator.function) for name, indicator in INDICATORS.items()}
+    found = {"clearway": source.of_clearway()} | {n: d for n, d in (others | dict(code or {})).items() if d is not None}
+    about = {"clearway": _version("clearway"), "versions": versions(), "code": found}
     return about | {"robots": dict(robots), "suites": dict(suites)}
 
 
@@ -80,15 +95,8 @@ def _version(package: str) -> str:
 def _floor(plan: FloorPlan) -> str:
     """A digest of what stands in a floor plan and of its map."""
     bodies = [(f.name, f.kind, dataclasses.asdict(f.shape), f.pose.tolist()) for f in plan.fixtures]
-    return _digest(json.dumps([bodies, plan.area]), "" if plan.map is None else _grid(plan.map))
+    return source.digest(json.dumps([bodies, plan.area]), "" if plan.map is None else _grid(plan.map))
 
 
 def _grid(grid: OccupancyGrid) -> str:
-    return _digest(json.dumps([grid.resolution, grid.origin, grid.data.shape]), grid.data.tobytes())
-
-
-def _digest(*parts: str | bytes) -> str:
-    seen = hashlib.sha256()
-    for part in parts:
-        seen.update(part.encode("utf-8", "backslashreplace") if isinstance(part, str) else part)
-    return seen.hexdigest()[:16]
+    return source.digest(json.dumps([grid.resolution, grid.origin, grid.data.shape]), grid.data.tobytes())

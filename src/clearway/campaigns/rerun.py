@@ -15,6 +15,7 @@ from clearway.campaigns.provenance import asked_of_plan, machine, now
 from clearway.campaigns.worker import run_trial
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
+from clearway.robots import load_robot
 from clearway.trials import Trial
 from clearway.trials.differences import Difference, first_difference, first_in_json
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
@@ -172,12 +173,15 @@ def _found(plan: CampaignPlan, row: Mapping[str, Any], results: Results, number:
 
 def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results, number: int) -> None:
     """Refuse a trial whose robot, scenario, floor plan or map is not what it was; parameters of navigators may change."""
-    then, what = results.campaign, ""
-    body = [{name: part for name, part in c["robots"][spec.robot].items() if name != _TUNED} for c in (then, asked)]
-    if (differs := first_in_json(f"robots.{spec.robot}", *body)) is not None:
+    then, what, floor = results.campaign, "", spec.scenario.floor_plan
+    robot = load_robot(spec.robot).name
+    body = [{name: part for name, part in c["robots"][robot].items() if name != _TUNED} for c in (then, asked)]
+    if (differs := first_in_json(f"robots.{robot}", *body)) is not None:
         what = f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}"
     elif then["tasks"].get(spec.task) != asked["tasks"][spec.task]:
-        what = f"the scenario {spec.scenario.name!r} or its floor plan {spec.scenario.floor_plan!r} is not what it was"
+        what = f"the scenario {spec.scenario.name!r} is not what it was"
+    elif then["floor_plans"].get(floor) != asked["floor_plans"][floor]:
+        what = f"the floor plan {floor!r} is not what it was"
     elif then["map"] != asked["map"]:
         what = "the map is not what it was"
     if what:
@@ -187,8 +191,10 @@ def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results,
 def _remarks(then: Mapping[str, Any], asked: Mapping[str, Any], spec: TrialSpec) -> tuple[str, ...]:
     before, today = ({"clearway": c["clearway"], **c["versions"]} for c in (then, asked))
     found = [f"made with {n} {before.get(n)}, this is {today[n]}" for n in today if before.get(n) != today[n]]
-    tuned = (c["robots"][spec.robot][_TUNED] for c in (then, asked))
-    if (differs := first_in_json(f"robots.{spec.robot}.{_TUNED}", *tuned)) is not None:
+    found += [f"the code of {n} has changed since" for n, d in asked["code"].items() if then["code"].get(n) != d]
+    robot = load_robot(spec.robot).name
+    tuned = (c["robots"][robot][_TUNED] for c in (then, asked))
+    if (differs := first_in_json(f"robots.{robot}.{_TUNED}", *tuned)) is not None:
         found.append(f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}")
     if spec.setup.budget.seconds is not None:
         found.append(f"the set-up {spec.setup.name!r} bounds decisions by wall clock: no two runs have the same bits")

@@ -120,7 +120,7 @@ def _id(spec: RecordedTrialSpec) -> str:
 
 def _asked(lab: Lab, attempted: Sequence[int]) -> dict[str, Any]:
     """What campaign.json holds and resuming compares: the plan as it was, and what its files held."""
-    robots = {} if lab.robot is None else {str(lab.plan.test.robot): json.loads(lab.robot.model_dump_json())}
+    robots = {} if lab.robot is None else {lab.robot.name: json.loads(lab.robot.model_dump_json())}
     read = {file for _, _, file, _ in references(lab.plan)} | {s.table for s in lab.plan.sources.values() if s.table}
     whole = json.loads(lab.plan.model_dump_json(by_alias=True))
     trials = whole.pop("trial")

@@ -1,0 +1,96 @@
+"""The digest of source text: what shows that a campaign goes on with the code that it began with."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import sys
+from collections.abc import Iterable, Iterator
+from functools import cache
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+_CLEARWAY = Path(__file__).parents[1]
+_APART = ("reports", "cli")
+"""Rooms of Clearway that decide no bit of a result."""
+_CODE = (".py", ".pyd", ".so", ".toml", ".json", ".yaml")
+
+
+def digest(*parts: str | bytes) -> str:
+    """A short digest of texts and bytes, in their order."""
+    seen = hashlib.sha256()
+    for part in parts:
+        seen.update(part.encode("utf-8", "backslashreplace") if isinstance(part, str) else part)
+    return seen.hexdigest()[:16]
+
+
+@cache
+def of_clearway() -> str:
+    """Of what decides the bits of Clearway's own results: its code, robots, stand-ins, floor plans and suites."""
+    files = (f for f in _code_below(_CLEARWAY) if f.relative_to(_CLEARWAY).parts[0] not in _APART)
+    return _of_files(files, _CLEARWAY)
+
+
+def of_object(thing: Any) -> str | None:
+    """Of the code that a class or function of somebody else's stands in, with its version if it was installed; None for
+    Clearway's own.
+
+    A package counts whole; a file that stands alone counts with those that it imports from beside it.
+    """
+    module = sys.modules.get(getattr(thing, "__module__", None) or type(thing).__module__)
+    if module is None or getattr(module, "__file__", None) is None:
+        return "unknown"
+    file = Path(str(module.__file__)).resolve()
+    if file.is_relative_to(_CLEARWAY):
+        return None
+    top = module.__name__.partition(".")[0]
+    folders = [Path(p).resolve() for p in getattr(sys.modules.get(top), "__path__", ())]
+    if folders:
+        found = digest(*(_of_files(_code_below(folder), folder) for folder in folders))
+    else:
+        found = _of_files(_with_imports(file), file.parent)
+    return " ".join(filter(None, (_version(module), found)))
+
+
+def _version(module: ModuleType) -> str | None:
+    for name in packages_distributions().get(module.__name__.partition(".")[0], ()):
+        try:
+            return version(name)
+        except PackageNotFoundError:
+            continue
+    return None
+
+
+def _code_below(folder: Path) -> Iterator[Path]:
+    return (f for f in folder.rglob("*") if f.suffix in _CODE and f.is_file())
+
+
+def _of_files(files: Iterable[Path], root: Path) -> str:
+    named = sorted((f.relative_to(root).as_posix() if f.is_relative_to(root) else f.name, f) for f in files)
+    return digest(*(part for name, file in named for part in (name, file.read_bytes())))
+
+
+def _with_imports(file: Path) -> set[Path]:
+    """A file, and the files beside it that it imports, at any depth."""
+    found, new = set[Path](), [file]
+    while new:
+        now = new.pop()
+        if now not in found:
+            found.add(now)
+            new += [f for name in _imported(now) for f in _beside(file.parent, name)]
+    return found
+
+
+def _imported(file: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield from (".".join(filter(None, (node.module, name))) for name in ("", *(a.name for a in node.names)))
+
+
+def _beside(folder: Path, name: str) -> Iterator[Path]:
+    place = folder.joinpath(*name.split("."))
+    yield from (f for f in (place.with_suffix(".py"), place / "__init__.py") if f.is_file())
