@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,9 +32,11 @@ def straight(source: str, configuration: str, repetition: int, seconds: float, o
     )  # fmt: skip
 
 
-def write(out: Path, source: str, times: dict[str, list[float]], off: float = 0.05) -> Path:
+def write(
+    out: Path, source: str, times: dict[str, list[float]], off: float = 0.05, robots: dict[str, Any] | None = None
+) -> Path:
     trials = [straight(source, c, k + 1, s, off) for c, every in times.items() for k, s in enumerate(every)]
-    with TrialStore(out, {"clearway": "test"}, len(trials), row_schema()) as store:
+    with TrialStore(out, {"clearway": "test", "robots": robots or {}}, len(trials), row_schema()) as store:
         for i, trial in enumerate(trials):
             write_partial(store.partial, store.key, i, trial, score_row(trial))
         store.finish()
@@ -87,7 +90,7 @@ def test_before_and_after(clearway: Shell, real: Path, tmp_path: Path) -> None:
 def test_simulations_are_still_paired_test_by_test(clearway: Shell, sim: Path, tmp_path: Path) -> None:
     other = write(tmp_path / "other", "simulated", {"line": [11.0] * 3, "ramp": [13.0] * 3})
     [found] = json.loads(clearway("compare", sim, other, "--json").out)
-    assert set(found) == {"a", "b", "pairs", "only_a", "only_b", "differences", "success"}
+    assert set(found) == {"a", "b", "other_robots", "pairs", "only_a", "only_b", "differences", "success"}
     assert found["pairs"] == 6
     assert "rep_low" not in found["differences"][0]
 
@@ -97,3 +100,13 @@ def test_nothing_in_common(clearway: Shell, sim: Path, tmp_path: Path) -> None:
     said = clearway.complaint("compare", sim, elsewhere)
     assert "no configuration in common" in said
     assert "configuration stairs" in said
+
+
+def test_robots_of_one_name_that_are_not_the_same_are_told(clearway: Shell, tmp_path: Path) -> None:
+    one, two = (
+        str(write(tmp_path / name, "simulated", {"line": [10.0]}, robots={"tiago": {"drive": {"v_max": v}}}))
+        for name, v in (("one", 1.0), ("two", 0.9))
+    )
+    told = "Not the same robot in both: tiago.drive.v_max is 1.0 and 0.9."
+    assert told in clearway("compare", one, two).out
+    assert json.loads(clearway("compare", one, two, "--json").out)[0]["other_robots"] == [told]

@@ -31,14 +31,17 @@ def compare(
     from clearway.errors import ClearwayError
     from clearway.reports.text import comparison
     from clearway.statistics import ConfigurationComparison, compare_all
+    from clearway.trials.differences import other_robots
     from clearway.trials.store import open_results
 
     if twice := [path for path in directories if directories.count(path) > 1]:
         raise ClearwayError("is named twice; a comparison needs different results", file=twice[0])
-    tables = {str(path): open_results(path).trials for path in directories}
+    opened = {str(path): open_results(path) for path in directories}
+    tables = {path: results.trials for path, results in opened.items()}
     found = compare_all(tables, indicators=indicators, confidence=confidence)
     if not as_json:
-        typer.echo("\n\n".join(comparison(c) for c in found))
+        parts = ["\n".join([comparison(c), *other_robots(opened[c.a], opened[c.b])]) for c in found]
+        typer.echo("\n\n".join(parts))
         return
     whole = []
     for c in found:
@@ -52,5 +55,7 @@ def compare(
             how |= {"legs_by_motion_a": c.by_motion_a, "legs_by_motion_b": c.by_motion_b}
         else:
             how = {"pairs": c.pairs}
-        whole.append({"a": c.a, "b": c.b} | how | without | rows)
+        whole.append(
+            {"a": c.a, "b": c.b, "other_robots": other_robots(opened[c.a], opened[c.b])} | how | without | rows
+        )
     typer.echo(json.dumps(whole, indent=2))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from clearway.trials.store_results import Results
 from clearway.trials.store_tables import FILES, Tables, to_tables
 from clearway.trials.trial import Event, Trial
 
@@ -96,6 +97,13 @@ def first_in_json(name: str, first: Any, second: Any) -> tuple[str, Any, Any] | 
         if (found := first_in_json(f"{name}.{key}", x, y)) is not None:
             return found
     return name, first, second
+
+
+def other_robots(a: Results, b: Results) -> list[str]:
+    """A sentence for each robot that bears the same name in both results and is not the same."""
+    mine, theirs = a.campaign.get("robots", {}), b.campaign.get("robots", {})
+    found = (first_in_json(name, mine[name], theirs[name]) for name in mine if name in theirs)
+    return [f"Not the same robot in both: {at} is {x!r} and {y!r}." for at, x, y in filter(None, found)]
 
 
 def _attempted(first: Trial, second: Trial, a: Tables, b: Tables) -> Difference | None:
