@@ -2,7 +2,8 @@
 
 Contact is found by conservative advancement (Mirtich 1996): a gap of d metres that closes at no more than r m/s stays
 open for d / r seconds, so nothing has to be looked at before. For what stands still the gap is kept across steps, as
-an appointment on the robot's odometer, which counts the metres that no point of its footprint can have exceeded.
+the reading of the robot's odometer at which it has to be looked at next; that counts the metres that no point of its
+footprint can have exceeded.
 
 Disturbed, the robot ends a control period exactly one draw away from where it would have ended without: the draw grows
 evenly over the period, so that contact on the way is as exact as ever.

@@ -136,7 +136,7 @@ class _Drive:
     def __init__(
         self, world: World, checker: GoalAndProgressChecker, pilot: Pilot, robot: Robot, raise_errors: bool
     ) -> None:
-        self._world, self._referee, self._pilot, self._robot = world, checker, pilot, robot
+        self._world, self._checker, self._pilot, self._robot = world, checker, pilot, robot
         self._raise_errors = raise_errors
         self.log = Log(len(world.moving_obstacles))
         self.snapshots: list[Snapshot] = []
@@ -144,7 +144,7 @@ class _Drive:
 
     def to_the_end(self, task: Task, rng: np.random.Generator) -> Outcome:
         """Drive until the checker ends the trial."""
-        world, checker, log, thinking = self._world, self._referee, self.log, self.thinking
+        world, checker, log, thinking = self._world, self._checker, self.log, self.thinking
         decide, period = self._pilot.decide, self._robot.period
         estimate, command, leg = task.start, Command(0.0, 0.0), 0
         count, t, status = 0, 0.0, ""
@@ -198,7 +198,7 @@ class _Drive:
     def _contact(self, t: float, body: Body, estimate: FloatArray, command: Command, where: str = "") -> Outcome:
         self._record(t, estimate, command)
         own, other = abs(float(self._world.state[3])), self._world.speed_of(body, t)
-        return self._referee.stop(
+        return self._checker.stop(
             t, Outcome.COLLISION, EventKind.CONTACT,
             f"{body.kind} {body.name!r} at {other:.3f} m/s, robot at {own:.3f} m/s",
             f"contact with {body.kind} {body.name!r}{where}",
@@ -209,7 +209,7 @@ class _Drive:
         self._record(t, estimate, command)
         frames = traceback.extract_tb(error.__traceback__)
         place = f" ({frames[-1].filename}:{frames[-1].lineno})" if len(frames) > 1 else ""
-        return self._referee.stop(
+        return self._checker.stop(
             t, Outcome.NAVIGATOR_FAILED, EventKind.ERROR, "".join(traceback.format_exception(error)).rstrip(),
             f"{type(error).__name__}: {error}{place}",
         )  # fmt: skip
@@ -217,7 +217,7 @@ class _Drive:
     def _record(self, t: float, estimate: FloatArray, command: Command) -> None:
         """The last instant, with the estimate and the command that were in force."""
         world = self._world
-        self.log.add(t, world.state[:5], estimate, command, self._referee.leg, world.moving_obstacles)
+        self.log.add(t, world.state[:5], estimate, command, self._checker.leg, world.moving_obstacles)
 
 
 def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]:

@@ -87,7 +87,7 @@ class World:
         self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
         self._leg = 0
         self._place_moving(0.0)
-        self._lens = (
+        self._camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
 
@@ -145,10 +145,10 @@ class World:
 
     def look(self) -> Obstacles | None:
         """What the camera sees from here; None without a camera."""
-        if self._lens is None:
+        if self._camera is None:
             return None
         x, y, _ = self._shifted(self._state[0:3], -self._pivot).tolist()
-        return self._lens.look(x, y, self.moving_obstacles, self._count)
+        return self._camera.look(x, y, self.moving_obstacles, self._count)
 
     def advance(self, v: float, omega: float, t: float) -> tuple[float, Body | None]:
         """Drive on command (v [m/s], omega [rad/s]) from time `t` [s] for one control period, or until contact.
