@@ -15,12 +15,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from made_trials import SCHEMA, make_row, make_trial
 
 from clearway.errors import ClearwayError
-from clearway.trials import Trial
+from clearway.trials import Trial, assembly
+from clearway.trials import store as store_module
 from clearway.trials.store import Results, TrialStore, open_results, write_partial
 from clearway.trials.store_tables import FILES
 
@@ -343,3 +345,33 @@ def test_a_directory_that_is_not_there(tmp_path: Path) -> None:
 def test_trials_are_read_one_by_one(whole: Path) -> None:
     results: Iterator[Trial] = iter(open_results(whole))
     assert [t.attempt.seed for t in results] == list(range(TOTAL))
+
+
+def test_each_partial_is_read_twice_and_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    read: list[int] = []
+    content = store_module._content
+
+    def counting(file: Path, key: str) -> Any:
+        read.append(int(file.stem))
+        return content(file, key)
+
+    monkeypatch.setattr(store_module, "_content", counting)
+    with store(tmp_path / "out") as opened:
+        assert len(opened.missing()) == TOTAL
+        for i in range(TOTAL):
+            write_partial(opened.partial, opened.key, i, make_trial(i), make_row(i))
+            assert opened.done() == i + 1
+        assert opened.missing() == opened.missing() == []
+        opened.finish()
+    assert sorted(read) == sorted([*range(TOTAL)] * 2)
+
+
+def test_the_table_of_trials_is_written_in_blocks(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(assembly, "ROWS_A_GROUP", assembly.TRIALS_A_GROUP)
+    results = write(tmp_path / "out")
+    assert pq.ParquetFile(tmp_path / "out/trials.parquet").num_row_groups == 2
+    assert results.trials.equals(open_results(whole).trials)
+    assert (tmp_path / "out/trials.csv").read_bytes() == (whole / "trials.csv").read_bytes()
+    for i in (39, 0, 32, 31):
+        assert results.trial(i).reason == make_trial(i).reason
+        assert np.array_equal(results.trial(i).pose, make_trial(i).pose)

@@ -36,8 +36,7 @@ def interruptible(store: TrialStore) -> Iterator[None]:
         except BaseException as error:
             if not (ctrl_c.came or isinstance(error, KeyboardInterrupt)):
                 raise
-            done = store.total - len(store.missing())
-            raise CampaignInterrupted(store.path, done, store.total) from None
+            raise CampaignInterrupted(store.path, store.done(), store.total) from None
 
 
 class _CtrlC:

@@ -19,11 +19,10 @@ from types import TracebackType
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.csv
 import pyarrow.ipc
-import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
+from clearway.trials.assembly import assemble
 from clearway.trials.differences import first_in_json
 from clearway.trials.store_results import (
     CAMPAIGN,
@@ -42,18 +41,8 @@ from clearway.trials.trial import Trial
 
 __all__ = ["Results", "TrialStore", "open_results", "refuse_results", "write_partial"]
 
-TRIALS_A_GROUP = 32
-"""Trials in one row group of the Parquet files: fixed, so that the bytes don't depend on who wrote when."""
-
 _MAGIC = b"clearway trial 1\n"
-_DONE = ".finished"
-
-
-def _layout(schema: Any) -> dict[str, Any]:
-    """How a Parquet file is written: measured numbers hardly repeat, so a dictionary only makes them larger."""
-    words = [f.name for f in schema if not (pa.types.is_floating(f.type) or pa.types.is_nested(f.type))]
-    return {"compression": "zstd", "compression_level": 3, "version": "2.6", "use_dictionary": words,
-            "write_page_checksum": True}  # fmt: skip
+_DONE, _SUFFIX = ".finished", ".trial"
 
 
 class TrialStore:
@@ -82,7 +71,7 @@ class TrialStore:
         resume: bool = False,
     ) -> None:
         self.path, self.total = Path(path), total
-        self._schema, self._lock = schema, _lock(self.path)
+        self._schema, self._lock, self._whole = schema, _lock(self.path), bytearray(total)
         try:
             self.key = hashlib.sha256(json.dumps([SCHEMA, asked, total], sort_keys=True).encode()).hexdigest()
             self._campaign = self._begin(dict(asked), dict(run or {}), resume)
@@ -101,10 +90,19 @@ class TrialStore:
         return not self.partial.exists()
 
     def missing(self) -> list[int]:
-        """Which trials are not there, or damaged, in order."""
+        """Which trials are not there, or damaged, in order. One that was once found whole is not read again."""
         if self.finished:
             return []
-        return [i for i in range(self.total) if not _intact(_partial_file(self.partial, i), self.key)]
+        there = {entry.name for entry in os.scandir(self.partial)}
+        for i, whole in enumerate(self._whole):
+            file = _partial_file(self.partial, i)
+            if not whole and file.name in there:
+                self._whole[i] = _content(file, self.key) is not None
+        return [i for i, whole in enumerate(self._whole) if not whole]
+
+    def done(self) -> int:
+        """How many trials have been finished, damaged or not."""
+        return self.total if self.finished else sum(e.name.endswith(_SUFFIX) for e in os.scandir(self.partial))
 
     def finish(self, run: Mapping[str, Any] | None = None) -> Results:
         """Assemble the final files, put them in place, and drop the partial ones.
@@ -118,7 +116,8 @@ class TrialStore:
                 shutil.rmtree(new, ignore_errors=True)
                 for kind in FILES.values():
                     (new / kind.path).parent.mkdir(parents=True, exist_ok=True)
-                self._assemble(new)
+                files = (_partial_file(self.partial, i) for i in range(self.total))
+                assemble((_read_partial(file, self.key) for file in files), new, results_schema(self._schema))
                 digests = {}
                 for file in sorted(p for p in new.rglob("*") if p.is_file()):
                     _sync(file)
@@ -176,35 +175,6 @@ class TrialStore:
                     file=self.path / CAMPAIGN,
                 )
         return old
-
-    def _assemble(self, new: Path) -> None:
-        rows: list[dict[str, Any]] = []
-        fixtures: dict[str, pa.Table] = {}
-        writers = {
-            name: pq.ParquetWriter(new / file.path, file.schema, **_layout(file.schema))
-            for name, file in FILES.items()
-            if name != "fixtures"
-        }
-        try:
-            for first in range(0, self.total, TRIALS_A_GROUP):
-                group: list[Tables] = []
-                for i in range(first, min(first + TRIALS_A_GROUP, self.total)):
-                    tables, row = _read_partial(_partial_file(self.partial, i), self.key)
-                    fixtures.setdefault(tables["fixtures"].column("fixtures")[0].as_py(), tables["fixtures"])
-                    rows.append(row)
-                    group.append(tables)
-                for name, writer in writers.items():
-                    together = pa.concat_tables([g[name] for g in group]).combine_chunks()
-                    writer.write_table(together, row_group_size=max(1, together.num_rows))
-        finally:
-            for writer in writers.values():
-                writer.close()
-        plans = [fixtures[k] for k in sorted(fixtures)] or [FILES["fixtures"].schema.empty_table()]
-        layout = _layout(FILES["fixtures"].schema)
-        pq.write_table(pa.concat_tables(plans).combine_chunks(), new / FILES["fixtures"].path, **layout)
-        trials = pa.Table.from_pylist(rows, schema=results_schema(self._schema))
-        pq.write_table(trials, new / "trials.parquet", **_layout(trials.schema))
-        pyarrow.csv.write_csv(trials, new / "trials.csv")
 
 
 def refuse_results(path: Path) -> None:
@@ -265,12 +235,8 @@ def _content(file: Path, key: str) -> tuple[dict[str, int], memoryview] | None:
     return (head["sizes"], raw[at:]) if (head["key"], head["index"]) == (key, int(file.stem)) else None
 
 
-def _intact(file: Path, key: str) -> bool:
-    return _content(file, key) is not None
-
-
 def _partial_file(folder: Path, index: int) -> Path:
-    return folder / f"{index:06d}.trial"
+    return folder / f"{index:06d}{_SUFFIX}"
 
 
 def results_schema(schema: Any) -> Any:

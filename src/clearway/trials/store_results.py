@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -180,35 +182,35 @@ class _File:
         if missing:
             raise ClearwayError(f"is damaged: it has no column {missing[0]!r}", file=path)
         self._cached: tuple[int, pa.Table] = (-1, None)
+        self._bounds: tuple[list[Any], list[Any], list[int]] | None = None
 
     def rows(self, column: str, key: Any) -> pa.Table:
         """The rows whose `column` is `key`, in order."""
         return _reading(self._path, lambda _: self._rows(column, key))
 
     def _rows(self, column: str, key: Any) -> pa.Table:
-        import pyarrow.compute as pc
-
-        for group in self._groups(column, key):
-            if self._cached[0] != group:
-                self._cached = (group, self._file.read_row_group(group))
+        first, last, numbers = self._groups(column)
+        for at in range(bisect_left(last, key), bisect_right(first, key)):
+            if self._cached[0] != numbers[at]:
+                self._cached = (numbers[at], self._file.read_row_group(numbers[at]).combine_chunks())
             table = self._cached[1]
-            found = table.filter(pc.equal(table.column(column), key))
-            if found.num_rows:
-                return found.combine_chunks()
+            keys = table.column(column).to_numpy()
+            begin, end = np.searchsorted(keys, key, "left"), np.searchsorted(keys, key, "right")
+            if begin < end:
+                return table.slice(begin, end - begin)
         return self._file.schema_arrow.empty_table()
 
-    def _groups(self, column: str, key: Any) -> list[int]:
-        meta = self._file.metadata
-        at = self._file.schema_arrow.names.index(column)
-        at = next(i for i in range(meta.num_columns) if meta.schema.column(i).path == column) if at else 0
-        groups = []
-        for group in range(meta.num_row_groups):
-            if meta.row_group(group).num_rows == 0:
-                continue
-            seen = meta.row_group(group).column(at).statistics
-            if seen is None or not seen.has_min_max or seen.min <= key <= seen.max:
-                groups.append(group)
-        return groups
+    def _groups(self, column: str) -> tuple[list[Any], list[Any], list[int]]:
+        """The least and the greatest key of each row group that has rows, and its number."""
+        if self._bounds is None:
+            meta = self._file.metadata
+            at = next(i for i in range(meta.num_columns) if meta.schema.column(i).path == column)
+            groups = [(i, meta.row_group(i)) for i in range(meta.num_row_groups)]
+            seen = [(i, group.column(at).statistics) for i, group in groups if group.num_rows]
+            if not all(s is not None and s.has_min_max for _, s in seen):
+                raise ValueError(f"its row groups do not say which {column!r} they hold")
+            self._bounds = [s.min for _, s in seen], [s.max for _, s in seen], [i for i, _ in seen]
+        return self._bounds
 
 
 def _reading(file: Path, read: Any) -> Any:
