@@ -60,7 +60,8 @@ class Status(StrEnum):
     """How a navigator found its command: the words that scoring understands. Any other word is for people only."""
 
     TRACKING = "tracking"
-    TURNING = "turning"
+    TURNING = "turning"  # on the spot, to the goal's heading
+    ARRIVING = "arriving"  # at the goal, comes to rest or stands
     ARRIVED = "arrived"
     BRAKING = "braking"
     NO_PATH = "no path"

@@ -21,7 +21,10 @@ from clearway.navigators.hp_st.candidates import distinct
 from clearway.navigators.hp_st.contact import Base, PredictedObstacles, predicted_obstacles
 from clearway.navigators.hp_st.decision import Settings
 from clearway.navigators.hp_st.field import make_field
-from clearway.navigators.hp_st.search import SearchCosts, Tree, leaf, search, trace
+from clearway.navigators.hp_st.search import search
+from clearway.navigators.hp_st.search_costs import SearchCosts
+from clearway.navigators.hp_st.search_layer import Problem
+from clearway.navigators.hp_st.search_tree import Tree, leaf, trace
 from clearway.robots import Robot, load_robot
 
 RESCUE = load_robot("rescue:unlimited")
@@ -62,10 +65,11 @@ class Finder:
         grown = forecast.still + np.array([0.0, 0.0, self.base.foot.circumscribed + self.costs.margin])
         distances = make_field(np.array([*goal, 0.0]), grown, inside)
         self.obstacles = predicted_obstacles(forecast, self.settings.spread)
-        self.tree = search(
+        problem = Problem(
             np.array(start, dtype=np.float64), self.base, self.obstacles, distances, inside, self.costs,
-            self.settings.layers, beam or self.settings.wide, self.settings.controls, np.zeros((0, 2)),
+            self.settings.controls, np.zeros((0, 2)),
         )  # fmt: skip
+        self.tree = search(problem, self.settings.layers, beam or self.settings.wide)
         return self.tree
 
     def best(self) -> tuple[FloatArray, FloatArray]:

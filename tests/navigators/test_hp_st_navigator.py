@@ -48,7 +48,7 @@ def test_whole_trials(suite: str, index: int, guarantee: str) -> None:
     assert ran.outcome in (Outcome.REACHED, Outcome.COLLISION)
     assert ran.velocity is not None
     assert np.abs(ran.velocity[:, 0]).max() > 0.9 * ran.attempt.speed_limit  # it has driven
-    assert said(ran, "status") <= {*STATUSES, Status.TURNING}
+    assert said(ran, "status") <= {*STATUSES, Status.ARRIVING}  # the suites' goals leave the heading free
     if guarantee == "passive":
         # the suites push a robot that stands, too, which isn't assumed of them
         assert all(text.endswith("assumed at most 0.0000") for text in said(ran, "assumption"))

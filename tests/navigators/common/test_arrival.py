@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from clearway.contract import Goal
+from clearway.contract import Goal, Status
 from clearway.navigators.common.arrival import BEGIN, HEADING, PATIENCE, SHARE, Approach
 from clearway.robots import DriveLimits
 
@@ -49,6 +49,19 @@ def test_it_brakes_where_it_would_come_to_rest_near_the_goal() -> None:
     at_once.reset(GOAL)
     at_once.reached(at(0.11, 0.0), fast)
     assert not at_once.stopping
+
+
+def test_the_word_tells_turning_from_coming_to_rest() -> None:
+    fast, free = np.array((1.0, 0.0)), Goal(GOAL.pose, GOAL.xy_tolerance, math.inf)
+    approach = judge()
+    words = []
+    for away, turned, velocity in ((1.2, 0.3, fast), (0.05, 0.3, REST), (0.05, 0.15, REST)):
+        approach.reached(at(away, turned), velocity)
+        words.append(approach.status)
+    assert words == ["", Status.TURNING, Status.ARRIVING]
+    approach = judge(free)
+    approach.reached(at(0.05, 0.3), 0.1 * fast)  # any heading will do: it only brakes
+    assert approach.status == Status.ARRIVING
 
 
 def test_once_called_it_only_has_to_stand() -> None:

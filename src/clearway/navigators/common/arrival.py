@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from clearway.contract import Goal
+from clearway.contract import Goal, Status
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import DriveLimits
@@ -55,6 +55,13 @@ class Approach:
         self._goal, self._called = goal, False
         self.stopping, self.turn, self._stays = False, 0.0, SHARE
         self._nearest, self._idle = np.full(2, math.inf), 0.0
+
+    @property
+    def status(self) -> str:
+        """What it does: turns on the spot, or comes to rest; empty while the goal is still to be driven to."""
+        if not self.stopping:
+            return ""
+        return Status.ARRIVING if self.turn == 0.0 else Status.TURNING
 
     def reached(self, pose: FloatArray, velocity: FloatArray) -> bool:
         """Whether the goal is called reached at the estimated `pose` (3,) and `velocity` (2,), v [m/s] and omega [rad/s]; sets

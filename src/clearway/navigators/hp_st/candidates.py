@@ -13,7 +13,7 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import PredictedObstacles
-from clearway.navigators.hp_st.search import TOTAL, IntArray, Tree
+from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree
 
 
 @kernel

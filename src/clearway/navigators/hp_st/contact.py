@@ -119,27 +119,44 @@ def belts_of(obstacles: PredictedObstacles, k: int, stride: int, union: int, bel
     return m
 
 
+class Nearby(NamedTuple):
+    """Room for what the robot may meet in a step.
+
+    Attributes:
+        belts: (M, BELT) what moves in this step, anywhere; see `belts_of`.
+        stills: (s, 3) x and y, from where the robot begins, and radius of what stands within reach, in metres.
+        moving: (M, BELT) what moves within reach; x and y from where the robot begins.
+    """
+
+    belts: FloatArray
+    stills: FloatArray
+    moving: FloatArray
+
+
 @kernel
-def near(
-    still: FloatArray, belts: FloatArray, count: int, x: float, y: float, own: float, soft: float, stills: FloatArray,
-    moving_obstacles: FloatArray,
-) -> tuple[int, int]:  # fmt: skip
-    """What a robot at (x, y) can meet in a step: into `stills` (s, 3) and `moving_obstacles` (M, BELT), relative to (x, y).
+def room_around(obstacles: PredictedObstacles) -> Nearby:
+    """Room for all of `obstacles`."""
+    most = len(obstacles.radius) * (len(obstacles.at) + 1)
+    return Nearby(np.empty((most, BELT)), np.empty((len(obstacles.still), 3)), np.empty((most, BELT)))
+
+
+@kernel
+def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: float, nearby: Nearby) -> tuple[int, int]:
+    """What a robot at (x, y) can meet in a step, into `nearby.stills` and `nearby.moving`.
 
     Args:
         still: (n, 3) x, y and radius of what stands, in metres.
-        belts: (M, BELT) of what moves, see `belts_of`.
-        count: So many rows of `belts` are filled.
+        count: So many rows of `nearby.belts` are filled.
         x: Where the robot is, in metres.
         y: Where the robot is, in metres.
         own: Its circumscribed radius and the longest way in a step together, in metres.
         soft: What stands counts within that distance, in metres.
-        stills: (n, 3), filled.
-        moving_obstacles: (M, BELT), filled.
+        nearby: Its `stills` and `moving` are filled.
 
     Returns:
         How many of each.
     """
+    belts, stills, moving = nearby
     n, m = 0, 0
     for i in range(len(still)):
         dx, dy = still[i, 0] - x, still[i, 1] - y
@@ -152,28 +169,26 @@ def near(
         mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
         reach = belts[i, 8] + own
         if mx * mx + my * my < reach * reach:
-            moving_obstacles[m, 0], moving_obstacles[m, 1] = dx, dy
+            moving[m, 0], moving[m, 1] = dx, dy
             for j in range(2, 8):
-                moving_obstacles[m, j] = belts[i, j]
+                moving[m, j] = belts[i, j]
             m += 1
     return n, m
 
 
 @kernel
 def collision_risk(
-    stills: FloatArray, n: int, moving_obstacles: FloatArray, m: int, vertices: FloatArray, rim: float, outer: float, margin: float,
-    soft: float, nearness: float, theta: float, dx: float, dy: float, turn: float,
+    stills: FloatArray, n: int, moving: FloatArray, m: int, foot: Footprint, margin: float, soft: float, nearness: float,
+    theta: float, dx: float, dy: float, turn: float,
 ) -> float:  # fmt: skip
     """Risk of a step: probability of contact with what moves, and what nearness to what stands costs; -1: it hits that.
 
     Args:
         stills: (s, 3) what stands, as `near` fills it.
         n: So many rows of `stills` are filled.
-        moving_obstacles: (M, BELT) what moves, as `near` fills it.
-        m: So many rows of `moving_obstacles` are filled.
-        vertices: Of the footprint, see `Footprint`.
-        rim: Radius around each vertex of the footprint, in metres.
-        outer: Circumscribed radius of the footprint, in metres.
+        moving: (M, BELT) what moves, as `near` fills it.
+        m: So many rows of `moving` are filled.
+        foot: The robot's outline.
         margin: Distance that is kept from what stands, in metres.
         soft: Distance below which nearness to what stands costs, in metres.
         nearness: What it costs at no distance.
@@ -182,6 +197,7 @@ def collision_risk(
         dy: How far the step leads along y, in metres.
         turn: By how much it turns, in radians.
     """
+    vertices, rim, outer = foot.vertices, foot.radius, foot.circumscribed
     risk = 0.0
     if n > 0:
         per = 1.0 / max(dx * dx + dy * dy, 1e-12)
@@ -204,9 +220,9 @@ def collision_risk(
             if room < soft:
                 risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
     for i in range(m):
-        ax, ay = moving_obstacles[i, 0], moving_obstacles[i, 1]
-        ux, uy = dx - moving_obstacles[i, 2], dy - moving_obstacles[i, 3]
-        reach = moving_obstacles[i, 7] + outer
+        ax, ay = moving[i, 0], moving[i, 1]
+        ux, uy = dx - moving[i, 2], dy - moving[i, 3]
+        reach = moving[i, 7] + outer
         along, long2 = ax * ux + ay * uy, ux * ux + uy * uy
         if along <= 0.0:  # nearest at the start
             share = 0.0
@@ -218,8 +234,8 @@ def collision_risk(
         d2 = ex * ex + ey * ey
         if d2 >= reach * reach:
             continue
-        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - moving_obstacles[i, 4]
-        risk += moving_obstacles[i, 6] * _TAIL[int(max(room / moving_obstacles[i, 5] + _FAR, 0.0) * _PER)]
+        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - moving[i, 4]
+        risk += moving[i, 6] * _TAIL[int(max(room / moving[i, 5] + _FAR, 0.0) * _PER)]
     return risk
 
 

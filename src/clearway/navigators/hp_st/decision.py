@@ -13,17 +13,20 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.candidates import distinct
 from clearway.navigators.hp_st.certificate import Rules, Safety, Verdict, longest_certified
 from clearway.navigators.hp_st.contact import (
-    BELT,
     Base,
     PredictedObstacles,
     belts_of,
     collision_risk,
     near,
     predicted_obstacles,
+    room_around,
 )
 from clearway.navigators.hp_st.field import Field, look
 from clearway.navigators.hp_st.goal_approach import home
-from clearway.navigators.hp_st.search import COST, SearchCosts, Tree, leaf, nodes_of, search, time_to_go, trace, worth
+from clearway.navigators.hp_st.search import nodes_of, search
+from clearway.navigators.hp_st.search_costs import SearchCosts, time_to_go, worth
+from clearway.navigators.hp_st.search_layer import Problem
+from clearway.navigators.hp_st.search_tree import COST, Tree, leaf, trace
 from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.robots.drive_limits import immediate
@@ -195,8 +198,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     n, c = len(commands), scene.settings.period
     plan = drive(start, commands, scene.safety.limits, c)
     still, foot, fastest = obstacles.still, base.foot, max(base.limits.v_max, -base.limits.v_min)
-    belts = np.empty((len(obstacles.radius) * (len(obstacles.at) + 1), BELT))
-    stills, moving_obstacles = np.empty((len(still), 3)), np.empty((len(belts), BELT))
+    nearby = room_around(obstacles)
     cost, total = 0.0, -1.0
     first, _, _ = look(field, start[0], start[1])
     fall = base.limits.deceleration
@@ -210,12 +212,12 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
             continue
         weight = costs.contact_cost * costs.discount ** (k * c)
         nearness = costs.near * costs.step / weight
-        moving = belts_of(obstacles, k, 1, costs.union, belts)
-        s, m = near(still, belts, moving, x, y, foot.circumscribed + fastest * c, costs.soft, stills, moving_obstacles)
+        moving = belts_of(obstacles, k, 1, costs.union, nearby.belts)
+        s, m = near(still, moving, x, y, foot.circumscribed + fastest * c, costs.soft, nearby)
+        turn = plan.inputs[k, 1] * c
         risk = collision_risk(
-            stills, s, moving_obstacles, m, foot.vertices, foot.radius, foot.circumscribed, costs.margin, costs.soft, nearness,
-            theta, dx, dy, plan.inputs[k, 1] * c,
-        )  # fmt: skip
+            nearby.stills, s, nearby.moving, m, foot, costs.margin, costs.soft, nearness, theta, dx, dy, turn
+        )
         if risk < 0.0:
             risk = 1.0
         cost += weight * risk * c / costs.step
@@ -254,14 +256,15 @@ def pose_scene(
 @kernel
 def find(scene: Scene, memory: Memory, beam: int, spent: int) -> Found:
     """Search with up to `beam` nodes a layer, fewer where what the budget leaves after `spent` nodes asks for it."""
-    settings, costs = scene.settings, scene.costs
+    settings = scene.settings
     width = beam
     while width > 1 and settings.layers * nodes_of(width) > settings.budget - spent:
         width -= 1
-    tree = search(
-        scene.start, scene.base, scene.obstacles, scene.field, scene.area, costs, settings.layers, width,
-        settings.controls, _hint(scene, memory),
+    problem = Problem(
+        scene.start, scene.base, scene.obstacles, scene.field, scene.area, scene.costs, settings.controls,
+        _hint(scene, memory),
     )  # fmt: skip
+    tree = search(problem, settings.layers, width)
     layer, index = leaf(tree)
     low_cost = index >= 0 and layer > 0 and tree.nodes[layer, index, COST] <= settings.low_cost_threshold
     return Found(tree, layer, index, low_cost, spent + int(tree.count.sum()), width < beam)

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Status, Task
+from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
@@ -46,7 +46,7 @@ from clearway.navigators.hp_st.parameters import (
     guarantee_from,
     ingredients_from,
 )
-from clearway.navigators.hp_st.search import SearchCosts
+from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
@@ -195,7 +195,7 @@ class HpSt:
         arrived = self._approach.reached(given, memory.velocity)
         if self._approach.stopping:
             v, omega, status = self._turn(self._approach.turn, pose)
-            arrived = arrived and status == Status.TURNING  # else it evades
+            arrived = arrived and status != STATUSES[STORED]  # else it evades
         else:
             self._see(goal, pose)
             share = CLOSE if self._wishes.stop else REACH
@@ -236,7 +236,7 @@ class HpSt:
         return drive(start, np.array([[v, omega]]), self._safety.limits, self._period)
 
     def _turn(self, error: float, pose: FloatArray) -> tuple[float, float, str]:
-        """Turn to the goal's heading on the spot, where that is certified."""
+        """Brake at the goal and turn to its heading on the spot, where that is certified."""
         memory, base = self._memory, self._base
         before = memory.velocity
         v, omega = stop_and_turn(error, float(before[0]), float(before[1]), base.limits, self._period)
@@ -250,7 +250,7 @@ class HpSt:
             if certified < 1:
                 return *self._remainder(pose), STATUSES[STORED]
             self._stored = plan, about, 1
-        return v, omega, Status.TURNING
+        return v, omega, self._approach.status
 
     def _commit(self, decision: Decision, pose: FloatArray) -> tuple[float, float]:
         """The command of this period, and what is remembered for the next."""
@@ -315,9 +315,7 @@ class HpSt:
         if self._stored is not None:
             plan, about, _ = self._stored
             tube = frame.back(np.column_stack((plan.states[:, :2], self._base.foot.circumscribed + about.radius)))
-        status = (
-            STATUSES[decision.status] if decision is not None else Status.TURNING if self._approach.stopping else ""
-        )
+        status = STATUSES[decision.status] if decision is not None else self._approach.status
         return Diagnostics(polylines, circles, tube, status=status, iterations=decision.nodes if decision else 0)
 
 

@@ -151,7 +151,7 @@ class HpTmpc:
         """Polylines `plan`, `other side`, `horizon`; circles `belts` and `obstacles`; the tube along the horizon."""
         decision, memory = self._decision, self._memory
         if decision is None:
-            return Diagnostics(status="turning" if self._approach.stopping else "")
+            return Diagnostics(status=self._approach.status)
         polylines = {"horizon": decision.states[:, :2].copy()}
         polylines["plan"] = memory.path[: memory.clock[CORNERS]].copy()
         circles = {}
@@ -215,7 +215,7 @@ class HpTmpc:
         memory.clock[AGE] = -1
         memory.plan[:] = 0.0
         self._decision = None
-        return Command(float(v), float(rate), arrived, status="turning")
+        return Command(float(v), float(rate), arrived, status=self._approach.status)
 
 
 def _arrays(observation: Observation) -> _Discs:
