@@ -191,3 +191,31 @@ def test_reference_is_current():
 def test_every_page_is_linked_from_another():
     linked = {(f.file.parent / f.text.partition("#")[0]).resolve() for f in _links()}
     assert [p.name for p in PAGES if p.resolve() not in linked and p.name != "README.md"] == []
+
+
+def _values() -> dict[str, ast.ClassDef]:
+    """The public dataclasses and named tuples, by where each is defined."""
+    found = {}
+    for file in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                made = " ".join(ast.unparse(part) for part in (*node.bases, *node.decorator_list))
+                if re.search(r"\b(NamedTuple|dataclass)\b", made):
+                    found[f"{file.relative_to(ROOT)}:{node.lineno} {node.name}"] = node
+    return found
+
+
+def _fields(node: ast.ClassDef) -> list[str]:
+    stated = [part for part in node.body if isinstance(part, ast.AnnAssign) and "ClassVar" not in ast.unparse(part)]
+    names = [ast.unparse(part.target) for part in stated]
+    return [name for name in names if not name.startswith("_")]
+
+
+def test_every_field_of_a_public_value_is_told_on_a_line_of_its_own():
+    values, missing = _values(), []
+    for name, node in values.items():
+        text = (ast.get_docstring(node) or "").partition("Attributes:\n")[2]
+        told = re.findall(r"^    (\w+): \S", text, re.MULTILINE)
+        missing += [f"{name}.{field}" for field in _fields(node) if told.count(field) != 1]
+    assert missing == []
+    assert len(values) > 150
