@@ -6,7 +6,6 @@ import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 
-from clearway.campaigns.drawing import draw_scenarios
 from clearway.campaigns.interruption import interruptible
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import check_plan
@@ -48,8 +47,6 @@ def run_campaign(
     out, tell, processes = Path(out), progress or silent, workers_of(workers, least=0)
     if not resume:
         refuse_results(out)
-    with pool(processes, out) as work:
-        draw_scenarios(plan, work, tell)
     specs = plan.specs()
     check_plan(plan, specs)
     asked, run = asked_of_plan(plan, specs), machine() | {"started": now()}

@@ -82,7 +82,7 @@ class CampaignPlan:
             raise ClearwayError(f"this is not a campaign's plan: {error}", field="plan") from error
 
     def specs(self) -> list[TrialSpec]:
-        """Every trial, in the order of the results.
+        """Every trial, in the order of the results; of scenarios that are drawn from seeds their outlines.
 
         Raises:
             ClearwayError: an unknown suite, robot or scenario, or a selection that selects nothing.
@@ -93,7 +93,7 @@ class CampaignPlan:
         for name in self.suites:
             suite = load_suite(name)
             for robot in self.robots:
-                scenarios = suite.build(load_robot(robot), self.selection, self.seed)
+                scenarios = suite.build(load_robot(robot), self.selection, self.seed, outlines=True)
                 built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
         _refuse_unknown(self, {s.name for *_, s in built})
         specs = [
@@ -112,7 +112,7 @@ class TrialSpec:
 
     Attributes:
         index: Its number in the results.
-        scenario: The test.
+        scenario: The test; its outline where it has yet to be drawn (`campaigns.drawing`).
         robot: Who does it: a name, a preset or a file.
         navigator: Who decides: a registered name or an address.
         localisation: How the robot knows where it is, by name.

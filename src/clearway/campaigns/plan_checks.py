@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.errors import ClearwayError
@@ -14,7 +15,7 @@ from clearway.scenarios.check import check_scenario
 
 
 def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
-    """Look at everything that can be wrong before the first trial runs.
+    """Look at everything that can be wrong before the first trial runs; of scenarios that are drawn, at the first of a kind.
 
     Raises:
         ClearwayError: the first thing that is wrong.
@@ -26,7 +27,7 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
         content = (spec.robot, scenario.model_dump_json(exclude={"name", "seed", "labels"}))  # repetitions are alike
         if content not in checked:
             checked.add(content)
-            for problem in check_scenario(scenario, robot):
+            for problem in check_scenario(drawn(plan, spec).scenario, robot):
                 file = spec.suite if spec.suite.endswith(".toml") else problem.file
                 raise ClearwayError(problem.problem, file=file, field=f"{scenario.name}: {problem.field}")
         has_map = granted_map(plan.map, scenario) is not None

@@ -26,13 +26,18 @@ def asked_of_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, A
     """What campaign.json holds of a simulated campaign, and resuming and rerunning compare: all that decides the bits.
 
     Robots are there in full, by the names that they bear; of each task (a scenario, and the robot that it was made for), of
-    each floor plan, of the map and of code there is a digest.
+    each floor plan, of the map and of code there is a digest. Where scenarios are drawn from seeds, a task's digest is that of
+    its outline, whose name has the seed: what is drawn follows from it and the generator's code.
     """
     known = {robot.name: robot for robot in map(load_robot, plan.robots)}
     robots = {name: json.loads(robot.model_dump_json()) for name, robot in known.items()}  # JSON knows no infinity
     floors = dict.fromkeys(spec.scenario.floor_plan for spec in specs)
     tasks = {spec.task: spec.scenario.model_dump_json() for spec in specs}
     code = {name: source.of_object(navigator_class(name)) for name in plan.navigators}
+    if plan.selection.seeds is not None:
+        code |= {
+            name: source.of_object(g.draw) for name in plan.suites if (g := load_suite(name).generator) is not None
+        }
     own = () if plan.map in (None, "true") else (granted_map(plan.map, spec.scenario) for spec in specs)
     grid = next((grid for grid in own if grid is not None), None)
     suites = {load_suite(name).name: _about(name, specs) for name in plan.suites}

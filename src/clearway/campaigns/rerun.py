@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from clearway.campaigns.campaign import planned
+from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.provenance import asked_of_plan, machine, now
@@ -109,7 +110,7 @@ def rerun(
     store = None if out is None else TrialStore(out, asked, 1, row_schema(), run=run)
     done = None
     try:
-        again = run_trial(plan, spec, raise_errors)
+        again = run_trial(plan, drawn(plan, spec), raise_errors)
         row = score_row(again)
         if store is not None:
             write_partial(store.partial, store.key, 0, again, {"id": spec.id} | row)

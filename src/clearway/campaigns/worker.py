@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from clearway.campaigns.drawing import drawn
 from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.contract import EventKind
@@ -54,7 +55,7 @@ def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, ra
     Raises:
         ClearwayError: the disk is full, or a file that the trial needs has gone.
     """
-    trial = run_trial(plan, spec, raise_errors)
+    trial = run_trial(plan, drawn(plan, spec, folder), raise_errors)
     row = {"id": spec.id} | score_row(trial)
     write_partial(folder, key, spec.index, trial, row)
     return Done(spec.index, trial.outcome, trial.reason)
@@ -65,7 +66,7 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec, raise_errors: bool = False) -
 
     Args:
         plan: The campaign that it belongs to.
-        spec: The trial.
+        spec: The trial, its scenario drawn.
         raise_errors: Whether an error in it is raised, as a debugger needs it.
 
     Raises:

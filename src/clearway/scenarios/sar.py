@@ -10,7 +10,8 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Callable, Sequence
 from functools import cache, partial
 from importlib import resources
 from pathlib import Path
@@ -49,9 +50,14 @@ _START, _GOAL = ((float(x), float(y), float(theta)) for x, y, theta in (TASK["st
 
 
 def build(
-    robot: Robot, selection: Selection, seed: int, suite: str, cases: Sequence[str], generator: Generator
+    robot: Robot,
+    selection: Selection,
+    seed: int,
+    suite: str,
+    cases: Sequence[str],
+    draw: Callable[[Case, int], Drawn | None],
 ) -> list[Scenario]:
-    """The frozen scenarios of the `cases`, or those of `selection.seeds`; at `selection.speeds` (default: each
+    """The frozen scenarios of the `cases`, or those that `draw` gives for `selection.seeds`; at `selection.speeds` (default: each
     case's set speed, or what the robot can do), `selection.repetitions` times, each with another disturbance."""
     if selection.floor_plan is not None:
         raise ClearwayError(f"the suite {suite!r} takes place in the floor plan 'arena'", field="floor_plan")
@@ -64,7 +70,7 @@ def build(
     return [
         _scenario(suite, case, label, drawn, robot, speed, repetition, seed)
         for case in _chosen(cases, selection)
-        for label, drawn in _drawn(case, selection, generator)
+        for label, drawn in _drawn(case, selection, draw)
         for speed in selection.speeds or (min(case.speed, robot.drive.v_max),)
         for repetition in range(1, (selection.repetitions or 1) + 1)
     ]
@@ -79,18 +85,22 @@ def _calls(selection: Selection, cases: Sequence[str]) -> list[tuple[Case, int]]
     return [(case, seed) for case in _chosen(cases, selection) for seed in _seeds(case, selection)]
 
 
-def _drawn(case: Case, selection: Selection, generator: Generator) -> list[tuple[str, Drawn]]:
+def _drawn(
+    case: Case, selection: Selection, draw: Callable[[Case, int], Drawn | None]
+) -> list[tuple[str, Drawn | None]]:
     """Labels and obstacles."""
     if selection.seeds is None:
         return [(f"scenario-{i}", drawn) for i, drawn in enumerate(frozen()[case.name], 1)]
-    return [(f"seed-{seed}", generator(case, seed)) for seed in _seeds(case, selection)]
+    return [(f"seed-{seed}", draw(case, seed)) for seed in _seeds(case, selection)]
 
 
 def _seeds(case: Case, selection: Selection) -> list[int]:
     """The seeds to draw from, without those that give no scenario of a name that is asked for."""
     seeds = range(*(selection.seeds or (0, 0)))
-    wanted = [name.rpartition("-v")[0] for name in selection.scenarios]
-    return [s for s in seeds if not wanted or _stem(case, f"seed-{s}") in wanted]
+    if not selection.scenarios:
+        return list(seeds)
+    named = (re.match(re.escape(_stem(case, "seed-")) + r"(0|[1-9][0-9]{0,18})-v", n) for n in selection.scenarios)
+    return sorted({seed for name in named if name and (seed := int(name[1])) in seeds})
 
 
 def _stem(case: Case, label: str) -> str:
@@ -98,7 +108,7 @@ def _stem(case: Case, label: str) -> str:
 
 
 def _scenario(
-    suite: str, case: Case, label: str, drawn: Drawn, robot: Robot, speed: float, repetition: int, seed: int
+    suite: str, case: Case, label: str, drawn: Drawn | None, robot: Robot, speed: float, repetition: int, seed: int
 ) -> Scenario:
     name = f"{_stem(case, label)}-v{speed:g}-r{repetition}"
     return Scenario(
@@ -109,14 +119,14 @@ def _scenario(
             LegSpec(name="way", goal=_GOAL, yaw_tolerance=math.inf, time_limit=TASK["time_limit"], arrival="measured"),
         ),
         speed=speed,
-        obstacles=obstacles(drawn.layout),
+        obstacles=() if drawn is None else obstacles(drawn.layout),
         labels=LabelSpec(suite=suite, batch=case.name, configuration=label, repetition=repetition),
         reference_length=math.dist(_START[:2], _GOAL[:2]),
         localisation="truth",
         tracking="difference",
         disturbance=DisturbanceSpec(**TASK["disturbance"]),
-        optimal=drawn.optimal if _is_meant(robot) and speed == case.speed else None,
-        shortest=_shortest(drawn.layout, robot),
+        optimal=drawn.optimal if drawn is not None and _is_meant(robot) and speed == case.speed else None,
+        shortest=None if drawn is None else _shortest(drawn.layout, robot),
         livelock=True,
         placement_xy=0.0,
         placement_yaw=0.0,
@@ -203,8 +213,9 @@ def write_frozen() -> None:
 
 def _suite(name: str, title: str, description: str, cases: tuple[str, ...]) -> Suite:
     configurations = tuple(f"scenario-{i}" for i in range(1, FROZEN + 1))
-    generator = Generator(partial(_calls, cases=cases), generate)
-    make = partial(build, suite=name, cases=cases, generator=generator)
+    outlines = partial(build, suite=name, cases=cases, draw=lambda case, seed: None)
+    generator = Generator(partial(_calls, cases=cases), generate, outlines, _written, _read)
+    make = partial(build, suite=name, cases=cases, draw=generator)
     return Suite(
         name,
         title,

@@ -54,29 +54,42 @@ class Selection:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Generator:
-    """Draws what a suite's scenarios are made of from seeds, each once in a process.
+    """Draws what a suite's scenarios are made of from seeds.
 
-    Several processes may draw: what one has drawn is put into another's `drawn`.
+    What a scenario is called, and all of it that no draw decides, is known without drawing: its outline.
 
     Attributes:
-        calls: The arguments of `draw` for each scenario of a selection with `seeds`.
-        draw: Draws one, in any process; what it returns travels.
-        drawn: What has been drawn so far, by the arguments.
+        calls: The arguments of `draw` for each scenario of a selection with `seeds`, each once; their `repr` says all of
+            them. With `scenarios` selected it takes no longer, however many seeds there are.
+        draw: Draws one, in any process.
+        outlines: Builds the scenarios as the suite's `make` does, without what is drawn.
+        written: What has been drawn as JSON values.
+        read: What has been drawn, of its JSON values.
+        drawn: What has been drawn of late, by the arguments.
     """
 
     calls: Callable[[Selection], Sequence[tuple[Any, ...]]]
     draw: Callable[..., Any]
+    outlines: Callable[[Robot, Selection, int], Sequence[Scenario]]
+    written: Callable[[Any], Any] = lambda drawn: drawn
+    read: Callable[[Any], Any] = lambda values: values
     drawn: dict[tuple[Any, ...], Any] = field(default_factory=dict)
 
     def __call__(self, *arguments: Any) -> Any:
         """What `draw` returns for the arguments."""
         if arguments not in self.drawn:
-            self.drawn[arguments] = self.draw(*arguments)
+            self.hold(arguments, self.draw(*arguments))
         return self.drawn[arguments]
 
-    def missing(self, selection: Selection) -> list[tuple[Any, ...]]:
-        """What has yet to be drawn for a selection."""
-        return [arguments for arguments in self.calls(selection) if arguments not in self.drawn]
+    def hold(self, arguments: tuple[Any, ...], drawn: Any) -> None:
+        """Have what was drawn at hand, and let go of what was drawn long before."""
+        self.drawn[arguments] = drawn
+        while len(self.drawn) > MOST_HELD:
+            del self.drawn[next(iter(self.drawn))]
+
+
+MOST_HELD = 256
+"""What a generator has at hand of what it has drawn."""
 
 
 class Section(StrEnum):
@@ -130,11 +143,19 @@ class Suite:
         """What a results directory keeps of it, as JSON values, so that a report needs nothing but that directory."""
         return {"title": self.title, "family": self.family, "report": list(self.report)}
 
-    def build(self, robot: Robot, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
+    def build(
+        self, robot: Robot, selection: Selection | None = None, seed: int = 0, *, outlines: bool = False
+    ) -> list[Scenario]:
         """The selected scenarios for `robot`, in the suite's order; none if it has none of `selection.scenarios`.
 
         A scenario's seed comes from the campaign's `seed` and its name alone: every navigator, every robot and every
         selection meets the same.
+
+        Args:
+            robot: Who drives.
+            selection: Which of them; None: all.
+            seed: The campaign's.
+            outlines: Whether those of `selection.seeds` are wanted without what is drawn, and nothing is drawn.
 
         Raises:
             ClearwayError: a selected value that no scenario has (it names those that exist), or none is left.
@@ -152,7 +173,10 @@ class Suite:
             raise ClearwayError(
                 f"{factor:g} is no factor on a disturbance: 0 for none, 1 as it is, 2 for twice", field="disturbance"
             )
-        made = [_of(self, s) for s in self.make(robot, chosen, seed)]
+        make = self.make
+        if outlines and chosen.seeds is not None and self.generator is not None:
+            make = self.generator.outlines
+        made = [_of(self, s) for s in make(robot, chosen, seed)]
         if chosen.scenarios:
             made = [s for s in made if s.name in chosen.scenarios]
             if not made:
