@@ -20,6 +20,7 @@ import pytest
 import clearway.robots
 import clearway.world
 from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
+from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import TrialSpec
 from clearway.campaigns.provenance import asked_of_plan
 from clearway.errors import ClearwayError
@@ -219,8 +220,11 @@ def test_a_drawn_scenario_by_name_is_drawn_alone() -> None:
     assert generator is not None
     generator.drawn.clear()
     selection = Selection(seeds=(0, 100), scenarios=("case-1-seed-17-v1-r1",))
-    (spec,) = CampaignPlan(("sar-case1",), selection=selection).specs()
+    plan = CampaignPlan(("sar-case1",), selection=selection)
+    (spec,) = plan.specs()
     assert spec.scenario.labels.configuration == "seed-17"
+    assert not generator.drawn
+    assert len(drawn(plan, spec).scenario.obstacles) == 11
     assert [seed for _, seed in generator.drawn] == [17]
 
 
