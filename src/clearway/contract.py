@@ -281,7 +281,9 @@ class Navigator(Protocol):
     - `read_parameters(robot)`, which reads what the robot's file holds for it and raises a `ClearwayError` where that is
       wrong (`clearway.robots.RobotTable` does both): it is asked before the first trial runs;
     - `diagnostics() -> Diagnostics`, asked for now and then;
-    - `privileged = True`, which gives it `Task.obstacle_oracle` and a label in every table.
+    - `privileged = True`, which gives it `Task.obstacle_oracle` and a label in every table;
+    - `tuned_on`, a tuple of `clearway.tuning.TunedOn`: on which tests its parameters were chosen, which every table tells
+      beside its results there; `()` for none.
     """
 
     needs: ClassVar[frozenset[Need]]

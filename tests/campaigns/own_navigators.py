@@ -11,6 +11,7 @@ import numpy as np
 from clearway.contract import Command, Observation, Task
 from clearway.errors import ClearwayError
 from clearway.robots import Robot
+from clearway.tuning import TunedOn
 
 
 class Drives:
@@ -112,3 +113,13 @@ class Careless(Drives):
 
     def read_parameters(self, robot: Robot) -> float:
         return float(robot.navigators["careless"]["braveness"])
+
+
+class Tuned(Drives):
+    """Says on what its speed was chosen."""
+
+    tuned_on = (TunedOn("hospital", floor_plan="hall", seeds=(5,), note="its speed"),)
+
+
+class Mistaken(Drives):
+    tuned_on = "hospital"

@@ -90,7 +90,8 @@ def test_before_and_after(clearway: Shell, real: Path, tmp_path: Path) -> None:
 def test_simulations_are_still_paired_test_by_test(clearway: Shell, sim: Path, tmp_path: Path) -> None:
     other = write(tmp_path / "other", "simulated", {"line": [11.0] * 3, "ramp": [13.0] * 3})
     [found] = json.loads(clearway("compare", sim, other, "--json").out)
-    assert set(found) == {"a", "b", "other_robots", "pairs", "only_a", "only_b", "differences", "success"}
+    tuned = {"tuned_a", "tuned_b"}
+    assert set(found) == {"a", "b", "other_robots", "pairs", "only_a", "only_b", "differences", "success"} | tuned
     assert found["pairs"] == 6
     assert "rep_low" not in found["differences"][0]
 

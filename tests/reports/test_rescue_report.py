@@ -165,7 +165,7 @@ def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
     duels = head_to_head.comparisons(f)
     assert {(a.navigator, b.navigator) for a, b, _ in duels} >= {("hp-tmpc", "hl-rrt"), ("hp-tmpc", "hp-tmpc")}
     assert all(a.navigator == b.navigator or a.setup == b.setup for a, b, _ in duels)
-    table = head_to_head.table(duels)
+    table = head_to_head.table(f, duels)
     assert table is not None
     by = {(r[0].text, r[1].text): r for r in table.rows}
     row = by["Search-and-rescue robot · colregs-apf · set-up 2", "Search-and-rescue robot · hp-tmpc · set-up 2"]

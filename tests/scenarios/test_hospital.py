@@ -216,6 +216,8 @@ def test_selecting() -> None:
     assert {t.labels.configuration for t in protocol("tiago", gaps=(1.5,))} >= {"free", "single", "passing"}
     assert len(protocol("tiago", batches=("NO",), repetitions=29)) == 87
     assert {t.floor_plan for t in protocol("tiago", floor_plan="ward")} == {"ward"}
+    (one,) = protocol("tiago", scenarios=("NO-v0.6-r1",), sizes=(0.3,), gaps=(1.5,))  # which bar those that have others
+    assert one.name == "NO-v0.6-r1"
 
 
 @pytest.mark.parametrize(

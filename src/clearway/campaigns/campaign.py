@@ -12,6 +12,7 @@ from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.pool import Pool, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import asked_of_plan, machine, now
+from clearway.campaigns.tuning import told
 from clearway.campaigns.worker import run_and_keep
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema
@@ -49,7 +50,7 @@ def run_campaign(
         refuse_results(out)
     specs = plan.specs()
     check_plan(plan, specs)
-    asked, run = asked_of_plan(plan, specs), machine() | {"started": now()}
+    asked, run = asked_of_plan(plan, specs), machine() | {"started": now(), "tuned_on": told(plan)}
     with (
         TrialStore(out, asked, len(specs), row_schema(), run=run, resume=resume) as store,
         interruptible(store),

@@ -15,6 +15,7 @@ from typing import Any, get_args
 import numpy as np
 
 from clearway.campaigns.pilot import compose, writes_into_input
+from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
@@ -106,7 +107,7 @@ def check_navigator(factory: Callable[[], Navigator], robot: Robot) -> tuple[Fin
     """
     first = factory()
     needs: Any = getattr(first, "needs", None)
-    findings = [_needs(needs), _privileged(first)]
+    findings = [_needs(needs), _privileged(first), _tuned(first)]
     if not all(f.passed for f in findings):
         return tuple(findings)
     if "scan" in needs and robot.lidar is None:
@@ -235,6 +236,15 @@ def _privileged(navigator: Navigator) -> Finding:
     return Finding(
         "says whether it is privileged", good, "" if good else f"`privileged` is {flag!r}, not True or False"
     )
+
+
+def _tuned(navigator: Navigator) -> Finding:
+    name = "says on what it was tuned, or nothing"
+    try:
+        said = tuned_on(type(navigator).__name__, navigator)
+    except ClearwayError as error:
+        return Finding(name, False, str(error))
+    return Finding(name, True, "nothing" if said is None else "; ".join(map(str, said)) or "on no test")
 
 
 def _malformed(command: Any) -> str:

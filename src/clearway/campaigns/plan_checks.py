@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.campaigns.robot_tables import in_file_of, unread_tables
+from clearway.campaigns.tuning import tuned_on
 from clearway.errors import ClearwayError
 from clearway.navigators.registry import check_parameters, make_navigator
 from clearway.perception import make_localiser, make_tracker
@@ -46,6 +47,7 @@ def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> No
             raise problem
         make_localiser(spec.localisation, robot)
         check_parameters(spec.navigator, navigator, robot)
+    tuned_on(spec.navigator, navigator)
     needs: frozenset[str] = getattr(navigator, "needs", frozenset())
     if "obstacles" in needs:
         make_tracker(spec.tracking, robot)

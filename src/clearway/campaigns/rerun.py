@@ -13,6 +13,7 @@ from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.provenance import asked_of_plan, machine, now
+from clearway.campaigns.tuning import told
 from clearway.campaigns.worker import run_trial
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
@@ -21,7 +22,7 @@ from clearway.trials import Trial
 from clearway.trials.differences import Difference, first_difference, first_in_json
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
 
-_UNLISTED = ("navigator", "privileged", "reason", "not_computable")
+_UNLISTED = ("navigator", "privileged", "tuned", "reason", "not_computable")
 """Columns that are not listed as changed: they say who drove, or what stands elsewhere."""
 
 
@@ -107,6 +108,7 @@ def rerun(
     _refuse_changed(asked, spec, results, number)
     check_plan(plan, [spec])
     run = machine() | {"started": now(), "rerun": {"results": str(results.path), "trial": number}}
+    run |= {"tuned_on": told(plan)}
     store = None if out is None else TrialStore(out, asked, 1, row_schema(), run=run)
     done = None
     try:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.campaigns.tuning import tuned, tuned_on
 from clearway.contract import EventKind
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
@@ -92,13 +93,15 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec, raise_errors: bool = False) -
     try:
         granted = granted_map(plan.map, spec.scenario)
         budget = spec.setup.budget
-        return simulate(spec.scenario, robot, pilot, map=granted, budget=budget, raise_errors=raise_errors, **about)
+        trial = simulate(spec.scenario, robot, pilot, map=granted, budget=budget, raise_errors=raise_errors, **about)
     except ClearwayError:
         raise
     except Exception as error:
         if raise_errors:
             raise
-        return _broken(spec, about, f"{type(error).__name__}: {error}", traceback.format_exc())
+        trial = _broken(spec, about, f"{type(error).__name__}: {error}", traceback.format_exc())
+    near = tuned(tuned_on(spec.navigator, navigator), plan, spec)
+    return replace(trial, attempt=replace(trial.attempt, tuned=near))
 
 
 def _broken(spec: TrialSpec, about: Mapping[str, Any], reason: str, detail: str) -> Trial:

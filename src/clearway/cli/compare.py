@@ -29,7 +29,7 @@ def compare(
     from dataclasses import asdict
 
     from clearway.errors import ClearwayError
-    from clearway.reports.text import comparison
+    from clearway.reports.text import comparison, tuned
     from clearway.statistics import ConfigurationComparison, compare_all
     from clearway.trials.differences import other_robots
     from clearway.trials.store import open_results
@@ -39,15 +39,17 @@ def compare(
     opened = {str(path): open_results(path) for path in directories}
     tables = {path: results.trials for path, results in opened.items()}
     found = compare_all(tables, indicators=indicators, confidence=confidence)
+    chosen = tuned(tables)
     if not as_json:
         parts = ["\n".join([comparison(c), *other_robots(opened[c.a], opened[c.b])]) for c in found]
-        typer.echo("\n\n".join(parts))
+        said = [f"{name}, {n}: {words}" for name, all_of_it in chosen.items() for n, words in all_of_it.items()]
+        typer.echo("\n\n".join([*parts, *(["\n".join(said)] if said else [])]))
         return
     whole = []
     for c in found:
         success = {batch or "all": asdict(s) for batch, s in c.success.items()}
         rows = {"differences": c.differences.to_pylist(), "success": success}
-        without = {"only_a": c.only_a, "only_b": c.only_b}
+        without = {"only_a": c.only_a, "only_b": c.only_b, "tuned_a": chosen[c.a], "tuned_b": chosen[c.b]}
         if isinstance(c, ConfigurationComparison):
             how: dict[str, Any] = {"kind": c.kind, "source_a": c.source_a, "source_b": c.source_b}
             how |= {"matched_by": c.matched_by, "configurations": c.configurations}

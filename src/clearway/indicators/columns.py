@@ -58,6 +58,11 @@ COLUMNS = (
     _attempted("localisation", Kind.WORD, "truth, odometry or amcl", selectable=True),
     _attempted("tracking", Kind.WORD, "how obstacles were followed; empty if the navigator asked for none"),
     _attempted("privileged", Kind.BOOLEAN, "whether the navigator was told the obstacles' future"),
+    _attempted(
+        "tuned", Kind.WORD,
+        "on what the navigator says that its parameters were chosen: on this scenario, on this geometry (the same obstacles in the "
+        "same place), on other scenarios of this suite, no; empty if it says nothing", of="tuned.value",
+    ),
     _attempted("floor_plan", Kind.WORD, "where it was driven", selectable=True),
     _label("speed", Kind.NUMBER, "set speed", "m/s"),
     _label("obstacle_speed", Kind.NUMBER, "of the moving obstacle", "m/s"),

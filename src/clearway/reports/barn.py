@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from clearway.reports import tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System, is_recorded
@@ -146,7 +147,8 @@ def _summary(f: Findings, system: System, published: Sequence[PublishedRun], row
             f"{PUBLISHED_TASK} is that task"
             if any(r["suite"] != PUBLISHED_TASK for r in rows)
             else ""
-        ),
+        )
+        + (f"; {said}" if (said := tuning.sentence(rows)) else ""),
         [text(""), f"published (n {n})", f"here (n {k})", "difference"],
         lines,
     )

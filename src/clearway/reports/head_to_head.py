@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
-from clearway.reports import ablation
+from clearway.reports import ablation, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.selection import System
@@ -43,7 +43,7 @@ def _indicators(f: Findings) -> tuple[str, ...]:
     return (*HEADLINE, *more)
 
 
-def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
+def table(f: Findings, found: list[tuple[System, System, Comparison]]) -> Grid | None:
     """Success: a row a pair, with McNemar's p and Holm's over all pairs."""
     if not found:
         return None
@@ -52,7 +52,8 @@ def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
     lines: Rows = []
     groups: list[int] = []
     last = None
-    for (a, _, c), s, p in zip(found, wins, adjusted, strict=True):
+    signs = {system: tuning.sign(system.of(f.rows)) for a, b, _ in found for system in (a, b)}
+    for (a, b, c), s, p in zip(found, wins, adjusted, strict=True):
         if a != last:
             groups.append(len(lines))
             last = a
@@ -61,7 +62,7 @@ def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
         d = s.difference
         better = "" if p > 0.05 else (c.b if d.estimate > 0 else c.a)
         lines.append([
-            Cell(c.b, strong=True), c.a, str(s.n), _score(s), _score(c.success_self.get(None)),
+            Cell(c.b + signs[b], strong=True), c.a + signs[a], str(s.n), _score(s), _score(c.success_self.get(None)),
             Cell(f"{num(100 * d.estimate, 1)}", span(100 * d.low, 100 * d.high, 1)), p_value(s.p), p_value(p), better or NONE,
         ])  # fmt: skip
     heads: Heads = [
@@ -77,7 +78,7 @@ def table(found: list[tuple[System, System, Comparison]]) -> Grid | None:
     ]
     return grid(
         "Success on the same tests: difference of the rates with Newcombe's 95 % interval, McNemar's exact test, Holm's "
-        "correction over all rows", heads, lines, groups,
+        f"correction over all rows.{tuning.footnote(r for system in signs for r in system.of(f.rows))}", heads, lines, groups,
     )  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from statistics import median
 from typing import Any
 
 from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
-from clearway.reports import paper, recordings
+from clearway.reports import paper, recordings, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System, at_speed, by_speed, verdict
@@ -35,6 +35,7 @@ class Card:
         time_more: What it is the mean of, and the means at other speeds.
         gap: Median of the least distance to obstacles, m.
         gap_more: The least of all, m, and what it is measured to.
+        tuned: On what the navigator's parameters were chosen; empty if it says nothing.
     """
 
     title: str
@@ -47,6 +48,7 @@ class Card:
     time_more: tuple[str, ...]
     gap: str
     gap_more: str
+    tuned: str
 
 
 def cards(f: Findings) -> list[Card]:
@@ -83,6 +85,7 @@ def cards(f: Findings) -> list[Card]:
                 ),
                 num(median(gaps), 2) if gaps else NONE,
                 f"least of all {num(min(gaps), 3)} m" + (", from walls" if walls else "") if gaps else "no obstacles",
+                tuning.sentence(rows),
             )
         )  # fmt: skip
     return found
@@ -92,13 +95,14 @@ def batches(f: Findings, system: System) -> Grid:
     """SR and the six indicators per batch and set speed: mean, standard deviation, 95 % interval of the mean."""
     rows: Rows = []
     groups: list[int] = []
-    last = None
+    last, own = None, system.of(f.rows)
     for rate in system.of(f.rates):
         if rate["batch"] != last:
             groups.append(len(rows))
             last = rate["batch"]
+        here = [r for r in own if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"])]
         cells: list[Cell | str] = [
-            Cell(rate["batch"], strong=True),
+            Cell(f"{rate['batch']}{tuning.sign(here)}", strong=True),
             Cell(_speed(rate["speed"])),
             Cell(str(rate["n"] + rate["unknown"])),
             Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
@@ -119,7 +123,7 @@ def batches(f: Findings, system: System) -> Grid:
         f"{SLACK_WORDS} for what a robot cannot know: how much its localisation errs. "
         "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one."
         + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else "")
-        + (recordings.BY_MOTION if f.by_motion else ""),
+        + (recordings.BY_MOTION if f.by_motion else "") + tuning.footnote(own),
         columns, rows, groups,
     )  # fmt: skip
 
@@ -357,6 +361,8 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     ]  # fmt: skip
     if any(r["barn_score"] is not None for r in f.rows):
         labels.append(("barn_score", "score", "", 3))
+    if any(r.get("tuned") for r in f.rows):
+        labels.append(("tuned", "tuned", "", None))
     labels += [("avoidable", "could it have been avoided?", "", None), ("reason", "reason", "", None)]
     if f.recorded:
         labels.insert([key for key, *_ in labels].index("verdict") + 1, ("to_confirm", "to confirm", "", None))

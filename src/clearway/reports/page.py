@@ -39,6 +39,7 @@ from clearway.reports import (
     rescue_figures,
     theme,
     trajectory_plots,
+    tuning,
 )
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
@@ -145,10 +146,11 @@ def build(results: Results, folder: Path) -> None:
         imports=recordings.overview(f),
         histories=recordings.histories(f),
         unrecorded=recordings.unrecorded(f),
+        tuned_on=tuning.declarations(results.campaign),
         every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None and n in simulated],
         rescues=rescue.tables(f),
         ablations=ablation.tables(f),
-        duels=[g for g in (head_to_head.table(duels), head_to_head.indicator_table(duels)) if g is not None],
+        duels=[g for g in (head_to_head.table(f, duels), head_to_head.indicator_table(duels)) if g is not None],
         verdicts=head_to_head.verdicts(duels),
         paper_b=paper_b,
         of_paper_a=bool(f.asked(Section.PAPER_A)),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from statistics import mean, stdev
 
 from clearway.indicators.avoidable import CLASSES
-from clearway.reports import ablation, paper_b
+from clearway.reports import ablation, paper_b, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
 from clearway.reports.selection import Row, System, distinct, is_recorded, moving_at_contact
@@ -52,7 +52,7 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
     heads: Heads = [text("Scenario")]
     for s in systems:
         name = paper_b.METHODS.get(s.navigator, s.navigator) + (f" ({f.title(s.robot)})" if several else "")
-        name += " (privileged)" if s.navigator in f.privileged else ""
+        name += (" (privileged)" if s.navigator in f.privileged else "") + tuning.sign(s.of(rows))
         heads += [f"{name} path (m)", "time (s)"]
     lines: Rows = []
     scenarios = dict.fromkeys((str(r["scenario"]), str(r["configuration"])) for r in rows)
@@ -81,7 +81,8 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
     where = f", set-up {setup}" if setup is not None else ""
     note = " The paper's scenarios are not public, so its rows are of other draws." if any(printed.values()) else ""
     return grid(
-        f"{title(f, suite)}{where}: length of the path and time, scenario by scenario; a dash is a failure.{note}",
+        f"{title(f, suite)}{where}: length of the path and time, scenario by scenario; a dash is a failure.{note}"
+        f"{tuning.footnote(rows)}",
         heads, lines, groups,
     )  # fmt: skip
 
@@ -108,7 +109,7 @@ def summary(f: Findings, suite: str) -> Grid:
         cut = [r["cut"] for r in own if r["cut"] is not None]
         privileged = " (privileged)" if s.navigator in f.privileged else ""
         lines.append([
-            Cell(s.navigator + privileged, f.title(s.robot), strong=True), s.setup or NONE,
+            Cell(s.navigator + privileged + tuning.sign(own), f.title(s.robot), strong=True), s.setup or NONE,
             Cell(f"{wins}/{len(own)}", span(100 * rate.low, 100 * rate.high, 1) + " %"), theirs,
             _pm(path), _pm(time), *(_pm(v, 3) for v in ratios), f"{num(mean(cut), 1)} %" if cut else NONE,
             str(sum(moving_at_contact(r) for r in own)), _violations(own),
@@ -122,7 +123,8 @@ def summary(f: Findings, suite: str) -> Grid:
         "relative to the least there can be: the shortest way past what stands, and the time of a clairvoyant, a point with unlimited "
         "acceleration up to the set speed, undisturbed (a push onwards can make a robot 0.2 % faster than that); the share of decisions "
         "that the budget cut short; trials with a contact while the robot moved; trials in which an assumption of the navigator's "
-        "guarantee was seen to be untrue, and how often. A privileged navigator is told the obstacles' future.",
+        "guarantee was seen to be untrue, and how often. A privileged navigator is told the obstacles' future."
+        f"{tuning.footnote(rows)}",
         heads, lines,
     )  # fmt: skip
 

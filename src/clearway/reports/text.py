@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from clearway.indicators import HEADLINE, INDICATORS, TIMED
-from clearway.reports import ablation, head_to_head, outcomes, rescue
+from clearway.reports import ablation, head_to_head, outcomes, rescue, tuning
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
@@ -20,7 +20,7 @@ from clearway.trials.store import Results
 
 def headline(table: pa.Table) -> str:
     """SR with its exact interval, by the robot's own estimate and with slack, and the mean of each of paper A's indicators,
-    per system, batch and speed."""
+    per system, batch and speed; a sign says on what the navigator's parameters were chosen."""
     means = {(*(r[c] for c in GROUP), r["indicator"]): r["mean"] for r in describe(table, HEADLINE).to_pylist()}
     shown = [c for c in GROUP if c != "setup" or any(table["setup"].to_pylist())]
     heads = [{"speed": "v [m/s]", "setup": "set-up"}.get(c, c) for c in shown] + [
@@ -31,13 +31,15 @@ def headline(table: pa.Table) -> str:
     ]
     heads += [f"{name} [{INDICATORS[name].unit}]" for name in HEADLINE]
     rows = []
+    trials = table.select([c for c in (*GROUP, "tuned") if c in table.column_names]).to_pylist()
     for r in success_rates(table).to_pylist():
         rate = "unknown" if r["SR"] is None else f"{r['SR']:.0f} ({r['low']:.0f}-{r['high']:.0f})"
         others = ["-" if r[c] is None else f"{r[c]:.0f}" for c in ("SR_self", "SR_slack")]
         numbers = [_number(means.get((*(r[c] for c in GROUP), name))) for name in HEADLINE]
         labels = [f"{r[c]:g}" if isinstance(r[c], float) else str(r[c] or "-") for c in shown]
+        labels[shown.index("navigator")] += tuning.sign(t for t in trials if all(t[c] == r[c] for c in GROUP))
         rows.append([*labels, str(r["n"] + r["unknown"]), rate, *others, *numbers])
-    return columns(heads, rows)
+    return "\n".join([columns(heads, rows), *([meaning.strip()] if (meaning := tuning.footnote(trials)) else [])])
 
 
 def numbers(results: Results) -> str:
@@ -50,7 +52,7 @@ def numbers(results: Results) -> str:
     parts += [_text(correlated), *notes] if correlated else []
     parts += [_text(g) for g in (*rescue.tables(f), *ablation.tables(f))]
     duels = head_to_head.comparisons(f)
-    parts += [_text(g) for g in (head_to_head.table(duels), head_to_head.indicator_table(duels)) if g]
+    parts += [_text(g) for g in (head_to_head.table(f, duels), head_to_head.indicator_table(duels)) if g]
     for system in f.systems:
         if found := barn(f, system):
             parts += [_text(found.table), _text(found.summary), found.agreement]
@@ -70,6 +72,17 @@ def beside_published(results: Results) -> str:
 def _text(table: Grid) -> str:
     rows = [[cell.plain for cell in row] for row in table.rows]
     return f"{textwrap.fill(table.caption, 110)}\n{columns([c.name for c in table.columns], rows)}"
+
+
+def tuned(tables: Mapping[str, pa.Table]) -> dict[str, dict[str, str]]:
+    """For each of these results by name: each of its navigators that says so, with on what its parameters were chosen."""
+    found = {}
+    for name, table in tables.items():
+        trials = table.select([c for c in ("navigator", "tuned") if c in table.column_names]).to_pylist()
+        navigators = dict.fromkeys(t["navigator"] for t in trials)
+        said = {n: tuning.sentence([t for t in trials if t["navigator"] == n]) for n in navigators}
+        found[name] = {n: words for n, words in said.items() if words}
+    return found
 
 
 def comparison(found: Comparison | ConfigurationComparison) -> str:

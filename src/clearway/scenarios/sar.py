@@ -38,7 +38,7 @@ from clearway.scenarios.scenario import (
     Scenario,
 )
 from clearway.scenarios.static_way import least_length
-from clearway.scenarios.suite import Generator, Section, Selection, Suite, scenario_seed
+from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed
 
 FROZEN = 10
 """Scenarios of each case, as in paper B."""
@@ -91,7 +91,7 @@ def _drawn(
     """Labels and obstacles."""
     if selection.seeds is None:
         return [(f"scenario-{i}", drawn) for i, drawn in enumerate(frozen()[case.name], 1)]
-    return [(f"seed-{seed}", draw(case, seed)) for seed in _seeds(case, selection)]
+    return [(draw_label(seed), draw(case, seed)) for seed in _seeds(case, selection)]
 
 
 def _seeds(case: Case, selection: Selection) -> list[int]:

@@ -177,12 +177,11 @@ class Suite:
         if outlines and chosen.seeds is not None and self.generator is not None:
             make = self.generator.outlines
         made = [_of(self, s) for s in make(robot, chosen, seed)]
-        if chosen.scenarios:
-            made = [s for s in made if s.name in chosen.scenarios]
-            if not made:
-                return []
+        named = [s for s in made if not chosen.scenarios or s.name in chosen.scenarios]
+        if chosen.scenarios and not named:
+            return []
         _refuse_unknown(self, chosen, made)
-        kept = [s for s in made if _selects(chosen, s)]
+        kept = [s for s in named if _selects(chosen, s)]
         if not kept:
             raise ClearwayError(f"no scenario of the suite {self.name!r} has all that is selected together")
         return kept if chosen.disturbance is None else [_disturbed(s, chosen.disturbance, self.name) for s in kept]
@@ -225,6 +224,11 @@ def seed_range(text: str) -> tuple[int, int]:
 def scenario_seed(seed: int, name: str) -> int:
     """The seed of the scenario `name` in a campaign with `seed`: the first 63 bits of a SHA-256."""
     return int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:8], "big") >> 1
+
+
+def draw_label(seed: int) -> str:
+    """The configuration of a scenario that a suite's generator drew from `seed`."""
+    return f"seed-{seed}"
 
 
 def draw(seed: int, what: str) -> float:

@@ -49,7 +49,8 @@ class Difference:
 
 
 def first_difference(first: Trial, second: Trial) -> Difference | None:
-    """The first difference of two trials in time; None if all of them is the same, apart from wall-clock figures and versions.
+    """The first difference of two trials in time; None if all of them is the same, apart from wall-clock figures, versions, and
+    what a navigator declares of its tuning.
 
     What was attempted comes before everything else. At one instant it is what comes first in a control period: the
     obstacles, then the robot's state, its estimate and its command.
@@ -111,7 +112,7 @@ def _attempted(first: Trial, second: Trial, a: Tables, b: Tables) -> Difference 
     rows = [t["attempts"].to_pylist()[0] for t in (a, b)]
     fixtures = [json.loads(t["fixtures"]["bodies"][0].as_py()) for t in (a, b)]
     whole = [
-        {**json.loads(row["attempt"]), "reason": "", "fixtures": walls}
+        {**json.loads(row["attempt"]), "reason": "", "tuned": "", "fixtures": walls}
         for row, walls in zip(rows, fixtures, strict=True)
     ]
     at = first_in_json("attempt", *whole)

@@ -20,6 +20,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape
 from clearway.robots.drive_limits import DriveLimits
 from clearway.trials.trial import Attempt, Body, Event, Instants, Labels, Leg, Outcome, Snapshot, Span, Trial
+from clearway.tuning import Tuned
 
 Tables: TypeAlias = dict[str, pa.Table]
 """By name, as in `FILES`: the rows of one trial or of several."""
@@ -256,6 +257,7 @@ def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
         "footprint": None if a.footprint is None else _shape(a.footprint),
         "limits": None if a.limits is None else {name: _number(v) for name, v in a.limits._asdict().items()},
         "sight": _number(a.sight),
+        "tuned": a.tuned,
         "legs": [_leg(leg) for leg in a.legs],
         "bodies": [_body(b) for b in a.bodies[fixed:]],
     }
@@ -269,6 +271,7 @@ def _read_attempt(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
         footprint=None if d["footprint"] is None else _read_shape(d["footprint"]),
         limits=None if d["limits"] is None else DriveLimits(**{k: float(v) for k, v in d["limits"].items()}),
         sight=_read_number(d["sight"]),
+        tuned=Tuned(d["tuned"]),
         legs=tuple(_read_leg(leg) for leg in d["legs"]),
         bodies=tuple(_read_body(b) for b in (*fixtures, *d["bodies"])),
         **rest,

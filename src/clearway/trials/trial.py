@@ -16,6 +16,7 @@ import numpy.typing as npt
 from clearway.contract import BodyKind, Diagnostics, EventKind
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.robots.drive_limits import DriveLimits
+from clearway.tuning import Tuned
 
 
 class Outcome(StrEnum):
@@ -135,6 +136,7 @@ class Attempt:
         limits: Limits of the base at this set speed; None if unknown.
         source: Either `simulated` (what is known is exact) or `recorded` (what is known was measured).
         sight: How far obstacles are perceived (the camera's range, without one the lidar's), m, None if unknown.
+        tuned: How near to this test the navigator's parameters were chosen.
     """
 
     labels: Labels
@@ -157,6 +159,7 @@ class Attempt:
     limits: DriveLimits | None = None
     source: Literal["simulated", "recorded"] = "simulated"
     sight: float | None = None
+    tuned: Tuned = Tuned.UNDECLARED
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,12 +22,18 @@ from clearway.navigators.colregs_apf.retuned import recall
 from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import area_of, finite, own
 from clearway.robots import Robot
+from clearway.tuning import TunedOn
 
 STATUS = (*WORDS, "emergency")
 FIELD_CELLS, FIELD_SIZE = 60, 9.0
 """The potential that diagnostics show: cells a side, and how wide, m."""
 SHOWN_STEPS = 40
 """How many periods of following the force diagnostics show."""
+
+
+_CASES = ("sar-case1", "sar-case2")
+_FIXED = tuple(TunedOn(suite, ("rescue",), draws=range(10_000, 10_050), note="gains") for suite in _CASES)
+_RETUNED = tuple(TunedOn(suite, ("rescue",), seeds=(0,), note="gains of each scenario's own") for suite in _CASES)
 
 
 class ColregsApf:
@@ -39,6 +45,9 @@ class ColregsApf:
             else `fixed`.
         options: Any field of `Parameters`, which overrides the robot's file and the stand-ins.
 
+    Attributes:
+        tuned_on: On what the gains were chosen; of retuned ones this is another.
+
     Raises:
         ClearwayError: An option is wrong.
     """
@@ -49,6 +58,7 @@ class ColregsApf:
         if gains not in ("fixed", "retuned"):
             raise ClearwayError(f"{gains!r} is wrong: 'fixed' or 'retuned'", field="gains")
         self._retuned, self._options = gains == "retuned", options
+        self.tuned_on = (*_RETUNED, *_FIXED) if self._retuned else _FIXED
         Parameters.read(None, **options)  # a wrong one is told at once
 
     def read_parameters(self, robot: Robot) -> Parameters:

@@ -18,6 +18,7 @@ from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.planner import Plan, Planner
 from clearway.robots import Robot
 from clearway.robots.drive_limits import DriveLimits
+from clearway.tuning import TunedOn
 
 _NONE = Plan(np.empty((0, 2)), math.inf, False, 0, False)
 
@@ -37,6 +38,9 @@ class HlRrt:
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+    tuned_on: ClassVar[tuple[TunedOn, ...]] = tuple(
+        TunedOn(suite, ("rescue",), draws=range(30_000, 30_040), note="padding") for suite in ("sar-case1", "sar-case2")
+    )
 
     def __init__(self, **options: Any) -> None:
         Parameters.read(None, **options)  # tells of a wrong one at once

@@ -51,6 +51,7 @@ from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.robots import Robot
+from clearway.tuning import TunedOn
 
 REACH = 0.6
 """Share of the goal's distance tolerance within which it plans to come: true poses err."""
@@ -89,6 +90,14 @@ class HpSt:
 
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
     privileged: ClassVar[bool] = False
+    tuned_on: ClassVar[tuple[TunedOn, ...]] = (
+        *(
+            TunedOn(suite, ("rescue",), draws=range(100))
+            for suite in ("sar-case1", "sar-case2", "sar-case3", "sar-stress")
+        ),
+        TunedOn("hospital", ("tiago", "hosbot", "jackal"), "hall", seeds=(3,)),
+        TunedOn("hospital", ("tiago", "hosbot"), "hall", seeds=(7,), note="the cost of nearness"),
+    )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
 

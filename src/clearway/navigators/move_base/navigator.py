@@ -29,6 +29,7 @@ from clearway.navigators.move_base.parameters import ClearCostmapRecovery, Param
 from clearway.navigators.move_base.plans import local_plan, to_frame
 from clearway.navigators.move_base.recovery import Rotation, clear_costmap, recovery_behaviors
 from clearway.robots import Robot
+from clearway.tuning import TunedOn
 
 LOCAL_PLANNERS = ("base_local_planner/TrajectoryPlannerROS", "dwa_local_planner/DWAPlannerROS")
 
@@ -84,6 +85,9 @@ class MoveBase:
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "scan"})
+    tuned_on: ClassVar[tuple[TunedOn, ...]] = (
+        TunedOn("barn", ("jackal",), draws=range(0), note="how meter_scoring is read; all else is the vendors'"),
+    )
 
     def __init__(self, base_local_planner: str | None = None) -> None:
         names = {name.rpartition("/")[2]: name for name in LOCAL_PLANNERS} | {name: name for name in LOCAL_PLANNERS}

@@ -17,6 +17,7 @@ from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import finite
 from clearway.navigators.oracle.following import evade, foresee, on_way, steer
 from clearway.robots import Robot
+from clearway.tuning import TunedOn
 
 MARGINS = (0.06, 0.03, 0.01, 0.0)
 """Kept from obstacles beyond the robot's radius, m: the largest that leaves a way."""
@@ -48,6 +49,7 @@ class Oracle:
 
     needs: ClassVar[frozenset[Need]] = frozenset()
     privileged: ClassVar[bool] = True
+    tuned_on: ClassVar[tuple[TunedOn, ...]] = ()
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """See `clearway.contract.Navigator`.
