@@ -79,9 +79,9 @@ def test_a_trial_comes_back(results: Results) -> None:
     np.testing.assert_array_equal(back["leg"], trial.leg)
     thoughts = json.loads(zlib.decompress(base64.b64decode(packed["thoughts"])))
     assert [t["t"] for t in thoughts] == [round(s.t, 3) for s in trial.snapshots]
-    assert len(packer.scenes.things) == 2
+    assert len(packer.floors.things) == 1
     packer.pack(results.trial(index + 1), index + 1, {})
-    assert len(packer.scenes.things) == 2  # the same hall, no static obstacles: nothing new
+    assert len(packer.floors.things) == 1  # the same hall
 
 
 def test_the_chart_shows_the_clearance_of_the_kernel(results: Results) -> None:

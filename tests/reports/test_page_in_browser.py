@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from clearway.reports import page, write_replay, write_report
+from clearway.reports import replays, write_replay, write_report
 from clearway.trials.store import Results
 
 pytestmark = [pytest.mark.browser, pytest.mark.slow]
@@ -217,12 +217,30 @@ def test_a_large_campaign_keeps_its_replays_beside_the_page(
     browser: Any, results: Results, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(page, "MOST_INLINE", 1000)
+        patch.setattr(replays, "MOST_INSIDE", 40_000)
+        patch.setattr(replays, "MOST_LISTED", 6)
         file = write_report(results.path)
-        load(browser, file, "#replay-5")
-        wait(browser, "return Replay.state().trial === 5")
+        outside = sorted(int(f.stem) for f in (file.parent / "replay").glob("[0-9]*.js"))
+        load(browser, file)
+        ids = browser.execute_script("return [...document.querySelectorAll('script[id^=trial-]')].map((s) => s.id)")
+        in_page = {int(i.removeprefix("trial-")) for i in ids if i != "trial-rows"}
+        inside = len(in_page)
+        assert 0 < inside <= 6
+        assert outside == list(range(len(results)))
+        assert f"Of {len(results)} trials {inside} replays are in this page itself" in file.read_text("utf-8")
+        last, table = max(set(outside) - in_page), "return document.querySelector('#trial-table tbody').rows.length"
+        assert browser.execute_script(table) == 6
+        browser.execute_script("document.getElementById('every-trial').click()")
+        wait(browser, f"return Trials.count() === {len(results)}")
+        browser.execute_script("document.getElementById('page-on').click()")  # 50 a page
+        browser.execute_script(f"document.querySelector('#trial-table a[href=\"#replay-{last}\"]').click()")
+        wait(browser, f"return Replay.state().trial === {last}")
+        assert browser.execute_script(
+            "return document.getElementById('pick').selectedOptions[0].textContent"
+        ).startswith(f"{last}  ")
+        browser.execute_script("document.getElementById('previous').click()")
+        wait(browser, f"return Replay.state().trial === {last - 1}")
         assert complaints(browser) == []
-        assert len(list((file.parent / "replay").glob("*.js"))) == len(results)
         assert file.stat().st_size < 1_500_000
     write_report(results.path)  # as the other tests expect it
 

@@ -188,7 +188,7 @@ def test_a_whole_directory_of_attempts_without_a_recording(tmp_path: Path) -> No
 
 def test_the_representative_trial_was_recorded(recorded: Results) -> None:
     rows = Findings(recorded).rows
-    failed = [r | {"success": False} for r in rows if r["configuration"] == rows[6]["configuration"]]
+    failed = [{**r, "success": False} for r in rows if r["configuration"] == rows[6]["configuration"]]
     assert failed[0]["trial"] == 6, "an attempt without a recording comes first"
     assert representative(failed)["trial"] == 7  # type: ignore[index]
     assert label(rows[3]).startswith("SO single, unknown set speed")
@@ -232,7 +232,7 @@ def test_what_the_replay_is_given_of_a_recording(crossing: Trial) -> None:
     packer = Packer()
     packed = packer.pack(shapeless(measured(crossing)), 0, {})
     assert all(m["cross"] for m in packed["movingObstacles"])
-    assert [b["name"] for b in packer.scenes.things[packed["scenes"][1]]] == [
+    assert [b["name"] for b in packed["obstacles"]] == [
         b.name for b in crossing.attempt.bodies if b.kind == "obstacle"
     ], "a body that lies nobody knows where is left out"
 

@@ -20,6 +20,7 @@ from clearway.reports.findings import Findings
 from clearway.reports.grid import num, p_value, percent
 from clearway.reports.outcomes import beside, breakdown, correlations, normality, significance, why
 from clearway.reports.parameters import every_parameter, source, table_3
+from clearway.reports.replays import in_turn
 from clearway.reports.selection import representative
 from clearway.reports.theme import themed, to_svg
 from clearway.robots import load_robot
@@ -326,3 +327,13 @@ def test_numbers_as_text() -> None:
     assert p_value(0.0406) == "0.041"
     assert p_value(0.5) == "0.50"
     assert percent(51.0, 50.0) == "+2.0 %"
+
+
+def test_the_sample_of_a_page_takes_failures_first_of_each_batch_in_turn() -> None:
+    def row(trial: int, batch: str, success: bool | None) -> dict[str, object]:
+        return {"trial": trial, "robot": "r", "navigator": "n", "setup": None, "batch": batch, "success": success}
+
+    rows = [row(0, "A", True), row(1, "A", False), row(2, "A", False), row(3, "B", None), row(4, "A", False)]
+    rows += [row(5, "B", False), row(6, "A", True), row(7, "B", True), row(8, "B", True)]
+    assert [r["trial"] for r in in_turn(rows, rows[6])] == [6, 1, 5, 2, 4, 0, 3, 7, 8]
+    assert [r["trial"] for r in in_turn(rows, None)][:2] == [1, 5]

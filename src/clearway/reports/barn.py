@@ -64,11 +64,16 @@ def barn(f: Findings, system: System) -> Barn | None:
     number = {r["trial"]: world_of(r) for r in rows}
     there = {n for n in number.values() if n is not None}
     published = [p for p in published_runs() if p.world in there]
-    rows = [r for r in rows if number[r["trial"]] in {p.world for p in published}]
+    known = {p.world for p in published}
+    rows = [r for r in rows if number[r["trial"]] in known]
     if not rows:
         return None
-    courses = tuple(_course(w, [p for p in published if p.world == w], [r for r in rows if number[r["trial"]] == w])
-                    for w in sorted({p.world for p in published}))  # fmt: skip
+    here: dict[int | None, list[Row]] = {}
+    for row in rows:
+        here.setdefault(number[row["trial"]], []).append(row)
+    courses = tuple(
+        _course(w, [p for p in published if p.world == w], here[w]) for w in sorted({p.world for p in published})
+    )
     found = spearman(np.array([c.published for c in courses]), np.array([c.here for c in courses]))
     agreement = f"Rank correlation of the success rate per world (Spearman, {found.n} worlds): {num(found.r)}"
     agreement += (

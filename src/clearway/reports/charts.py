@@ -40,9 +40,9 @@ class Bars:
         tests: Rows of the tests between speeds.
     """
 
-    descriptions: list[dict[str, Any]]
-    rates: list[dict[str, Any]]
-    tests: list[dict[str, Any]]
+    descriptions: Sequence[Mapping[str, Any]]
+    rates: Sequence[Mapping[str, Any]]
+    tests: Sequence[Mapping[str, Any]]
 
     @classmethod
     def of(cls, table: Any) -> Bars:

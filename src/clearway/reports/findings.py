@@ -10,7 +10,7 @@ from typing import Any
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
 from clearway.reports.charts import Bars
-from clearway.reports.selection import Row, System, is_recorded, system_of, systems, table_of
+from clearway.reports.selection import Row, System, is_recorded, rows_in, system_of, systems, table_of
 from clearway.reports.suites import SuiteAbout, suites_of
 from clearway.robots import Robot
 from clearway.scenarios.suite import Section
@@ -42,9 +42,8 @@ class Findings:
 
     @cached_property
     def rows(self) -> list[Row]:
-        """The trials' table as dicts."""
-        rows: list[Row] = self.results.trials.to_pylist()
-        return rows
+        """The rows of the trials' table."""
+        return rows_in(self.results.trials)
 
     @cached_property
     def recorded(self) -> bool:
@@ -170,7 +169,7 @@ class Findings:
 
     def bars(self, system: System) -> Bars:
         """What the bars of one system show."""
-        return Bars(system.of(self.described), system.of(self.rates), system.of(self.tests))
+        return Bars(*(system.of(found) for found in (self.described, self.rates, self.tests)))
 
     def table(self, system: System) -> Any:
         """Its trials as an Arrow table."""

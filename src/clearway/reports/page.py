@@ -9,12 +9,10 @@ from __future__ import annotations
 
 import base64
 import hashlib
-import json
 import os
 import re
 import shutil
-import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -24,7 +22,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from clearway.errors import ClearwayError
-from clearway.indicators import INDICATORS
 from clearway.reports import (
     ablation,
     charts,
@@ -43,14 +40,12 @@ from clearway.reports import (
 )
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
-from clearway.reports.replay_encoding import Packer
-from clearway.reports.selection import Row, is_recorded, label, representative, verdict, with_uncertainty
+from clearway.reports.replays import EVERY, FOLDER, Replays, in_page, in_turn
+from clearway.reports.selection import is_recorded, label, representative
 from clearway.reports.tables import NAMES, write_tables
 from clearway.scenarios.suite import Section
 from clearway.trials.store import Results, open_results
 
-MOST_INLINE = 16_000_000
-"""Bytes of packed replays that stay inside the page; more go to files beside it, in `replay/`."""
 PAGE = "index.html"
 _SCRIPTS = ("decode.js", "lidar.js", "stage.js", "replay.js", "table.js")
 
@@ -87,12 +82,12 @@ def write_replay(results: Results, trial: int) -> Path:
     row = next((r for r in f.rows if r["trial"] == trial), None)
     if row is None:
         raise ClearwayError(f"there is no trial {trial}; it holds 0 to {len(results) - 1}", file=results.path)
-    packer = Packer(f.robots)
-    packed = {trial: _json(_packed(f, packer, row))}
+    replays = Replays(f)
+    replays.write([row], None)
     page = _environment().get_template("replay.html").render(
         title=f"Trial {trial}: {f.title(row['robot'])}, {label(row)}",
         scenario=row["scenario"] or "recording",
-        replay=_replay(packer, [row], f, trial, packed),
+        replay=replays.shown([row], trial),
         **_frame(("decode.js", "lidar.js", "stage.js", "replay.js")),
     )  # fmt: skip
     file = results.path / "report" / f"trial-{trial:05d}.html"
@@ -111,16 +106,14 @@ def build(results: Results, folder: Path) -> None:
     f = Findings(results)
     figures = _figures(f, folder / "figures")
     tables = write_tables(f, folder / "tables")
-    packer = Packer(f.robots)
-    packed = {row["trial"]: _json(_packed(f, packer, row)) for row in f.rows}
-    beside = sum(len(p) for p in packed.values()) > MOST_INLINE
-    if beside:
-        (folder / "replay").mkdir()
-        for trial, text in packed.items():
-            (folder / "replay" / f"{trial:05d}.js").write_text(f"clearwayTrial({text});\n", encoding="ascii")
     last = [r for r in f.rows if r["batch"] == f.rows[-1]["batch"]]
     first = representative([r for r in last if r["success"]] or last)
+    replays = Replays(f)
+    replays.write(in_turn(f.rows, first), folder)
     columns = outcomes.trial_columns(f)
+    listed = replays.listed()
+    if len(listed) < len(f.rows):
+        replays.write_table(columns, folder)
     duels = head_to_head.comparisons(f)
     simulated = {r["robot"] for r in f.rows if not is_recorded(r)}
     page = _environment().get_template("page.html").render(
@@ -156,10 +149,12 @@ def build(results: Results, folder: Path) -> None:
         of_paper_a=bool(f.asked(Section.PAPER_A)),
         barns=[b for s in f.systems if (b := barn(f, s))],
         tables=[(name, NAMES[name]) for name in tables],
-        trials=_json({"columns": columns, "rows": _table_rows(f, columns), "page": 50}),
-        replay=_replay(packer, f.rows, f, first["trial"] if first else None, {} if beside else packed),
+        trials=in_page({"columns": columns, "rows": replays.cells(listed, columns), "page": 50, "total": len(f.rows)}),
+        replay=replays.shown(listed, first["trial"] if first else None),
+        sample=replays.about(),
+        every_trial=f"{FOLDER}/{EVERY}",
         paper=paper,
-        **_frame(_SCRIPTS, beside=beside),
+        **_frame(_SCRIPTS, beside=replays.beside),
     )  # fmt: skip
     (folder / PAGE).write_text(page, encoding="utf-8", errors="replace")
 
@@ -235,81 +230,6 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
     return out
 
 
-def _packed(f: Findings, packer: Packer, row: Row) -> dict[str, Any]:
-    """One trial for the replay, with the lines that stand beside it."""
-    facts = {
-        "robot": f.title(row["robot"]),
-        "navigator": row["navigator"] + (f", set-up {row['setup']}" if row.get("setup") else ""),
-        "test": f"{row['batch']} {row['configuration']}",
-    }
-    for key, name, unit in (("speed", "set speed", "m/s"), ("obstacle_speed", "obstacle speed", "m/s"), ("size", "edge", "m"),
-                            ("gap", "gap", "d_base"), ("repetition", "repetition", ""), ("seed", "seed", "")):  # fmt: skip
-        if row[key] is not None:
-            facts[name] = (
-                f"{row[key]:g} {unit}".strip() if isinstance(row[key], float) else f"{row[key]} {unit}".strip()
-            )
-    for name, digits in outcomes.DIGITS.items():
-        if row[name] is not None:
-            facts[name] = f"{with_uncertainty(row, name, digits)} {INDICATORS[name].unit}"
-    trial = f.results.trial(row["trial"])
-    if reason := outcomes.why(row, trial.attempt):
-        facts["reason"] = reason
-    facts |= {name: row[name] for name in ("cause", "avoidable") if row.get(name)}
-    if row.get("violations"):
-        facts["violated assumptions"] = f"{row['violations']}, see the events"
-    if is_recorded(row):
-        why = json.loads(row["not_computable"])
-        if row["duration"]:  # else nothing was recorded, which is said once
-            facts |= {name: f"not computable: {why[name]}" for name in (*outcomes.DIGITS, "success") if name in why}
-        said = (("to_confirm", "to confirm"), ("near_tolerance", "near its tolerance"), ("note", "note"))
-        facts |= {name: row[key] for key, name in said if row.get(key)}
-        if (number := f.planned(row)) is not None:
-            facts["in the test plan"] = f"no. {number}"
-    packed = packer.pack(trial, row["trial"], facts)
-    return packed | {"verdict": verdict(row), "success": bool(row["success"])}
-
-
-def _table_rows(f: Findings, columns: Sequence[Mapping[str, Any]]) -> list[list[Any]]:
-    """The trials' cells by column, and last whether the trial failed."""
-    out = []
-    for row in f.rows:
-        told = row["reason"] or row["failure"]
-        why = outcomes.why(row, f.results.trial(row["trial"]).attempt) if told else ""
-        shown = row | {"verdict": verdict(row), "reason": why or None}
-        shown["to_confirm"] = re.sub(
-            r" \([^()]*(\([^()]*\)[^()]*)*\)", "", row.get("to_confirm") or ""
-        )  # whole: in the replay
-        cells = [shown[c["key"]] for c in columns]
-        rounded = [round(v, 6) if isinstance(v, float) else v for v in cells]
-        out.append([*rounded, row["success"] is not None and not row["success"], *_measured(row, columns)])
-    return out
-
-
-def _measured(row: Row, columns: Sequence[Mapping[str, Any]]) -> list[dict[int, Any]]:
-    """Of a measured trial: by column, the uncertainty of its value, or why it has none."""
-    if not is_recorded(row):
-        return []
-    why = json.loads(row["not_computable"])
-    u = {i: row.get(f"{c['key']}_U") for i, c in enumerate(columns)}
-    return [{i: u[i] or why.get(c["key"]) for i, c in enumerate(columns) if u[i] or c["key"] in why}]
-
-
-def _replay(
-    packer: Packer, rows: Sequence[Row], f: Findings, first: int | None, inline: Mapping[int, Markup]
-) -> dict[str, Any]:
-    several = len(f.systems) > 1
-    trials = [
-        [r["trial"], f"{r['trial']}  {f.title(r['robot']) + ', ' if several else ''}{label(r)}: {verdict(r)}"]
-        for r in rows
-    ]
-    scenes = [
-        base64.b64encode(zlib.compress(json.dumps(s, separators=(",", ":")).encode())).decode()
-        for s in packer.scenes.things
-    ]
-    index = {"robots": packer.robots.things, "scenes": scenes, "trials": trials, "first": first, "folder": "replay"}
-    return {"index": _json(index), "inline": list(inline.items())}
-
-
 def _title(f: Findings) -> str:
     return " and ".join(suite.title for suite in f.suites.values()) or "No trials"
 
@@ -339,12 +259,6 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-
-
-def _json(value: Any) -> Markup:
-    """JSON that can stand in a script element: pure ASCII without <, > and &."""
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
-    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
 
 
 def _slug(name: str) -> str:

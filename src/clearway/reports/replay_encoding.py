@@ -1,8 +1,8 @@
 """Packs trials small enough that hundreds replay inside one page.
 
 A trial becomes a JSON object. Its samples are columns of whole numbers (millimetres, 0.1 mrad, milliseconds), stored
-as differences, deflated and put in base64: about 10 bytes a sample. What stands still and is met by many trials
-(a floor plan, a layout of obstacles) is stored once, in `scenes`. `templates/decode.js` is the reader.
+as differences, deflated and put in base64: about 10 bytes a sample. A floor plan, which many trials meet, is stored once,
+in `floors`. `templates/decode.js` is the reader.
 """
 
 from __future__ import annotations
@@ -65,12 +65,12 @@ class Packer:
 
     Attributes:
         known: The campaign's robots by name, None for one of which nobody has a file.
-        scenes: What stands around, each once.
+        floors: What stands in a floor plan, each once.
         robots: The robots that drove, each once.
     """
 
     known: Mapping[str, Robot | None] = field(default_factory=dict)
-    scenes: Shelf = field(default_factory=Shelf)
+    floors: Shelf = field(default_factory=Shelf)
     robots: Shelf = field(default_factory=Shelf)
 
     def pack(self, trial: Trial, index: int, row: dict[str, Any]) -> dict[str, Any]:
@@ -87,10 +87,8 @@ class Packer:
         return {
             "index": index,
             "robot": self.robots.place(_robot(a.robot, self.known.get(a.robot), a.footprint)),
-            "scenes": [
-                self.scenes.place([_body(b) for b in fixed if b.kind != BodyKind.OBSTACLE]),
-                self.scenes.place([_body(b) for b in fixed if b.kind == BodyKind.OBSTACLE]),
-            ],
+            "floor": self.floors.place([_body(b) for b in fixed if b.kind != BodyKind.OBSTACLE]),
+            "obstacles": [_body(b) for b in fixed if b.kind == BodyKind.OBSTACLE],
             "movingObstacles": [{"name": b.name, **(_shape(b.shape) if b.outlined else CROSS)} for b in moving],
             "legs": [
                 {

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 from clearway.errors import ClearwayError, unknown
 from clearway.indicators import COLUMNS, shown_digits
 from clearway.reports import paper
 from clearway.trials.store import Results
 
-Row = dict[str, Any]
+Row: TypeAlias = Mapping[str, Any]
 SELECTABLE = (*(column.name for column in COLUMNS if column.selectable), "trial")
 """What trials can be selected by."""
 
@@ -35,6 +35,49 @@ class System:
         return [r for r in rows if system_of(r) == self]
 
 
+class _Columns(dict[str, list[Any]]):
+    """The columns of a table as lists, each made when it is first asked for; equal words are one object."""
+
+    def __init__(self, table: Any) -> None:
+        super().__init__()
+        self.table, self.names = table, frozenset(table.column_names)
+
+    def __missing__(self, name: str) -> list[Any]:
+        if name not in self.names:
+            raise KeyError(name)
+        cells = self.table[name].to_pylist()
+        one: dict[Any, Any] = {}
+        self[name] = [one.setdefault(c, c) for c in cells] if cells and isinstance(cells[0], str) else cells
+        return self[name]
+
+
+class _View(Mapping[str, Any]):
+    """A row of a table, of which nothing is copied: a hundred thousand rows of a hundred columns are a gigabyte as dicts."""
+
+    __slots__ = ("_at", "_columns")
+
+    def __init__(self, columns: _Columns, at: int) -> None:
+        self._columns, self._at = columns, at
+
+    def __getitem__(self, name: str) -> Any:
+        return self._columns[name][self._at]
+
+    def get(self, name: str, default: Any = None) -> Any:
+        return self._columns[name][self._at] if name in self._columns.names else default
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns.table.column_names)
+
+    def __len__(self) -> int:
+        return len(self._columns.table.column_names)
+
+
+def rows_in(table: Any) -> list[Row]:
+    """The rows of an Arrow table, by column."""
+    columns = _Columns(table)
+    return [_View(columns, at) for at in range(table.num_rows)]
+
+
 def system_of(row: Row) -> System:
     """What a row tested."""
     return System(row["robot"], row["navigator"], row.get("setup"))
@@ -51,7 +94,7 @@ def rows_of(results: Results, **selection: Any) -> list[Row]:
     Raises:
         ClearwayError: an unknown column, or nothing is left; the message says what there is.
     """
-    rows: list[Row] = results.trials.to_pylist()
+    rows = rows_in(results.trials)
     for column, value in selection.items():
         if column not in SELECTABLE:
             raise unknown("selection", column, SELECTABLE)

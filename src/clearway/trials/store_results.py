@@ -181,7 +181,7 @@ class _File:
         missing = [n for n in schema.names if n not in self._file.schema_arrow.names]
         if missing:
             raise ClearwayError(f"is damaged: it has no column {missing[0]!r}", file=path)
-        self._cached: tuple[int, pa.Table] = (-1, None)
+        self._cached: tuple[int, pa.Table, Any] = (-1, None, None)
         self._bounds: tuple[list[Any], list[Any], list[int]] | None = None
 
     def rows(self, column: str, key: Any) -> pa.Table:
@@ -192,9 +192,9 @@ class _File:
         first, last, numbers = self._groups(column)
         for at in range(bisect_left(last, key), bisect_right(first, key)):
             if self._cached[0] != numbers[at]:
-                self._cached = (numbers[at], self._file.read_row_group(numbers[at]).combine_chunks())
-            table = self._cached[1]
-            keys = table.column(column).to_numpy()
+                table = self._file.read_row_group(numbers[at]).combine_chunks()
+                self._cached = (numbers[at], table, table.column(column).to_numpy())
+            _, table, keys = self._cached
             begin, end = np.searchsorted(keys, key, "left"), np.searchsorted(keys, key, "right")
             if begin < end:
                 return table.slice(begin, end - begin)

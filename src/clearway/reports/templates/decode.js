@@ -1,4 +1,4 @@
-// Reads what reports/packing.py wrote: deflated differences of whole numbers back into columns, lines and scenes.
+// Reads what reports/replay_encoding.py wrote: deflated differences of whole numbers back into columns, lines and floors.
 const Decode = (() => {
   async function inflate(base64) {
     const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));

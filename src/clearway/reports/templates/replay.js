@@ -21,9 +21,9 @@ const Replay = (() => {
   }
 
   async function open(packed) {
-    const scenes = await Promise.all(packed.scenes.map((k) => Decode.json(meta.scenes[k])));
+    const floor = await Decode.json(meta.floors[packed.floor]);
     const samples = await Decode.columns(packed.samples), thoughts = await Decode.thoughts(packed.thoughts);
-    const fixed = scenes.flat(), robot = meta.robots[packed.robot];
+    const fixed = [...floor, ...packed.obstacles], robot = meta.robots[packed.robot];
     const box = (xs) => xs.reduce(([a, b], x) => [Math.min(a, x), Math.max(b, x)], [Infinity, -Infinity]);
     const known = (values) => Array.from(values || []).filter((x) => x !== null && !Number.isNaN(x));
     const corners = (axis) => {
@@ -136,6 +136,7 @@ const Replay = (() => {
     }
     time = 0;
     $("scrub").max = String(trial.end);
+    if (![...$("pick").options].some((o) => o.value === String(index))) $("pick").add(new Option(trial.title, index)); // none of the sample
     $("pick").value = String(index);
     $("stage").setAttribute("aria-label", `Floor plan with the robot, trial ${index}`);
     for (const [id, there] of [["plan", trial.thoughts.length > 0], ["estimate", trial.samples.ex !== undefined], ["scan", Stage.scans(trial)]]) $(`layer-${id}`).hidden = !there;
@@ -144,8 +145,8 @@ const Replay = (() => {
   }
 
   function neighbour(by) {
-    const options = [...$("pick").options], k = options.findIndex((o) => o.value === $("pick").value) + by;
-    if (options[k]) show(Number(options[k].value));
+    const next = meta.trials.length < meta.total ? Number($("pick").value) + by : meta.trials[$("pick").selectedIndex + by]?.[0];
+    if (next >= 0 && next < meta.total) show(next);
   }
 
   function keys(event) {

@@ -2,7 +2,8 @@
 const Trials = (() => {
   const source = document.getElementById("trial-rows");
   if (!source) return null;
-  const { columns, rows, page } = JSON.parse(source.textContent);
+  const { columns, page, total, ...sample } = JSON.parse(source.textContent);
+  let rows = sample.rows, haystacks = null;
   const table = document.getElementById("trial-table"), body = table.tBodies[0];
   const found = document.getElementById("found"), search = document.getElementById("search");
   const failed = document.getElementById("failures-only");
@@ -21,7 +22,7 @@ const Trials = (() => {
     while (digits < 6 && Number(more.toFixed(digits)) === 0) digits++;
     return `${value.toFixed(digits)} ± ${more.toFixed(digits)}`;
   };
-  const haystacks = rows.map((row) => columns.map((_, c) => text(row, c)).join(" ").toLowerCase());
+  const haystack = (row) => columns.map((_, c) => text(row, c)).join(" ").toLowerCase();
 
   // A filter of a column of numbers may be `>0.5`, `<=3`, `0.2..0.6` or a number; of text, a part of it.
   function accepts(c, wanted) {
@@ -46,6 +47,7 @@ const Trials = (() => {
   function update() {
     const tests = filters.map((wanted, c) => accepts(c, wanted)).filter(Boolean);
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
+    if (words.length && !haystacks) haystacks = rows.map(haystack);
     shown = rows.filter((row, i) => (!failed.checked || row[columns.length]) && words.every((w) => haystacks[i].includes(w)) && tests.every((test) => test(row)));
     const { column, down } = sorted;
     shown.sort((a, b) => {
@@ -78,7 +80,7 @@ const Trials = (() => {
     }
     body.replaceChildren(fragment);
     const last = Math.min(first + page, shown.length);
-    found.textContent = shown.length ? `${first + 1}–${last} of ${shown.length}${shown.length < rows.length ? ` (of ${rows.length})` : ""}` : "no trial matches";
+    found.textContent = shown.length ? `${first + 1}–${last} of ${shown.length}${shown.length < rows.length ? ` (of ${rows.length})` : ""}${rows.length < total ? `, a sample of ${total}` : ""}` : "no trial matches";
     document.getElementById("page-back").disabled = first === 0;
     document.getElementById("page-on").disabled = last >= shown.length;
   }
@@ -112,6 +114,17 @@ const Trials = (() => {
   failed.addEventListener("change", update);
   document.getElementById("page-back").addEventListener("click", () => { first = Math.max(0, first - page); draw(); });
   document.getElementById("page-on").addEventListener("click", () => { first += page; draw(); });
+  // The rows of every trial, where the page itself lists a sample: a script beside the page calls this by name.
+  const every = document.getElementById("every-trial");
+  window.clearwayTable = (all) => { rows = all; haystacks = null; every.hidden = true; update(); };
+  every.hidden = rows.length === total;
+  every.textContent = `List all ${total}`;
+  every.addEventListener("click", () => {
+    const script = document.createElement("script");
+    script.src = every.dataset.file;
+    script.onerror = () => { found.textContent = `${script.src} is missing beside this page`; };
+    document.head.append(script);
+  });
   names.cells[0].setAttribute("aria-sort", "ascending");
   update();
   return { count: () => shown.length };

@@ -1,0 +1,219 @@
+"""The replays of a report: a sample of many inside the page, all of them in files beside it; and the table of trials likewise.
+
+Everything is written trial by trial, so that memory holds no more than a page does.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import accumulate
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+
+from clearway.indicators import INDICATORS
+from clearway.reports import outcomes
+from clearway.reports.findings import Findings
+from clearway.reports.replay_encoding import Packer
+from clearway.reports.selection import Row, is_recorded, label, system_of, verdict, with_uncertainty
+from clearway.trials import Trial
+
+MOST_INSIDE = 16_000_000
+"""Bytes of packed replays inside the page."""
+MOST_LISTED = 2000
+"""Trials that the page's table and its replays list; of more, a sample."""
+FOLDER, EVERY = "replay", "trials.js"
+"""Where all of them lie then, seen from the page: a script a trial, and the table of all of them."""
+
+
+def in_turn(rows: Sequence[Row], first: Row | None) -> list[Row]:
+    """The trials in the order in which a page has room for them: `first`; then the failures, then the others, of each
+    system and batch in turn one."""
+    counts = Counter[Any]()
+    places: list[tuple[bool, bool, int]] = []
+    for row in rows:
+        group = (failed := _failed(row), system_of(row), row["batch"])
+        places.append((first is None or row["trial"] != first["trial"], not failed, counts[group]))
+        counts[group] += 1
+    return [rows[i] for i in sorted(range(len(rows)), key=places.__getitem__)]
+
+
+def _failed(row: Row) -> bool:
+    return row["success"] is not None and not row["success"]
+
+
+class Replays:
+    """The replays of one report.
+
+    Args:
+        f: What the report is of.
+
+    Attributes:
+        beside: Whether there are files beside the page.
+    """
+
+    def __init__(self, f: Findings) -> None:
+        self._f, self._packer = f, Packer(f.robots)
+        self._order: list[Row] = []
+        self._inside: dict[int, Markup] = {}
+        self._why: dict[int, str] = {}
+        self.beside = False
+
+    def write(self, order: Sequence[Row], page: Path | None) -> None:
+        """Pack every trial. Where the page has no room for all of them, each is written beside it, and some into it too.
+
+        Args:
+            order: The trials, those first that are to stand in the page.
+            page: The page's folder; None: all of them stand in the page.
+        """
+        self._order = list(order)
+        sizes: dict[int, int] = {}
+        whole = 0
+        for row in sorted(order, key=lambda r: int(r["trial"])):  # as they are stored: each block is read once
+            number = row["trial"]
+            trial = self._f.results.trial(number)
+            if row["reason"] or row["failure"]:
+                self._why[number] = outcomes.why(row, trial.attempt)
+            text = in_page(_packed(self._f, self._packer, row, trial))
+            sizes[number], whole = len(text), whole + len(text)
+            if page is not None and not self.beside and not self._room(len(order), whole):
+                self.beside = True
+                (page / FOLDER).mkdir()
+                for before, packed in self._inside.items():
+                    _file(page, before).write_text(_script(packed), encoding="ascii")
+                self._inside = {}
+            if page is not None and self.beside:
+                _file(page, number).write_text(_script(text), encoding="ascii")
+            else:
+                self._inside[number] = text
+        if page is not None and self.beside:
+            for taken, row in zip(accumulate(sizes[r["trial"]] for r in self._order), self._order, strict=True):
+                if not self._room(len(self._inside) + 1, taken):
+                    break
+                self._inside[row["trial"]] = Markup(
+                    _file(page, row["trial"]).read_text("ascii")[len(_CALL) : -len(_END)]
+                )
+
+    @staticmethod
+    def _room(trials: int, size: int) -> bool:
+        return trials <= MOST_LISTED and size <= MOST_INSIDE
+
+    def listed(self) -> list[Row]:
+        """The trials that the page lists, in their order."""
+        return sorted(self._order[:MOST_LISTED], key=lambda r: int(r["trial"]))
+
+    def about(self) -> str:
+        """What the page says of the sample; empty where there is none."""
+        if not self.beside:
+            return ""
+        text = f"Of {len(self._order)} trials {len(self._inside)} replays are in this page itself"
+        return f"{text}: failures before successes, of each system and batch in turn one. All open from {FOLDER}/ beside it."
+
+    def shown(self, rows: Sequence[Row], first: int | None) -> dict[str, Any]:
+        """What the player is given: the trials it lists, and those that stand in the page.
+
+        Args:
+            rows: The trials to list.
+            first: The trial to show first; None: none.
+        """
+        floors = [_deflated(floor) for floor in self._packer.floors.things]
+        index = {
+            "robots": self._packer.robots.things, "floors": floors, "first": first, "folder": FOLDER,
+            "total": len(self._order), "trials": [[r["trial"], _option(self._f, r)] for r in rows],
+        }  # fmt: skip
+        return {"index": in_page(index), "inline": sorted(self._inside.items())}
+
+    def cells(self, rows: Iterable[Row], columns: Sequence[Mapping[str, Any]]) -> list[list[Any]]:
+        """The rows of the table of trials: the cells by column, and last whether the trial failed."""
+        return [self._cells(row, columns) for row in rows]
+
+    def write_table(self, columns: Sequence[Mapping[str, Any]], page: Path) -> None:
+        """Write the rows of all trials beside the page."""
+        with open(page / FOLDER / EVERY, "w", encoding="ascii") as file:
+            file.write("clearwayTable([\n")
+            for row in self._f.rows:
+                file.write(f"{in_page(self._cells(row, columns))},\n")
+            file.write("]);\n")
+
+    def _cells(self, row: Row, columns: Sequence[Mapping[str, Any]]) -> list[Any]:
+        own = {"verdict": verdict(row), "reason": self._why.get(row["trial"]) or None}
+        said = row.get("to_confirm") or ""
+        own["to_confirm"] = re.sub(r" \([^()]*(\([^()]*\)[^()]*)*\)", "", said)  # whole: in the replay
+        cells = [own[c["key"]] if c["key"] in own else row[c["key"]] for c in columns]
+        rounded = [round(v, 6) if isinstance(v, float) else v for v in cells]
+        return [*rounded, _failed(row), *_measured(row, columns)]
+
+
+_CALL, _END = "clearwayTrial(", ");\n"
+
+
+def _script(packed: str) -> str:
+    return f"{_CALL}{packed}{_END}"
+
+
+def _file(page: Path, number: int) -> Path:
+    return page / FOLDER / f"{number:05d}.js"
+
+
+def _option(f: Findings, row: Row) -> str:
+    """What a trial is called in the player's list."""
+    who = f"{f.title(row['robot'])}, " if len(f.systems) > 1 else ""
+    return f"{row['trial']}  {who}{label(row)}: {verdict(row)}"
+
+
+def _deflated(value: Any) -> str:
+    return base64.b64encode(zlib.compress(json.dumps(value, separators=(",", ":")).encode())).decode()
+
+
+def _packed(f: Findings, packer: Packer, row: Row, trial: Trial) -> dict[str, Any]:
+    """One trial for the replay, with the lines that stand beside it."""
+    facts = {
+        "robot": f.title(row["robot"]),
+        "navigator": row["navigator"] + (f", set-up {row['setup']}" if row.get("setup") else ""),
+        "test": f"{row['batch']} {row['configuration']}",
+    }
+    for key, name, unit in (("speed", "set speed", "m/s"), ("obstacle_speed", "obstacle speed", "m/s"), ("size", "edge", "m"),
+                            ("gap", "gap", "d_base"), ("repetition", "repetition", ""), ("seed", "seed", "")):  # fmt: skip
+        if row[key] is not None:
+            facts[name] = (
+                f"{row[key]:g} {unit}".strip() if isinstance(row[key], float) else f"{row[key]} {unit}".strip()
+            )
+    for name, digits in outcomes.DIGITS.items():
+        if row[name] is not None:
+            facts[name] = f"{with_uncertainty(row, name, digits)} {INDICATORS[name].unit}"
+    if reason := outcomes.why(row, trial.attempt):
+        facts["reason"] = reason
+    facts |= {name: row[name] for name in ("cause", "avoidable") if row.get(name)}
+    if row.get("violations"):
+        facts["violated assumptions"] = f"{row['violations']}, see the events"
+    if is_recorded(row):
+        why = json.loads(row["not_computable"])
+        if row["duration"]:  # else nothing was recorded, which is said once
+            facts |= {name: f"not computable: {why[name]}" for name in (*outcomes.DIGITS, "success") if name in why}
+        said = (("to_confirm", "to confirm"), ("near_tolerance", "near its tolerance"), ("note", "note"))
+        facts |= {name: row[key] for key, name in said if row.get(key)}
+        if (number := f.planned(row)) is not None:
+            facts["in the test plan"] = f"no. {number}"
+    packed = packer.pack(trial, row["trial"], facts)
+    return packed | {"title": _option(f, row), "verdict": verdict(row), "success": bool(row["success"])}
+
+
+def _measured(row: Row, columns: Sequence[Mapping[str, Any]]) -> list[dict[int, Any]]:
+    """Of a measured trial: by column, the uncertainty of its value, or why it has none."""
+    if not is_recorded(row):
+        return []
+    why = json.loads(row["not_computable"])
+    u = {i: row.get(f"{c['key']}_U") for i, c in enumerate(columns)}
+    return [{i: u[i] or why.get(c["key"]) for i, c in enumerate(columns) if u[i] or c["key"] in why}]
+
+
+def in_page(value: Any) -> Markup:
+    """JSON that can stand in a script element: pure ASCII without <, > and &."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026"))
