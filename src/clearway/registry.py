@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any, TypeVar
 
 from clearway.errors import ClearwayError, unknown
+from clearway.foreign import said
 
 T = TypeVar("T")
 
@@ -113,7 +114,7 @@ class Registry:
             if "" not in sys.path and str(Path.cwd()) not in sys.path:
                 sys.path.append(str(Path.cwd()))  # as `python -m` does: the user's package may lie where they stand
             return importlib.import_module(where)
-        except ClearwayError:
+        except (ClearwayError, KeyboardInterrupt):
             raise
         except ModuleNotFoundError as error:
             if error.name is not None and (where == error.name or where.startswith(error.name + ".")):
@@ -121,7 +122,7 @@ class Registry:
                     f"{self.kind} {address!r}: there is no module {error.name!r} (installed, or below {Path.cwd()})"
                 ) from error
             raise ClearwayError(f"{self.kind} {address!r} cannot be imported: {in_a_line(error)}") from error
-        except Exception as error:
+        except BaseException as error:  # sys.exit() too
             raise ClearwayError(f"{self.kind} {address!r} cannot be imported: {in_a_line(error)}") from error
 
 
@@ -133,8 +134,8 @@ def in_a_line(error: BaseException) -> str:
         place, traceback = f" ({Path(code.co_filename).name}:{traceback.tb_lineno})", traceback.tb_next
     if isinstance(error, SyntaxError) and error.filename:
         place = f" ({Path(error.filename).name}:{error.lineno})"
-    text = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
-    return f"{type(error).__name__}: {text}{place}"
+    text = f"SyntaxError: {error.msg}" if isinstance(error, SyntaxError) else said(error)
+    return f"{' '.join(text.split())}{place}"
 
 
 @cache

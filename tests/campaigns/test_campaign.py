@@ -23,7 +23,9 @@ from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campa
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import TrialSpec
 from clearway.campaigns.provenance import asked_of_plan
+from clearway.campaigns.worker import run_trial
 from clearway.errors import ClearwayError
+from clearway.indicators import score_row
 from clearway.reports.findings import Findings
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Outcome
@@ -88,23 +90,16 @@ def test_a_navigator_that_fails_is_recorded(tmp_path: Path, navigator: str, says
         assert any("own_navigators.py" in e.detail for e in trial.events)
 
 
-def test_a_navigator_that_takes_its_process_along_is_one_clear_line(tmp_path: Path) -> None:
-    with pytest.raises(ClearwayError, match="a worker process died"):
-        run_campaign(plan("Dies"), tmp_path / "out", 2)
-    with pytest.raises(ClearwayError, match="a worker process died"):  # and the directory can still be gone on with
-        run_campaign(plan("Dies"), tmp_path / "out", 2, resume=True)
-
-
-def test_what_breaks_in_the_world_is_recorded_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_breaks_in_the_world_is_recorded_too(monkeypatch: pytest.MonkeyPatch) -> None:
     def breaks(*_: Any, **__: Any) -> None:
         raise ZeroDivisionError("a bug of ours")
 
     monkeypatch.setattr(clearway.world, "simulate", breaks)
-    results = run_campaign(plan(), tmp_path, 1)
-    assert [t.reason for t in results] == ["ZeroDivisionError: a bug of ours"] * 2
-    assert "in breaks" in results.trial(1).events[0].detail
-    assert results.trials.column("success").to_pylist() == [False, False]
-    assert results.trial(1).attempt.labels.repetition == 2
+    trial = run_trial(plan(), plan().specs()[1])
+    assert trial.reason == "ZeroDivisionError: a bug of ours"
+    assert "in breaks" in trial.events[0].detail
+    assert score_row(trial)["success"] is False
+    assert trial.attempt.labels.repetition == 2
 
 
 def test_a_trial_that_broke_says_all_that_it_attempted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,7 +107,7 @@ def test_a_trial_that_broke_says_all_that_it_attempted(tmp_path: Path, monkeypat
     asked = dataclasses.replace(plan("Knows", setups=("5 iterations",)), selection=selection)
     (whole,) = run_campaign(asked, tmp_path / "whole", 1)
     monkeypatch.setattr(clearway.world, "simulate", lambda *_, **__: 1 / 0)
-    (broken,) = run_campaign(asked, tmp_path / "broken", 1)
+    broken = run_trial(asked, asked.specs()[0])
     assert broken.outcome is Outcome.NAVIGATOR_FAILED
     assert whole.attempt.privileged
     assert whole.attempt.tracking == "kalman"

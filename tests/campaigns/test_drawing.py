@@ -94,10 +94,10 @@ def test_a_campaign_a_resume_and_a_rerun(tmp_path: Path, monkeypatch: pytest.Mon
             raise KeyboardInterrupt
 
     with pytest.raises(BaseException, match="stopped after 2 of 4"):
-        run_campaign(plan, tmp_path / "out", workers=1, progress=stop)
+        run_campaign(plan, tmp_path / "out", workers=0, progress=stop)
     assert len(drawings) == 2
     forget()
-    results = run_campaign(plan, tmp_path / "out", workers=1, resume=True)
+    results = run_campaign(plan, tmp_path / "out", workers=0, resume=True)
     assert len(drawings) == 3  # one to check the plan; the others were kept
     assert [len(t.attempt.bodies) for t in results] == [11] * 4
     assert not (tmp_path / "out/.partial").exists()
@@ -110,5 +110,5 @@ def test_what_a_seed_cannot_give_is_said_before_anything_runs(tmp_path: Path, mo
     monkeypatch.setattr(sar_draws, "DRAWS", 1)
     plan = CampaignPlan(("sar-case2",), selection=Selection(seeds=(0, 9)))
     with pytest.raises(ClearwayError, match=r"case 2, seed 0: none of 1 draws makes a solvable scenario"):
-        run_campaign(plan, tmp_path / "out", workers=1)
+        run_campaign(plan, tmp_path / "out", workers=0)
     assert not (tmp_path / "out/campaign.json").exists()

@@ -12,8 +12,8 @@ from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.pool import Pool, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import asked_of_plan, machine, now
-from clearway.campaigns.tuning import told
-from clearway.campaigns.worker import run_and_keep
+from clearway.campaigns.tuning import in_words
+from clearway.campaigns.worker import keep_fallen, patience_of, run_and_keep
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema
 from clearway.trials import Outcome
@@ -36,8 +36,9 @@ def run_campaign(
     Args:
         plan: What to run.
         out: The results directory, made if it isn't there.
-        workers: How many processes; None: one a core. 0: this one, as a debugger needs it: a decision may take as long
-            as it likes, and an error of a navigator is raised instead of being recorded as a failed trial.
+        workers: How many processes; None: one a core. A trial with which two of them die in turn, or one doesn't come
+            back, is recorded as failed. 0: this process, as a debugger needs it: a decision may take as long as it likes,
+            and an error of a navigator is raised instead of being recorded as a failed trial.
         resume: Whether to go on with a campaign in `out` that was interrupted.
         progress: Told how far it is.
 
@@ -49,8 +50,10 @@ def run_campaign(
     if not resume:
         refuse_results(out)
     specs = plan.specs()
-    check_plan(plan, specs)
-    asked, run = asked_of_plan(plan, specs), machine() | {"started": now(), "tuned_on": told(plan)}
+    with pool(processes, out) as work:
+        known = check_plan(plan, specs, work)
+    asked = asked_of_plan(plan, specs, {name: one.code for name, one in known.items()})
+    run = machine() | {"started": now(), "tuned_on": {name: in_words(one.tuned_on) for name, one in known.items()}}
     with (
         TrialStore(out, asked, len(specs), row_schema(), run=run, resume=resume) as store,
         interruptible(store),
@@ -99,7 +102,7 @@ def _run_all(
         plan = dataclasses.replace(plan, decision_limit=None)
     calls = [(plan, spec, store.partial, store.key, debugged) for spec in specs]
     try:
-        for result in work.each(run_and_keep, calls):
+        for result in work.each(run_and_keep, calls, patience=patience_of(plan), fallen=keep_fallen):
             done += 1
             failed += result.outcome is Outcome.NAVIGATOR_FAILED
             tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")

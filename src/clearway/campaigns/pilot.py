@@ -14,7 +14,10 @@ from typing import Any, TypeVar
 import numpy as np
 from numba.core import event
 
+from clearway.campaigns.heartbeat import HEARTBEAT
+from clearway.campaigns.plain import MOST_SHOWN, plain_command, plain_diagnostics
 from clearway.contract import (
+    Command,
     Decision,
     Diagnostics,
     Localiser,
@@ -27,8 +30,8 @@ from clearway.contract import (
     Tracker,
 )
 from clearway.errors import ClearwayError
+from clearway.foreign import said
 from clearway.geometry.read_only import read_only_view
-from clearway.geometry.shapes import FloatArray
 from clearway.registry import in_a_line
 from clearway.robots import Robot
 
@@ -41,6 +44,11 @@ DECISION_LIMIT = 10.0
 
 _T = TypeVar("_T")
 _OBSTACLES = fields(Obstacles)
+
+
+def prepare_limit(decision_limit: float | None) -> float | None:
+    """How long a navigator may take to be made and to prepare for a trial, s of wall clock; None: as long as it likes."""
+    return None if decision_limit is None else max(6.0 * decision_limit, 20.0)
 
 
 class TookTooLong(Exception):
@@ -86,7 +94,7 @@ class _Composed:
     ) -> None:
         self._navigator, self._localiser, self._localisation = navigator, localiser, localisation
         self._limit = decision_limit
-        self._prepare_limit = None if decision_limit is None else max(decision_limit, 60.0)
+        self._prepare_limit = prepare_limit(decision_limit)
         self._watch = _Watchdog()
         needs = frozenset(getattr(navigator, "needs", frozenset()))
         self._map, self._scan = "map" in needs, "scan" in needs
@@ -94,11 +102,11 @@ class _Composed:
         if "obstacles" in needs and tracker is None:
             raise ClearwayError("the navigator needs obstacles with position and velocity, which takes a tracker")
         self._diagnostics = getattr(navigator, "diagnostics", None)
-        self._shown = -np.inf
+        self._shown, self._room = -np.inf, MOST_SHOWN
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Prepare all three for a new trial, each with a random stream of its own."""
-        self._shown = -np.inf
+        self._shown, self._room = -np.inf, MOST_SHOWN
         robot = robot.model_copy(deep=True)  # tables of it can be written
         key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that no stream moves another
         self._localiser.reset(task, robot, _stream(key, "localiser"))
@@ -125,7 +133,7 @@ class _Composed:
         )
         pose = pose.copy()
         try:
-            command = self._watch(self._limit, "for a decision", self._navigator.step, observation)
+            command = self._watch(self._limit, "for a decision", self._command, observation)
         except Exception as error:
             if writes_into_input(error):
                 raise ValueError(
@@ -134,11 +142,19 @@ class _Composed:
             raise
         return Decision(command, pose, self._show(sensing.t))
 
+    def _command(self, observation: Observation) -> Command:
+        return plain_command(self._navigator.step(observation))
+
     def _show(self, t: float) -> Diagnostics | None:
         if self._diagnostics is None or t < self._shown + SHOW_EVERY - 1e-9:
             return None
         self._shown = t
-        return _drawn(self._diagnostics())
+        return self._watch(self._limit, "to show its thinking", self._drawn, self._diagnostics)
+
+    def _drawn(self, diagnostics: Callable[[], object]) -> Diagnostics:
+        found, size = plain_diagnostics(diagnostics(), self._room)
+        self._room -= size
+        return found
 
 
 def writes_into_input(error: Exception) -> bool:
@@ -148,32 +164,6 @@ def writes_into_input(error: Exception) -> bool:
 
 def _seen(o: Obstacles) -> Obstacles:
     return Obstacles(*(read_only_view(getattr(o, f.name)) for f in _OBSTACLES))
-
-
-def _drawn(d: Diagnostics) -> Diagnostics:
-    """A copy to keep, to the millimetre: it is for drawing, and the navigator goes on using its arrays.
-
-    Raises:
-        TypeError, ValueError: it isn't what `Diagnostics` says.
-    """
-    if not isinstance(d, Diagnostics):
-        raise TypeError(f"diagnostics() returned a {type(d).__name__}, not a Diagnostics")
-    return Diagnostics(
-        polylines={str(name): _points(line, 2) for name, line in d.polylines.items()},
-        circles={str(name): _points(discs, 3) for name, discs in d.circles.items()},
-        tube=None if d.tube is None else _points(d.tube, 3),
-        tree=None if d.tree is None else _points(d.tree, 4),
-        field=None if d.field is None else replace(d.field, data=d.field.data.astype(np.int8)),
-        status=str(d.status),
-        iterations=int(d.iterations),
-    )
-
-
-def _points(values: FloatArray, width: int) -> FloatArray:
-    found: FloatArray = np.asarray(np.round(np.asarray(values, dtype=np.float64), 3), dtype=np.float64)
-    if found.ndim != 2 or found.shape[1] != width:
-        raise ValueError(f"diagnostics() gave an array of shape {found.shape} where (n, {width}) is expected")
-    return found
 
 
 def _stream(key: list[int], name: str) -> np.random.Generator:
@@ -194,8 +184,9 @@ class _Watchdog:
 
         Raises:
             TookTooLong: after `seconds`; None: never.
-            RuntimeError: it asked Python to exit, which is a failure too.
-            KeyboardInterrupt: without a limit, somebody has left the debugger, which is no failure of the navigator.
+            RuntimeError: it asked Python to exit, or raised what is no `Exception`; each is a failure like another.
+            KeyboardInterrupt: somebody has pressed Ctrl-C or, without a limit, left the debugger, which is no failure of
+                the navigator.
         """
         watched = seconds is not None and threading.current_thread() is threading.main_thread()
         try:
@@ -205,6 +196,7 @@ class _Watchdog:
                 if signal.getsignal(signal.SIGALRM) != self._ring:
                     signal.signal(signal.SIGALRM, self._ring)
                 signal.setitimer(signal.ITIMER_REAL, seconds)
+            HEARTBEAT.begin(seconds)
             return function(*arguments)
         except _Alarm:
             raise TookTooLong(f"took longer than {seconds:g} s {what}") from None
@@ -213,8 +205,17 @@ class _Watchdog:
                 raise KeyboardInterrupt from error
             if isinstance(error, bdb.BdbQuit):
                 raise
-            raise RuntimeError(f"the navigator called sys.exit({error.code!r})") from error
+            raise RuntimeError(f"the navigator called sys.exit({error.code!r:.100})") from error
+        except KeyboardInterrupt as error:
+            if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:
+                raise
+            raise RuntimeError("the navigator raised KeyboardInterrupt") from error  # nobody's Ctrl-C comes here
+        except Exception:
+            raise
+        except BaseException as error:
+            raise RuntimeError(f"the navigator raised {said(error)}, which is no Exception") from error
         finally:
+            HEARTBEAT.end()
             if watched:
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
 
@@ -223,6 +224,21 @@ class _Watchdog:
             raise _Alarm
         self._compiled = _compiling.count
         signal.setitimer(signal.ITIMER_REAL, self._seconds)
+
+
+def guarded(limit: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:
+    """What `function` returns, which is a navigator's own; whatever it raises is an `Exception`, as `compose` has it.
+
+    Args:
+        limit: Wall clock after which it is broken off, s; None: never.
+        what: What it is given time for, such as `for a decision`.
+        function: It.
+        arguments: Its arguments.
+
+    Raises:
+        TookTooLong: after `limit`.
+    """
+    return _Watchdog()(limit, what, function, *arguments)
 
 
 def _left_debugger(error: BaseException) -> bool:
@@ -240,9 +256,11 @@ class _Compiling(event.Listener):  # type: ignore[misc]
 
     def on_start(self, event: event.Event) -> None:
         self.count, self.running = self.count + 1, self.running + 1
+        HEARTBEAT.compile(True)
 
     def on_end(self, event: event.Event) -> None:
         self.count, self.running = self.count + 1, self.running - 1
+        HEARTBEAT.compile(self.running > 0)
 
 
 _compiling = _Compiling()

@@ -3,26 +3,54 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
 
 from clearway.campaigns.drawing import drawn
+from clearway.campaigns.pilot import prepare_limit
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.campaigns.pool import Fate, Pool
+from clearway.campaigns.provenance import code_of
 from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.campaigns.tuning import tuned_on
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import check_parameters, make_navigator
+from clearway.navigators.registry import check_parameters, make_navigator, needs_of
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
+from clearway.tuning import TunedOn
 
 
-def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What is known of a navigator once it was made.
+
+    Attributes:
+        code: The digest of its code, None of Clearway's own.
+        tuned_on: On what it says that its parameters were chosen; None if it says nothing.
+    """
+
+    code: str | None
+    tuned_on: tuple[TunedOn, ...] | None
+
+
+def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None = None) -> dict[str, Known]:
     """Look at everything that can be wrong before the first trial runs; of scenarios that are drawn, at the first of a kind.
+
+    Args:
+        plan: The campaign.
+        specs: Its trials.
+        work: Where navigators are made to see whether they can be; None: in this process.
+
+    Returns:
+        What each navigator is known by.
 
     Raises:
         ClearwayError: the first thing that is wrong.
     """
     seen: set[tuple[str, str, str, bool]] = set()
     checked: set[tuple[str, str]] = set()
+    calls: list[tuple[CampaignPlan, TrialSpec, bool]] = []
     for spec in specs:
         scenario, robot = spec.scenario, load_robot(spec.robot)
         content = (spec.robot, scenario.model_dump_json(exclude={"name", "seed", "labels"}))  # repetitions are alike
@@ -35,20 +63,28 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> None:
         combination = (spec.robot, spec.navigator, spec.localisation, has_map)
         if combination not in seen:
             seen.add(combination)
-            _check_combination(plan, spec, has_map)
+            calls.append((plan, spec, has_map))
+    limit = prepare_limit(plan.decision_limit)
+    work = work or Pool(0, Path())
+    found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))
+    return {name: found[name] for name in plan.navigators}
 
 
-def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> None:
-    """Whether the robot, with what it is told, can do what its navigator and its localiser take."""
+def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:
+    raise ClearwayError(f"navigator {spec.navigator!r} cannot be made: the process in which it was tried {fate}")
+
+
+def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:
+    """Whether the robot, with what it is told, can do what its navigator and its localiser take; the navigator's code."""
     robot = load_robot(spec.robot)
     navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
+    needs = needs_of(spec.navigator, navigator)
     with in_file_of(spec.robot, robot):
         for problem in unread_tables(robot):
             raise problem
         make_localiser(spec.localisation, robot)
         check_parameters(spec.navigator, navigator, robot)
-    tuned_on(spec.navigator, navigator)
-    needs: frozenset[str] = getattr(navigator, "needs", frozenset())
+    tests = tuned_on(spec.navigator, navigator)
     if "obstacles" in needs:
         make_tracker(spec.tracking, robot)
     if "scan" in needs and robot.lidar is None:
@@ -60,3 +96,4 @@ def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> No
             else f"{spec.scenario.floor_plan!r} has no map"
         )
         raise ClearwayError(f"localisation 'amcl' cannot work: {lacks}; use 'odometry' or 'truth'")
+    return spec.navigator, Known(code_of(spec.navigator), tests)

@@ -1,29 +1,69 @@
-"""Runs calls on many cores, and leaves no worker process running when something goes wrong."""
+"""Runs calls in worker processes, goes on when one of them crashes or hangs, and leaves none running when all is over.
+
+A worker has one call at a time, so that it is known with which one it died: such a call is tried once more, last of all and
+in another worker, since a worker may have been killed for what its neighbours did. One that hangs is not tried again.
+"""
 
 from __future__ import annotations
 
+import atexit
+import json
 import os
+import pickle
+import re
 import signal
+import socket
+import subprocess
 import sys
-import threading
+import tempfile
 import time
-import warnings
+from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, TypeVar
 
+from clearway.campaigns.heartbeat import Pulse
+from clearway.campaigns.surroundings import Setting
 from clearway.errors import ClearwayError
 
 T = TypeVar("T")
+
+_LOOK = 0.2
+"""s between two looks at the workers' heartbeats."""
+_DEATHS = 2
+"""How often workers may die with a call."""
+_FALSE_STARTS = 3
+"""How many workers in a row may end before they take a call."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fate:
+    """What became of a call that no worker could complete.
+
+    Attributes:
+        reason: In a few words.
+        place: Where the code was, line by line; empty where nobody knows.
+    """
+
+    reason: str
+    place: str = ""
+
+    def __str__(self) -> str:
+        """In one line, with the innermost place in the user's own code."""
+        lines = [line.strip() for line in self.place.splitlines()]
+        own = [line for line in lines if not any(f'"{folder}' in line for folder in (sys.prefix, sys.base_prefix))]
+        return ", ".join([self.reason, *(own or lines)[-1:]])
 
 
 class Pool:
     """Runs calls in worker processes; made by `pool`.
 
     Args:
-        workers: How many processes; with fewer than two, every call is made in this process.
-        out: The results directory, which the error names if a worker dies.
+        workers: How many processes; 0: every call is made in this process.
+        out: The results directory, which the error names if workers die.
 
     Attributes:
         workers: How many processes there may be.
@@ -33,38 +73,48 @@ class Pool:
         self.workers, self._out = workers, out
         self._running: Generator[Any] | None = None
 
-    def each(self, function: Callable[..., T], calls: Iterable[tuple[Any, ...]]) -> Iterator[T]:
+    def each(
+        self,
+        function: Callable[..., T],
+        calls: Iterable[tuple[Any, ...]],
+        *,
+        patience: float | None = None,
+        fallen: Callable[..., T] | None = None,
+    ) -> Iterator[T]:
         """What the function returns for each tuple of arguments, in the order in which the calls end.
 
+        Args:
+            function: What is called, by a name that a worker can import.
+            calls: The arguments of each call.
+            patience: How long a call may take between two heartbeats, s of wall clock; None: as long as it likes.
+            fallen: What is called, with the `Fate` and the arguments and in a worker again, in place of a call that no
+                worker could complete; None: that is an error.
+
         Raises:
-            ClearwayError: a worker process died.
+            ClearwayError: a call raised it; or no worker could complete one, or can be started.
         """
-        calls = list(calls)
-        workers = min(self.workers, len(calls))
-        self._running = _here(function, calls) if workers < 2 else _there(function, calls, workers, self._out)
+        asked = [_Call(function, arguments) for arguments in calls]
+        self._running = _here(asked) if self.workers < 1 else _there(asked, self.workers, patience, fallen, self._out)
         return self._running
 
     def close(self) -> None:
-        """Make no further calls."""
+        """Make no further calls, and end the workers that are in the middle of one."""
         if self._running is not None:
             self._running.close()
 
 
 @contextmanager
 def pool(workers: int, out: Path) -> Iterator[Pool]:
-    """A pool for the block under `with`; an error in the block ends the worker processes, wherever they are.
+    """A pool for the block under `with`; an error in the block ends the workers that are in the middle of a call.
 
-    Without an error they stay, idle, for the next pool.
+    Idle ones stay for the next pool, and end with this process.
     """
     made = Pool(workers, out)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "[0-9]+ tasks which were still being processed")  # after an error: we know
-        try:
-            yield made
-        except BaseException:
-            made.close()
-            _end_workers()
-            raise
+    try:
+        yield made
+    except BaseException:
+        made.close()
+        raise
 
 
 def workers_of(asked: int | None, least: int = 1) -> int:
@@ -78,57 +128,189 @@ def workers_of(asked: int | None, least: int = 1) -> int:
     return (os.cpu_count() or 1) if asked is None else asked
 
 
-def _here(function: Callable[..., T], calls: list[tuple[Any, ...]]) -> Generator[T]:
-    for arguments in calls:
-        yield function(*arguments)
+@dataclass(slots=True)
+class _Call:
+    """A call, and with how many workers it has died."""
+
+    function: Callable[..., Any]
+    arguments: tuple[Any, ...]
+    deaths: int = 0
+    last: bool = False  # it stands in for one that fell
 
 
-def _there(function: Callable[..., T], calls: list[tuple[Any, ...]], workers: int, out: Path) -> Generator[T]:
-    from concurrent.futures.process import BrokenProcessPool
+def _here(calls: list[_Call]) -> Generator[Any]:
+    for call in calls:
+        yield call.function(*call.arguments)
 
-    from joblib import Parallel, delayed
 
-    parallel = Parallel(n_jobs=workers, backend="loky", batch_size=1, return_as="generator_unordered", max_nbytes=None)
+def _there(
+    calls: list[_Call], workers: int, patience: float | None, fallen: Callable[..., Any] | None, out: Path
+) -> Generator[Any]:
+    waiting, busy, false_starts, setting = deque(calls), list[_Worker](), 0, Setting.present()
     try:
-        yield from parallel(delayed(_in_worker)(os.getpid(), function, arguments) for arguments in calls)
-    except BrokenProcessPool as error:
-        raise ClearwayError(
-            "a worker process died: a navigator crashed it, or memory ran out; what is finished is kept, --resume goes "
-            "on from there, with --workers 1 up to the trial that does it",
-            file=out,
-        ) from error
+        while waiting or busy:
+            while waiting and len(busy) < workers:
+                busy.append(_hire())
+                busy[-1].give(waiting.popleft(), setting)
+            wait([worker.line for worker in busy], _LOOK)
+            for worker in list(busy):
+                what, told = worker.told(patience)
+                if not what:
+                    continue
+                call = worker.call
+                assert call is not None
+                if what == "ready":
+                    false_starts = 0
+                    continue
+                busy.remove(worker)
+                if what in ("done", "refused"):
+                    worker.call = None
+                    _idle.append(worker)
+                    if what == "refused":
+                        raise told
+                    yield told
+                    continue
+                worker.end()
+                if not worker.ready:
+                    false_starts += 1
+                    if false_starts == _FALSE_STARTS:
+                        raise ClearwayError(f"no worker process can be started: {told.reason}", file=out)
+                if what == "stale" or not worker.ready:
+                    waiting.appendleft(call)
+                    continue
+                call.deaths += 1
+                if what != "hung" and call.deaths < _DEATHS:
+                    waiting.append(call)
+                elif fallen is None or call.last:
+                    raise _fell(told, out)
+                else:
+                    waiting.append(_Call(fallen, (told, *call.arguments), last=True))
+    finally:
+        for worker in busy:
+            worker.end()
 
 
-def _end_workers() -> None:
-    """End the worker processes now, wherever they are: what they have finished is on the disk."""
-    if "joblib.externals.loky.reusable_executor" in sys.modules:
-        from joblib.externals.loky import reusable_executor
-
-        if reusable_executor._executor is not None:
-            reusable_executor._executor.shutdown(wait=True, kill_workers=True)
+def _fell(fate: Fate, out: Path) -> ClearwayError:
+    return ClearwayError(f"a worker process {fate}; what is finished is kept, --resume goes on from there", file=out)
 
 
-# --- in a worker -----------------------------------------------------------------------------------------------------
+class _Worker:
+    """A worker process, seen from its parent.
 
-_settled: int | None = None
+    Attributes:
+        line: By which calls go there and answers come back.
+        call: What it is at; None: it is idle.
+        ready: Whether it has begun to take calls.
+    """
+
+    def __init__(self) -> None:
+        self.call: _Call | None = None
+        self.ready = False
+        here, there = socket.socketpair()
+        beat = tempfile.TemporaryFile()  # noqa: SIM115 - they live as long as the worker
+        beat.truncate(8)
+        self._trace = tempfile.TemporaryFile()  # noqa: SIM115
+        asked = {
+            "parent": os.getpid(), "connection": there.fileno(), "beat": beat.fileno(), "traces": self._trace.fileno(),
+            "path": sys.path,
+        }  # fmt: skip
+        with there, beat:
+            self._process = subprocess.Popen(
+                [sys.executable, str(Path(__file__).with_name("worker_process.py")), json.dumps(asked)],
+                stdin=subprocess.DEVNULL,
+                stdout=_errors(),  # what a navigator prints is not ours
+                pass_fds=(there.fileno(), beat.fileno(), self._trace.fileno()),
+                process_group=0,  # Ctrl-C comes here only; and what it starts ends with it
+            )
+            self._pulse = Pulse(beat.fileno())
+        self.line = Connection(here.detach())
+
+    @property
+    def alive(self) -> bool:
+        """Whether it can take a call."""
+        return self._process.poll() is None and not self.line.poll()
+
+    def give(self, call: _Call, setting: Setting) -> None:
+        """Have it make a call."""
+        self.call = call
+        self._pulse.restart(time.monotonic())
+        with suppress(OSError):  # it has ended: it will tell nothing more
+            self.line.send_bytes(pickle.dumps((setting, pickle.dumps((call.function, call.arguments)))))
+
+    def told(self, patience: float | None) -> tuple[str, Any]:
+        """What it has to tell: a word, empty for nothing yet, and what comes with it, a `Fate` if it ended."""
+        try:
+            if self.line.poll():
+                what, told = pickle.loads(self.line.recv_bytes())
+                self.ready = True
+                self._pulse.restart(time.monotonic())
+                return (what, told) if what != "broke" else (what, Fate(f"cannot go on ({told[0]})", told[1]))
+        except (EOFError, OSError):
+            return "died", self._fate()
+        if patience is None or not self.ready:
+            return "", None
+        limit = self._pulse.overdue(time.monotonic(), patience)
+        if limit is None:
+            return "", None
+        os.kill(self._process.pid, signal.SIGUSR2)  # it writes down where it is
+        time.sleep(0.2)
+        return "hung", Fate(f"took longer than {limit:g} s and could not be broken off", self._place())
+
+    def end(self) -> None:
+        """End it now, wherever it is, and what it has started with it."""
+        with suppress(ProcessLookupError, PermissionError):
+            os.killpg(self._process.pid, signal.SIGKILL)
+        with suppress(ProcessLookupError):
+            self._process.kill()
+        self._process.wait()
+        self.line.close()
+        self._trace.close()
+
+    def _fate(self) -> Fate:
+        try:
+            code = self._process.wait(2.0)
+        except subprocess.TimeoutExpired:
+            return Fate("closed its connection")
+        place = self._place()
+        if code < 0:
+            return Fate(f"was ended by {signal.Signals(-code).name}", place)
+        return Fate(f"ended with exit code {code}", place)
+
+    def _place(self) -> str:
+        """The lines of Python in which it was, innermost last."""
+        self._trace.seek(0)
+        written = self._trace.read().decode(errors="replace")
+        lines: list[str] = re.findall(r'^ +(File "[^"]*", line \d+ in .*)$', written, re.MULTILINE)
+
+        return "\n".join(f"  {line}" for line in reversed(lines))
 
 
-def _in_worker(parent: int, function: Callable[..., T], arguments: tuple[Any, ...]) -> T:
-    _settle(parent)
-    return function(*arguments)
+_idle: list[_Worker] = []
+"""Workers that wait for a call."""
 
 
-def _settle(parent: int) -> None:
-    """Once a worker: leave Ctrl-C to the parent, and end when the parent has ended, however it did."""
-    global _settled
-    if _settled == parent:
-        return
-    _settled = parent
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_watch, args=(parent,), daemon=True).start()
+def _hire() -> _Worker:
+    while _idle:
+        worker = _idle.pop()
+        if worker.alive:
+            return worker
+        worker.end()
+    return _Worker()
 
 
-def _watch(parent: int) -> None:
-    while os.getppid() == parent:
-        time.sleep(0.5)
-    os._exit(1)
+os.register_at_fork(after_in_child=_idle.clear)  # they are the parent's
+
+
+@atexit.register
+def _end_idle() -> None:
+    while _idle:
+        _idle.pop().end()
+
+
+def _errors() -> int:
+    """Where a worker's output goes: to this process's errors."""
+    try:
+        os.fstat(2)
+    except OSError:
+        return subprocess.DEVNULL
+    return 2

@@ -22,18 +22,25 @@ from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.suites import load_suite
 
 
-def asked_of_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, Any]:
+def asked_of_plan(
+    plan: CampaignPlan, specs: Sequence[TrialSpec], code: Mapping[str, str | None] | None = None
+) -> dict[str, Any]:
     """What campaign.json holds of a simulated campaign, and resuming and rerunning compare: all that decides the bits.
 
     Robots are there in full, by the names that they bear; of each task (a scenario, and the robot that it was made for), of
     each floor plan, of the map and of code there is a digest. Where scenarios are drawn from seeds, a task's digest is that of
     its outline, whose name has the seed: what is drawn follows from it and the generator's code.
+
+    Args:
+        plan: The campaign.
+        specs: Its trials.
+        code: `code_of` each navigator, where that is known; None: to be found here.
     """
     known = {robot.name: robot for robot in map(load_robot, plan.robots)}
     robots = {name: json.loads(robot.model_dump_json()) for name, robot in known.items()}  # JSON knows no infinity
     floors = dict.fromkeys(spec.scenario.floor_plan for spec in specs)
     tasks = {spec.task: spec.scenario.model_dump_json() for spec in specs}
-    code = {name: source.of_object(navigator_class(name)) for name in plan.navigators}
+    code = {name: code_of(name) for name in plan.navigators} if code is None else dict(code)
     if plan.selection.seeds is not None:
         code |= {
             name: source.of_object(g.draw) for name in plan.suites if (g := load_suite(name).generator) is not None
@@ -47,6 +54,11 @@ def asked_of_plan(plan: CampaignPlan, specs: Sequence[TrialSpec]) -> dict[str, A
         "floor_plans": {name: _floor(load_floor_plan(name)) for name in sorted(floors)},
         "tasks": {task: source.digest(scenario) for task, scenario in tasks.items()},
     }
+
+
+def code_of(navigator: str) -> str | None:
+    """A digest of the code of a navigator that is not Clearway's; None: of one that is."""
+    return source.of_object(navigator_class(navigator))
 
 
 def _about(name: str, specs: Sequence[TrialSpec]) -> dict[str, Any]:

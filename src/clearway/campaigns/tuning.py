@@ -30,8 +30,14 @@ def tuned_on(name: str, navigator: Navigator) -> tuple[TunedOn, ...] | None:
 
 def told(plan: CampaignPlan) -> dict[str, list[str] | None]:
     """What each of the campaign's navigators declares, in words, for its results."""
-    said = {name: tuned_on(name, make_navigator(name, **plan.options.get(name, {}))) for name in plan.navigators}
-    return {name: None if tests is None else [str(test) for test in tests] for name, tests in said.items()}
+    return {
+        name: in_words(tuned_on(name, make_navigator(name, **plan.options.get(name, {})))) for name in plan.navigators
+    }
+
+
+def in_words(tests: Sequence[TunedOn] | None) -> list[str] | None:
+    """What a navigator declares, as `told` has it."""
+    return None if tests is None else [str(test) for test in tests]
 
 
 def tuned(said: Sequence[TunedOn] | None, plan: CampaignPlan, spec: TrialSpec) -> Tuned:

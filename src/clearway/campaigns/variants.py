@@ -40,6 +40,8 @@ def variants(
         (GUARANTEE, list(guarantees), "GUARANTEES"),
         (WITHOUT, list(without), "INGREDIENTS"),
     ):
+        if not asked:
+            continue  # nobody's module is imported for nothing
         known = {name: _known(name, attribute) for name in chosen}
         _refuse_unknown(option, asked, known)
         made: dict[str, None] = {}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,11 +10,14 @@ from typing import Any
 import numpy as np
 
 from clearway.campaigns.drawing import drawn
-from clearway.campaigns.pilot import compose
+from clearway.campaigns.pilot import compose, guarded, prepare_limit
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.campaigns.pool import Fate
+from clearway.campaigns.surroundings import restored
 from clearway.campaigns.tuning import tuned, tuned_on
-from clearway.contract import EventKind
+from clearway.contract import EventKind, Navigator
 from clearway.errors import ClearwayError
+from clearway.foreign import printable, said, traced
 from clearway.indicators import score_row
 from clearway.navigators.registry import make_navigator, navigator_class
 from clearway.perception import make_localiser, make_tracker
@@ -24,6 +26,7 @@ from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.store import write_partial
+from clearway.tuning import TunedOn
 from clearway.world.bodies import bodies_of
 from clearway.world.simulate import attempt_of
 
@@ -56,10 +59,45 @@ def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, ra
     Raises:
         ClearwayError: the disk is full, or a file that the trial needs has gone.
     """
-    trial = run_trial(plan, drawn(plan, spec, folder), raise_errors)
-    row = {"id": spec.id} | score_row(trial)
-    write_partial(folder, key, spec.index, trial, row)
-    return Done(spec.index, trial.outcome, trial.reason)
+    spec = drawn(plan, spec, folder)
+    if raise_errors:
+        return _keep(run_trial(plan, spec, raise_errors), spec, folder, key)
+    with restored():
+        trial = run_trial(plan, spec)
+    try:
+        return _keep(trial, spec, folder, key)
+    except ClearwayError:
+        raise
+    except Exception as error:
+        reason = f"the trial cannot be scored or stored: {said(error)}"
+        return _keep(_failed(plan, spec, reason, traced(error)), spec, folder, key)
+
+
+def keep_fallen(
+    fate: Fate, plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, raise_errors: bool = False
+) -> Done:
+    """Write a trial that no worker could complete, as one in which the navigator failed.
+
+    Args:
+        fate: What became of the workers.
+        plan: The campaign that it belongs to.
+        spec: The trial.
+        folder: The store's `partial`.
+        key: The store's `key`.
+        raise_errors: As for `run_and_keep`.
+
+    Raises:
+        ClearwayError: as for `run_and_keep`.
+    """
+    spec = drawn(plan, spec, folder)
+    reason = f"the worker process {fate.reason}"
+    detail = f"{reason}\n{fate.place}" if fate.place else reason
+    return _keep(_failed(plan, spec, printable(reason), printable(detail)), spec, folder, key)
+
+
+def patience_of(plan: CampaignPlan) -> float | None:
+    """How long a worker may be silent outside a navigator's code, s of wall clock; None: as long as it likes."""
+    return None if plan.decision_limit is None else max(30.0 * plan.decision_limit, 60.0)
 
 
 def run_trial(plan: CampaignPlan, spec: TrialSpec, raise_errors: bool = False) -> Trial:
@@ -71,37 +109,69 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec, raise_errors: bool = False) -
         raise_errors: Whether an error in it is raised, as a debugger needs it.
 
     Raises:
-        ClearwayError: a file that it needs has gone, or the navigator can't do this task at all.
+        ClearwayError: a file that it needs has gone.
     """
     from clearway.world import simulate
 
     if ":" in spec.suite:
         load_suite(spec.suite)  # it brings its floor plans along
-    robot = load_robot(spec.robot)
-    navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
-    localiser = make_localiser(spec.localisation, robot)
-    follows = "obstacles" in getattr(navigator, "needs", frozenset())
-    tracker = make_tracker(spec.tracking, robot) if follows else None
-    pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=plan.decision_limit)
-    about: dict[str, Any] = {
-        "navigator": spec.navigator,
-        "localisation": spec.localisation,
-        "privileged": bool(getattr(navigator_class(spec.navigator), "privileged", False)),
-        "setup": spec.setup.name,
-        "tracking": spec.tracking if follows else "",
-    }
+    robot, budget, limit = load_robot(spec.robot), spec.setup.budget, plan.decision_limit
+    localiser, granted = make_localiser(spec.localisation, robot), granted_map(plan.map, spec.scenario)
+    about, tests = _about(spec), _tuned_on(spec)
     try:
-        granted = granted_map(plan.map, spec.scenario)
-        budget = spec.setup.budget
+        navigator, tests = guarded(prepare_limit(limit), "to be made", _made, plan, spec)
+        follows = "obstacles" in getattr(navigator, "needs", frozenset())
+        tracker = make_tracker(spec.tracking, robot) if follows else None
+        pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=limit)
+        about |= {"tracking": spec.tracking if follows else ""}
         trial = simulate(spec.scenario, robot, pilot, map=granted, budget=budget, raise_errors=raise_errors, **about)
-    except ClearwayError:
-        raise
     except Exception as error:
         if raise_errors:
             raise
-        trial = _broken(spec, about, f"{type(error).__name__}: {error}", traceback.format_exc())
-    near = tuned(tuned_on(spec.navigator, navigator), plan, spec)
-    return replace(trial, attempt=replace(trial.attempt, tuned=near))
+        trial = _broken(spec, about, said(error), traced(error))
+    return _marked(trial, tests, plan, spec)
+
+
+def _made(plan: CampaignPlan, spec: TrialSpec) -> tuple[Navigator, tuple[TunedOn, ...] | None]:
+    navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
+    return navigator, tuned_on(spec.navigator, navigator)
+
+
+def _about(spec: TrialSpec) -> dict[str, Any]:
+    """What is known of a trial without making its navigator."""
+    made = navigator_class(spec.navigator)
+    return {
+        "navigator": spec.navigator,
+        "localisation": spec.localisation,
+        "privileged": getattr(made, "privileged", False) is True,
+        "setup": spec.setup.name,
+        "tracking": spec.tracking if "obstacles" in _listed(getattr(made, "needs", ())) else "",
+    }
+
+
+def _tuned_on(spec: TrialSpec) -> tuple[TunedOn, ...] | None:
+    """On what its navigator's class says that its parameters were chosen, without making one."""
+    tests = getattr(navigator_class(spec.navigator), "tuned_on", None)
+    return tests if isinstance(tests, tuple) and all(isinstance(one, TunedOn) for one in tests) else None
+
+
+def _listed(needs: Any) -> frozenset[Any]:
+    return frozenset(needs) if isinstance(needs, set | frozenset | tuple | list) else frozenset()
+
+
+def _marked(trial: Trial, tests: tuple[TunedOn, ...] | None, plan: CampaignPlan, spec: TrialSpec) -> Trial:
+    return replace(trial, attempt=replace(trial.attempt, tuned=tuned(tests, plan, spec)))
+
+
+def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str) -> Done:
+    row = {"id": spec.id} | score_row(trial)
+    write_partial(folder, key, spec.index, trial, row)
+    return Done(spec.index, trial.outcome, trial.reason)
+
+
+def _failed(plan: CampaignPlan, spec: TrialSpec, reason: str, detail: str) -> Trial:
+    """A trial of which nothing came, as far as can be told without the navigator's doing."""
+    return _marked(_broken(spec, _about(spec), reason, detail), _tuned_on(spec), plan, spec)
 
 
 def _broken(spec: TrialSpec, about: Mapping[str, Any], reason: str, detail: str) -> Trial:

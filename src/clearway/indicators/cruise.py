@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.column import Kind
-from clearway.indicators.indicator import Indicator, Measure, measure
+from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
 from clearway.indicators.legs import finished, speed, speed_limit
 from clearway.trials import Trial
 
@@ -51,8 +51,10 @@ def time_at_cruise_speed(band: float) -> Measure:
     def tcs(trial: Trial) -> float:
         limit = speed_limit(trial)
         drives = finished(trial)
-        cruising = sum(time_within(d.t, speed(d), (1 - band) * limit, (1 + band) * limit) for d in drives)
-        return 100.0 * cruising / sum(d.span.end - d.span.start for d in drives)
+        took = sum(d.span.end - d.span.start for d in drives)
+        if took <= 0.0:
+            raise NotComputable("the legs took no time")
+        return 100.0 * sum(time_within(d.t, speed(d), (1 - band) * limit, (1 + band) * limit) for d in drives) / took
 
     return tcs
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
-from typing import Any
+from typing import Any, get_args
 
-from clearway.contract import Navigator
+from clearway.contract import Navigator, Need
 from clearway.errors import ClearwayError
 from clearway.registry import Registry, in_a_line
 from clearway.robots import Robot
@@ -64,9 +64,9 @@ def make_navigator(name: str, **options: Any) -> Navigator:
     factory = navigator_class(name)
     try:
         navigator = factory(**(split_options(name)[1] | options))
-    except ClearwayError:
+    except (ClearwayError, KeyboardInterrupt):
         raise
-    except Exception as error:
+    except BaseException as error:  # sys.exit() too
         raise ClearwayError(f"navigator {name!r} cannot be made: {in_a_line(error)}") from error
     for method in ("reset", "step"):
         if not callable(getattr(navigator, method, None)):
@@ -74,6 +74,26 @@ def make_navigator(name: str, **options: Any) -> Navigator:
                 f"{name!r} is not a navigator: it has no method {method}(); see clearway.contract.Navigator"
             )
     return navigator
+
+
+def needs_of(name: str, navigator: Navigator) -> frozenset[str]:
+    """What observations of `navigator`, which goes by `name`, must hold.
+
+    Raises:
+        ClearwayError: it says so in another way than by a set of what there is.
+    """
+    known = sorted(get_args(Need))
+    try:
+        needs: object = getattr(navigator, "needs", frozenset())
+        if isinstance(needs, frozenset | set) and needs <= set(known):
+            return frozenset(needs)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise ClearwayError(f"navigator {name!r} cannot say what it needs: {in_a_line(error)}") from error
+    raise ClearwayError(
+        f"navigator {name!r} needs {needs!r:.100}; `needs` is a frozenset of some of {', '.join(known)}"
+    )
 
 
 def check_parameters(name: str, navigator: Navigator, robot: Robot) -> Any:
@@ -85,9 +105,9 @@ def check_parameters(name: str, navigator: Navigator, robot: Robot) -> Any:
     read = getattr(navigator, "read_parameters", None)
     try:
         return None if read is None else read(robot.model_copy(deep=True))
-    except ClearwayError:
+    except (ClearwayError, KeyboardInterrupt):
         raise
-    except Exception as error:
+    except BaseException as error:
         raise ClearwayError(f"navigator {name!r} cannot read its parameters: {in_a_line(error)}") from error
 
 

@@ -2,11 +2,14 @@
 
 While a campaign runs, each finished trial is one file under `OUT/.partial/`, written whole or not at all. When all
 are there, the final files are assembled in the order of the trials: the same bytes, however the trials came in.
+Files, and the folders that name them, are on the disk before the next step counts on them, so that a loss of power is
+no more than a kill: a trial that was told finished is there afterwards.
 See `clearway.trials.store_results` for reading.
 """
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import json
@@ -118,17 +121,21 @@ class TrialStore:
                     (new / kind.path).parent.mkdir(parents=True, exist_ok=True)
                 files = (_partial_file(self.partial, i) for i in range(self.total))
                 assemble((_read_partial(file, self.key) for file in files), new, results_schema(self._schema))
-                digests = {}
+                digests, folders = {}, {self.path}
                 for file in sorted(p for p in new.rglob("*") if p.is_file()):
                     _sync(file)
                     digests[file.relative_to(new).as_posix()] = digest(file)
                     place = self.path / file.relative_to(new)
                     place.parent.mkdir(exist_ok=True)
                     os.replace(file, place)
+                    folders.add(place.parent)
+                for folder in sorted(folders, reverse=True):
+                    _sync(folder)
                 self._campaign["run"] |= {**(run or {}), DIGESTS: digests}
                 digests[CAMPAIGN] = seal(self._campaign)
                 _write_whole(self.path / CAMPAIGN, _pretty(self._campaign))
                 os.replace(self.partial, self.path / _DONE)
+                _sync(self.path)
         shutil.rmtree(self.path / _DONE, ignore_errors=True)
         return open_results(self.path)
 
@@ -161,6 +168,7 @@ class TrialStore:
                 )
             with _writing(self.path):
                 self.partial.mkdir(exist_ok=True)  # before campaign.json: one without the other means finished
+                _sync(self.path)
                 _write_whole(self.path / CAMPAIGN, _pretty(campaign))
             return campaign
         old = read_campaign(self.path)
@@ -277,14 +285,22 @@ def _write_whole(file: Path, content: bytes) -> None:
             f.flush()
             os.fsync(f.fileno())
         os.replace(new, file)
+        _sync(file.parent)
     except BaseException:
         new.unlink(missing_ok=True)
         raise
 
 
-def _sync(file: Path) -> None:
-    with open(file, "rb") as f:
-        os.fsync(f.fileno())
+def _sync(path: Path) -> None:
+    """Have a file, or the names in a folder, on the disk for good; nothing where folders can't be asked to."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # some network file systems have no such thing for folders
+            raise
+    finally:
+        os.close(descriptor)
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Sensing, Task
-from clearway.errors import ClearwayError
+from clearway.foreign import said, traced
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
@@ -62,7 +62,7 @@ def simulate(
         The trial. A pilot that raises, or whose command isn't finite, ends it as `navigator_failed`.
 
     Raises:
-        ClearwayError: the scenario can't be built, or the pilot says that it can't do this task at all.
+        ClearwayError: the scenario can't be built.
     """
     plan = load_floor_plan(scenario.floor_plan)
     way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], longest(scenario.legs))
@@ -153,8 +153,6 @@ class _Drive:
             return self._contact(0.0, touched, estimate, command, " where it was placed")
         try:
             self._pilot.reset(task, self._robot, rng)
-        except ClearwayError:
-            raise
         except Exception as error:
             if self._raise_errors:
                 raise
@@ -169,8 +167,6 @@ class _Drive:
                 decision = decide(sensing)
                 thinking.append(perf_counter() - before)
                 estimate, command = _sound(decision, estimate)
-            except ClearwayError:
-                raise
             except Exception as error:
                 if self._raise_errors:
                     raise
@@ -209,10 +205,7 @@ class _Drive:
         self._record(t, estimate, command)
         frames = traceback.extract_tb(error.__traceback__)
         place = f" ({frames[-1].filename}:{frames[-1].lineno})" if len(frames) > 1 else ""
-        return self._checker.stop(
-            t, Outcome.NAVIGATOR_FAILED, EventKind.ERROR, "".join(traceback.format_exception(error)).rstrip(),
-            f"{type(error).__name__}: {error}{place}",
-        )  # fmt: skip
+        return self._checker.stop(t, Outcome.NAVIGATOR_FAILED, EventKind.ERROR, traced(error), f"{said(error)}{place}")
 
     def _record(self, t: float, estimate: FloatArray, command: Command) -> None:
         """The last instant, with the estimate and the command that were in force."""

@@ -1,0 +1,38 @@
+"""What Clearway survives: faults of every kind, counted as survived of tried, as a Markdown table.
+
+python benchmarks/faults.py                        # everything
+python benchmarks/faults.py --only navigators      # navigators that misbehave
+python benchmarks/faults.py --smoke                # a few of each
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+
+from fault_sections import Count, navigators
+
+SECTIONS: dict[str, Callable[[argparse.Namespace], list[Count]]] = {
+    "navigators": lambda asked: navigators.measure(asked.smoke),
+}
+"""What may be asked for by `--only`, in the order of the table."""
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", action="append", choices=list(SECTIONS), help="repeatable; default: all")
+    parser.add_argument("--smoke", action="store_true", help="a few of each")
+    asked = parser.parse_args()
+    counts = [count for name in asked.only or SECTIONS for count in SECTIONS[name](asked)]
+    print("| fault | tried | survived |\n|---|---|---|")
+    for count in counts:
+        print(f"| {count.fault} | {count.tried} | {count.survived} |")
+    print(f"| **all** | {sum(c.tried for c in counts)} | {sum(c.survived for c in counts)} |")
+    for line in (line for count in counts for line in count.fallen):
+        print(line, file=sys.stderr)
+    sys.exit(any(count.fallen for count in counts))
+
+
+if __name__ == "__main__":
+    main()

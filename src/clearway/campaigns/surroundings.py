@@ -1,0 +1,105 @@
+"""What a trial finds around it in a worker process: the same each time, whatever the trial before has done to it."""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import os
+import resource
+import sys
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+_LIMITS = (resource.RLIMIT_NOFILE, resource.RLIMIT_FSIZE)
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What a process takes over from its parent.
+
+    Attributes:
+        folder: The current directory.
+        path: Where modules lie.
+        environment: The environment's variables.
+    """
+
+    folder: str
+    path: tuple[str, ...]
+    environment: dict[str, str]
+
+    @classmethod
+    def present(cls) -> Setting:
+        """That of this process."""
+        return cls(os.getcwd(), tuple(sys.path), dict(os.environ))
+
+
+def settle(setting: Setting) -> None:
+    """Take a setting over."""
+    with suppress(OSError):  # it may have gone, which is for whoever needs it to say
+        os.chdir(setting.folder)
+    if tuple(sys.path) != setting.path:
+        sys.path[:] = setting.path
+        importlib.invalidate_caches()
+    if dict(os.environ) != setting.environment:
+        os.environ.clear()
+        os.environ.update(setting.environment)
+
+
+@contextmanager
+def restored() -> Iterator[None]:
+    """Puts back, after the block under `with`, what foreign code may have done to the process."""
+    setting, mask = Setting.present(), os.umask(0o077)
+    os.umask(mask)
+    limits = [(which, resource.getrlimit(which)) for which in _LIMITS]
+    streams, depth, errors, shown = (sys.stdout, sys.stderr), sys.getrecursionlimit(), np.geterr(), warnings.filters[:]
+    try:
+        yield
+    finally:
+        sys.settrace(None)
+        sys.setrecursionlimit(depth)
+        settle(setting)
+        os.umask(mask)
+        for which, limit in limits:
+            with suppress(OSError, ValueError):
+                resource.setrlimit(which, limit)
+        sys.stdout, sys.stderr = streams
+        np.seterr(**errors)
+        warnings.filters[:] = shown  # type: ignore[index]
+        gc.enable()
+
+
+class Sources:
+    """The user's own modules that this process has imported: whether one was edited since."""
+
+    def __init__(self) -> None:
+        self._seen: set[str] = set()
+        self._stamps: dict[str, int | None] = {}
+        self.look()
+
+    def look(self) -> None:
+        """Remember those that are new."""
+        for name in set(sys.modules) - self._seen:
+            self._seen.add(name)
+            file = getattr(sys.modules[name], "__file__", None)
+            if isinstance(file, str) and _own(file):
+                self._stamps[file] = _stamp(file)
+
+    def changed(self) -> bool:
+        """Whether one is no longer what was imported."""
+        return any(_stamp(file) != stamp for file, stamp in self._stamps.items())
+
+
+def _own(file: str) -> bool:
+    return not (Path(file).is_relative_to(sys.prefix) or Path(file).is_relative_to(sys.base_prefix))
+
+
+def _stamp(file: str) -> int | None:
+    try:
+        return os.stat(file).st_mtime_ns
+    except OSError:
+        return None

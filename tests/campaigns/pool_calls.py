@@ -1,0 +1,23 @@
+"""What a pool's workers are asked to do in its tests."""
+
+from __future__ import annotations
+
+import os
+
+from clearway.campaigns.pool import Fate
+from clearway.errors import ClearwayError
+
+
+def meet(end: str) -> str:
+    """Ends as it is told, or changes its surroundings and says what it finds there."""
+    if end == "exit":
+        os._exit(3)
+    if end == "refuse":
+        raise ClearwayError("refused", field=end)
+    os.chdir("/")
+    return f"{os.environ.get('MET')} {end}"
+
+
+def stood_in(fate: Fate, end: str) -> str:
+    """In place of a call that fell."""
+    return f"{end}: {fate}"
