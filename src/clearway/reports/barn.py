@@ -60,7 +60,7 @@ class Barn:
 def barn(f: Findings, system: System) -> Barn | None:
     """None where the suite was not run, or only on worlds without a published run."""
     suites = f.asked(Section.PUBLISHED_BARN_RUNS)
-    rows = [r for r in system.of(f.rows) if r["suite"] in suites and not is_recorded(r)]
+    rows = [r for r in f.of(system) if r["suite"] in suites and not is_recorded(r)]
     number = {r["trial"]: world_of(r) for r in rows}
     there = {n for n in number.values() if n is not None}
     published = [p for p in published_runs() if p.world in there]

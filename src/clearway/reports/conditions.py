@@ -144,7 +144,7 @@ def deviations(f: Findings) -> list[str]:
         )
     protocol = f.asked(Section.PAPER_A)
     for system in f.systems:
-        rows = [r for r in system.of(f.rows) if r["suite"] in protocol]
+        rows = [r for r in f.of(system) if r["suite"] in protocol]
         short = [
             f"{batch} {n} of {whole}" for batch, whole in paper.PROTOCOL.items()
             if (n := sum(r["batch"] == batch for r in rows)) != whole
@@ -190,7 +190,7 @@ def _as_printed(f: Findings, system: System) -> str:
     if robot is None or printed is None or robot.tolerances.yaw <= printed:
         return ""
     protocol = f.asked(Section.PAPER_A)
-    rows = [r for r in system.of(f.rows) if r["suite"] in protocol]
+    rows = [r for r in f.of(system) if r["suite"] in protocol]
     if not rows:
         return ""
     met = sum(bool(r["success"]) and r["OE_max"] is not None and r["OE_max"] <= printed for r in rows)

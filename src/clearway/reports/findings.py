@@ -171,9 +171,26 @@ class Findings:
         """What the bars of one system show."""
         return Bars(*(system.of(found) for found in (self.described, self.rates, self.tests)))
 
+    def of(self, system: System) -> list[Row]:
+        """The rows of a system, in order."""
+        return self._by_system.get(system, [])
+
+    @cached_property
+    def _by_system(self) -> dict[System, list[Row]]:
+        found: dict[System, list[Row]] = {}
+        for row in self.rows:
+            found.setdefault(system_of(row), []).append(row)
+        return found
+
     def table(self, system: System) -> Any:
         """Its trials as an Arrow table."""
-        return table_of(self.results, system.of(self.rows))
+        if system not in self._tables:
+            self._tables[system] = table_of(self.results, self.of(system))
+        return self._tables[system]
+
+    @cached_property
+    def _tables(self) -> dict[System, Any]:
+        return {}
 
 
 def _recorded(values: Any) -> Robot | None:

@@ -52,7 +52,7 @@ def table(f: Findings, found: list[tuple[System, System, Comparison]]) -> Grid |
     lines: Rows = []
     groups: list[int] = []
     last = None
-    signs = {system: tuning.sign(system.of(f.rows)) for a, b, _ in found for system in (a, b)}
+    signs = {system: tuning.sign(f.of(system)) for a, b, _ in found for system in (a, b)}
     for (a, b, c), s, p in zip(found, wins, adjusted, strict=True):
         if a != last:
             groups.append(len(lines))
@@ -78,7 +78,7 @@ def table(f: Findings, found: list[tuple[System, System, Comparison]]) -> Grid |
     ]
     return grid(
         "Success on the same tests: difference of the rates with Newcombe's 95 % interval, McNemar's exact test, Holm's "
-        f"correction over all rows.{tuning.footnote(r for system in signs for r in system.of(f.rows))}", heads, lines, groups,
+        f"correction over all rows.{tuning.footnote(r for system in signs for r in f.of(system))}", heads, lines, groups,
     )  # fmt: skip
 
 

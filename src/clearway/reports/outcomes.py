@@ -55,7 +55,7 @@ def cards(f: Findings) -> list[Card]:
     """One card a system: SR with its exact interval, CT by speed, MDO."""
     found = []
     for system, rate in zip(f.systems, f.overall, strict=True):
-        rows = system.of(f.rows)
+        rows = f.of(system)
         times = {
             s: [r["CT"] for r in rows if r["speed"] == s and r["CT"] is not None]
             for s in sorted({r["speed"] for r in rows}, key=by_speed)
@@ -95,7 +95,7 @@ def batches(f: Findings, system: System) -> Grid:
     """SR and the six indicators per batch and set speed: mean, standard deviation, 95 % interval of the mean."""
     rows: Rows = []
     groups: list[int] = []
-    last, own = None, system.of(f.rows)
+    last, own = None, f.of(system)
     for rate in system.of(f.rates):
         if rate["batch"] != last:
             groups.append(len(rows))
@@ -151,7 +151,7 @@ def breakdown(f: Findings) -> Grid | None:
     rows: Rows = []
     groups: list[int] = []
     for system in f.systems:
-        speeds = sorted({r["speed"] for r in system.of(f.rows) if r["batch"] == "NO"}, key=by_speed)
+        speeds = sorted({r["speed"] for r in f.of(system) if r["batch"] == "NO"}, key=by_speed)
         if speeds:
             groups.append(len(rows))
         for speed in speeds:
@@ -222,13 +222,12 @@ def space(f: Findings) -> Grid | None:
     last = None
     suites = f.asked(Section.MANOEUVRING_SPACE)
     for system in f.systems:
+        known: dict[tuple[Any, Any], list[Row]] = {}
+        for r in f.of(system):
+            if r["suite"] in suites and r.get("space_rel") is not None:
+                known.setdefault((r["batch"], r["speed"]), []).append(r)
         for rate in system.of(f.rates):
-            here = [
-                r for r in system.of(f.rows)
-                if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"])
-                and r["suite"] in suites
-                and r.get("space_rel") is not None
-            ]  # fmt: skip
+            here = known.get((rate["batch"], rate["speed"]), [])
             mean = f.mean(system, rate["batch"], rate["speed"], "space")
             if not here or mean is None:
                 continue

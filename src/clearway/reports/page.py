@@ -194,11 +194,11 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 "layout",
                 "layout",
                 "Layout of the configurations",
-                trajectory_plots.layout(f.results, f.systems[0].of(f.rows)),
+                trajectory_plots.layout(f.results, f.of(f.systems[0])),
             )
         for system in f.systems:
             slug, name = _slug(f"{system.robot} {system.navigator} {system.setup or ''}".strip()), f.name(system)
-            rows = system.of(f.rows)
+            rows = f.of(system)
             keep("trajectories", f"trajectories-{slug}", name, trajectory_plots.trajectories(f.results, rows))
             keep("bars", f"bars-{slug}", name, charts.bars(f.bars(system)))
             if found := barn(f, system):
@@ -211,9 +211,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 row = rescue.shown(f, suite, rivals[-1])
                 if row is None:
                     continue
-                same = [
-                    r for s in rivals for r in s.of(f.rows) if (r["suite"], r["scenario"]) == (suite, row["scenario"])
-                ]
+                same = [r for s in rivals for r in f.of(s) if (r["suite"], r["scenario"]) == (suite, row["scenario"])]
                 title = f"{f.title(robot)} · {navigator}, {label(row)}"
                 slug = _slug(f"{robot} {navigator} {suite}")
                 keep(

@@ -10,7 +10,7 @@ from clearway.indicators.avoidable import CLASSES
 from clearway.reports import ablation, paper_b, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
-from clearway.reports.selection import Row, System, distinct, is_recorded, moving_at_contact
+from clearway.reports.selection import Row, System, distinct, is_recorded, moving_at_contact, system_of
 from clearway.scenarios.suite import Section
 from clearway.statistics import success_interval
 
@@ -56,12 +56,15 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
         heads += [f"{name} path (m)", "time (s)"]
     lines: Rows = []
     scenarios = dict.fromkeys((str(r["scenario"]), str(r["configuration"])) for r in rows)
+    runs: dict[tuple[System, str], Row] = {}
+    for r in rows:
+        runs.setdefault((system_of(r), r["scenario"]), r)
     named = Counter(configuration for _, configuration in scenarios)
     for scenario, configuration in scenarios:
         short = configuration.removeprefix("scenario-") if named[configuration] == 1 else scenario
         line: list[Cell | str] = [Cell(short, strong=True)]
         for s in systems:
-            line += _run(next((r for r in s.of(rows) if r["scenario"] == scenario), None))
+            line += _run(runs.get((s, scenario)))
         lines.append(line)
     groups = [len(lines)]
     for name, of in (("Mean", _mean), ("Standard deviation", _sd)):
@@ -204,7 +207,7 @@ def text_summary(f: Findings) -> list[Grid]:
 
 def shown(f: Findings, suite: str, system: System) -> Row | None:
     """The scenario to draw for a navigator: of its successes that with the median time, else its first trial."""
-    own = [r for r in system.of(f.rows) if r["suite"] == suite]
+    own = [r for r in f.of(system) if r["suite"] == suite]
     good = sorted((r for r in own if r["success"]), key=lambda r: (r["CT"], r["trial"]))
     return good[(len(good) - 1) // 2] if good else (own[0] if own else None)
 

@@ -117,7 +117,7 @@ const Trials = (() => {
   // The rows of every trial, where the page itself lists a sample: a script beside the page calls this by name.
   const every = document.getElementById("every-trial");
   window.clearwayTable = (all) => { rows = all; haystacks = null; every.hidden = true; update(); };
-  every.hidden = rows.length === total;
+  every.hidden = rows.length >= total;
   every.textContent = `List all ${total}`;
   every.addEventListener("click", () => {
     const script = document.createElement("script");
