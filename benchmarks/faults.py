@@ -1,6 +1,8 @@
 """What Clearway survives: faults of every kind, counted as survived of tried, as a Markdown table.
 
 python benchmarks/faults.py                        # everything
+python benchmarks/faults.py --only hostile         # hostile files and command lines
+python benchmarks/faults.py --only fuzz --tries 100000
 python benchmarks/faults.py --only navigators      # navigators that misbehave
 python benchmarks/faults.py --smoke                # a few of each
 """
@@ -11,9 +13,11 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from fault_sections import Count, navigators
+from fault_sections import Count, fuzz, hostile, navigators
 
 SECTIONS: dict[str, Callable[[argparse.Namespace], list[Count]]] = {
+    "hostile": lambda asked: hostile.measure(asked.smoke),
+    "fuzz": lambda asked: fuzz.measure(200 if asked.smoke else asked.tries, asked.seed),
     "navigators": lambda asked: navigators.measure(asked.smoke),
 }
 """What may be asked for by `--only`, in the order of the table."""
@@ -22,6 +26,8 @@ SECTIONS: dict[str, Callable[[argparse.Namespace], list[Count]]] = {
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=list(SECTIONS), help="repeatable; default: all")
+    parser.add_argument("--tries", type=int, default=1000, help="how many mutated files")
+    parser.add_argument("--seed", type=int, default=0, help="of what is drawn")
     parser.add_argument("--smoke", action="store_true", help="a few of each")
     asked = parser.parse_args()
     counts = [count for name in asked.only or SECTIONS for count in SECTIONS[name](asked)]

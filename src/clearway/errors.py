@@ -3,7 +3,26 @@
 from __future__ import annotations
 
 import difflib
+import reprlib
 from collections.abc import Iterable
+from itertools import islice
+from typing import Any
+
+LONGEST = 4000
+"""Characters of a message."""
+
+
+class _Brief(reprlib.Repr):
+    """Cut to what a line holds; a table's keys stay in their order."""
+
+    def repr_dict(self, x: dict[Any, Any], level: int) -> str:
+        shown = [f"{self.repr1(key, level - 1)}: {self.repr1(x[key], level - 1)}" for key in islice(x, self.maxdict)]
+        return "{...}" if level <= 0 else "{" + ", ".join(shown + ["..."] * (len(x) > self.maxdict)) + "}"
+
+
+_BRIEF = _Brief()
+_BRIEF.maxlevel, _BRIEF.maxlist, _BRIEF.maxtuple, _BRIEF.maxdict = 3, 12, 12, 6
+_BRIEF.maxstring = _BRIEF.maxother = _BRIEF.maxlong = 100
 
 
 class ClearwayError(Exception):
@@ -17,8 +36,17 @@ class ClearwayError(Exception):
 
     def __init__(self, problem: str, *, file: object = None, field: str | None = None) -> None:
         self.problem, self.file, self.field = problem, None if file is None else str(file), field
-        where = ": ".join(part for part in (self.file, field) if part)
-        super().__init__(f"{where}: {problem}" if where else problem)
+        where = ": ".join(_cut(part, LONGEST // 10) for part in (self.file, field) if part)
+        text = _cut(problem, LONGEST)
+        super().__init__(_printable(f"{where}: {text}" if where else text))
+
+
+def shown(value: object) -> str:
+    """`value` as a message shows it: what a file holds may be endless, and what is shown of it is not."""
+    try:
+        return _BRIEF.repr(value)
+    except Exception:
+        return f"<{type(value).__name__}>"
 
 
 def unknown(
@@ -26,6 +54,17 @@ def unknown(
 ) -> ClearwayError:
     """The error for a name that isn't known: lists what is, the closest name first."""
     names = sorted(choices)
-    close = difflib.get_close_matches(value, names, n=1, cutoff=0.5)
+    close = difflib.get_close_matches(value[:LONGEST], names, n=1, cutoff=0.5)
     hint = f"did you mean {close[0]!r}? " if close else ""
-    return ClearwayError(f"unknown {kind} {value!r}; {hint}known: {', '.join(names) or 'none'}", file=file, field=field)
+    return ClearwayError(
+        f"unknown {kind} {shown(value)}; {hint}known: {', '.join(names) or 'none'}", file=file, field=field
+    )
+
+
+def _cut(text: str, most: int) -> str:
+    return text if len(text) <= most else f"{text[: most * 2 // 3]} ... {text[-most // 4 :]}"
+
+
+def _printable(text: str) -> str:
+    """Without characters that would steer a terminal; a new line stays."""
+    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import os
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -108,7 +109,7 @@ class Registry:
         try:
             if where.endswith(".py"):
                 file = Path(where).resolve()
-                if not file.is_file():
+                if not os.path.isfile(file):
                     raise ClearwayError("no such file", file=file)
                 return _from_file(file, file.stat().st_mtime_ns)  # read again once it has changed
             if "" not in sys.path and str(Path.cwd()) not in sys.path:

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 
 
 def first_problem(error: ValidationError, model: type[BaseModel], *, file: object = None) -> ClearwayError:
@@ -38,7 +38,7 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             if key in renamed:
                 return ClearwayError(f"unknown key; it is called {renamed[key]!r} now", file=file, field=field)
             known = sorted({name for m in models for name in _keys(m)})
-            close = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+            close = difflib.get_close_matches(key[:100], known, n=1, cutoff=0.5)
             hint = f"did you mean {close[0]!r}?" if close else f"known: {', '.join(known)}"
             return ClearwayError(f"unknown key; {hint}", file=file, field=field)
         case "missing":
@@ -47,7 +47,7 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
             return ClearwayError(finding["msg"].removeprefix("Value error, "), file=file, field=field)
         case _:
             message = finding["msg"][0].lower() + finding["msg"][1:]
-            return ClearwayError(f"{value!r} is wrong: {message}", file=file, field=field)
+            return ClearwayError(f"{shown(value)} is wrong: {message}", file=file, field=field)
 
 
 def _models_at(model: type[BaseModel], where: list[Any]) -> list[type[BaseModel]]:

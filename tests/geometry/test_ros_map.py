@@ -12,7 +12,8 @@ from hypothesis.extra import numpy as hnp
 
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from clearway.geometry.ros_map import read_map, read_pgm, write_map
+from clearway.geometry.ros_map import read_map, write_map
+from clearway.reading import read_pgm
 
 YAML = (
     "image: m.pgm\nresolution: 0.05\norigin: [-1.0, 2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
@@ -56,7 +57,8 @@ def test_plain_pgm_with_comments_and_another_maximum(tmp_path: Path) -> None:
 
 def test_raw_pgm_with_a_comment_and_16_bits(tmp_path: Path) -> None:
     (tmp_path / "m.pgm").write_bytes(b"P5\n# CREATOR: map_saver\n2 1\n65535\n" + bytes([0, 0, 0xFF, 0xFF]))
-    assert read_pgm(tmp_path / "m.pgm").tolist() == [[0.0, 255.0]]
+    image = read_pgm(tmp_path / "m.pgm")
+    assert (image.pixels.tolist(), image.top) == ([[0, 65535]], 65535)
 
 
 def test_negate_and_thresholds(tmp_path: Path) -> None:

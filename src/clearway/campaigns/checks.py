@@ -6,11 +6,12 @@ from pathlib import Path
 
 from clearway.campaigns.robot_tables import table_problems
 from clearway.errors import ClearwayError
+from clearway.reading import read_toml
 from clearway.recordings.lab.checks import problems_of, summary
 from clearway.recordings.lab.test_plan import is_test_plan
 from clearway.robots import Robot, load_robot
 from clearway.scenarios import check
-from clearway.scenarios.files import kind_of, read_toml
+from clearway.scenarios.files import kind_of
 
 
 def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
@@ -32,7 +33,10 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     for preset in ("", *load_robot(str(path)).presets):
         where, before = (f"{path}:{preset}", f"presets.{preset}.") if preset else (str(path), "")
         for e in table_problems(load_robot(where)):
-            told.setdefault((e.field, e.problem), ClearwayError(e.problem, file=path, field=f"{before}{e.field}"))
+            told.setdefault(
+                (e.field, e.problem),
+                ClearwayError(e.problem, file=path, field=f"{before}{e.field or ''}".rstrip(".") or None),
+            )
     return list(told.values())
 
 

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 from clearway.geometry.grid import OccupancyGrid
+from clearway.reading.limits import SECONDS, WHOLE
 from clearway.robots import load_robot, robot_names
 from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import refuse_many
 from clearway.scenarios.suites import Selection, load_suite
 
 
@@ -52,6 +54,16 @@ class CampaignPlan:
         for name in ("suites", "navigators"):
             if not getattr(self, name):
                 raise ClearwayError("at least one is needed", field=name)
+        limit = self.decision_limit
+        if limit is not None and not 0.0 < limit <= SECONDS:
+            raise ClearwayError(
+                f"{limit:g} s is no limit on a decision; more than 0 and at most {SECONDS:g} s are",
+                field="decision_limit",
+            )
+        if (seeds := self.selection.seeds) is not None:
+            refuse_many(seeds[1] - seeds[0], ", ".join(self.suites))
+        if not 0 <= self.seed < WHOLE:
+            raise ClearwayError(f"{shown(self.seed)} is no seed; 0 to 2^63 - 1 are", field="seed")
         object.__setattr__(self, "setups", tuple(str(read_thinking_budget(s).name) for s in self.setups))
         for name in ("suites", "robots", "navigators", "setups"):
             values = getattr(self, name)
@@ -78,7 +90,7 @@ class CampaignPlan:
             }
             lists = {k: tuple(given.pop(k)) for k in ("suites", "robots", "navigators", "setups")}
             return cls(selection=Selection(**selection), **(given | lists))
-        except (KeyError, TypeError, AttributeError) as error:
+        except (KeyError, TypeError, AttributeError, IndexError) as error:
             raise ClearwayError(f"this is not a campaign's plan: {error}", field="plan") from error
 
     def specs(self) -> list[TrialSpec]:
@@ -87,13 +99,14 @@ class CampaignPlan:
         Raises:
             ClearwayError: an unknown suite, robot or scenario, or a selection that selects nothing.
         """
-        built = []
+        built: list[tuple[str, str, str, ThinkingBudget, Scenario]] = []
         setups = [read_thinking_budget(s) for s in self.setups] or [FREE]
         _refuse_namesakes(self.robots)
         for name in self.suites:
             suite = load_suite(name)
             for robot in self.robots:
                 scenarios = suite.build(load_robot(robot), self.selection, self.seed, outlines=True)
+                refuse_many(len(built) + len(scenarios) * len(self.navigators) * len(setups), name)
                 built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
         _refuse_unknown(self, {s.name for *_, s in built})
         specs = [

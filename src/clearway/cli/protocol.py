@@ -22,7 +22,9 @@ def protocol(
     sizes: _options.Sizes = None,
     gaps: _options.Gaps = None,
     repetitions: _options.Repetitions = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the suite: shifts when moving obstacles start.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, max=2**63 - 1, help="Of the suite: shifts when moving obstacles start.")
+    ] = 0,
     floor_plan: _options.FloorPlanName = None,
     out: Annotated[Path | None, typer.Option(help="The test plan's file; default: it is printed.")] = None,
     sheet: Annotated[Path | None, typer.Option(help="Write the run sheet, an HTML page to print (A4).")] = None,

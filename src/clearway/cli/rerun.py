@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from clearway.cli._options import Json, ResultsDirectory
+from clearway.cli._options import Json, ResultsDirectory, apart
 
 
 def rerun(
@@ -38,7 +38,7 @@ def rerun(
     from clearway.reports import write_replay, write_report
     from clearway.trials import Outcome
 
-    with stoppable(), _post_mortem(debugger):
+    with apart(as_json), stoppable(), _post_mortem(debugger):
         again = api.rerun(results, trial, navigator=navigator, out=out, raise_errors=debugger)
     pages: dict[str, Path] = {}
     if again.results is not None:

@@ -12,6 +12,7 @@ from clearway.cli._options import Json
 
 
 def run(
+    context: typer.Context,
     suites: Annotated[list[str] | None, typer.Argument(help="Suites: names, or TOML files of your own.")] = None,
     robots: Annotated[list[str] | None, typer.Option("--robot", "-r", help="Robot; repeat for several.")] = None,
     navigators: Annotated[
@@ -55,7 +56,7 @@ def run(
         ),
     ] = None,
     repetitions: _options.Repetitions = None,
-    seed: Annotated[int, typer.Option(min=0, help="Of the whole campaign.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the whole campaign.")] = 0,
     disturbance: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Times what disturbs the robot in each scenario, as in 2.")
     ] = None,
@@ -79,7 +80,9 @@ def run(
     ] = 10.0,
     workers: Annotated[
         int | None,
-        typer.Option(min=0, help="Processes; default: one a core. 0: this one, for a debugger: errors are raised."),
+        typer.Option(
+            min=0, max=1024, help="Processes; default: one a core. 0: this one, for a debugger: errors are raised."
+        ),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME.")] = None,
     resume: Annotated[
@@ -102,7 +105,11 @@ def run(
             if "official" not in load_suite(suite).batches:
                 raise ClearwayError(f"the suite {suite!r} has no official set; barn has", field="--official")
         batches = ["official"]
-    with stoppable(), Progress("trials") as progress:
+    if resume and out:
+        raise ClearwayError("--resume DIR names the results directory already; leave out --out", field="--out")
+    if resume and not suites:
+        _refuse_beside_resume(context)
+    with stoppable(), _options.apart(as_json), Progress("trials") as progress:
         if resume and not suites:
             results = api.resume(resume, workers=workers, progress=progress)
         else:
@@ -137,7 +144,8 @@ def run(
                 resume=resume is not None,
                 progress=progress,
             )
-    page = None if no_report else results.report()
+    with _options.apart(as_json):
+        page = None if no_report else results.report()
     failed = sum(outcome == "navigator_failed" for outcome in results.trials["outcome"].to_pylist())
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results), "failed": failed}
@@ -150,3 +158,21 @@ def run(
     if failed:
         typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)
         raise typer.Exit(1)
+
+
+_WITH_RESUME = {"suites", "resume", "out", "workers", "no_report", "as_json"}
+
+
+def _refuse_beside_resume(context: typer.Context) -> None:
+    """Refuse what would not be heeded: the plan of an interrupted campaign stands in its directory."""
+    from clearway.errors import ClearwayError
+
+    for parameter in context.command.params:
+        source = context.get_parameter_source(str(parameter.name))
+        if parameter.name not in _WITH_RESUME and source is not None and source.name == "COMMANDLINE":
+            option = parameter.opts[0]
+            raise ClearwayError(
+                f"{option} has no effect beside --resume DIR, which goes on by the plan that stands there; leave it out, or"
+                " name the suites too",
+                field="--resume",
+            )

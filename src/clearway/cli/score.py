@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json
+from clearway.cli._options import Json, apart
 
 
 def score(
     test_plan: Annotated[Path, typer.Argument(help="The test plan (TOML); `clearway protocol` writes its skeleton.")],
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME-OF-THE-PLAN.")] = None,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes; default: one a core.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes; default: one a core.")] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the scoring in --out, which was interrupted.")
     ] = False,
@@ -30,9 +30,10 @@ def score(
 
     if resume and out is None:
         raise ClearwayError("say with --out which results to complete", field="--resume")
-    with stoppable(), Progress("trials") as progress:
+    with apart(as_json), stoppable(), Progress("trials") as progress:
         results = api.score(test_plan, out=out, workers=workers, resume=resume, progress=progress)
-    page = None if no_report else results.report()
+    with apart(as_json):
+        page = None if no_report else results.report()
     confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results)}

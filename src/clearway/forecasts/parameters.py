@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+from clearway.quantities import Positive, Whole
+
 Share = Annotated[float, Field(gt=0, lt=1)]
 
 
@@ -21,7 +22,7 @@ class ForecastParameters(BaseModel):
     speed: Positive = Field(default=4.4, description="bound of an obstacle's speed, m/s")
     acceleration: Positive = Field(default=1.8, description="bound of an obstacle's acceleration, m/s^2")
     memory: float = Field(default=2.5, ge=0, allow_inf_nan=False, description="out of view for longer: dropped, s")
-    hypotheses: int = Field(default=3, ge=1, le=3, description="H, at most so many for an obstacle")
+    hypotheses: Whole = Field(default=3, ge=1, le=3, description="H, at most so many for an obstacle")
 
     usual_speed: Positive = Field(
         default=1.5, description="standard deviation of a component of velocity at first, m/s"
@@ -29,7 +30,7 @@ class ForecastParameters(BaseModel):
     usual_reach: Positive = Field(default=4.0, description="the same of the way to the point of an oscillation, m")
     softest: Positive = Field(default=0.012, description="least stiffness of an oscillation, 1/s^2")
     stiffest: Positive = Field(default=0.7, description="largest stiffness of an oscillation, 1/s^2")
-    stiffnesses: int = Field(
+    stiffnesses: Whole = Field(
         default=8, ge=2, le=32, description="from which its estimate starts, the same factor apart"
     )
     ends: float = Field(default=2.0, ge=0, le=4, description="deviations of log stiffness at which the two ends lie")

@@ -127,7 +127,7 @@ def split_options(name: str) -> tuple[str, dict[str, Any]]:
             raise ClearwayError(f"navigator {name!r}: {part.strip()!r} is not an option; write name[option=value,...]")
         try:
             options[option] = json.loads(value)
-        except json.JSONDecodeError:
+        except (ValueError, RecursionError):  # no JSON, a number of 5,000 digits, brackets without end
             options[option] = value
     return plain, options
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -23,9 +22,8 @@ from clearway.perception import kalman
 from clearway.perception.bodies import BodyFollower, DifferenceFollower, Follower
 from clearway.perception.clusters import NOTHING_KNOWN, ClusterParameters, cover, known_structure, perceive
 from clearway.perception.structure import StructureMemory
+from clearway.quantities import Positive
 from clearway.robots import Robot
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
 class TrackerParameters(BaseModel):

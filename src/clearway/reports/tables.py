@@ -44,10 +44,12 @@ def write_tables(f: Findings, folder: Path) -> list[str]:
         tables["barn"] = pa.Table.from_pylist(courses)
     import pyarrow.csv
 
+    from clearway.trials.csv_table import without_formulas
+
     written = []
     for name, table in tables.items():
         if table.num_columns:
-            pyarrow.csv.write_csv(table, folder / f"{name}.csv")
+            pyarrow.csv.write_csv(without_formulas(table), folder / f"{name}.csv")
             written.append(name)
     return written
 

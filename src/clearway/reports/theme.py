@@ -87,6 +87,10 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
+_NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""Characters that no XML may hold; a name may."""
+
+
 def to_svg(figure: Figure, name: str) -> str:
     """The figure as SVG text: the same text for the same figure (ids salted with `name`, no date)."""
     import matplotlib
@@ -94,7 +98,8 @@ def to_svg(figure: Figure, name: str) -> str:
     out = io.StringIO()
     with matplotlib.rc_context(_STYLE | {"svg.hashsalt": f"clearway {name}"}):
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": "Clearway", "Title": name})
-    text = re.sub(r"'DejaVu Sans'(, [^;\"]*)?", _SYSTEM_FONTS, out.getvalue())
+    text = _NOT_XML.sub("\ufffd", out.getvalue())
+    text = re.sub(r"'DejaVu Sans'(, [^;\"]*)?", _SYSTEM_FONTS, text)
     text = re.sub(r' d="[^"]*"', lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path[0]), text)  # 0.01 pt is fine enough
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 

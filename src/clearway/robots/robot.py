@@ -8,7 +8,7 @@ A robot's file holds one table per part and a `[sources]` table that says where 
 from __future__ import annotations
 
 import math
-import tomllib
+import os
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -18,15 +18,15 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape
+from clearway.quantities import Distance, Finite, Length, NonNegative, PoseSpec, Positive, Rate, Speed, Vertices, Whole
+from clearway.reading import read_toml
+from clearway.reading.limits import ANGLE, LENGTH, PRESETS, SPEED
 from clearway.robots.drive_limits import DriveLimits
 from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Rate = Annotated[float, Field(gt=0)]
-"""A limit, which may be infinite."""
-Finite = Annotated[float, Field(allow_inf_nan=False)]
+Turn = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-2 * math.tau, le=2 * math.tau)]
+"""Of a sensor's beam, rad."""
 
 
 class _Part(BaseModel):
@@ -37,7 +37,7 @@ class CircleSpec(_Part):
     """A round footprint."""
 
     kind: Literal["circle"] = "circle"
-    radius: Positive = Field(description="m")
+    radius: Length = Field(description="m")
 
     def shape(self) -> Shape:
         return Circle(self.radius)
@@ -47,15 +47,7 @@ class PolygonSpec(_Part):
     """A polygonal footprint in base_link, counter-clockwise."""
 
     kind: Literal["polygon"] = "polygon"
-    vertices: tuple[tuple[Finite, Finite], ...] = Field(min_length=3, description="m, in base_link")
-
-    @model_validator(mode="after")
-    def _counter_clockwise(self) -> PolygonSpec:
-        v = self.vertices
-        area = sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(v, v[1:] + v[:1], strict=True))
-        if area <= 0:
-            raise ValueError("vertices must run counter-clockwise around a positive area")
-        return self
+    vertices: Vertices = Field(description="m, in base_link")
 
     def shape(self) -> Shape:
         return Polygon(self.vertices)
@@ -67,15 +59,17 @@ FootprintSpec = Annotated[CircleSpec | PolygonSpec, Field(discriminator="kind")]
 class DriveSpec(_Part):
     """Limits of a differential drive, as the base's own controller enforces them, and where it turns about."""
 
-    v_max: Positive = Field(description="forward speed, m/s")
-    v_min: Finite = Field(description="most negative speed (reverse), m/s, at most 0", le=0)
+    v_max: Speed = Field(description="forward speed, m/s")
+    v_min: Finite = Field(description="most negative speed (reverse), m/s, at most 0", ge=-SPEED, le=0)
     acceleration: Rate = Field(description="m/s^2; inf: none is known")
     deceleration: Rate = Field(description="m/s^2; inf: none is known")
-    omega_max: Positive = Field(description="yaw rate, rad/s")
+    omega_max: Positive = Field(le=ANGLE, description="yaw rate, rad/s")
     angular_acceleration: Rate = Field(description="rad/s^2; inf: none is known")
     angular_deceleration: Rate = Field(description="rad/s^2; inf: none is known")
     pivot: Finite = Field(
         default=0.0,
+        ge=-LENGTH,
+        le=LENGTH,
         description="how far ahead of base_link the point is that the base turns about, m: a skid-steered base turns"
         " about a point nearer to its heavier end, which its wheel odometry does not know",
     )
@@ -84,11 +78,11 @@ class DriveSpec(_Part):
 class Lidar(_Part):
     """A 2-D lidar and its errors, as data sheets give them (`clearway.world.lidar` says what each does)."""
 
-    beams: int = Field(ge=1, le=100_000)
-    angle_min: Finite = Field(description="rad, first beam")
-    angle_max: Finite = Field(description="rad, last beam")
-    range_min: NonNegative = Field(description="m")
-    range_max: Positive = Field(description="m")
+    beams: Whole = Field(ge=1, le=100_000)
+    angle_min: Turn = Field(description="rad, first beam")
+    angle_max: Turn = Field(description="rad, last beam")
+    range_min: Distance = Field(description="m")
+    range_max: Length = Field(description="m")
     sigma: NonNegative = Field(description="statistical error: standard deviation of a range, m")
     bias: NonNegative = Field(
         default=0.0,
@@ -104,13 +98,21 @@ class Lidar(_Part):
     dropout: float = Field(
         default=0.0, ge=0, lt=1, description="probability that a beam which hits something brings no return"
     )
-    mount: tuple[Finite, Finite, Finite] = Field(default=(0.0, 0.0, 0.0), description="pose in base_link: m, m, rad")
+    mount: PoseSpec = Field(default=(0.0, 0.0, 0.0), description="pose in base_link: m, m, rad")
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Lidar:
+        if self.range_min >= self.range_max:
+            raise ValueError(f"range_min {self.range_min:g} must lie below range_max {self.range_max:g}")
+        if self.angle_min > self.angle_max:
+            raise ValueError(f"angle_min {self.angle_min:g} must not lie above angle_max {self.angle_max:g}")
+        return self
 
 
 class Camera(_Part):
     """Sees obstacles as discs within a circle around the robot (paper B's perception field, assumptions A1 and A3)."""
 
-    range: Positive = Field(description="radius of the perception field, m; an obstacle that reaches into it is seen")
+    range: Length = Field(description="radius of the perception field, m; an obstacle that reaches into it is seen")
     error: NonNegative = Field(description="bound on the error of a moving obstacle's perceived position, m")
 
 
@@ -154,7 +156,7 @@ class Odometry(_Part):
 class Tolerances(_Part):
     """What a test judges the end of a leg by."""
 
-    xy: Positive = Field(description="m")
+    xy: Length = Field(description="m")
     yaw: Positive = Field(description="rad")
 
 
@@ -162,21 +164,21 @@ class GoalChecker(_Part):
     """Within what the robot's planners are to bring it to a goal, in nav2's words; tighter than the test's tolerances, they
     leave room for what the robot cannot know."""
 
-    xy_goal_tolerance: Positive | None = Field(default=None, description="m; default: the test's")
+    xy_goal_tolerance: Length | None = Field(default=None, description="m; default: the test's")
     yaw_goal_tolerance: Positive | None = Field(default=None, description="rad; default: the test's")
 
 
 class Robot(_Part):
     """A robot: everything that the world, the perception and the navigators need to know of it."""
 
-    name: str
+    name: str = Field(min_length=1)
     title: str = Field(description="as it is printed")
-    d_base: Positive = Field(description="paper A's d_base: the gaps between double obstacles are multiples of it, m")
+    d_base: Length = Field(description="paper A's d_base: the gaps between double obstacles are multiples of it, m")
     footprint: FootprintSpec = Field(description="contact shape, in base_link")
     planner_footprint: FootprintSpec | None = Field(
         default=None, description="what its planner believes; default: the footprint"
     )
-    period: Positive = Field(description="control period, s")
+    period: Positive = Field(ge=0.001, le=10.0, description="control period, s")
     drive: DriveSpec
     lidar: Lidar | None = None
     camera: Camera | None = Field(default=None, description="sees obstacles as discs; default: none")
@@ -198,7 +200,9 @@ class Robot(_Part):
         default_factory=dict, description="dotted field (or a prefix of it) -> where its value comes from"
     )
     presets: dict[str, dict[str, Any]] = Field(
-        default_factory=dict, description="named overrides of the above; `without`: names of parts to take away"
+        default_factory=dict,
+        max_length=PRESETS,
+        description="named overrides of the above; `without`: names of parts to take away",
     )
 
     @property
@@ -262,18 +266,20 @@ def load_robot(which: str) -> Robot:
 
 @lru_cache(maxsize=64)
 def _load(path: Path, preset: str | None, changed: int) -> Robot:
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ClearwayError(f"not a TOML file: {error}", file=path) from error
+    table = dict(read_toml(path))
     if path == STAND_INS:
         table = table["robot"]
     if preset is not None:
         presets = table.get("presets", {})
+        if not isinstance(presets, dict) or not all(isinstance(changes, dict) for changes in presets.values()):
+            raise ClearwayError("must be a table of tables", file=path, field="presets")
         if preset not in presets:
             raise unknown("preset", preset, presets, file=path)
         changes = dict(presets[preset])
-        for part in changes.pop("without", ()):
+        without = changes.pop("without", ())
+        if not isinstance(without, list | tuple) or not all(isinstance(part, str) for part in without):
+            raise ClearwayError("must be a list of names", file=path, field=f"presets.{preset}.without")
+        for part in without:
             if part not in table:
                 raise ClearwayError(f"there is no {part!r} to take away", file=path, field=f"presets.{preset}.without")
             del table[part]
@@ -297,7 +303,7 @@ def _locate(which: str) -> tuple[Path, str | None]:
         return Path(str(resources.files("clearway.robots") / f"{name}.toml")), preset
     path = Path(name)
     if name.endswith(".toml"):
-        if path.is_file():
+        if os.path.isfile(path):
             return path, preset
         raise ClearwayError("no such file", file=path)
     raise unknown("robot", name, shipped)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
@@ -14,16 +13,19 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance, min_clearance
 from clearway.geometry.oscillator import trajectory
-from clearway.geometry.shapes import FloatArray, Shape, inscribed_radius, rectangle
+from clearway.geometry.shapes import FloatArray, Shape, circumscribed_radius, inscribed_radius, rectangle
+from clearway.quantities import PoseSpec
+from clearway.reading import read_toml
+from clearway.reading.limits import DRAWN
 from clearway.robots import Robot, load_robot
 from clearway.scenarios import motions
+from clearway.scenarios.crowd import Crowd, Standing, Work
 from clearway.scenarios.files import (
     SuiteSpec,
     floor_plan_schema,
     kind_of,
     load_scenario,
     parse,
-    read_toml,
     robot_schema,
     scenario_schema,
     scenarios_of,
@@ -32,8 +34,8 @@ from clearway.scenarios.files import (
 from clearway.scenarios.floor_plan_files import FloorPlanSpec
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import Fixture, FloorPlan
-from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, PoseSpec, RunSpec, Scenario
-from clearway.scenarios.way import widest_way
+from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, RunSpec, Scenario
+from clearway.scenarios.way import CELL, widest_way
 
 __all__ = [
     "check_file",
@@ -51,13 +53,9 @@ ROBOT = "tiago"
 """The robot that a scenario is checked for if none is named."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Standing:
-    """Something that stands in a scenario: a fixture or a static obstacle."""
-
-    name: str
-    shape: Shape
-    pose: FloatArray
+@lru_cache(maxsize=8)
+def _fixtures(plan: FloorPlan) -> Crowd:
+    return Crowd.of([Standing(f.name, f.shape, f.pose) for f in plan.fixtures])
 
 
 def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
@@ -69,9 +67,20 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
         plan = load_floor_plan(scenario.floor_plan)
     except ClearwayError as error:
         return [ClearwayError(str(error), field="floor_plan")]
-    fixtures = [_Standing(f.name, f.shape, f.pose) for f in plan.fixtures]
-    static, found = _static(scenario, plan, fixtures)
-    standing = fixtures + static
+    fixtures = _fixtures(plan)
+    static = [
+        (i, Standing(o.name, _shape(o), np.array(o.pose)))
+        for i, o in enumerate(scenario.obstacles)
+        if o.pose is not None
+    ]
+    placed = Crowd.of([s for _, s in static])
+    if placed.drawn() > DRAWN:
+        covers = (
+            f"what stands covers {placed.drawn():.3g} cells of {CELL} m, one on top of the other; at most {DRAWN:,}"
+        )
+        return [ClearwayError(covers, field="obstacles")]
+    standing = fixtures.and_others(placed)
+    found = list(_static(static, plan, standing))
     starts = [scenario.start, *(leg.goal for leg in scenario.legs)]
     fits = True
     for i, pose in enumerate(starts):
@@ -82,11 +91,15 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
         if problem is not None:
             fits = False
             found.append(ClearwayError(problem, field=field))
-    found += _moving_obstacles(scenario, robot, starts, standing)
-    found += _swinging(scenario, robot, fixtures)
+    try:
+        work = Work()
+        found += _moving_obstacles(scenario, robot, starts, standing, work)
+        found += _swinging(scenario, robot, fixtures, work)
+    except ClearwayError as error:
+        return [*found, error]
     found += _time_limits(scenario, robot, starts)
     if fits:
-        found += _ways(scenario, robot, plan, starts, standing)
+        found += _ways(scenario, robot, plan, starts, standing.members)
     return found
 
 
@@ -154,25 +167,19 @@ def _plan(plan: FloorPlan) -> list[ClearwayError]:
     return found
 
 
-def _static(
-    scenario: Scenario, plan: FloorPlan, fixtures: Sequence[_Standing]
-) -> tuple[list[_Standing], list[ClearwayError]]:
-    static: list[_Standing] = []
-    found = []
-    for i, obstacle in enumerate(scenario.obstacles):
-        if obstacle.pose is None:
+def _static(static: Sequence[tuple[int, Standing]], plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
+    before = len(standing.members) - len(static)
+    for n, (i, here) in enumerate(static):
+        if not _inside(here.pose.tolist(), plan):
+            problem = f"{_at(here.pose)} is outside the floor plan {_extent(plan)}"
+        elif hit := _first_hit(here.shape, here.pose, standing, before + n):
+            problem = f"{here.name!r} at {_at(here.pose)} overlaps {hit!r}"
+        else:
             continue
-        here = _Standing(obstacle.name, _shape(obstacle), np.array(obstacle.pose))
-        field = f"obstacles.{i}.pose"
-        if not _inside(obstacle.pose, plan):
-            found.append(ClearwayError(f"{_at(obstacle.pose)} is outside the floor plan {_extent(plan)}", field=field))
-        elif hit := _first_hit(here.shape, here.pose, [*fixtures, *static]):
-            found.append(ClearwayError(f"{obstacle.name!r} at {_at(obstacle.pose)} overlaps {hit!r}", field=field))
-        static.append(here)
-    return static, found
+        yield ClearwayError(problem, field=f"obstacles.{i}.pose")
 
 
-def _place(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Sequence[_Standing]) -> str | None:
+def _place(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Crowd) -> str | None:
     if not _inside(pose, plan):
         return f"{what} {_at(pose)} is outside the floor plan {_extent(plan)}"
     if hit := _first_hit(robot.shape, np.array(pose), standing):
@@ -181,14 +188,17 @@ def _place(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: S
 
 
 def _moving_obstacles(
-    scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec], standing: Sequence[_Standing]
+    scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec], standing: Crowd, work: Work
 ) -> Iterator[ClearwayError]:
     legs = [leg.name for leg in scenario.legs]
     for i, obstacle in enumerate(scenario.obstacles):
         for j, run in enumerate(obstacle.runs):
             field = f"obstacles.{i}.runs.{j}"
-            shape, poses = _shape(obstacle), _sampled_path(run)
-            gaps = min_clearance(shape, poses, list(standing), np.zeros((len(poses), 0, 3))) if standing else None
+            shape = _shape(obstacle)
+            near = standing.near(np.array(run.path), circumscribed_radius(shape))
+            work.add((_length(run) / STEP + len(run.path)) * (1 + len(near)), f"{field}.path")
+            poses = _sampled_path(run)
+            gaps = min_clearance(shape, poses, near, np.zeros((len(poses), 0, 3))) if near else None
             if gaps is not None and gaps.min() <= 0:
                 where = poses[int(gaps.argmin())]
                 hit = _first_hit(shape, where, standing)
@@ -203,7 +213,7 @@ def _moving_obstacles(
                 )
 
 
-def _swinging(scenario: Scenario, robot: Robot, fixtures: Sequence[_Standing]) -> Iterator[ClearwayError]:
+def _swinging(scenario: Scenario, robot: Robot, fixtures: Crowd, work: Work) -> Iterator[ClearwayError]:
     """What oscillates passes through other obstacles, as in paper B, but not through walls."""
     seconds = sum(leg.time_limit for leg in scenario.legs)
     for i, obstacle in enumerate(scenario.obstacles):
@@ -222,22 +232,31 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Sequence[_Standing]) -
                 field="legs.time_limit",
             )
             return
-        if fixtures:
-            if isinstance(motion, OscillationSpec):
-                start, velocity = np.array(motion.start), np.array(motion.velocity)
-                attraction, stiffness = np.array(motion.attraction), np.array(motion.stiffness)
-                states = trajectory(start, velocity, attraction, stiffness, STEP, math.ceil(seconds / STEP))
-            else:
-                states = motions.states(motion, seconds)
-            poses = np.column_stack([states[:, :2], np.zeros(len(states))])
-            gaps = min_clearance(shape, poses, list(fixtures), np.zeros((len(poses), 0, 3)))
-            if gaps.min() <= 0:
-                first = int((gaps <= 0).argmax())
-                hit = _first_hit(shape, poses[first], fixtures)
-                yield ClearwayError(
-                    f"{obstacle.name!r} would swing into {hit!r} at {_at(poses[first])} after {first * seconds / (len(states) - 1):.1f} s",
-                    field=field,
-                )
+        if not fixtures.members:
+            continue
+        work.add(
+            5 * seconds / STEP + (0 if isinstance(motion, OscillationSpec) else motions.effort(motion, seconds)), field
+        )
+        if isinstance(motion, OscillationSpec):
+            start, velocity = np.array(motion.start), np.array(motion.velocity)
+            attraction, stiffness = np.array(motion.attraction), np.array(motion.stiffness)
+            states = trajectory(start, velocity, attraction, stiffness, STEP, math.ceil(seconds / STEP))
+        else:
+            states = motions.states(motion, seconds)
+        near = fixtures.near(states[:, :2], circumscribed_radius(shape))
+        if not near:
+            continue
+        work.add(len(states) * len(near), field)
+        poses = np.column_stack([states[:, :2], np.zeros(len(states))])
+        gaps = min_clearance(shape, poses, near, np.zeros((len(poses), 0, 3)))
+        if gaps.min() <= 0:
+            first = int((gaps <= 0).argmax())
+            hit = _first_hit(shape, poses[first], fixtures)
+            yield ClearwayError(
+                f"{obstacle.name!r} would swing into {hit!r} at {_at(poses[first])} after "
+                f"{first * seconds / (len(states) - 1):.1f} s",
+                field=field,
+            )
 
 
 def _time_limits(scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec]) -> Iterator[ClearwayError]:
@@ -252,7 +271,7 @@ def _time_limits(scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec]) -
 
 
 def _ways(
-    scenario: Scenario, robot: Robot, plan: FloorPlan, starts: Sequence[PoseSpec], standing: Sequence[_Standing]
+    scenario: Scenario, robot: Robot, plan: FloorPlan, starts: Sequence[PoseSpec], standing: Sequence[Standing]
 ) -> Iterator[ClearwayError]:
     needed = inscribed_radius(robot.shape)
     bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing)
@@ -284,11 +303,10 @@ def _covers(fixture: Fixture, pose: FloatArray | None) -> bool:
     return pose is not None and clearance(rectangle(1e-6, 1e-6), pose, fixture.shape, fixture.pose) <= 0
 
 
-def _first_hit(shape: Shape, pose: FloatArray, standing: Sequence[_Standing]) -> str | None:
-    """Name of what `shape` at `pose` touches."""
-    if not standing or min_clearance(shape, pose[None, :], list(standing), np.zeros((1, 0, 3)))[0] > 0:
-        return None
-    return next((s.name for s in standing if clearance(shape, pose, s.shape, s.pose) <= 0), None)
+def _first_hit(shape: Shape, pose: FloatArray, standing: Crowd, first: int | None = None) -> str | None:
+    """Name of what `shape` at `pose` touches, of the `first` that stand."""
+    near = standing.near(pose[None, :2], circumscribed_radius(shape), first)
+    return next((s.name for s in near if clearance(shape, pose, s.shape, s.pose) <= 0), None)
 
 
 def _sampled_path(run: RunSpec) -> FloatArray:

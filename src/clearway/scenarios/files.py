@@ -6,8 +6,7 @@ under `[[scenario]]`, others by `files`, each run at every one of `speeds` and `
 
 from __future__ import annotations
 
-import re
-import tomllib
+import itertools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,10 +14,13 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError
+from clearway.quantities import Speed, Whole
+from clearway.reading import read_toml
+from clearway.reading.limits import SCENARIOS, TRIALS
 from clearway.robots import Robot
 from clearway.scenarios.floor_plan_files import FloorPlanSpec, is_path
-from clearway.scenarios.scenario import Positive, RobotBodySpec, Scenario
-from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed
+from clearway.scenarios.scenario import RobotBodySpec, Scenario
+from clearway.scenarios.suite import Section, Selection, Suite, refuse_many, scenario_seed
 from clearway.validation import problems
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -33,18 +35,26 @@ class SuiteSpec(BaseModel):
     title: str = Field(default="", description="as it is printed")
     description: str = Field(default="", description="what it asks, in a sentence")
     robots: tuple[str, ...] = Field(
-        default=(), description="who drives it unless the run says otherwise: names, presets or files seen from here"
+        default=(),
+        max_length=1000,
+        description="who drives it unless the run says otherwise: names, presets or files seen from here",
     )
     family: str = Field(default="own", description="what it shares with other suites, such as search-and-rescue")
     report: tuple[Section, ...] = Field(
         default=(Section.MANOEUVRING_SPACE,), description="what the report shows beside what it always shows"
     )
-    repetitions: int = Field(default=1, ge=1, description="how often each test is run, with another seed each time")
-    speeds: tuple[Positive, ...] = Field(
-        default=(), description="set speeds at which each test is run, m/s; default: each scenario's own"
+    repetitions: Whole = Field(
+        default=1, ge=1, le=TRIALS, description="how often each test is run, with another seed each time"
     )
-    files: tuple[str, ...] = Field(default=(), description="files of scenarios, seen from this file's folder")
-    scenario: tuple[Scenario, ...] = Field(default=(), description="scenarios in place")
+    speeds: tuple[Speed, ...] = Field(
+        default=(),
+        max_length=1000,
+        description="set speeds at which each test is run, m/s; default: each scenario's own",
+    )
+    files: tuple[str, ...] = Field(
+        default=(), max_length=SCENARIOS, description="files of scenarios, seen from this file's folder"
+    )
+    scenario: tuple[Scenario, ...] = Field(default=(), max_length=SCENARIOS, description="scenarios in place")
 
     @model_validator(mode="after")
     def _not_empty(self) -> SuiteSpec:
@@ -76,32 +86,6 @@ def floor_plan_schema() -> dict[str, Any]:
 def schema_of(model: type[BaseModel]) -> dict[str, Any]:
     """JSON Schema of a file that holds a `model`."""
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | model.model_json_schema()
-
-
-def read_toml(path: Path) -> dict[str, Any]:
-    """The table of a TOML file.
-
-    Raises:
-        ClearwayError: it can't be read, or a syntax error with its line.
-    """
-    text = ""
-    try:
-        text = path.read_text(encoding="utf-8")
-        return tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ClearwayError(f"not a TOML file: {error}{_comma(text, str(error))}", file=path) from error
-    except OSError as error:
-        raise ClearwayError("no such file" if not path.exists() else str(error.strerror), file=path) from error
-
-
-def _comma(text: str, problem: str) -> str:
-    """What to write instead, where the line of a syntax error has a decimal comma."""
-    at = re.search(r"at line (\d+)", problem)
-    lines = text.splitlines()
-    if at is None or int(at[1]) > len(lines):
-        return ""
-    number = re.search(r"=\s*([+-]?\d+),(\d+)\s*(#.*)?$", lines[int(at[1]) - 1])
-    return "" if number is None else f"; a number has a decimal point: {number[1]}.{number[2]}"
 
 
 def parse(model: type[Model], table: dict[str, Any], path: Path) -> tuple[Model | None, list[ClearwayError]]:
@@ -155,11 +139,14 @@ def scenarios_of(spec: SuiteSpec, path: Path) -> list[Scenario]:
     Raises:
         ClearwayError: a file is wrong, or two scenarios have one name.
     """
-    found = [_located(s, path) for s in spec.scenario] + [load_scenario(path.parent / f) for f in spec.files]
-    names = [s.name for s in found]
-    if twice := sorted({n for n in names if names.count(n) > 1}):
-        raise ClearwayError(f"two scenarios have the name {twice[0]!r}", file=path)
-    return [_labelled(s, spec.name) for s in found]
+    found: dict[str, Scenario] = {}
+    for scenario in itertools.chain(
+        (_located(s, path) for s in spec.scenario), (load_scenario(path.parent / f) for f in spec.files)
+    ):
+        if scenario.name in found:
+            raise ClearwayError(f"two scenarios have the name {scenario.name!r}", file=path)
+        found[scenario.name] = scenario
+    return [_labelled(s, spec.name) for s in found.values()]
 
 
 class _Maker:
@@ -170,6 +157,7 @@ class _Maker:
 
     def __call__(self, robot: Robot, selection: Selection, seed: int) -> Sequence[Scenario]:
         repetitions = selection.repetitions or self._spec.repetitions
+        refuse_many(len(self._scenarios) * max(1, len(self._spec.speeds)) * repetitions, self._spec.name)
         made = []
         for scenario in self._scenarios:
             for speed in self._spec.speeds or (scenario.speed,):

@@ -8,26 +8,33 @@ are then the walls.
 from __future__ import annotations
 
 import math
-import tomllib
+import os
+from collections import Counter
 from functools import cache, lru_cache
 from importlib import resources
 from pathlib import Path
-from typing import Annotated
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
-from clearway.geometry.rasterise import boundaries, explored, outline, rasterise
+from clearway.geometry.rasterise import boundaries, explored, outline, rasterise, rectangles
 from clearway.geometry.ros_map import read_map, write_map
 from clearway.geometry.shapes import Polygon
+from clearway.quantities import Coordinate, PoseSpec, Positive, Vertices, Whole
+from clearway.reading import read_toml
+from clearway.reading.limits import CELLS, CORNERS, DRAWN, FIXTURES, RECTANGLES
 from clearway.scenarios.plan import Fixture, FloorPlan, Room
-from clearway.scenarios.scenario import Finite, PoseSpec, ShapeSpec
+from clearway.scenarios.scenario import ShapeSpec
 from clearway.validation import first_problem
 
-Box = tuple[Finite, Finite, Finite, Finite]
+Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 """x0, y0, x1, y1 [m], x0 < x1 and y0 < y1."""
+
+
+FINEST = 0.05
+"""Edge [m] of the cells on which ways through a plan are looked for, whatever its map's."""
 
 
 class _Part(BaseModel):
@@ -44,16 +51,13 @@ class WallSpec(_Part):
 
     name: str
     box: Box | None = Field(default=None, description="x0, y0, x1, y1, m")
-    vertices: tuple[tuple[Finite, Finite], ...] | None = Field(default=None, min_length=3, description="m")
+    vertices: Vertices | None = Field(default=None, description="m")
 
     @model_validator(mode="after")
     def _one_form(self) -> WallSpec:
         if (self.box is None) == (self.vertices is None):
             raise ValueError("a wall has either a box or vertices")
         _ordered(self.box)
-        v = self.polygon.vertices
-        if sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(v, v[1:] + v[:1], strict=True)) <= 0:
-            raise ValueError("vertices must run counter-clockwise around a positive area")
         return self
 
     @property
@@ -79,8 +83,8 @@ class RoomSpec(_Part):
 
     name: str
     kind: str = ""
-    beds: int = Field(default=0, ge=0)
-    floor: tuple[Box, ...] = Field(min_length=1, description="disjoint boxes x0, y0, x1, y1, m")
+    beds: Whole = Field(default=0, ge=0)
+    floor: tuple[Box, ...] = Field(min_length=1, max_length=FIXTURES, description="disjoint boxes x0, y0, x1, y1, m")
 
     @model_validator(mode="after")
     def _boxes(self) -> RoomSpec:
@@ -95,16 +99,16 @@ class FloorPlanSpec(_Part):
     name: str = Field(min_length=1)
     title: str = Field(default="", description="as it is printed")
     map: str | None = Field(default=None, description="ROS map yaml beside this file; default: drawn from the vectors")
-    resolution: Annotated[float, Field(ge=0.005, le=1.0)] = Field(default=0.05, description="of the drawn map, m")
+    resolution: Positive = Field(default=0.05, ge=0.005, le=1.0, description="of the drawn map, m")
     a: PoseSpec | None = Field(default=None, description="start of the protocol's line, heading to b")
     b: PoseSpec | None = Field(default=None, description="its end, same heading")
     clear: Box | None = Field(default=None, description="x0, y0, x1, y1 of the area kept clear around the line, m")
     area: Box | None = Field(
         default=None, description="x0, y0, x1, y1 that a robot's centre is to stay in, m; a plan without walls needs it"
     )
-    walls: tuple[WallSpec, ...] = ()
-    furniture: tuple[FurnitureSpec, ...] = ()
-    rooms: tuple[RoomSpec, ...] = Field(default=(), description="names and floors, for people")
+    walls: tuple[WallSpec, ...] = Field(default=(), max_length=FIXTURES)
+    furniture: tuple[FurnitureSpec, ...] = Field(default=(), max_length=FIXTURES)
+    rooms: tuple[RoomSpec, ...] = Field(default=(), max_length=FIXTURES, description="names and floors, for people")
 
     @model_validator(mode="after")
     def _consistent(self) -> FloorPlanSpec:
@@ -115,11 +119,13 @@ class FloorPlanSpec(_Part):
         if (self.a is None) != (self.b is None):
             raise ValueError("a plan has both a and b, or neither")
         if self.a is not None and self.b is not None:
+            if self.a[:2] == self.b[:2]:
+                raise ValueError("a and b are the same place; a line has a length")
             along = math.atan2(self.b[1] - self.a[1], self.b[0] - self.a[0])
             if max(abs(math.remainder(h - along, math.tau)) for h in (self.a[2], self.b[2])) > 1e-6:
                 raise ValueError(f"a and b must head along the line from a to b ({along:.4f} rad)")
-        names = [w.name for w in self.walls] + [f.name for f in self.furniture]
-        if twice := sorted({n for n in names if names.count(n) > 1}):
+        names = Counter([*(w.name for w in self.walls), *(f.name for f in self.furniture)])
+        if twice := sorted(name for name, count in names.items() if count > 1):
             raise ValueError(f"the name {twice[0]!r} stands twice")
         return self
 
@@ -146,7 +152,7 @@ def load_file(path: Path) -> FloorPlan:
     Raises:
         ClearwayError: no such file, or a field that is wrong.
     """
-    if not path.is_file():
+    if not os.path.isfile(path):
         raise ClearwayError("no such file", file=path)
     return _load(path, path.stat().st_mtime_ns)
 
@@ -168,11 +174,7 @@ def _load(path: Path, changed: int) -> FloorPlan:
 def read_floor_plan(path: Path) -> FloorPlanSpec:
     """Read and validate a plan's TOML file."""
     try:
-        return FloorPlanSpec.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ClearwayError("no such file" if not path.exists() else str(error), file=path) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ClearwayError(f"not a TOML file: {error}", file=path) from error
+        return FloorPlanSpec.model_validate(read_toml(path))
     except ValidationError as error:
         raise first_problem(error, FloorPlanSpec, file=path) from error
 
@@ -210,21 +212,58 @@ def _bounds(fixtures: tuple[Fixture, ...], area: Box | None = None) -> tuple[flo
 def _from_toml(path: Path) -> FloorPlan:
     spec = read_floor_plan(path)
     fixtures = _fixtures(spec)
+    bounds = _bounds(fixtures, spec.area)
+    _refuse_vast(path, spec, fixtures, bounds)
     grid = None if spec.map is None else read_map(path.parent / spec.map)
     if grid is None and fixtures:  # where nothing stands there is nothing to know
         grid = draw_map(spec)
     a, b = (None if p is None else np.array(p) for p in (spec.a, spec.b))
     rooms = tuple(Room(r.name, r.kind, r.beds, r.floor) for r in spec.rooms)
-    bounds = _bounds(fixtures, spec.area)
     return FloorPlan(spec.name, spec.title or spec.name, fixtures, grid, a, b, spec.clear, bounds, rooms, spec.area)
+
+
+def _refuse_vast(
+    path: Path, spec: FloorPlanSpec, fixtures: tuple[Fixture, ...], bounds: tuple[float, float, float, float]
+) -> None:
+    """Refuse a plan whose grid would fill the memory, or whose line A-B lies outside of it, before anything is drawn."""
+    _refuse_extent(path, bounds, min(spec.resolution, FINEST))
+    x0, y0, x1, y1 = bounds
+    for name, pose in (("a", spec.a), ("b", spec.b)):
+        if pose is not None and not (x0 <= pose[0] <= x1 and y0 <= pose[1] <= y1):
+            raise ClearwayError(
+                f"({pose[0]:g}, {pose[1]:g}) is outside the floor plan (x {x0:g} to {x1:g}, y {y0:g} to {y1:g})",
+                file=path,
+                field=name,
+            )
+    outlines = [outline(f.shape, f.pose) for f in fixtures]
+    if (corners := sum(map(len, outlines))) > CORNERS:
+        raise ClearwayError(f"its walls and furniture have {corners:,} corners; at most {CORNERS:,}", file=path)
+    drawn = sum(float(np.prod(np.ptp(o, axis=0) / min(spec.resolution, FINEST) + 1)) for o in outlines)
+    if drawn > DRAWN:
+        raise ClearwayError(
+            f"its walls and furniture cover {drawn:.3g} cells, one on top of the other; at most {DRAWN:,}", file=path
+        )
+
+
+def _refuse_extent(path: Path, bounds: tuple[float, float, float, float], resolution: float) -> None:
+    x0, y0, x1, y1 = bounds
+    cells = ((x1 - x0) / resolution + 1) * ((y1 - y0) / resolution + 1)
+    if cells > CELLS:
+        raise ClearwayError(
+            f"extends over {x1 - x0:g} m x {y1 - y0:g} m: {cells:.3g} cells of {resolution:g} m; at most {CELLS:,}",
+            file=path,
+        )
 
 
 def _from_map(path: Path) -> FloorPlan:
     grid = read_map(path)
-    fixtures = tuple(Fixture(f"cells-{i}", "wall", shape, np.zeros(3)) for i, shape in enumerate(boundaries(grid)))
     x0, y0 = grid.origin
     rows, cols = grid.data.shape
     bounds = (x0, y0, x0 + cols * grid.resolution, y0 + rows * grid.resolution)
+    _refuse_extent(path, bounds, FINEST)
+    if (count := rectangles(grid)) > RECTANGLES:
+        raise ClearwayError(f"its walls are {count:,} rectangles of cells; at most {RECTANGLES:,} are read", file=path)
+    fixtures = tuple(Fixture(f"cells-{i}", "wall", shape, np.zeros(3)) for i, shape in enumerate(boundaries(grid)))
     return FloorPlan(path.stem, path.stem, fixtures, grid, None, None, None, bounds)
 
 

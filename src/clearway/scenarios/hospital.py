@@ -18,18 +18,10 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius
+from clearway.quantities import PoseSpec
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_floor_plan
-from clearway.scenarios.scenario import (
-    LabelSpec,
-    LegSpec,
-    ObstacleSpec,
-    PoseSpec,
-    RobotBodySpec,
-    RunSpec,
-    Scenario,
-    SquareSpec,
-)
+from clearway.scenarios.scenario import LabelSpec, LegSpec, ObstacleSpec, RobotBodySpec, RunSpec, Scenario, SquareSpec
 from clearway.scenarios.suite import Section, Selection, Suite, draw, scenario_seed
 
 D_AB = 5.0

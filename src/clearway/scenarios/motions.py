@@ -6,6 +6,7 @@ and independent of the robot. Between two knots the obstacle moves on a line at 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from typing import Annotated, Literal
@@ -16,15 +17,18 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validat
 from clearway.geometry.driven import driven
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
+from clearway.quantities import NonNegative, Point, Positive, Seed, Speed
+from clearway.reading.limits import LENGTH, POINTS, SHORTEST, SPEED
 
 KNOT = 0.05
 """Time between two knots, s."""
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Pair = tuple[Finite, Finite]
-Seed = Annotated[int, Field(ge=0, lt=2**63)]
+FASTEST = 1e4
+"""Of accelerations [m/s^2], stiffness [1/s^2] and damping [1/s]: beyond it nothing moves that is seen at `KNOT`."""
+Along = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-SPEED, le=SPEED)]
+Stiffness = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=FASTEST)]
+Velocity = tuple[Along, Along]
+"""m/s."""
 
 
 def _ascending(between: tuple[float, float]) -> tuple[float, float]:
@@ -41,10 +45,10 @@ class _Motion(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    start: Pair = Field(description="where it is at time 0, m")
-    velocity: Pair = Field(default=(0.0, 0.0), description="at time 0, m/s")
-    speed: Positive = Field(description="the most that it ever does, m/s")
-    acceleration: Positive = Field(description="the most that it ever does, m/s^2")
+    start: Point = Field(description="where it is at time 0, m")
+    velocity: Velocity = Field(default=(0.0, 0.0), description="at time 0, m/s")
+    speed: Speed = Field(description="the most that it ever does, m/s")
+    acceleration: Positive = Field(le=FASTEST, description="the most that it ever does, m/s^2")
 
     @model_validator(mode="after")
     def _within_bounds(self) -> _Motion:
@@ -57,19 +61,19 @@ class DampedSpec(_Motion):
     """Oscillation that dies away: x'' = stiffness (attraction - x) - damping x' per axis."""
 
     kind: Literal["damped"]
-    attraction: Pair = Field(description="m")
-    stiffness: tuple[Positive, Positive] = Field(description="1/s^2")
-    damping: NonNegative = Field(description="1/s")
+    attraction: Point = Field(description="m")
+    stiffness: tuple[Stiffness, Stiffness] = Field(description="1/s^2")
+    damping: NonNegative = Field(le=FASTEST, description="1/s")
 
 
 class ShakenSpec(_Motion):
     """Damped oscillation that is pushed at random: now here, now there, each push for a while."""
 
     kind: Literal["shaken"]
-    attraction: Pair = Field(description="m")
-    stiffness: tuple[Positive, Positive] = Field(description="1/s^2")
-    damping: NonNegative = Field(description="1/s")
-    push: Positive = Field(description="the most that it is pushed, uniform in a disc, m/s^2")
+    attraction: Point = Field(description="m")
+    stiffness: tuple[Stiffness, Stiffness] = Field(description="1/s^2")
+    damping: NonNegative = Field(le=FASTEST, description="1/s")
+    push: Positive = Field(le=FASTEST, description="the most that it is pushed, uniform in a disc, m/s^2")
     hold: Range = Field(description="how long a push lasts: from, to, uniform, s")
     seed: Seed = Field(description="of the pushes")
 
@@ -78,13 +82,13 @@ class StopAndGoSpec(_Motion):
     """Drives straight towards some place in a square, stops, waits, and drives on towards another one."""
 
     kind: Literal["stop-and-go"]
-    region: Annotated[Pair, AfterValidator(_ascending)] = Field(
+    region: Annotated[Point, AfterValidator(_ascending)] = Field(
         description="from, to, on both axes, where the places lie, m"
     )
     pace: Range = Field(description="speed of a drive: from, to, uniform, m/s")
     drive: Range = Field(description="its longest duration: from, to, uniform, s")
     rest: Range = Field(description="duration of a stop: from, to, uniform, s")
-    lag: Positive = Field(description="time constant of starting and stopping, s")
+    lag: Positive = Field(ge=SHORTEST, description="time constant of starting and stopping, s")
     seed: Seed = Field(description="of all these")
 
 
@@ -92,15 +96,18 @@ class PursuitSpec(_Motion):
     """Chases a point that patrols a path at constant speed, to its end and back, and lags behind it."""
 
     kind: Literal["pursuit"]
-    path: tuple[Pair, ...] = Field(min_length=2, description="way points, m")
-    pace: Positive = Field(description="speed of the point, m/s")
-    stiffness: Positive = Field(description="pull towards the point, 1/s^2")
-    damping: NonNegative = Field(description="1/s")
+    path: tuple[Point, ...] = Field(min_length=2, max_length=POINTS, description="way points, m")
+    pace: Speed = Field(description="speed of the point, m/s")
+    stiffness: Stiffness = Field(description="pull towards the point, 1/s^2")
+    damping: NonNegative = Field(le=FASTEST, description="1/s")
 
     @model_validator(mode="after")
     def _has_length(self) -> PursuitSpec:
-        if self.path[0] == self.path[-1] and len(set(self.path)) == 1:
+        length = sum(math.dist(p, q) for p, q in itertools.pairwise(self.path))
+        if length < SHORTEST:
             raise ValueError("the path has no length")
+        if length > LENGTH:
+            raise ValueError(f"the path is {length:g} m long; at most {LENGTH:g} m are")
         return self
 
 
@@ -126,6 +133,18 @@ def states(motion: DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, durati
         np.array(motion.start), np.array(motion.velocity), target, stiffness, push, damping, motion.speed,
         motion.acceleration, KNOT,
     )  # fmt: skip
+
+
+def effort(motion: DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, duration: float) -> float:
+    """About what `states` takes, in comparisons: a piece that is drawn takes as long as 400."""
+    shortest = (
+        motion.hold[0]
+        if isinstance(motion, ShakenSpec)
+        else motion.rest[0]
+        if isinstance(motion, StopAndGoSpec)
+        else math.inf
+    )
+    return duration / KNOT + 400.0 * duration / max(shortest, KNOT)
 
 
 def _patrol(motion: PursuitSpec, count: int) -> FloatArray:

@@ -5,19 +5,31 @@ Everything is in the floor plan's frame (map), SI units, radians.
 
 from __future__ import annotations
 
+import itertools
+import math
 from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
+from clearway.quantities import (
+    Distance,
+    Duration,
+    Finite,
+    Length,
+    NonNegative,
+    Point,
+    PoseSpec,
+    Positive,
+    Rate,
+    Seed,
+    Speed,
+    Vertices,
+    Whole,
+)
+from clearway.reading.limits import ANGLE, LEGS, LENGTH, OBSTACLES, POINTS, RUNS, SECONDS
 from clearway.robots import Tolerances, load_robot
-from clearway.scenarios.motions import MotionSpec
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-PoseSpec = tuple[Finite, Finite, Finite]
-"""x [m], y [m], theta [rad]."""
+from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
 
 
 class _Part(BaseModel):
@@ -28,7 +40,7 @@ class SquareSpec(_Part):
     """A square, centred on its pose."""
 
     kind: Literal["square"]
-    edge: Positive = Field(description="m")
+    edge: Length = Field(description="m")
 
     def shape(self) -> Shape:
         return rectangle(self.edge, self.edge)
@@ -38,8 +50,8 @@ class RectangleSpec(_Part):
     """A rectangle, centred on its pose."""
 
     kind: Literal["rectangle"]
-    length: Positive = Field(description="along x, m")
-    width: Positive = Field(description="along y, m")
+    length: Length = Field(description="along x, m")
+    width: Length = Field(description="along y, m")
 
     def shape(self) -> Shape:
         return rectangle(self.length, self.width)
@@ -49,7 +61,7 @@ class DiscSpec(_Part):
     """A disc."""
 
     kind: Literal["disc"]
-    radius: Positive = Field(description="m")
+    radius: Length = Field(description="m")
 
     def shape(self) -> Shape:
         return Circle(self.radius)
@@ -59,14 +71,7 @@ class OutlineSpec(_Part):
     """A simple polygon, counter-clockwise, in its own frame."""
 
     kind: Literal["polygon"]
-    vertices: tuple[tuple[Finite, Finite], ...] = Field(min_length=3, description="m")
-
-    @model_validator(mode="after")
-    def _counter_clockwise(self) -> OutlineSpec:
-        v = self.vertices
-        if sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(v, v[1:] + v[:1], strict=True)) <= 0:
-            raise ValueError("vertices must run counter-clockwise around a positive area")
-        return self
+    vertices: Vertices = Field(description="m")
 
     def shape(self) -> Shape:
         return Polygon(self.vertices)
@@ -89,11 +94,22 @@ class RunSpec(_Part):
     """One pass of a moving obstacle along a line at constant speed, during one leg; it is absent outside its passes."""
 
     leg: str = Field(description="name of the leg during which it moves")
-    path: tuple[tuple[Finite, Finite], ...] = Field(
-        min_length=2, description="way points, m; its heading follows the path"
+    path: tuple[Point, ...] = Field(
+        min_length=2, max_length=POINTS, description="way points, m; its heading follows the path"
     )
-    speed: Positive = Field(description="m/s")
-    delay: Finite = Field(default=0.0, description="s after the leg begins; negative: already under way")
+    speed: Speed = Field(description="m/s")
+    delay: Finite = Field(
+        default=0.0, ge=-SECONDS, le=SECONDS, description="s after the leg begins; negative: already under way"
+    )
+
+    @model_validator(mode="after")
+    def _has_length(self) -> RunSpec:
+        length = sum(math.dist(p, q) for p, q in itertools.pairwise(self.path))
+        if length == 0.0:
+            raise ValueError("the path has no length")
+        if length > LENGTH:
+            raise ValueError(f"the path is {length:g} m long; at most {LENGTH:g} m are")
+        return self
 
 
 LONGEST_SWING = 3600.0
@@ -103,10 +119,10 @@ LONGEST_SWING = 3600.0
 class OscillationSpec(_Part):
     """Motion about a fixed point of attraction: paper B, eqs. 6-7, per axis x'' = stiffness (attraction - x)."""
 
-    start: tuple[Finite, Finite] = Field(description="where it is at time 0, m")
-    velocity: tuple[Finite, Finite] = Field(description="at time 0, m/s")
-    attraction: tuple[Finite, Finite] = Field(description="m")
-    stiffness: tuple[Positive, Positive] = Field(description="alpha and beta, 1/s^2")
+    start: Point = Field(description="where it is at time 0, m")
+    velocity: Velocity = Field(description="at time 0, m/s")
+    attraction: Point = Field(description="m")
+    stiffness: tuple[Stiffness, Stiffness] = Field(description="alpha and beta, 1/s^2")
 
 
 class ObstacleSpec(_Part):
@@ -115,7 +131,7 @@ class ObstacleSpec(_Part):
     name: str = Field(min_length=1)
     shape: ShapeSpec
     pose: PoseSpec | None = Field(default=None, description="where a static one stands: m, m, rad")
-    runs: tuple[RunSpec, ...] = Field(default=(), description="when and where a moving one moves")
+    runs: tuple[RunSpec, ...] = Field(default=(), max_length=RUNS, description="when and where a moving one moves")
     oscillation: OscillationSpec | None = Field(default=None, description="how one moves that is always there")
     motion: MotionSpec | None = Field(default=None, description="how one moves that is always there, less regularly")
 
@@ -137,7 +153,7 @@ class ObstacleSpec(_Part):
 class DisturbanceSpec(_Part):
     """Bounded disturbance of the robot's motion (paper B, assumption A2), drawn anew each control period from the seed."""
 
-    position: NonNegative = Field(description="the most that it is moved in a control period: uniform in a disc, m")
+    position: Distance = Field(description="the most that it is moved in a control period: uniform in a disc, m")
     heading: NonNegative = Field(
         default=0.0, description="the most that it is turned in a control period, uniform, rad"
     )
@@ -162,19 +178,17 @@ class LegSpec(_Part):
 
     name: str = Field(min_length=1, description="unique in its scenario")
     goal: PoseSpec = Field(description="m, m, rad")
-    xy_tolerance: Positive | None = Field(
+    xy_tolerance: Length | None = Field(
         default=None, description="m, of the test, and what a planner is told; default: the robot's file says both"
     )
-    yaw_tolerance: Annotated[float, Field(gt=0)] | None = Field(
-        default=None, description="rad, the same of the heading; inf: it is free"
-    )
+    yaw_tolerance: Rate | None = Field(default=None, description="rad, the same of the heading; inf: it is free")
     scored: bool = Field(default=True, description="whether it counts for the indicators")
-    time_limit: Positive = Field(description="s")
+    time_limit: Duration = Field(description="s")
     arrival: Literal["declared", "measured"] = Field(
         default="declared",
         description="who ends the leg: the robot, which calls its goal reached and stands, or a judge by its true position within xy_tolerance, at any speed",
     )
-    clock_starts_after: NonNegative = Field(
+    clock_starts_after: Distance = Field(
         default=0.0, description="the leg's clock starts when it has moved this far, m"
     )
 
@@ -193,7 +207,7 @@ class LabelSpec(_Part):
     obstacle_speed: NonNegative | None = Field(default=None, description="m/s")
     size: Positive | None = Field(default=None, description="edge of the static obstacles, m")
     gap: Positive | None = Field(default=None, description="between double obstacles, in multiples of d_base")
-    repetition: int = Field(default=1, ge=1)
+    repetition: Whole = Field(default=1, ge=1)
 
 
 class Scenario(_Part):
@@ -202,11 +216,11 @@ class Scenario(_Part):
     name: str = Field(min_length=1, description="unique in its suite")
     floor_plan: str = Field(description="a shipped name, or the path of a plan or of a ROS map's yaml")
     start: PoseSpec = Field(description="m, m, rad")
-    legs: tuple[LegSpec, ...] = Field(min_length=1, description="goals, one after another")
-    speed: Positive = Field(description="set speed, caps the robot's, m/s")
-    obstacles: tuple[ObstacleSpec, ...] = ()
+    legs: tuple[LegSpec, ...] = Field(min_length=1, max_length=LEGS, description="goals, one after another")
+    speed: Speed = Field(description="set speed, caps the robot's, m/s")
+    obstacles: tuple[ObstacleSpec, ...] = Field(default=(), max_length=OBSTACLES)
     labels: LabelSpec = LabelSpec()
-    reference_length: Positive | None = Field(default=None, description="of one leg, m: paper A's d_AB, BARN's path")
+    reference_length: Length | None = Field(default=None, description="of one leg, m: paper A's d_AB, BARN's path")
     localisation: Literal["truth", "odometry", "amcl"] = Field(
         default="amcl", description="unless the run says otherwise"
     )
@@ -217,20 +231,18 @@ class Scenario(_Part):
     optimal: OptimalSpec | None = Field(
         default=None, description="the best that is possible, where somebody has searched"
     )
-    shortest: Positive | None = Field(
+    shortest: Length | None = Field(
         default=None, description="lower bound on the path to the goal past what stands, whatever moves; m"
     )
     livelock: bool = Field(
         default=False, description="whether a robot that has not come 0.5 m away from where it was 20 s ago has failed"
     )
-    placement_xy: NonNegative = Field(
+    placement_xy: Distance = Field(
         default=0.02, description="the robot is placed within this of its start, uniformly, m"
     )
-    placement_yaw: NonNegative = Field(default=0.03, description="the same for its heading, rad")
-    seed: int = Field(
+    placement_yaw: NonNegative = Field(default=0.03, le=ANGLE, description="the same for its heading, rad")
+    seed: Seed = Field(
         default=0,
-        ge=0,
-        lt=2**63,
         description="of sensor noise, odometry and placement; one seed, one course of events (a suite draws its own)",
     )
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
 
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import ClearwayError, shown, unknown
+from clearway.reading.limits import LENGTH, TRIALS
 from clearway.robots import Robot
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import Scenario
@@ -161,6 +161,8 @@ class Suite:
             ClearwayError: a selected value that no scenario has (it names those that exist), or none is left.
         """
         chosen = selection or Selection()
+        if chosen.floor_plan == "":
+            raise ClearwayError("'' is the name of no floor plan", field="floor_plan")
         if chosen.repetitions is not None and chosen.repetitions < 1:
             raise ClearwayError(f"{chosen.repetitions} repetitions make no trial; at least 1", field="repetitions")
         if chosen.seeds is not None and self.generator is None:
@@ -168,8 +170,13 @@ class Suite:
         if chosen.seeds is not None and not 0 <= chosen.seeds[0] < chosen.seeds[1]:
             a, b = chosen.seeds
             raise ClearwayError(f"'{a}:{b}' is no range of seeds; 0:200 are the seeds 0 to 199", field="seeds")
+        if chosen.seeds is not None:
+            refuse_many(chosen.seeds[1] - chosen.seeds[0], self.name)
+        if (chosen.repetitions or 1) > 100:
+            one = len(self.make(robot, replace(chosen, repetitions=1), seed))
+            refuse_many(one * (chosen.repetitions or 1), self.name)
         factor = chosen.disturbance
-        if factor is not None and not (math.isfinite(factor) and factor >= 0.0):
+        if factor is not None and not 0.0 <= factor <= LENGTH:
             raise ClearwayError(
                 f"{factor:g} is no factor on a disturbance: 0 for none, 1 as it is, 2 for twice", field="disturbance"
             )
@@ -216,9 +223,22 @@ def seed_range(text: str) -> tuple[int, int]:
         ClearwayError: it is something else.
     """
     first, colon, last = text.partition(":")
-    if not (colon and first.isdecimal() and last.isdecimal() and int(first) < int(last)):
-        raise ClearwayError(f"{text!r} is no range of seeds; 0:200 are the seeds 0 to 199", field="seeds")
+    numbers = all(part.isascii() and part.isdecimal() and len(part) <= 19 for part in (first, last))
+    if not (colon and numbers and int(first) < int(last) <= 2**63):
+        raise ClearwayError(f"{shown(text)} is no range of seeds; 0:200 are the seeds 0 to 199", field="seeds")
     return int(first), int(last)
+
+
+def refuse_many(count: int, suite: str) -> None:
+    """Refuse more scenarios than a campaign may have trials, before they are made.
+
+    Raises:
+        ClearwayError: `count` is more.
+    """
+    if count > TRIALS:
+        raise ClearwayError(
+            f"of the suite {suite!r} {count:,} scenarios are asked for; a campaign has at most {TRIALS:,} trials"
+        )
 
 
 def scenario_seed(seed: int, name: str) -> int:

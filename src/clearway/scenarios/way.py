@@ -34,7 +34,16 @@ def widest_way(
     room = ndimage.distance_transform_edt(np.pad(~occupied, 1, constant_values=True))[1:-1, 1:-1] * CELL
     cells = [(int((y - origin[1]) / CELL), int((x - origin[0]) / CELL)) for x, y in places]
     regions, _ = ndimage.label(room >= needed - CELL)
-    return [None if _same(regions, p, q) else 2 * _bottleneck(room, p, q, needed) for p, q in itertools.pairwise(cells)]
+    narrow: dict[
+        tuple[object, object], float
+    ] = {}  # between two regions the widest way is one, wherever it begins in them
+    widths: list[float | None] = []
+    for p, q in itertools.pairwise(cells):
+        between = int(regions[p]) or p, int(regions[q]) or q
+        if not _same(regions, p, q) and between not in narrow:
+            narrow[between] = 2 * _bottleneck(room, p, q, needed)
+        widths.append(None if _same(regions, p, q) else narrow[between])
+    return widths
 
 
 def _same(regions: npt.NDArray[np.int32], p: tuple[int, int], q: tuple[int, int]) -> bool:

@@ -12,6 +12,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet as pq
 
+from clearway.trials.csv_table import without_formulas
 from clearway.trials.store_tables import FILES, Tables
 
 TRIALS_A_GROUP = 32
@@ -51,7 +52,7 @@ def assemble(trials: Iterable[tuple[Tables, dict[str, Any]]], folder: Path, sche
 
         groups = written()
         while rows := list(islice(groups, ROWS_A_GROUP // TRIALS_A_GROUP)):
-            text.write_table(_write(table, rows))
+            text.write_table(without_formulas(_write(table, rows)))
     plans = [fixtures[k] for k in sorted(fixtures)] or [FILES["fixtures"].schema.empty_table()]
     layout = _layout(FILES["fixtures"].schema)
     pq.write_table(pa.concat_tables(plans).combine_chunks(), folder / FILES["fixtures"].path, **layout)

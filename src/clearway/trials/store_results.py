@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping
 from functools import cached_property
@@ -15,6 +16,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
+from clearway.reading import read_json
 from clearway.trials.store_tables import FILES, Tables, from_tables
 from clearway.trials.trial import Trial
 
@@ -121,20 +123,20 @@ def read_campaign(folder: Path) -> dict[str, Any]:
         ClearwayError: it is missing, damaged, not ours, or from a newer version.
     """
     file = folder / CAMPAIGN
-    if not folder.is_dir():
-        raise ClearwayError("no such directory" if not folder.exists() else "is not a directory", file=folder)
-    if not file.is_file():
+    if not os.path.isdir(folder):
+        raise ClearwayError("no such directory" if not os.path.exists(folder) else "is not a directory", file=folder)
+    if not os.path.exists(file):
         raise ClearwayError("is not a Clearway results directory: it has no campaign.json", file=folder)
     try:
-        campaign = json.loads(file.read_bytes())
-    except (OSError, ValueError) as error:
-        raise ClearwayError(f"is damaged: {error}", file=file) from error
+        campaign = read_json(file)
+    except ClearwayError as error:
+        raise ClearwayError(f"is damaged: it {error.problem}", file=file) from error
     if not isinstance(campaign, dict) or campaign.get("format") != "clearway results":
         raise ClearwayError("was not written by Clearway", file=file)
     schema = campaign.get("schema")
-    if not isinstance(campaign.get("run"), dict):
+    if not isinstance(campaign.get("run"), dict) or not isinstance(campaign["run"].get(DIGESTS, {}), dict):
         raise ClearwayError("is damaged: it does not say who ran it", file=file)
-    if not isinstance(schema, int) or not isinstance(campaign.get("trials"), int):
+    if type(schema) is not int or type(campaign.get("trials")) is not int or campaign["trials"] < 0:
         raise ClearwayError("is damaged: it lacks its schema or its number of trials", file=file)
     if schema > SCHEMA:
         raise ClearwayError(

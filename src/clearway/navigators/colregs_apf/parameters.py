@@ -7,10 +7,8 @@ from typing import Annotated
 from pydantic import Field
 
 from clearway.navigators.colregs_apf.potentials import Gains
+from clearway.quantities import NonNegative, Positive, Whole
 from clearway.robots import RobotTable
-
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class Parameters(RobotTable):
@@ -32,7 +30,7 @@ class Parameters(RobotTable):
     )
     speed: Positive | None = Field(default=None, description="along the force, m/s; default: the set speed of the test")
     turn_gain: Positive = Field(description="yaw rate by heading error, 1/s")
-    horizon: int = Field(ge=1, le=1000, description="N^P, periods that the force is felt ahead")
+    horizon: Whole = Field(ge=1, le=1000, description="N^P, periods that the force is felt ahead")
     w1: float = Field(gt=0, le=1, description="weight of each further period")
 
     def gains(self) -> Gains:

@@ -6,9 +6,9 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
+from clearway.quantities import Positive, Whole
 from clearway.robots import RobotTable
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -34,13 +34,13 @@ class Parameters(RobotTable):
     mixture_share: Share = Field(description="of samples from the learnt mixture; what is left is uniform")
     cone: float = Field(gt=0, le=3.15, description="half the angle of the horizon's annulus, rad")
     elite_share: float = Field(gt=0, le=1, description="of nodes that the mixture learns from")
-    elites: int = Field(ge=2, le=1_000, description="at most so many of them")
-    cache: int = Field(ge=1, le=100_000, description="waypoints that are remembered")
-    capacity: int = Field(ge=16, le=1_000_000, description="nodes of the tree at most")
-    chunk: int = Field(ge=1, le=1_000_000, description="samples between two looks at the best candidate")
-    patience: int = Field(ge=1, description="samples without improvement after which a valid path is good enough")
+    elites: Whole = Field(ge=2, le=1_000, description="at most so many of them")
+    cache: Whole = Field(ge=1, le=100_000, description="waypoints that are remembered")
+    capacity: Whole = Field(ge=16, le=1_000_000, description="nodes of the tree at most")
+    chunk: Whole = Field(ge=1, le=1_000_000, description="samples between two looks at the best candidate")
+    patience: Whole = Field(ge=1, description="samples without improvement after which a valid path is good enough")
     improvement: float = Field(gt=0, lt=1, description="the least relative gain that counts as one")
-    cap: int = Field(ge=1, description="samples a control period at most, whatever the budget")
+    cap: Whole = Field(ge=1, description="samples a control period at most, whatever the budget")
 
     @model_validator(mode="after")
     def _shares(self) -> Parameters:

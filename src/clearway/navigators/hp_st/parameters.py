@@ -9,6 +9,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from clearway.errors import unknown
+from clearway.quantities import NonNegative, Positive, Whole
 from clearway.robots import RobotTable
 
 INGREDIENTS = ("time-aware", "candidates", "horizon", "forecast", "certificate", "reverse", "time-to-go")
@@ -16,8 +17,6 @@ INGREDIENTS = ("time-aware", "candidates", "horizon", "forecast", "certificate",
 
 GUARANTEES = ("passive", "none")
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Share = Annotated[float, Field(gt=0, le=1)]
 
 
@@ -34,11 +33,11 @@ class Parameters(RobotTable):
         "back": "reverse_cost",
     }
 
-    layers: int = Field(ge=1, le=40, description="of the search")
+    layers: Whole = Field(ge=1, le=40, description="of the search")
     step: Positive = Field(description="between two layers, s; rounded to control periods")
-    short: int = Field(ge=1, le=40, description="layers of the search without the ingredient `horizon`")
-    narrow: int = Field(ge=1, le=2000, description="nodes kept in a layer at first")
-    wide: int = Field(ge=1, le=2000, description="nodes kept where the narrow search finds no way of low cost")
+    short: Whole = Field(ge=1, le=40, description="layers of the search without the ingredient `horizon`")
+    narrow: Whole = Field(ge=1, le=2000, description="nodes kept in a layer at first")
+    wide: Whole = Field(ge=1, le=2000, description="nodes kept where the narrow search finds no way of low cost")
     low_cost_threshold: NonNegative = Field(description="a way that costs no more than this is not searched on, s")
     contact_cost: Positive = Field(description="cost of a certain contact, s")
     discount: Share = Field(description="factor on that for each second ahead")
@@ -50,12 +49,12 @@ class Parameters(RobotTable):
     own_spread: Positive = Field(description="standard deviation of the own position about the plan, m")
     own_growth: NonNegative = Field(description="its growth, m/s")
     most_spread: Positive = Field(description="no forecast counts as less certain than that, m")
-    candidates: int = Field(ge=1, le=8, description="ways of distinct topology that are tracked and compared")
+    candidates: Whole = Field(ge=1, le=8, description="ways of distinct topology that are tracked and compared")
     apart: Positive = Field(
         description="two ways whose bearings of an obstacle turn by more than that apart differ, rad"
     )
     keep: NonNegative = Field(description="another plan has to be better than the last one by this, s")
-    rounds: int = Field(ge=0, le=20, description="linearisations of the tracking problem, at most")
+    rounds: Whole = Field(ge=0, le=20, description="linearisations of the tracking problem, at most")
     effort: Positive = Field(description="w_2 of the tracking problem")
     heading_weight: NonNegative = Field(description="of the heading's error beside the position's, m/rad")
     reverse: bool = Field(description="whether it may drive backwards, where the base can")

@@ -11,13 +11,12 @@ from typing import Annotated, Any, Literal, TypeAlias, get_args
 from pydantic import Field, model_validator
 
 from clearway.errors import unknown
+from clearway.quantities import NonNegative, Positive, Whole
 from clearway.robots import RobotTable
 
 MAX_HORIZON = 40
 """Longest prediction horizon, periods: the solver's arrays and its time grow with it."""
 
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Damping = Annotated[float, Field(ge=0, le=1)]
 Pole = Annotated[float, Field(ge=0, lt=1)]
 Horizon = Annotated[int, Field(ge=1, le=MAX_HORIZON)]
@@ -54,7 +53,7 @@ class Parameters(RobotTable):
     xi_rob: Damping = Field(description="xi^rob of (4)")
     xi_dyn: Damping = Field(description="xi^dyn,obs of (5)")
     tracking_threshold: Positive = Field(description="tracking error beyond which it plans anew, m")
-    commitment: int = Field(ge=1, le=1000, description="most periods that it keeps a plan")
+    commitment: Whole = Field(ge=1, le=1000, description="most periods that it keeps a plan")
     pole_along: Pole = Field(description="of K's closed loop: what is left of an error along the motion after a period")
     pole_left: Pole = Field(description="the same for the error to the left (slower at low speed: gain_limit)")
     pole_heading: Pole = Field(description="the same for the heading's error")

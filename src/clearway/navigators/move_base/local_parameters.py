@@ -10,9 +10,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+from clearway.quantities import Finite, NonNegative, Positive, Whole
 
 
 class _Group(BaseModel):
@@ -52,9 +50,9 @@ class DWAParameters(_Group):
     use_dwa: bool = Field(
         default=True, description="sample what is reachable in one period; else what is in sim_time, and accelerate"
     )
-    sim_time: Positive = Field(default=1.7, description="s, horizon of a rollout")
-    sim_granularity: Positive = Field(default=0.025, description="m between checked points")
-    angular_sim_granularity: Positive = Field(default=0.1, description="rad between checked points")
+    sim_time: Positive = Field(le=60.0, default=1.7, description="s, horizon of a rollout")
+    sim_granularity: Positive = Field(ge=0.001, default=0.025, description="m between checked points")
+    angular_sim_granularity: Positive = Field(ge=0.001, default=0.1, description="rad between checked points")
     path_distance_bias: NonNegative = Field(default=0.6, description="weight per metre from the plan")
     goal_distance_bias: NonNegative = Field(default=0.8, description="weight per metre from the local goal")
     occdist_scale: NonNegative = Field(default=0.01, description="weight of the highest cost on the way")
@@ -67,10 +65,11 @@ class DWAParameters(_Group):
     cheat_factor: NonNegative = Field(default=1.0, description="the nose is not scored nearer than sqrt of it noses")
     scaling_speed: NonNegative = Field(default=0.25, description="m/s from which the footprint grows")
     max_scaling_factor: NonNegative = Field(default=0.2, description="how much the footprint has grown at full speed")
-    vx_samples: int = Field(default=3, ge=0, description="0 counts as 1; the real one takes at least 2")
-    vy_samples: int = Field(default=10, ge=0, description="no effect on a differential base")
-    vth_samples: int = Field(default=20, ge=0, description="0 counts as 1; the real one takes at least 2")
-    vtheta_samples: int | None = Field(
+    vx_samples: Whole = Field(le=1000, default=3, ge=0, description="0 counts as 1; the real one takes at least 2")
+    vy_samples: Whole = Field(le=1000, default=10, ge=0, description="no effect on a differential base")
+    vth_samples: Whole = Field(le=1000, default=20, ge=0, description="0 counts as 1; the real one takes at least 2")
+    vtheta_samples: Whole | None = Field(
+        le=1000,
         default=None,
         description="in PAL's public file, not a name that DWAPlanner.cfg reads: vth_samples keeps its value",
     )
@@ -107,11 +106,13 @@ class TrajectoryParameters(_Group):
     )
     latch_xy_goal_tolerance: bool = Field(default=False, description="once at the goal, only turn, even if pushed away")
     prune_plan: bool = Field(default=True, description="drop the plan's beginning once it is over 1 m behind")
-    sim_time: Positive = Field(default=1.7, description="s, horizon of a rollout")
-    sim_granularity: Positive = Field(default=0.025, description="m between checked points")
-    angular_sim_granularity: Positive = Field(default=0.025, description="rad/s of the sample per checked point")
-    vx_samples: int = Field(default=20, ge=1)
-    vtheta_samples: int = Field(default=20, ge=1)
+    sim_time: Positive = Field(le=60.0, default=1.7, description="s, horizon of a rollout")
+    sim_granularity: Positive = Field(ge=0.001, default=0.025, description="m between checked points")
+    angular_sim_granularity: Positive = Field(
+        ge=0.001, default=0.025, description="rad/s of the sample per checked point"
+    )
+    vx_samples: Whole = Field(le=1000, default=20, ge=1)
+    vtheta_samples: Whole = Field(le=1000, default=20, ge=1)
     path_distance_bias: NonNegative = Field(default=0.6, description="weight per cell (or metre) from the plan")
     goal_distance_bias: NonNegative = Field(default=0.8, description="weight per cell (or metre) from the local goal")
     pdist_scale: NonNegative | None = Field(

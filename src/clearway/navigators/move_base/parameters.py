@@ -12,11 +12,9 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, model_validator
 
 from clearway.navigators.move_base.local_parameters import DWAParameters, TrajectoryParameters
+from clearway.quantities import Finite, NonNegative, Positive, Whole
+from clearway.reading.limits import CELLS, SHORTEST
 from clearway.robots import Robot, RobotTable
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
 class Group(BaseModel):
@@ -44,7 +42,7 @@ class RotateRecovery(Group):
 
     type: Literal["rotate_recovery/RotateRecovery"]
     name: str = Field(min_length=1)
-    sim_granularity: Positive = Field(default=0.017, description="step of its collision check, rad")
+    sim_granularity: Positive = Field(ge=0.001, default=0.017, description="step of its collision check, rad")
     frequency: Positive = Field(default=20.0, description="rate of its commands, Hz (at most one per control period)")
 
 
@@ -64,7 +62,7 @@ class MoveBaseGroup(Group):
     controller_frequency: Positive = Field(default=20.0, description="Hz (at most one command per control period)")
     planner_patience: NonNegative = Field(default=5.0, description="s without a plan before recovery")
     controller_patience: NonNegative = Field(default=15.0, description="s without a valid command before recovery")
-    max_planning_retries: int = Field(default=-1, ge=-1, description="attempts to plan before recovery; -1: no bound")
+    max_planning_retries: Whole = Field(default=-1, ge=-1, description="attempts to plan before recovery; -1: no bound")
     oscillation_timeout: NonNegative = Field(default=0.0, description="s without progress before recovery; 0: never")
     oscillation_distance: NonNegative = Field(default=0.5, description="what counts as progress, m")
     recovery_behavior_enabled: bool = True
@@ -81,7 +79,7 @@ class StaticLayer(Group):
     enabled: bool = True
     track_unknown_space: bool = Field(default=True, description="unknown cells stay unknown; else they are free")
     use_maximum: bool = Field(default=False, description="combine by maximum instead of overwriting the layers below")
-    lethal_cost_threshold: int = Field(
+    lethal_cost_threshold: Whole = Field(
         default=100, ge=0, le=100, description="occupancy from which a cell is lethal, %"
     )
     trinary_costmap: bool = Field(default=True, description="cells below the threshold are free; else scaled")
@@ -109,7 +107,7 @@ class InflationLayer(Group):
     """`costmap_2d::InflationLayer`."""
 
     enabled: bool = True
-    inflation_radius: NonNegative = Field(default=0.55, description="m")
+    inflation_radius: NonNegative = Field(default=0.55, le=100.0, description="m")
     cost_scaling_factor: NonNegative = Field(default=10.0, description="decay of the cost with distance, 1/m")
     inflate_unknown: bool = Field(default=False, description="whether unknown cells are inflated too")
 
@@ -123,13 +121,21 @@ class Costmap(Group):
     update_frequency: Positive = Field(default=5.0, description="Hz (at most one update per control period)")
     width: Positive = Field(default=10.0, description="m; with a static layer and no rolling window, the map's")
     height: Positive = Field(default=10.0, description="m; with a static layer and no rolling window, the map's")
-    resolution: Positive = Field(default=0.05, description="m; with a static layer and no rolling window, the map's")
+    resolution: Positive = Field(
+        default=0.05, ge=SHORTEST, description="m; with a static layer and no rolling window, the map's"
+    )
     origin_x: Finite = Field(default=0.0, description="of the lower-left corner, m; a rolling window ignores it")
     origin_y: Finite = Field(default=0.0, description="of the lower-left corner, m; a rolling window ignores it")
     footprint_padding: NonNegative = Field(default=0.01, description="added to each footprint coordinate, m")
     static_layer: StaticLayer | None = None
     obstacle_layer: ObstacleLayer | None = ObstacleLayer()
     inflation_layer: InflationLayer | None = InflationLayer()
+
+    @model_validator(mode="after")
+    def _extent(self) -> Costmap:
+        if (cells := self.width * self.height / self.resolution**2) > CELLS:
+            raise ValueError(f"a costmap of {cells:.3g} cells is too large; at most {CELLS:,}")
+        return self
 
 
 class GlobalPlannerGroup(Group):
@@ -143,14 +149,14 @@ class GlobalPlannerGroup(Group):
     use_quadratic: bool = Field(default=True, description="quadratic approximation of the potential; else plain sum")
     use_grid_path: bool = Field(default=False, description="path along cells; else down the gradient")
     old_navfn_behavior: bool = Field(default=False, description="mirror NavfnROS")
-    lethal_cost: int = Field(default=253, ge=1, le=255)
-    neutral_cost: int = Field(default=50, ge=1, le=255)
+    lethal_cost: Whole = Field(default=253, ge=1, le=255)
+    neutral_cost: Whole = Field(default=50, ge=1, le=255)
     cost_factor: Positive = Field(default=3.0, le=5.0, description="multiplies the costmap's cost")
     outline_map: bool = Field(default=True, description="whether the costmap's border is made lethal")
     orientation_mode: Literal[0, 1, 2, 3, 4, 5, 6] = Field(
         default=1, description="0 none, 1 forward, 2 interpolate, 3 forward then interpolate, 4 back, 5 left, 6 right"
     )
-    orientation_window_size: int = Field(default=1, ge=1, le=255, description="points")
+    orientation_window_size: Whole = Field(default=1, ge=1, le=255, description="points")
 
 
 class Parameters(RobotTable):

@@ -7,10 +7,12 @@ A file's format is told by its contents first, by its ending second; where both 
 from __future__ import annotations
 
 import importlib
+import os
 from functools import cache
 from pathlib import Path
 
 from clearway.errors import ClearwayError, unknown
+from clearway.reading import opened, take
 from clearway.recordings.formats.format import HEAD, Format
 from clearway.recordings.recording import Contents, Recording, Want
 from clearway.registry import Registry
@@ -87,15 +89,10 @@ def _format(path: str | Path, name: str | None) -> Format:
 
 
 def _head(file: Path) -> bytes:
-    try:
-        if file.is_dir():
-            return b""
-        with open(file, "rb") as f:
-            head = f.read(HEAD)
-    except FileNotFoundError as error:
-        raise ClearwayError("no such file", file=file) from error
-    except OSError as error:
-        raise ClearwayError(f"cannot be read: {error.strerror}", file=file) from error
+    if os.path.isdir(file):
+        return b""
+    with opened(file) as f:
+        head = take(f, HEAD)
     if not head:
         raise ClearwayError("is empty", file=file)
     return head

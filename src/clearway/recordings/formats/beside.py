@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
-from clearway.errors import ClearwayError
+from clearway.reading import read_toml
 from clearway.validation import first_problem
 
 M = TypeVar("M", bound=BaseModel)
-
-LARGEST = 1 << 20
-"""Bytes of a description that are read; a longer one is none."""
 
 
 def beside(path: Path) -> Path:
@@ -28,18 +24,7 @@ def load(description: Path, model: type[M]) -> M:
     Raises:
         ClearwayError: it can't be read, is no TOML, or says something wrong; names the field.
     """
-    try:
-        with open(description, "rb") as f:
-            text = f.read(LARGEST + 1)
-        if len(text) > LARGEST:
-            raise ClearwayError("is too large for a description of a few lines", file=description)
-        values = tomllib.loads(text.decode("utf-8-sig"))
-    except FileNotFoundError as error:
-        raise ClearwayError("no such file", file=description) from error
-    except OSError as error:
-        raise ClearwayError(f"cannot be read: {error.strerror}", file=description) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise ClearwayError(f"not a TOML file: {error}", file=description) from error
+    values = read_toml(description)
     try:
         return model.model_validate(values)
     except ValidationError as error:

@@ -5,7 +5,6 @@ Without a description nothing is guessed: the error lists the columns and sugges
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ import pyarrow.compute
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
+from clearway.reading import read_toml
 from clearway.recordings.formats import beside, pedestrians, tum
 from clearway.recordings.formats.delimited import (
     Codes,
@@ -73,10 +73,8 @@ def _description(path: Path) -> Path | None:
 def _describes_a_table(description: Path) -> bool:
     """Whether a TOML has what every description of a table must have; others may stand beside a file too."""
     try:
-        return description.stat().st_size < beside.LARGEST and "time" in tomllib.loads(
-            description.read_text("utf-8-sig")
-        )
-    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError):
+        return "time" in read_toml(description)
+    except ClearwayError:
         return False
 
 

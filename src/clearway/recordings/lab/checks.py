@@ -12,6 +12,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from clearway.errors import ClearwayError, unknown
+from clearway.reading import read_toml
 from clearway.recordings import formats
 from clearway.recordings.formats import table
 from clearway.recordings.lab.test_plan import (
@@ -28,7 +29,6 @@ from clearway.recordings.lab.tie_checks import problems_of_ties
 from clearway.recordings.motion.markers import resolve
 from clearway.recordings.recording import Contents, Want, contents_of
 from clearway.robots import load_robot
-from clearway.scenarios.files import read_toml
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite, suite_names
 

@@ -10,16 +10,18 @@ import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
+from clearway.quantities import Finite, NonNegative, PoseSpec, Positive, Rate, Whole
+from clearway.reading import read_toml
+from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
 from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
-from clearway.scenarios.files import read_toml
-from clearway.scenarios.scenario import Finite, NonNegative, PoseSpec, Positive, RobotBodySpec, ShapeSpec
+from clearway.scenarios.scenario import RobotBodySpec, ShapeSpec
 from clearway.validation import problems
 
 Point = tuple[Finite, Finite, Finite]
@@ -45,12 +47,13 @@ class TestSpec(_Part):
         default=None, description="drawn behind the paths: a name, a plan or a ROS map's yaml"
     )
     xy_tolerance: Positive | None = Field(default=None, description="at a goal, m; default: the robot's")
-    yaw_tolerance: Annotated[float, Field(gt=0)] | None = Field(
-        default=None, description="rad; default: the robot's; inf: free"
-    )
+    yaw_tolerance: Rate | None = Field(default=None, description="rad; default: the robot's; inf: free")
     reference_length: Positive | None = Field(default=None, description="of one leg, m: paper A's d_AB")
     rate: Positive = Field(
-        default=100.0, description="samples kept a second at most, Hz; a faster capture is thinned after filtering"
+        default=100.0,
+        ge=0.01,
+        le=1e6,
+        description="samples kept a second at most, Hz; a faster capture is thinned after filtering",
     )
 
 
@@ -205,9 +208,9 @@ class RecordedTrialSpec(ConditionsSpec):
     obstacle_speed: NonNegative | None = Field(default=None, description="m/s")
     size: Positive | None = Field(default=None, description="edge of the static obstacles, m")
     gap: Positive | None = Field(default=None, description="in multiples of d_base")
-    repetition: int = Field(default=1, ge=1)
-    obstacles: tuple[PlacedSpec, ...] = ()
-    legs: tuple[LegPlanSpec, ...] = Field(default=(), description="default: the plan's")
+    repetition: Whole = Field(default=1, ge=1)
+    obstacles: tuple[PlacedSpec, ...] = Field(default=(), max_length=OBSTACLES)
+    legs: tuple[LegPlanSpec, ...] = Field(default=(), max_length=LEGS, description="default: the plan's")
     contact: bool | None = Field(default=None, description="observed by the operator; default: not said")
     intervention: bool = Field(default=False, description="a person had to help")
     stopped: bool = Field(default=False, description="emergency stop")
@@ -231,8 +234,12 @@ class TestPlan(_Part):
     robot: BodySpec = BodySpec()
     bodies: dict[str, BodySpec] = Field(default_factory=dict, description="obstacles, by name")
     motion: MotionSpec = MotionSpec()
-    legs: tuple[LegPlanSpec, ...] = Field(default=(), description="of every trial that names none of its own")
-    trials: tuple[RecordedTrialSpec, ...] = Field(min_length=1, alias="trial", description="one [[trial]] an attempt")
+    legs: tuple[LegPlanSpec, ...] = Field(
+        default=(), max_length=LEGS, description="of every trial that names none of its own"
+    )
+    trials: tuple[RecordedTrialSpec, ...] = Field(
+        min_length=1, max_length=SCENARIOS, alias="trial", description="one [[trial]] an attempt"
+    )
 
     def files_of(self, trial: RecordedTrialSpec) -> dict[str, str]:
         """A trial's files by source, the first source's first; empty if it was not recorded."""

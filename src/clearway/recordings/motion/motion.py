@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from clearway.geometry.shapes import FloatArray
-from clearway.scenarios.scenario import NonNegative, Positive
+from clearway.quantities import NonNegative, Positive
 
 
 class MotionSpec(BaseModel):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from clearway.scenarios.scenario import PoseSpec
+from clearway.quantities import PoseSpec
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,27 +4,20 @@ from __future__ import annotations
 
 import math
 import os
-import tomllib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from clearway.errors import ClearwayError
+from clearway.quantities import PoseSpec
+from clearway.reading import parse_toml, read_toml
 from clearway.recordings.lab.test_plan import TestPlan, is_test_plan
 from clearway.recordings.protocol.lab_trials import bare, bodies_of, described, scenarios, setup, when
 from clearway.recordings.protocol.line import Line
 from clearway.recordings.protocol.toml_text import toml_value
 from clearway.robots import Robot, load_robot
-from clearway.scenarios.files import read_toml
-from clearway.scenarios.scenario import (
-    LegSpec,
-    ObstacleSpec,
-    PoseSpec,
-    RobotBodySpec,
-    Scenario,
-    ShapeSpec,
-)
+from clearway.scenarios.scenario import LegSpec, ObstacleSpec, RobotBodySpec, Scenario, ShapeSpec
 from clearway.scenarios.suites import Selection
 
 
@@ -62,7 +55,7 @@ def skeleton(
 
 def parsed(text: str) -> TestPlan:
     """A skeleton as the plan that `load_test_plan` would read."""
-    return TestPlan.model_validate(tomllib.loads(text))
+    return TestPlan.model_validate(parse_toml(text))
 
 
 def is_plan_file(name: str) -> bool:

@@ -9,11 +9,12 @@ from itertools import groupby
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from clearway.quantities import PoseSpec
 from clearway.recordings.lab.test_plan import BodySpec, RecordedTrialSpec, TestPlan
 from clearway.recordings.protocol.lab_trials import key, setting
 from clearway.recordings.protocol.line import Line, metres
 from clearway.recordings.protocol.sketch import Sketch, place, sketch
-from clearway.scenarios.scenario import PoseSpec, RunSpec, Scenario
+from clearway.scenarios.scenario import RunSpec, Scenario
 
 OWN = {
     "NO": "no obstacle",

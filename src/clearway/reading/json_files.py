@@ -1,0 +1,34 @@
+"""JSON within bounds."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from clearway.errors import ClearwayError
+from clearway.reading import limits
+from clearway.reading.bounded import read_bytes
+from clearway.reading.values import refuse_monsters, too_deep
+
+
+def read_json(path: str | Path, most: int = limits.JSON) -> Any:
+    """What a JSON file holds.
+
+    Args:
+        path: Of the file.
+        most: Bytes that it may have.
+
+    Raises:
+        ClearwayError: It can't be read, isn't JSON, or is beyond what is read.
+    """
+    path = Path(path)
+    raw = read_bytes(path, most)
+    try:
+        found = json.loads(raw)
+    except RecursionError as error:
+        raise too_deep(path) from error
+    except ValueError as error:
+        raise ClearwayError(f"is not JSON: {error}", file=path) from error
+    refuse_monsters(found, path, texts=False)
+    return found

@@ -1,0 +1,46 @@
+"""Hostile and mutated files of every kind, as `benchmarks/faults.py` has them: a sentence each, never a traceback."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from clearway.campaigns.checks import check_file
+from clearway.robots import load_robot
+
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
+QUICK = 20_000
+"""Characters of a file that is checked here; the larger ones are the benchmark's."""
+KINDS = {"scenarios", "suites", "robots", "floor plans", "test plans", "maps", "kinds of file"}
+
+
+@pytest.fixture
+def sections(monkeypatch: pytest.MonkeyPatch) -> Any:
+    monkeypatch.syspath_prepend(str(BENCHMARKS))
+    import fault_sections.fuzz
+    import fault_sections.hostile
+
+    return fault_sections
+
+
+def test_mutated_files_are_read_or_refused(sections: Any, tmp_path: Path) -> None:
+    target = sections.fuzz.Target(tmp_path)
+    wrong = {f"{kind} {seed}": target.try_one(kind, seed) for kind, seed in sections.fuzz.drawn(320, seed=10**6)}
+    assert {name: what for name, what in wrong.items() if what} == {}
+
+
+def test_hostile_files_are_told(sections: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, tried = load_robot("tiago"), 0
+    for number, (fault, name, lay, codes) in enumerate(sections.hostile.attacks()):
+        if fault not in KINDS or codes != sections.hostile.REFUSED:
+            continue
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        line = lay(folder)
+        size = sum(f.stat().st_size for f in folder.rglob("*") if f.is_file() and not f.is_symlink())
+        if line[0] != "check" or size > QUICK:
+            continue
+        monkeypatch.chdir(folder)
+        assert check_file(Path(line[1]), robot), f"{fault}: {name}"
+        tried += 1
+    assert tried > 200
