@@ -26,11 +26,11 @@ class Talker:
     def __init__(self):
         print("made")
 
-    def reset(self, task):
+    def reset(self, task, robot, rng):
         print("reset")
         os.write(1, b"by the file descriptor")
 
-    def step(self, observation, budget):
+    def step(self, observation):
         print("step")
         return Command(0.0, 0.0)
 """
@@ -105,7 +105,7 @@ def test_options_beside_resume_are_not_ignored(clearway: Shell, tmp_path: Path, 
         (("--decision-limit", "-1"), "decision_limit: -1 s is no limit on a decision"),
         (("--floor-plan", ""), "'' is the name of no floor plan"),
         (("--map", "x" * 5000), "File name too long"),
-        (("--navigator", f"hp-st[x={'9' * 5000}]"), "navigator"),
+        (("--navigator", f"hp-st[x={'9' * 5000}]"), "x: unknown key"),
     ],
 )
 def test_what_nobody_can_mean_is_refused(clearway: Shell, tmp_path: Path, words: tuple[str, ...], said: str) -> None:

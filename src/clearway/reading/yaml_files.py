@@ -13,12 +13,13 @@ from clearway.reading.bounded import read_bytes
 from clearway.reading.values import refuse_monsters, too_deep
 
 
-def read_yaml(path: str | Path, most: int = limits.YAML) -> Any:
+def read_yaml(path: str | Path, most: int = limits.YAML, *, texts: bool = True) -> Any:
     """What a YAML file holds.
 
     Args:
         path: Of the file.
         most: Bytes that it may have.
+        texts: Whether its texts are to be short.
 
     Raises:
         ClearwayError: It can't be read, isn't YAML, has anchors or aliases, or is beyond what is read.
@@ -36,7 +37,7 @@ def read_yaml(path: str | Path, most: int = limits.YAML) -> Any:
     except (yaml.YAMLError, ValueError, OverflowError, AttributeError, IndexError, KeyError, TypeError) as error:
         # beside its own errors: a date that is none, a number without digits, a tag's text that its reader can't take
         raise ClearwayError(f"not a YAML file: {' '.join(str(error).split())[:300]}", file=path) from error
-    refuse_monsters(found, path)
+    refuse_monsters(found, path, texts=texts)
     return found
 
 

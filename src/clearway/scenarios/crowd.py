@@ -16,7 +16,13 @@ from clearway.scenarios.way import CELL
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Standing:
-    """Something that stands in a scenario: a fixture or a static obstacle."""
+    """Something that stands in a scenario: a fixture or a static obstacle.
+
+    Attributes:
+        name: Of the fixture or the obstacle.
+        shape: In its own frame.
+        pose: (3,) x, y [m], theta [rad] in the map.
+    """
 
     name: str
     shape: Shape

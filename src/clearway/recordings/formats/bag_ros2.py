@@ -8,12 +8,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
-import yaml
 
 from clearway.errors import ClearwayError
+from clearway.reading import read_yaml
+from clearway.reading.limits import BAG_METADATA
 from clearway.recordings.formats.bag_limits import CHUNK, TOPICS, decompress_message, unpack_file
 from clearway.recordings.formats.bag_mcap import McapStore
 from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Message, Store, Times, joined
@@ -22,7 +22,6 @@ MAGIC = b"SQLite format 3\0"
 MEND = "mend it with `sqlite3 FILE .recover`, or `ros2 bag reindex` the folder"
 ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 _ZSTD = b"\x28\xb5\x2f\xfd"
-_METADATA = 1 << 20  # bytes
 _BROKEN = (sqlite3.Error, ValueError, OverflowError, MemoryError)  # even its messages need not be text
 
 
@@ -176,13 +175,10 @@ def open_file(path: Path, stack: ExitStack) -> Store:
 
 def _listed(metadata: Path, folder: Path) -> list[Path]:
     try:
-        if metadata.stat().st_size > _METADATA:
-            raise ClearwayError(f"is larger than {_METADATA} bytes; `ros2 bag reindex` writes a new one", file=metadata)
-        text = metadata.read_text(encoding="utf-8")
-        table: Any = yaml.load(text, Loader=yaml.SafeLoader)  # libyaml's crashes the process on a deep one
+        table = read_yaml(metadata, BAG_METADATA, texts=False)
         names = table["rosbag2_bagfile_information"]["relative_file_paths"]
         files = [folder / PurePosixPath(name).name for name in names]
-    except (OSError, yaml.YAMLError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ClearwayError, KeyError, TypeError) as error:
         raise ClearwayError(
             f"is no metadata of a ROS 2 bag: {type(error).__name__}; `ros2 bag reindex` writes a new one", file=metadata
         ) from error
