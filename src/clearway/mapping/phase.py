@@ -23,6 +23,7 @@ from clearway.perception import MappingParameters
 from clearway.perception.map_quality import map_quality
 from clearway.perception.mapping import GridMapper, render
 from clearway.perception.scan_matching import beams as usable_beams
+from clearway.placing import placed
 from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
@@ -133,9 +134,8 @@ def build_map(
     quality = map_quality(built, truth)
     real = [_usable(driver.scans[k], usable, farthest) for k in used]
     limit = render(poses, real, driver.scans[0].mount, parameters.delta, parameters.occ_thresh)
-    out.mkdir(parents=True, exist_ok=True)
-    file = out / "map.yaml"
-    write_map(file, built)
+    with placed(out) as new:
+        write_map(new / "map.yaml", built)
     tell(total, total, "")
     moves = np.diff([p[:2] for p in driver.truth], axis=0)
     return MappingResult(
@@ -143,7 +143,7 @@ def build_map(
         robot=robot.name,
         seed=seed,
         scan_matching=scan_matching,
-        map=file,
+        map=out / "map.yaml",
         f1=quality.f1,
         precision=quality.precision,
         recall=quality.recall,

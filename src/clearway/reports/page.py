@@ -22,6 +22,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
 from clearway.errors import ClearwayError
+from clearway.placing import placed, working_folder
 from clearway.reports import (
     ablation,
     charts,
@@ -58,17 +59,14 @@ def write_report(path: str | os.PathLike[str]) -> Path:
     """
     results = open_results(Path(path))
     folder = results.path / "report"
-    new = results.path / f".report-{os.getpid()}"
     try:
-        shutil.rmtree(new, ignore_errors=True)
-        for part in ("figures", "tables"):
-            (new / part).mkdir(parents=True)
-        build(results, new)
-        _swap(new, folder)
+        with working_folder(results.path, "report") as new:
+            for part in ("figures", "tables"):
+                (new / part).mkdir()
+            build(results, new)
+            _swap(new, folder)
     except OSError as error:
         raise ClearwayError(f"the report cannot be written: {error.strerror or error}", file=folder) from error
-    finally:
-        shutil.rmtree(new, ignore_errors=True)
     return folder / PAGE
 
 
@@ -91,13 +89,8 @@ def write_replay(results: Results, trial: int) -> Path:
         **_frame(("decode.js", "lidar.js", "stage.js", "replay.js")),
     )  # fmt: skip
     file = results.path / "report" / f"trial-{trial:05d}.html"
-    try:
-        file.parent.mkdir(exist_ok=True)
-        new = file.with_suffix(f".{os.getpid()}")
-        new.write_text(page, encoding="utf-8", errors="replace")
-        os.replace(new, file)
-    except OSError as error:
-        raise ClearwayError(f"the replay cannot be written: {error.strerror or error}", file=file) from error
+    with placed(file.parent) as new:
+        (new / file.name).write_text(page, encoding="utf-8", errors="replace")
     return file
 
 

@@ -9,7 +9,6 @@ See `clearway.trials.store_results` for reading.
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import hashlib
 import json
@@ -25,6 +24,7 @@ import pyarrow as pa
 import pyarrow.ipc
 
 from clearway.errors import ClearwayError
+from clearway.placing import sync
 from clearway.trials.assembly import assemble
 from clearway.trials.differences import first_in_json
 from clearway.trials.store_results import (
@@ -123,19 +123,19 @@ class TrialStore:
                 assemble((_read_partial(file, self.key) for file in files), new, results_schema(self._schema))
                 digests, folders = {}, {self.path}
                 for file in sorted(p for p in new.rglob("*") if p.is_file()):
-                    _sync(file)
+                    sync(file)
                     digests[file.relative_to(new).as_posix()] = digest(file)
                     place = self.path / file.relative_to(new)
                     place.parent.mkdir(exist_ok=True)
                     os.replace(file, place)
                     folders.add(place.parent)
                 for folder in sorted(folders, reverse=True):
-                    _sync(folder)
+                    sync(folder)
                 self._campaign["run"] |= {**(run or {}), DIGESTS: digests}
                 digests[CAMPAIGN] = seal(self._campaign)
                 _write_whole(self.path / CAMPAIGN, _pretty(self._campaign))
                 os.replace(self.partial, self.path / _DONE)
-                _sync(self.path)
+                sync(self.path)
         shutil.rmtree(self.path / _DONE, ignore_errors=True)
         return open_results(self.path)
 
@@ -168,7 +168,7 @@ class TrialStore:
                 )
             with _writing(self.path):
                 self.partial.mkdir(exist_ok=True)  # before campaign.json: one without the other means finished
-                _sync(self.path)
+                sync(self.path)
                 _write_whole(self.path / CAMPAIGN, _pretty(campaign))
             return campaign
         old = read_campaign(self.path)
@@ -285,22 +285,10 @@ def _write_whole(file: Path, content: bytes) -> None:
             f.flush()
             os.fsync(f.fileno())
         os.replace(new, file)
-        _sync(file.parent)
+        sync(file.parent)
     except BaseException:
         new.unlink(missing_ok=True)
         raise
-
-
-def _sync(path: Path) -> None:
-    """Have a file, or the names in a folder, on the disk for good; nothing where folders can't be asked to."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    except OSError as error:
-        if error.errno != errno.EINVAL:  # some network file systems have no such thing for folders
-            raise
-    finally:
-        os.close(descriptor)
 
 
 @contextmanager

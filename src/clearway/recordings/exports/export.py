@@ -14,6 +14,7 @@ import numpy as np
 from clearway.contract import PLACED
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
+from clearway.placing import placed
 from clearway.recordings import formats
 from clearway.recordings.exports import mcap
 from clearway.recordings.exports.synthetic import System, body_name, captured, plan_tables
@@ -74,12 +75,9 @@ def export(
     for file in files.values():
         if file.exists():
             raise ClearwayError("is there already; nothing is overwritten: choose another name", file=file)
-    try:
+    with placed(Path(path).parent) as new:
         for what, file in files.items():
-            file.parent.mkdir(parents=True, exist_ok=True)
-            _write(trial, to, file, what, system or System(), scans)
-    except OSError as error:
-        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+            _write(trial, to, new / file.name, what, system or System(), scans)
     return tuple(files.values())
 
 

@@ -14,6 +14,7 @@ import pyarrow.csv
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
+from clearway.placing import placed
 from clearway.recordings import formats
 from clearway.recordings.motion.markers import MarkerSet, motion_of_markers, motion_of_track, resolve
 from clearway.recordings.motion.motion import Motion, MotionSpec
@@ -153,14 +154,11 @@ def write_motion(motion: Motion, path: Path) -> None:
     names = (*COLUMNS, "residual")[: len(COLUMNS) + len(fitted)]
     values = np.round(np.column_stack([motion.t, motion.wrapped, motion.velocity, *fitted]), 6) + 0.0
     table = pa.table({n: pa.array(values[:, i], from_pandas=True) for i, n in enumerate(names)})
-    try:
-        with open(path, "xb") as f:
-            f.write((",".join(names) + "\n").encode())
-            pyarrow.csv.write_csv(table, f, pyarrow.csv.WriteOptions(include_header=False))
-    except FileExistsError as error:
-        raise ClearwayError("is there already; name another folder", file=path) from error
-    except OSError as error:
-        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+    if path.exists():
+        raise ClearwayError("is there already; name another folder", file=path)
+    with placed(path.parent) as new, open(new / path.name, "wb") as f:
+        f.write((",".join(names) + "\n").encode())
+        pyarrow.csv.write_csv(table, f, pyarrow.csv.WriteOptions(include_header=False))
 
 
 def summary(motion: Motion) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from clearway.errors import ClearwayError
+from clearway.placing import placed
 from clearway.quantities import PoseSpec
 from clearway.reading import parse_toml, read_toml
 from clearway.recordings.lab.test_plan import TestPlan, is_test_plan
@@ -76,14 +77,12 @@ def write_new(path: str | Path, text: str) -> None:
     Raises:
         ClearwayError: it is, or can't be written.
     """
-    try:
-        with open(path, "x", encoding="utf-8") as f:
-            f.write(text)
-    except FileExistsError:
-        refuse_existing(Path(path))
-        raise
-    except OSError as error:
-        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=path) from error
+    path = Path(path)
+    refuse_existing(path)
+    if not path.parent.is_dir():
+        raise ClearwayError("cannot be written: there is no such folder", file=path)
+    with placed(path.parent) as new:
+        (new / path.name).write_text(text, encoding="utf-8")
 
 
 class _Writer:

@@ -1,0 +1,115 @@
+"""A campaign killed in every way, at every stage, and gone on with: it has to end in the same bytes, with nothing left running.
+
+Killed are the process, its group, and one of its workers, by TERM, KILL, INT and HUP: while it starts, while it compiles
+(with an empty cache), while trials run, while the results are put together, and while the report is written.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from fault_sections import Count
+from fault_sections.navigators import FILE, session
+
+SECONDS = 5.0
+"""Within which the last worker has to be gone."""
+SIGNALS = (signal.SIGTERM, signal.SIGKILL, signal.SIGINT, signal.SIGHUP)
+WHOM = ("parent", "group", "worker")
+
+CLEARWAY = [sys.executable, "-c", "from clearway.cli import main; main()"]
+CAMPAIGN = ["run", "hospital", "--robot", "tiago", "--batch", "NO", "--speed", "0.6", "--repetitions", "4", "--localisation",
+            "truth", "--navigator", f"{FILE}:Drives", "--workers", "2"]  # fmt: skip
+
+STAGES: dict[str, Callable[[Path, int], bool]] = {
+    "starting": lambda out, leader: len(session(leader)) > 1,
+    "running": lambda out, leader: len(list(out.glob(".partial/*.trial"))) >= 2,
+    "finishing": lambda out, leader: (out / ".partial/final").exists(),
+    "reporting": lambda out, leader: bool(list(out.glob(".report-*"))),
+    "compiling": lambda out, leader: bool(list((out.parent / "cache").rglob("*.nbc"))),
+}
+
+
+def measure(smoke: bool) -> list[Count]:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        subprocess.run([*CLEARWAY, *CAMPAIGN, "--out", str(folder / "whole")], check=True, capture_output=True)
+        wanted = _contents(folder / "whole")
+        counts = []
+        for stage in STAGES:
+            count = Count(f"kill while {stage}")
+            for whom in WHOM:
+                for number in SIGNALS:
+                    if (smoke and (whom, number) != ("parent", signal.SIGKILL)) or (stage, whom) == (
+                        "reporting",
+                        "worker",
+                    ):
+                        continue
+                    wrong = _wrong(folder, stage, whom, number, wanted)
+                    print(f"{stage}, {whom}, {number.name}: {wrong or 'survived'}", file=sys.stderr, flush=True)
+                    count.add(f"{whom}, {number.name}", wrong)
+            counts.append(count)
+    return counts
+
+
+def _wrong(folder: Path, stage: str, whom: str, number: signal.Signals, wanted: dict[str, bytes]) -> str | None:
+    out = folder / "out"
+    shutil.rmtree(out, ignore_errors=True)
+    (folder / "cache").mkdir(exist_ok=True)
+    empty = {"NUMBA_CACHE_DIR": str(folder / "cache")} if stage == "compiling" else {}
+    process = subprocess.Popen(
+        [*CLEARWAY, *CAMPAIGN, "--out", str(out)], env=os.environ | empty, start_new_session=True,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    while process.poll() is None and not STAGES[stage](out, process.pid):
+        time.sleep(0.002)
+    workers = [pid for pid in session(process.pid) if pid != process.pid]
+    try:
+        if whom == "parent":
+            process.send_signal(number)
+        elif whom == "group":
+            os.killpg(process.pid, number)
+        elif workers:
+            os.kill(workers[0], number)
+    except ProcessLookupError:
+        pass  # it was done sooner
+    began = time.monotonic()
+    if whom == "worker":
+        process.wait()  # another worker takes over
+    while (left := session(process.pid)) and time.monotonic() - began < SECONDS:
+        time.sleep(0.02)
+    for pid in left:
+        os.kill(pid, signal.SIGKILL)
+    process.wait()
+    shutil.rmtree(folder / "cache", ignore_errors=True)
+    if left and whom != "worker":
+        return f"left running after {SECONDS:g} s: {left}"
+    going_on = ["run", "--resume", str(out), "--workers", "2"] if (out / "campaign.json").exists() else None
+    done = subprocess.run([*CLEARWAY, *(going_on or [*CAMPAIGN, "--out", str(out)])], capture_output=True, text=True)
+    if done.returncode:
+        return f"resumed with {done.returncode}: {done.stderr.strip()[-200:]}"
+    found = _contents(out)
+    return (
+        None
+        if found == wanted
+        else f"other bytes: {sorted(k for k in wanted if found.get(k) != wanted[k])}, {sorted(set(found) - set(wanted))}"
+    )
+
+
+def _contents(path: Path) -> dict[str, bytes]:
+    """All that must be the same bytes: everything but the wall clock, the machine and what the report says of both."""
+    files = (p for p in sorted(path.rglob("*")) if p.is_file() and "report" not in p.relative_to(path).parts)
+    found = {
+        str(p.relative_to(path)): p.read_bytes() for p in files if p.name not in ("timing.parquet", "campaign.json")
+    }
+    campaign = json.loads((path / "campaign.json").read_text())
+    assert (path / "report/index.html").exists()
+    return found | {"campaign.json": json.dumps({k: v for k, v in campaign.items() if k != "run"}).encode()}
