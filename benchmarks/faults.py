@@ -4,6 +4,7 @@ python benchmarks/faults.py                        # everything
 python benchmarks/faults.py --only hostile         # hostile files and command lines
 python benchmarks/faults.py --only fuzz --tries 100000
 python benchmarks/faults.py --only navigators      # navigators that misbehave
+python benchmarks/faults.py --only damages         # results directories that were damaged
 python benchmarks/faults.py --only kills           # kills at every stage, gone on with to the same bytes
 python benchmarks/faults.py --smoke                # a few of each
 """
@@ -14,13 +15,14 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from fault_sections import Count, fuzz, hostile, kills, navigators
+from fault_sections import Count, damages, fuzz, hostile, kills, navigators
 
 SECTIONS: dict[str, Callable[[argparse.Namespace], list[Count]]] = {
     "hostile": lambda asked: hostile.measure(asked.smoke),
     "fuzz": lambda asked: fuzz.measure(200 if asked.smoke else asked.tries, asked.seed),
     "navigators": lambda asked: navigators.measure(asked.smoke),
     "kills": lambda asked: kills.measure(asked.smoke),
+    "damages": lambda asked: damages.measure(asked.smoke),
 }
 """What may be asked for by `--only`, in the order of the table."""
 

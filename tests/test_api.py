@@ -66,7 +66,7 @@ def test_results_go_where_nothing_is(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 def test_importing_clearway_is_cheap() -> None:
-    heavy = "numba", "numpy", "pyarrow", "pydantic", "matplotlib", "scipy", "joblib"
+    heavy = "numba", "numpy", "pyarrow", "pydantic", "matplotlib", "scipy"
     code = f"import sys, clearway; clearway.__version__; print([m for m in {heavy!r} if m in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
     with pytest.raises(AttributeError, match="no attribute 'ran'"):

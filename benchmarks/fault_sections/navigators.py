@@ -86,8 +86,6 @@ def _run(out: Path, names: list[str]) -> dict[str, Any]:
         os.waitpid(child, 0)
     while (left := session(child)) and code is not None and time.monotonic() - began < SECONDS + 6.0:
         time.sleep(0.1)
-        if time.monotonic() - began > 6.0 and "LeavesAProcess" in names:
-            break
     for pid in left:
         os.kill(pid, signal.SIGKILL)
     found = {"code": code, "said": said.read_text(errors="replace"), "left": left if code is not None else []}

@@ -301,6 +301,21 @@ def _apart() -> None:
     time.sleep(5.0)
 
 
+_done: set[tuple[int, object]] = set()
+
+
+def once(deed: Callable[[], Any]) -> Callable[[], None]:
+    """The deed, once in a process, and in none that it makes of itself."""
+
+    def done() -> None:
+        if (os.getpid(), deed) not in _done:
+            _done.add((os.getpid(), deed))
+            deed()
+            _done.add((os.getpid(), deed))
+
+    return done
+
+
 CRASHES: dict[str, Callable[[], Any]] = {
     "SegmentationFault": lambda: ctypes.string_at(0),
     "ExitsQuietly": lambda: os._exit(0),
@@ -315,7 +330,7 @@ CRASHES: dict[str, Callable[[], Any]] = {
     "FloatingPointError": _signal(signal.SIGFPE),
     "ExitsInAThread": _apart,
     "ClosesAllFiles": lambda: os.closerange(0, 4096),
-    "Forks": os.fork,
+    "Forks": once(os.fork),
 }
 for word, deed in CRASHES.items():
     does("crashes", word, deed)
@@ -440,9 +455,9 @@ LEFT: dict[str, Callable[[], Any]] = {
     "MasksPermissions": lambda: os.umask(0o777),
     "ClearsEnvironment": os.environ.clear,
     "ClearsPath": sys.path.clear,
-    "SpinsInAThread": lambda: threading.Thread(target=_for_ever, daemon=True).start(),
-    "WaitsInAThread": lambda: threading.Thread(target=time.sleep, args=(1e6,)).start(),
-    "LeavesAProcess": lambda: subprocess.Popen(["sleep", "1000"]),
+    "SpinsInAThread": once(lambda: threading.Thread(target=_for_ever, daemon=True).start()),
+    "WaitsInAThread": once(lambda: threading.Thread(target=time.sleep, args=(1e6,)).start()),
+    "LeavesAProcess": once(lambda: subprocess.Popen(["sleep", "1000"])),
     "StopsCollecting": gc.disable,
     "TakesOpenAway": _no_open,
     "TakesJsonAway": _no_json,

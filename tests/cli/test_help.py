@@ -8,7 +8,7 @@ import sys
 import pytest
 from command_line import Shell
 
-HEAVY = ("numba", "numpy", "scipy", "pyarrow", "matplotlib", "pydantic", "joblib")
+HEAVY = ("numba", "numpy", "scipy", "pyarrow", "matplotlib", "pydantic")
 
 
 def test_help_imports_nothing_heavy():

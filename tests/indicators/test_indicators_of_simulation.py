@@ -51,3 +51,22 @@ def test_contact_and_distance_agree(batch, robot):
             assert sum(row[p] for p in parts) == pytest.approx(row["CT"], abs=1e-9)
         else:
             assert row["MDO"] > 0.0
+
+
+def test_who_is_there_at_once_took_no_time():
+    """The start lies within the goal's tolerance, or the navigator says so: nothing is divided by the time that it took."""
+
+    class There(StraightOn):
+        def decide(self, sensing):
+            return Decision(Command(0.0, 0.0, arrived=True), sensing.truth)
+
+    scenario = load_suite("sar-case1").build(load_robot("rescue"), Selection(repetitions=1), 1)[0]
+    declared = scenario.legs[0].model_copy(update={"arrival": "declared"})
+    scenario = scenario.model_copy(update={"legs": (declared,)})
+    trial = simulate(scenario, load_robot("rescue"), There(), navigator="there", localisation="truth", map=None)
+    assert (trial.outcome, trial.t.tolist(), trial.spans[0].end) == ("reached", [0.0], 0.0)
+    row = score_row(trial)
+    assert row["TCS"] is None
+    assert "the legs took no time" in row["not_computable"]
+    assert row["CT"] == 0.0
+    assert not row["success"]

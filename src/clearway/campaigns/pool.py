@@ -165,7 +165,10 @@ def _there(
                 busy.remove(worker)
                 if what in ("done", "refused"):
                     worker.call = None
-                    _idle.append(worker)
+                    if worker.spent:
+                        worker.end()
+                    else:
+                        _idle.append(worker)
                     if what == "refused":
                         raise told
                     yield told
@@ -201,11 +204,12 @@ class _Worker:
         line: By which calls go there and answers come back.
         call: What it is at; None: it is idle.
         ready: Whether it has begun to take calls.
+        spent: Whether its last call has left something running in it.
     """
 
     def __init__(self) -> None:
         self.call: _Call | None = None
-        self.ready = False
+        self.ready = self.spent = False
         here, there = socket.socketpair()
         beat = tempfile.TemporaryFile()  # noqa: SIM115 - they live as long as the worker
         beat.truncate(8)
@@ -241,7 +245,7 @@ class _Worker:
         """What it has to tell: a word, empty for nothing yet, and what comes with it, a `Fate` if it ended."""
         try:
             if self.line.poll():
-                what, told = pickle.loads(self.line.recv_bytes())
+                what, told, self.spent = pickle.loads(self.line.recv_bytes())
                 self.ready = True
                 self._pulse.restart(time.monotonic())
                 return (what, told) if what != "broke" else (what, Fate(f"cannot go on ({told[0]})", told[1]))

@@ -22,7 +22,9 @@ _PR_SET_PDEATHSIG = 1
 def end_with(parent: int) -> None:
     """Have this process end when its parent has ended, however it did and whatever goes on here."""
     if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        ask = ctypes.CDLL(None).prctl
+        ask(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        os.register_at_fork(after_in_child=lambda: ask(_PR_SET_PDEATHSIG, signal.SIGKILL))  # what it forks ends with it
     else:
         threading.Thread(target=_watch, args=(parent,), daemon=True).start()
     if os.getppid() != parent:  # it has ended already
@@ -63,13 +65,13 @@ def serve(connection: int, beat: int, traces: int, path: list[str]) -> None:
     from clearway.campaigns.surroundings import Sources, settle
 
     HEARTBEAT.share(beat)
-    line, me, sources = Connection(connection), os.getpid(), Sources()
-    line.send_bytes(pickle.dumps(("ready", None)))
+    line, me, sources, threads = Connection(connection), os.getpid(), Sources(), threading.active_count()
+    line.send_bytes(pickle.dumps(("ready", None, False)))
     while True:
         try:
             setting, call = pickle.loads(line.recv_bytes())
         except (EOFError, OSError):
-            os._exit(0)
+            _end()
         answer: tuple[str, Any]
         if sources.changed() or list(setting.path) != path:  # what was imported may not be what would be now
             answer = ("stale", None)
@@ -79,7 +81,22 @@ def serve(connection: int, beat: int, traces: int, path: list[str]) -> None:
             sources.look()
         if os.getpid() != me:  # a navigator has forked, and went on in both
             os._exit(0)
-        line.send_bytes(pickle.dumps(answer))
+        leaves = threading.active_count() > threads or _has_children()  # who goes on would slow down the next trial
+        line.send_bytes(pickle.dumps((*answer, leaves)))
+
+
+def _end() -> None:
+    """End, and whatever was started here."""
+    if os.getpgrp() == os.getpid():
+        os.killpg(os.getpid(), signal.SIGKILL)
+    os._exit(0)
+
+
+def _has_children() -> bool:
+    try:
+        return os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
+    except ChildProcessError:
+        return False
 
 
 def _answer(call: bytes) -> tuple[str, Any]:
