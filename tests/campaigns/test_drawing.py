@@ -44,9 +44,7 @@ def test_a_plan_of_many_seeds_draws_nothing(monkeypatch: pytest.MonkeyPatch) -> 
     assert len({spec.id for spec in specs}) == 4000
     assert specs[7].scenario.name == "case-1-seed-7-v1-r1"
     assert len(set(asked_of_plan(many, specs)["tasks"].values())) == 4000
-    far = dataclasses.replace(
-        many, selection=Selection(seeds=(0, 500_000), scenarios=("case-1-seed-499999-v1-r1",))
-    )
+    far = dataclasses.replace(many, selection=Selection(seeds=(0, 500_000), scenarios=("case-1-seed-499999-v1-r1",)))
     assert [spec.scenario.name for spec in far.specs()] == ["case-1-seed-499999-v1-r1"]
     for wrong in ("case-1-seed-2000-v1-r1", "case-1-seed-07-v1-r1", "case-2-seed-7-v1-r1"):
         with pytest.raises(ClearwayError, match=r"no scenario of .* has the name"):

@@ -19,7 +19,11 @@ OWN = Path(__file__).with_name("own_navigators.py")
 
 def written(folder: Path, line: str) -> Path:
     """TIAGo's file with one more line in its table of hp-st; or with a table and its line, as in `[table]; line`."""
-    text = (Path(clearway.robots.__file__).parent / "tiago.toml").read_text(encoding="utf-8").replace('"tiago"', '"mine"', 1)
+    text = (
+        (Path(clearway.robots.__file__).parent / "tiago.toml")
+        .read_text(encoding="utf-8")
+        .replace('"tiago"', '"mine"', 1)
+    )
     place = "[navigators.hp-st]"
     assert place in text
     path = folder / "mine.toml"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -16,11 +17,12 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
 from clearway.reports import conditions, figure, head_to_head, paper_b, rescue, write_report
-from clearway.reports.findings import Findings
+from clearway.reports.findings import Findings, _recorded
 from clearway.reports.grid import NONE, Grid
 from clearway.reports.replay_encoding import Packer
 from clearway.reports.rescue_figures import centre_distance, chosen
 from clearway.reports.text import beside_published, numbers
+from clearway.robots import load_robot, robot_names
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 from clearway.trials.store import Results, TrialStore, write_partial
 
@@ -238,3 +240,10 @@ def test_what_a_snapshot_holds_reaches_the_replay(results: Results) -> None:
     assert touching == pytest.approx(0.6)
     assert distance is not None
     assert float(distance[0]) == pytest.approx(min(math.dist(START[:2], (4, 9)), math.dist(START[:2], (9, 2))))
+
+
+@pytest.mark.parametrize("name", robot_names())
+def test_every_robot_is_read_back_from_what_was_recorded(name: str) -> None:
+    for which in (name, *(f"{name}:{preset}" for preset in load_robot(name).presets)):
+        robot = load_robot(which)
+        assert _recorded(json.loads(robot.model_dump_json())) == robot

@@ -197,6 +197,15 @@ def _recorded(values: Any) -> Robot | None:
     if not isinstance(values, dict):
         return None
     try:
-        return Robot.model_validate(values)
+        return Robot.model_validate(_with_infinities(values))
     except (ValueError, ClearwayError):
         return None  # recorded by another version
+
+
+def _with_infinities(value: Any) -> Any:
+    """JSON values, in which an infinite number is a word, as a robot's file has them."""
+    if isinstance(value, dict):
+        return {name: _with_infinities(one) for name, one in value.items()}
+    if isinstance(value, list):
+        return [_with_infinities(one) for one in value]
+    return float(value) if value in ("Infinity", "-Infinity") else value
