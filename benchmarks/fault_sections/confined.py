@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
 import select
@@ -63,19 +64,20 @@ def command(*arguments: str, within: Path | None = None) -> Ended:
     if not child:
         _be_the_command(arguments, goes, within)
     os.close(goes)
-    said = bytearray()
-    open_, code = True, None
-    while open_ and (left := began + WAIT - time.monotonic()) > 0:
-        if select.select([came], [], [], left)[0]:
-            block = os.read(came, 1 << 16)
-            open_ = bool(block)
+    said, status, going = bytearray(), 0, True
+    while going and (left := began + WAIT - time.monotonic()) > 0:  # workers of it may hold the pipe for longer
+        ended, status = os.waitpid(child, os.WNOHANG)
+        going = not ended
+        while select.select([came], [], [], min(left, 0.02) if going else 0)[0] and (block := os.read(came, 1 << 16)):
             said += block[: max(0, SAID - len(said))]
-    if open_:
+    seconds = time.monotonic() - began
+    with contextlib.suppress(ProcessLookupError):
         os.killpg(child, signal.SIGKILL)
-    _, status = os.waitpid(child, 0)
-    code = None if open_ else os.waitstatus_to_exitcode(status)
+    if going:
+        os.waitpid(child, 0)
     os.close(came)
-    return Ended(code, said.decode("utf-8", "replace"), time.monotonic() - began, sum(map(len, arguments)))
+    code = None if going else os.waitstatus_to_exitcode(status)
+    return Ended(code, said.decode("utf-8", "replace"), seconds, sum(map(len, arguments)))
 
 
 def _be_the_command(arguments: Sequence[str], out: int, within: Path | None) -> None:

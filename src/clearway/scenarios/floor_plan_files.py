@@ -152,9 +152,11 @@ def load_file(path: Path) -> FloorPlan:
     Raises:
         ClearwayError: no such file, or a field that is wrong.
     """
-    if not os.path.isfile(path):
-        raise ClearwayError("no such file", file=path)
-    return _load(path, path.stat().st_mtime_ns)
+    try:
+        changed = os.stat(path).st_mtime_ns
+    except (OSError, ValueError):
+        changed = 0  # reading it says what is wrong
+    return _load(path, changed)
 
 
 def load_shipped(name: str) -> FloorPlan:
