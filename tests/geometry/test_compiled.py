@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from numba.core.caching import NullCache
+
 import clearway
 from clearway.geometry import compiled
 
@@ -68,7 +70,9 @@ def _sum_of_powers(x: float) -> float:
     return _power(x, 1) + _power(x, 2, twice=False) + _power(x, n=3, twice=True)
 
 
-def test_a_literal_argument_is_compiled_once_for_all_values():
+def test_a_literal_argument_is_compiled_once_for_all_values(monkeypatch):
+    for function in (_power, _sum_of_powers):
+        monkeypatch.setattr(function, "_cache", NullCache())  # what an earlier run compiled has no signatures here
     assert _sum_of_powers(2.0) == 2.0 + 4.0 + 16.0
     signatures = {tuple(map(str, s)) for s in _power.signatures}
     assert signatures == {("float64", "int64", "omitted(default=False)"), ("float64", "int64", "bool")}
