@@ -159,7 +159,7 @@ class Phases:
     """Notes what each phase took, with the peak memory up to its end."""
 
     def __init__(self) -> None:
-        self.children, self.rows = Children(), []
+        self.children = Children()
         self.rows: list[dict[str, Any]] = []
         self.children.watch()
         self._last = self._now()
@@ -213,13 +213,12 @@ def trials_alone(out: Path, trials: int) -> list[dict[str, Any]]:
 
 def run(out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
     """The campaign, without its report."""
-    phases, begun = Phases(), []
+    phases = Phases()
 
-    def progress(done: int, total: int, note: str) -> None:
-        if not begun:
+    def progress(done: int, total: int, note: str = "") -> None:
+        if not phases.rows:
             phases.end("before the first trial")
-            begun.append(True)
-        if begun and done == total:
+        if done == total:
             phases.end("trials run and kept")
 
     clearway.run(f"{HERE}:SUITE", **campaign(trials), workers=workers, out=out, progress=progress)

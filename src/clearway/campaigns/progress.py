@@ -12,7 +12,7 @@ class ProgressCallback(Protocol):
         """Take note.
 
         Args:
-            done: How many trials, or scenarios that are drawn before them, are done.
+            done: How many trials are done.
             total: How many there are.
             note: What there is to say to people, often nothing.
         """
