@@ -235,7 +235,8 @@ def collision_risk(
         if d2 >= reach * reach:
             continue
         room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - moving[i, 4]
-        risk += moving[i, 6] * _TAIL[int(max(room / moving[i, 5] + _FAR, 0.0) * _PER)]
+        if room < _FAR * moving[i, 5]:  # beside a polygon there is more room than around its circumscribed circle
+            risk += moving[i, 6] * _TAIL[int(max(room / moving[i, 5] + _FAR, 0.0) * _PER)]
     return risk
 
 
