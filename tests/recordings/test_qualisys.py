@@ -109,3 +109,46 @@ def test_what_is_wrong_is_named(old: str, new: str, problem: str, tmp_path: Path
 def test_a_file_of_bodies_says_how_to_read_it(tmp_path: Path) -> None:
     with pytest.raises(ClearwayError, match="has no MARKER_NAMES, but BODY_NAMES: read it as qualisys-6d"):
         of(BODIES + "1\t0\n", tmp_path)
+
+
+PARTS = ["X", "Y", "Z", "Roll", "Pitch", "Yaw", "Residual", *(f"Rot[{i}]" for i in range(9))]
+
+
+def old(bodies: list[str], gap: bool, lead: str = "", rotations: bool = True) -> str:
+    """An export as QTM 2 wrote it: the bodies' columns without frame and time before them."""
+    parts = PARTS if rotations else PARTS[:7]
+    titles, row = [], []
+    for k, body in enumerate(bodies):
+        turn = math.radians(30 + 10 * k)
+        c, s = math.cos(turn), math.sin(turn)
+        values = [1000 + k, 2000, 300, 0, 0, math.degrees(turn), 0.5, c, s, 0, -s, c, 0, 0, 0, 1][: len(parts)]
+        titles += [*([""] if gap and k else []), f"{body} {parts[0]}", *parts[1:]]
+        row += [*([""] if gap and k else []), *map(str, values)]
+    names = "\t".join(bodies)
+    head = f"NO_OF_FRAMES\t2\nNO_OF_CAMERAS\t8\nNO_OF_BODIES\t{len(bodies)}\nFREQUENCY\t60\nDATA_INCLUDED\t6D\nBODY_NAMES\t{names}\n"
+    return head + lead + "\t".join(titles) + "\n" + 2 * ("\t".join(row) + "\n")
+
+
+@pytest.mark.parametrize("gap", [False, True])
+@pytest.mark.parametrize("bodies", [["cart"], ["cart", "box 2"]])
+def test_older_bodies_stand_where_their_titles_say(bodies: list[str], gap: bool, tmp_path: Path) -> None:
+    found = of(old(bodies, gap), tmp_path, bodies=True)
+    assert list(found.tracks) == bodies
+    for k, track in enumerate(found.tracks.values()):
+        assert track.t == pytest.approx([0, 1 / 60])
+        assert track.position[1] == pytest.approx([1 + k / 1000, 2, 0.3])
+        assert track.orientation is not None
+        half = math.radians(30 + 10 * k) / 2
+        assert track.orientation[1] == pytest.approx([0, 0, math.sin(half), math.cos(half)])
+
+
+def test_a_body_without_a_matrix_has_no_heading(tmp_path: Path) -> None:
+    found = of(old(["cart"], False, rotations=False), tmp_path, bodies=True)
+    assert found.tracks["cart"].orientation is None
+    assert any("no rotation matrix, and so no heading: cart" in note for note in found.notes)
+
+
+def test_titles_of_other_columns_than_the_numbers_are_not_believed(tmp_path: Path) -> None:
+    text = old(["cart"], False).replace("cart X\t", "cart\tX\t")  # the name in a cell of its own
+    track = of(text, tmp_path, bodies=True).tracks["cart"]
+    assert track.position[0] == pytest.approx([1, 2, 0.3])

@@ -371,3 +371,43 @@ def test_whatever_the_file_holds_nothing_but_our_own_error_comes_out(tmp_path: P
     if toml := data.draw(st.sampled_from(TOMLS)):
         description.write_bytes(toml.encode() if data.draw(st.integers(0, 3)) else data.draw(damaged(toml.encode())))
     nothing_but_clearway_errors(table.FORMATS[0], tmp_path / "f.csv", data.draw(damaged(TEXT.encode())))
+
+
+@pytest.mark.parametrize(
+    ("x", "four"),
+    [
+        ("x", ("qx", "qy", "qz", "qw")),
+        ("x [m]", ("qx", "qy", "qz", "qw")),
+        ("tx", ("qx", "qy", "qz", "qw")),
+        ("cart_x", ("cart_qx", "cart_qy", "cart_qz", "cart_qw")),
+        ("pose.position.x", ("pose.orientation.x", "pose.orientation.y", "pose.orientation.z", "pose.orientation.w")),
+        ("pos_x", ("quat_x", "quat_y", "quat_z", "quat_w")),
+    ],
+)
+def test_a_quaternion_is_the_heading_by_its_columns_names(tmp_path: Path, x: str, four: tuple[str, ...]):
+    y = x.replace("x", "y", 1) if x != "pose.position.x" else "pose.position.y"
+    a, b, c, d = four
+    # the columns stand as w, z, y, x: by name they are found all the same
+    text = f"t,{x},{y},{d},{c},{b},{a}\n0,1,2,0.6,0.8,0,0\n1,2,2,0.8,0.6,0,0\n"
+    recording = read(tmp_path, text, f'[time]\ncolumn = "t"\n[bodies.robot]\nx = "{x}"\ny = "{y}"\n')
+    orientation = recording.tracks["robot"].orientation
+    assert orientation is not None
+    np.testing.assert_allclose(orientation, [[0, 0, 0.8, 0.6], [0, 0, 0.6, 0.8]])
+    assert any(f"its heading is that of the columns {a}" in note for note in recording.notes)
+    (tmp_path / "a.csv.toml").unlink()
+    note = table.look(tmp_path / "a.csv").notes[0]
+    assert f'x = "{x}"' in note  # and not the quaternion's own
+    assert f'quaternion = ["{a}", "{b}", "{c}", "{d}"]' in note
+
+
+def test_of_two_bodies_each_has_its_own_quaternion_or_none(tmp_path: Path):
+    text = "t,a_x,a_y,a_qx,a_qy,a_qz,a_qw,b_x,b_y,qx,qy,qz,qw\n0,1,2,0,0,0.8,0.6,5,6,0,0,0,1\n1,2,2,0,0,0.6,0.8,6,6,0,0,0,1\n"
+    toml = '[time]\ncolumn = "t"\n[bodies.a]\nx = "a_x"\ny = "a_y"\n[bodies.b]\nx = "b_x"\ny = "b_y"\n'
+    tracks = read(tmp_path, text, toml).tracks
+    assert tracks["a"].orientation is not None
+    assert tracks["b"].orientation is None
+
+
+def test_three_of_four_columns_are_no_quaternion(tmp_path: Path):
+    track = read(tmp_path, "t,x,y,qx,qy,qz\n0,1,2,0,0,0\n1,2,2,0,0,0\n", ROBOT).tracks["robot"]
+    assert track.orientation is None

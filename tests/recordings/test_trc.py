@@ -58,13 +58,70 @@ def test_separated_by_commas(tmp_path: Path) -> None:
     assert points.xyz[0, 0] == pytest.approx([0.001, 0.02, 0.3])
 
 
+UNNAMED = "\t".join(["7", "8", "9"])
+
+
+@pytest.mark.parametrize(
+    ("head", "rows", "names"),
+    [
+        # X, Y, Z of a marker without a name
+        (HEAD.replace("\tV_Mid", "\t"), ROWS, ("R.Heel", "unlabeled 2")),
+        # numbers behind all that is named, from the first line on
+        (HEAD, f"1\t0.000\t1\t20\t300\t\t\t\t{UNNAMED}\n2\t0.007\t1\t21\t300\t\t\t\t{UNNAMED}\n",
+         ("R.Heel", "V_Mid", "unlabeled 3")),
+        # a name behind the last X, Y, Z: Cortex' virtual markers
+        (HEAD.replace("V_Mid\t\t", "V_Mid\t\t\tV_Hip\t\t"), ROWS, ("R.Heel", "V_Mid", "V_Hip")),
+    ],
+)  # fmt: skip
+def test_cortex_trailing_columns(head: str, rows: str, names: tuple[str, ...], tmp_path: Path) -> None:
+    path = tmp_path / "walk.trc"
+    path.write_text(head + "\n" + rows)
+    assert tuple(e.name for e in trc.look(path).entries) == names
+    found = trc.read(path, Want(names=frozenset(names))).points
+    assert found is not None
+    assert found.xyz[0, 0] == pytest.approx([0.001, 0.02, 0.3])
+    labelled = trc.read(path, Want()).points
+    assert labelled is not None
+    assert labelled.names == tuple(n for n in names if not n.startswith("unlabeled"))
+
+
+def test_unnamed_markers_that_come_later_are_passed_over(tmp_path: Path) -> None:
+    found = of(
+        HEAD + "\n" + ROWS.replace("2\t0.007\t1\t21\t300\t\t\t", f"2\t0.007\t1\t21\t300\t\t\t\t{UNNAMED}"), tmp_path
+    )
+    assert found.points is not None
+    assert found.points.names == ("R.Heel", "V_Mid")
+    assert found.points.xyz[1, 0] == pytest.approx([0.001, 0.021, 0.3])
+
+
+def test_opensim_names_a_cell_beside_the_numbers(tmp_path: Path) -> None:
+    """As OpenSim 4.0's adapter wrote them: three tabs before X1, two before the numbers, one between the names."""
+    head = HEAD.replace("Frame#\tTime\tR.Heel\t\t\tV_Mid\t\t\t", "Frame#\tTime\t\tR.Heel\t\tV_Mid").replace(
+        "\t\tX1\tY1\tZ1\tX2\tY2\tZ2\t", "\t\t\tX1\tY1\tZ1\tX2\tY2\tZ2"
+    )
+    found = of(head + "\n" + "1\t0\t1\t20\t300\t4\t5\t6\n2\t0.007\t1\t21\t300\tNaN\tNaN\tNaN\n", tmp_path)
+    assert found.points is not None
+    assert found.points.names == ("R.Heel", "V_Mid")
+    assert found.points.xyz[0] == pytest.approx(np.array([[0.001, 0.02, 0.3], [0.004, 0.005, 0.006]]))
+    assert np.isnan(found.points.xyz[1, 1]).all()
+    assert any("a cell beside the numbers" in note for note in found.notes)
+
+
+def test_a_line_of_values_spread_over_more_tabs(tmp_path: Path) -> None:
+    values = "150.00\t150.00\t       4\t1\tmm\t150.00\t1\t       4"
+    found = of(HEAD.replace(values, "  150.0\t\t  150.0\t\t 4\t\t 1\t\t mm\t 150.0\t 1\t 4") + ROWS, tmp_path)
+    assert found.points is not None
+    assert found.points.xyz[0, 0] == pytest.approx([0.001, 0.02, 0.3])
+    assert found.points.t[1] == pytest.approx(1 / 150)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
         ("\tmm\t", "\t\t", "Units: the unit of length is missing"),
         ("\tmm\t", "\tpx\t", "Units: 'px' is no unit of length"),
         ("150.00\t150.00\t", "none\t150.00\t", "DataRate: 'none' is no sampling rate"),
-        ("R.Heel\t\t\tV_Mid", "R.Heel", "there are 1 marker names, but X, Y and Z of 2"),
+        ("R.Heel\t\t\tV_Mid", "R.Heel\tV_Mid\tV", "there are 3 marker names, but X, Y and Z of 2"),
         ("Frame#", "Bild", "the columns should be Frame#, Time and markers"),
         ("PathFileType", "FileType", "doesn't begin with 'PathFileType'"),
         ("       4\t1", "4000000000\t1", "announces 4000000000 frames, more than it can hold; it has 4"),

@@ -139,3 +139,34 @@ def test_what_is_wrong_is_named(old: str, new: str, problem: str, tmp_path: Path
 def test_a_file_of_other_blocks_says_what_it_has(tmp_path: Path) -> None:
     with pytest.raises(ClearwayError, match="has no block 'Trajectories', 'Segments' or 'Objects'; it has Devices"):
         of(DEVICES, tmp_path)
+
+
+WORKSTATION = """TRAJECTORIES
+120,Hz
+,robot:m1,,,robot:m2,,
+Field #,X,Y,Z,X,Y,Z
+1,1000,-2000.5,300,0,0,10
+2,1001,-2000.5,300,,,
+3,1002,-2000.5,300
+"""
+
+
+@pytest.mark.parametrize("units", ["", ",mm,mm,mm,mm,mm,mm\n", ",cm,cm,cm,cm,cm,cm\n"])
+def test_the_older_text_of_workstation(units: str, tmp_path: Path) -> None:
+    scale = 10.0 if "cm" in units else 1.0
+    text = WORKSTATION.replace("X,Y,Z\n1,", f"X,Y,Z\n{units}1,") + "\nANALOG\n1080,Hz\nSample #,Fx1\n,N\n1,0.5\n"
+    path = tmp_path / "old.csv"
+    path.write_text(text)
+    assert vicon.sniff(path, text.encode())
+    found = vicon.read(path, Want())
+    assert found.points is not None
+    assert found.points.names == ("robot:m1", "robot:m2")
+    assert found.points.t == pytest.approx(np.arange(3) / 120)
+    assert found.points.xyz[0] == pytest.approx(scale * np.array([[1.0, -2.0005, 0.3], [0, 0, 0.01]]))
+    assert np.isnan(found.points.xyz[1:, 1]).all()
+    assert any("taken as millimetres" in note for note in found.notes) == (not units)
+
+
+def test_newer_text_without_units_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match="the unit of length is missing"):
+        of(TRAJECTORIES.replace("mm", ""), tmp_path)

@@ -17,7 +17,20 @@ from clearway.recordings.formats.format import HEAD, Format
 from clearway.recordings.recording import Contents, Recording, Want
 from clearway.registry import Registry
 
-MODULES = ("c3d", "bag", "motive", "vicon", "qualisys", "trc", "tum", "table", "pedestrians")
+MODULES = (
+    "c3d",
+    "bag",
+    "motive",
+    "vicon",
+    "qualisys",
+    "qualisys_json",
+    "trc",
+    "tum",
+    "kitti",
+    "euroc",
+    "table",
+    "pedestrians",
+)
 """Files of this folder, each with its `FORMATS`, the surest to recognise first."""
 
 

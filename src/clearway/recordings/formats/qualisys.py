@@ -5,7 +5,8 @@ of column names; then the numbers, after frame and time if these were exported. 
 writes. A thing at 0, 0, 0, an empty cell and `NULL` are what wasn't seen.
 
 A body's rows are X, Y, Z, roll, pitch, yaw [degrees], residual and Rot[0] to Rot[8]: its rotation matrix, column by
-column. The matrix is taken, as what the angles mean can be set in QTM.
+column. The matrix is taken, as what the angles mean can be set in QTM. Older exports have no frame and time before the
+line of column names, and may have an empty column between two bodies: where there are names, they say what is what.
 
 QTM's manual discourages using TIME_STAMP for synchronisation: it need not be the first frame's.
 """
@@ -202,9 +203,21 @@ def _layout(lines: Lines, bodies: bool) -> Layout:
     if not said[key]:
         raise ClearwayError("names nothing", file=file, field=key)
     names, notes = unique(said[key])
+    width = len(first) - (not first[-1])
+    named = _named(titles, width, len(names)) if bodies else None
     per = PER_BODY if bodies else 3
-    lead = _lead(titles, first, per * len(names), file, line)
-    columns = lead + per * len(names)
+    if named is None:
+        if bodies and titles is not None and len(titles) - (not titles[-1]) != width:
+            titles = None  # they aren't the numbers' own
+        lead = _lead(titles, first, per * len(names), file, line)
+        starts = [lead + per * i for i in range(len(names))]
+        turns = [tuple(range(i + 7, i + 16)) for i in starts]
+        columns = lead + per * len(names)
+    else:
+        starts, turns, lead = [i for i, _ in named], [r for _, r in named], named[0][0]
+        columns, per = width, 1
+        if without := [name for name, r in zip(names, turns, strict=True) if not r]:
+            notes = (*notes, f"no rotation matrix, and so no heading: {', '.join(without)[:200]}")
     rate_text = (said.get("FREQUENCY") or [""])[0]
     timed = lead > 1 and (titles is None or titles[1].lower() == "time")
     rate = number(rate_text)  # with an external time base it may be a word: then time has to be a column
@@ -217,14 +230,14 @@ def _layout(lines: Lines, bodies: bool) -> Layout:
     unmeasured = [n for n, kind in zip(names, types, strict=False) if kind and kind != "Measured"]
     if unmeasured:
         notes = (*notes, f"partly not measured, but filled or calculated by QTM: {', '.join(unmeasured)[:200]}")
-    marks = [lead + per * i for i in range(len(names))]
     return Layout(
         Block(at, line, columns, "\t", point=per),
         (0, 1) if timed else (0,) if lead else (),
         _time if timed else partial(_counted, rate=rate or 1.0, from_one=bool(lead)),
-        () if bodies else tuple((name, (i, i + 1, i + 2)) for name, i in zip(names, marks, strict=True)),
+        () if bodies else tuple((name, (i, i + 1, i + 2)) for name, i in zip(names, starts, strict=True)),
         tuple(
-            Body(name, (i, i + 1, i + 2, *range(i + 7, i + 16)), _matrix) for name, i in zip(names, marks, strict=True)
+            Body(name, (i, i + 1, i + 2, *turn), _matrix if turn else None)
+            for name, i, turn in zip(names, starts, turns, strict=True)
         )
         if bodies
         else (),
@@ -249,7 +262,7 @@ def _header(lines: Lines) -> tuple[dict[str, list[str]], list[str] | None, tuple
         row = cells(line, "\t")
         if not any(row):
             continue
-        if row[0] == "Frame":
+        if row[0] == "Frame" or _is_titles(row, said):
             titles = row
         elif titles is None and _KEY.fullmatch(line) and number(row[0]) is None:
             while row and not row[-1]:
@@ -257,6 +270,28 @@ def _header(lines: Lines) -> tuple[dict[str, list[str]], list[str] | None, tuple
             said.setdefault(row[0], row[1:])
         else:
             return said, titles, (at, before + 1), row
+
+
+def _is_titles(row: list[str], said: dict[str, list[str]]) -> bool:
+    """Whether a line behind the names names columns: older exports don't begin it with `Frame`."""
+    axes = {cell.rpartition(" ")[2] for cell in row}
+    return bool(said.keys() & {"BODY_NAMES", "MARKER_NAMES"}) and {"X", "Y", "Z"} <= axes and number(row[-1]) is None
+
+
+def _named(titles: list[str] | None, width: int, count: int) -> list[tuple[int, tuple[int, ...]]] | None:
+    """Where each body's X stands and, if it has them, its Rot[0] to Rot[8]; None where no titles say so."""
+    last = [t.rpartition(" ")[2] for t in titles or ()]
+    while last and not last[-1]:
+        last.pop()
+    starts = [i for i in range(len(last) - 2) if last[i : i + 3] == ["X", "Y", "Z"]]
+    if len(last) != width or len(starts) != count:
+        return None
+    found = []
+    for start, stop in zip(starts, [*starts[1:], len(last)], strict=True):
+        at = {t: start + k for k, t in enumerate(last[start:stop])}
+        turn = tuple(at[f"Rot[{i}]"] for i in range(9) if f"Rot[{i}]" in at)
+        found.append((start, turn if len(turn) == 9 else ()))
+    return found
 
 
 def _lead(titles: list[str] | None, first: list[str], held: int, file: Path, line: int) -> int:

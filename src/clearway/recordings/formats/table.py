@@ -29,7 +29,7 @@ from clearway.recordings.formats.delimited import (
     written,
 )
 from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.table_proposal import NOTHING, proposal, quoted, rows_of
+from clearway.recordings.formats.table_proposal import NOTHING, proposal, quaternion_of, quoted, rows_of
 from clearway.recordings.formats.table_spec import (
     METRES,
     SECONDS,
@@ -110,6 +110,7 @@ def read_with(path: Path, description_path: Path, want: Want) -> Recording:
     dialect = _dialect(head_of(path), spec)
     header = header_of(path, dialect)
     bodies = {n.rstrip("_.:- ") or n: spec.bodies["each"].prefixed(n) for n in spec.prefixes} or dict(spec.bodies)
+    bodies, notes = _with_headings(bodies, header, alone=len(bodies) == 1 and not spec.prefixes)
     markers = _markers(spec, header, description_path)
     asked = [
         spec.time.column,
@@ -126,7 +127,6 @@ def read_with(path: Path, description_path: Path, want: Want) -> Recording:
         bodies = {k: b for k, b in bodies.items() if k in want.names}
         markers = {k: m for k, m in markers.items() if k in want.names}
     data, number, names, epoch = _load(path, dialect, spec, bodies, markers, want)
-    notes: list[str] = []
     if spec.up != "z":
         notes.append(f"its {spec.up.upper()} axis is up: turned to z-up")
     if spec.units != "m":
@@ -141,11 +141,25 @@ def read_with(path: Path, description_path: Path, want: Want) -> Recording:
         for i, name in enumerate(names):
             if want.has(name):
                 mine = {c: v[order[ends[i] : ends[i + 1]]] for c, v in data.items()}
-                tracks[name] = _track(mine, spec, spec.bodies["each"], name, path, notes)
+                tracks[name] = _track(mine, spec, bodies["each"], name, path, notes)
     else:
         tracks = {name: _track(data, spec, body, name, path, notes) for name, body in bodies.items()}
     points = _points(data, spec, markers, path, notes) if markers else None
     return Recording(path, "table", points, tracks, epoch=epoch, notes=tuple(dict.fromkeys(notes)))
+
+
+def _with_headings(
+    bodies: dict[str, BodySpec], header: tuple[str, ...], *, alone: bool
+) -> tuple[dict[str, BodySpec], list[str]]:
+    """Bodies whose description says no heading get that of the quaternion that stands beside their position by its name."""
+    found: dict[str, BodySpec] = {}
+    notes: list[str] = []
+    for name, body in bodies.items():
+        four = quaternion_of(body.x, header, alone=alone) if body.yaw is None and body.quaternion is None else None
+        found[name] = body if four is None else body.model_copy(update={"quaternion": four, "order": "xyzw"})
+        if four is not None:
+            notes.append(f"{name}: its heading is that of the columns {', '.join(four)}, as nothing else is said")
+    return found, notes
 
 
 def _dialect(head: bytes, spec: TableSpec) -> Dialect:

@@ -65,7 +65,9 @@ def proposal(columns: Sequence[str], rows: Sequence[Sequence[str]], dialect: Dia
         f"x = {quoted(x)}",
         f"y = {quoted(y)}",
     ]
-    if yaw := like("yaw", "theta", "heading", "psi", among=numbers):
+    if four := quaternion_of(x, numbers, alone=True):
+        lines.append(f"quaternion = [{', '.join(map(quoted, four))}]  # x, y, z, w")
+    elif yaw := like("yaw", "theta", "heading", "psi", among=numbers):
         degrees = re.search(r"deg|\N{DEGREE SIGN}", yaw.lower()) is not None
         lines += [f"yaw = {quoted(yaw)}", 'angle = "deg"  # or rad' if degrees else 'angle = "rad"  # or deg']
     return "\n".join(lines) + "\n"
@@ -78,10 +80,38 @@ def _pair(numbers: Sequence[str], when: str | None, named: bool) -> tuple[str, s
         return (rest[0], rest[1]) if len(rest) > 1 else None
     for c in numbers:
         for k, letter in enumerate(c):
-            other = c[:k] + chr(ord(letter) + 1) + c[k + 1 :]
-            if letter in "xX" and other in numbers and when not in (c, other):
+            if letter not in "xX":
+                continue
+            other, fourth = (c[:k] + chr(ord(letter) + n) + c[k + 1 :] for n in (1, -1))
+            if other in numbers and fourth not in numbers and when not in (c, other):  # with a w it is a quaternion
                 return c, other
     return None
+
+
+def quaternion_of(x: str, columns: Sequence[str], *, alone: bool) -> tuple[str, str, str, str] | None:
+    """The columns of the quaternion (x, y, z, w) that belong to a position's column `x` by their names: `qx` to `qw` beside `x`,
+    `cart_qx` beside `cart_x`, `pose.orientation.x` beside `pose.position.x`; None where there are none.
+
+    Args:
+        alone: Whether nothing else is in the table, so that names without a prefix are its.
+    """
+    known = {_bare(c): c for c in reversed(columns)}
+    stem = _bare(x)[:-1] if _bare(x).endswith("x") else _bare(x)
+    own = [stem + q for q in ("q", "q_", "quat_")]
+    for place, turn in (("position", "orientation"), ("pos", "quat"), ("pos", "ori"), ("pos", "rot"), ("pos", "q")):
+        own += [stem.replace(place, turn)] if place in stem else []
+    own += [stem[:-1] + "q"] if stem.endswith("t") else []  # tx, ty, tz
+    bare = ["q", "q_", "quat_", "orientation_", "orientation.", "rot_"] if alone else []
+    for q in dict.fromkeys([*own, *bare]):
+        if q != stem and all(q + a in known for a in "xyzw"):
+            a, b, c, d = (known[q + axis] for axis in "xyzw")
+            return a, b, c, d
+    return None
+
+
+def _bare(column: str) -> str:
+    """A column's name in lower case, without a unit in brackets."""
+    return re.sub(r"\s*[\[(].*$", "", column.strip().lower())
 
 
 def _time(column: str, date: bool, values: Sequence[str], dialect: Dialect) -> list[str]:

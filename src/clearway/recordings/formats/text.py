@@ -170,6 +170,7 @@ class Block:
         separator: What stands between cells.
         point: How many cells make one thing: a line that lacks whole things at its end lacks them as unseen.
         ends: Whether an empty line ends it, and another block may follow.
+        surplus: Whether a line may have more things at its end, which are passed over.
     """
 
     start: int
@@ -178,6 +179,7 @@ class Block:
     separator: str
     point: int = 3
     ends: bool = False
+    surplus: bool = False
 
 
 def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArray]:
@@ -350,6 +352,9 @@ def _evened(data: bytes, block: Block, extra: int, lines: Lines) -> bytes:
         count = len(cells(line.decode("latin-1"), block.separator)) if quoted else line.count(separator) + 1
         if extra and count == block.columns + extra and line.endswith(separator * extra):
             line = line[: -len(separator) * extra]
+            count = block.columns
+        if block.surplus and count > block.columns and not (count - block.columns) % block.point and not quoted:
+            line = separator.join(line.split(separator, block.columns)[: block.columns])
             count = block.columns
         missing = block.columns - count
         if missing < 0 or missing % block.point:

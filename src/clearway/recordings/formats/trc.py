@@ -7,6 +7,9 @@
               (2 empty)   X1  Y1  Z1             X2  Y2  Z2
 
 separated by tabs (or commas); an empty line may follow. Time is the file's own. Empty cells are markers that weren't seen.
+Cortex writes trajectories that nobody named behind the named ones, with or without X, Y, Z above them: they are called
+`unlabeled 29`. OpenSim 4.0 shifted the two lines of names by a cell against the numbers, and its examples have the third line
+spread over more tabs than the second.
 
 No field says which axis is up: capture systems mostly write z, OpenSim wants y. `trc` takes z, says so in its notes, and
 refuses a file whose markers then climb rather than drive; `trc-y-up` takes y.
@@ -15,6 +18,7 @@ refuses a file whose markers then climb rather than drive; `trc-y-up` takes y.
 from __future__ import annotations
 
 import re
+from collections.abc import Sized
 from dataclasses import replace
 from pathlib import Path
 
@@ -126,24 +130,25 @@ def _layout(lines: Lines, up: str) -> Layout:
     keys_line, values_line = lines.next() or "", lines.next() or ""
     names_line, axes_line = lines.next() or "", lines.next() or ""
     separator = "\t" if "\t" in names_line else "," if "," in names_line else ";"
-    said = dict(zip(cells(keys_line, separator), cells(values_line, separator), strict=False))
+    said = _said(cells(keys_line, separator), cells(values_line, separator))
     names, axes = cells(names_line, separator), cells(axes_line, separator)
     if [n.lower() for n in names[:2]] != ["frame#", "time"]:
         raise ClearwayError(f"line {lines.number - 1}: the columns should be Frame#, Time and markers", file=file)
     rate_text = said.get("DataRate", "")
     rate = rate_of(rate_text, file=file, field="DataRate", value=number(rate_text))
-    starts = [i for i in range(2, len(axes) - 2) if re.fullmatch(r"[Xx]\d*", axes[i])]
-    called = [n for n in names[2:] if n]
-    if not starts or len(starts) > len(called):
-        raise ClearwayError(f"there are {len(called)} marker names, but X, Y and Z of {len(starts)}", file=file)
-    unique_names, notes = unique(called[: len(starts)])
-    points = tuple((name, (i, i + 1, i + 2)) for name, i in zip(unique_names, starts, strict=True))
+    at, line = _first_row(lines)
+    lines.back_to(at, line - 1)
+    row = cells(lines.next() or "", separator)
+    called, shifted = _called(names, axes, row, file)
+    unique_names, notes = unique(called)
+    points = tuple((name, (i, i + 1, i + 2)) for name, i in zip(unique_names, _starts(called), strict=True))
+    if shifted:
+        notes = (*notes, "its names stand a cell beside the numbers, as OpenSim 4.0 wrote them: taken in their order")
     markers, frames = number(said.get("NumMarkers", "")), number(said.get("NumFrames", ""))
     if markers is not None and markers != len(points):
         notes = (*notes, f"the header announces {markers:.0f} markers, there are columns of {len(points)}")
     scale = unit(said.get("Units", ""), file=file, field="Units")
-    at, line = _first_row(lines)
-    block = Block(at, line, starts[-1] + 3, separator)
+    block = Block(at, line, points[-1][1][2] + 1, separator, surplus=True)
     turned = "y taken as up and turned to z" if up == "y" else "z taken as up: TRC has no field that says so"
     return Layout(
         block,
@@ -156,6 +161,41 @@ def _layout(lines: Lines, up: str) -> Layout:
         promised=frames,
         notes=(turned, *notes),
     )
+
+
+def _said(keys: list[str], values: list[str]) -> dict[str, str]:
+    """The header's values by their keys; in some files there are more tabs in one of the lines."""
+    there = [k for k in keys if k], [v for v in values if v]
+    return dict(zip(*there, strict=True) if len(there[0]) == len(there[1]) else zip(keys, values, strict=False))
+
+
+def _called(names: list[str], axes: list[str], row: list[str], file: Path) -> tuple[list[str], bool]:
+    """What the markers are called, the first of which has the columns 2 to 4, and whether the names stand elsewhere.
+
+    Args:
+        names: Cells of the line of names.
+        axes: Cells of the line with X1, Y1, Z1, ...
+        row: Cells of the first line of numbers.
+
+    Raises:
+        ClearwayError: it can't be told whose the numbers are.
+    """
+    starts = [i for i, a in enumerate(axes) if re.fullmatch(r"[Xx]\d*", a)]
+    stand = {i: n for i, n in enumerate(names) if n and i > 1}
+    width = len(row) - (not row[-1])  # a tab may end every line
+    if starts and starts[0] != 2 and len(stand) == len(starts) and width == 2 + 3 * len(starts):
+        return list(stand.values()), True
+    filled = max((i + 1 for i, c in enumerate(row) if c), default=0)
+    count = max([len(starts), *((i + 1) // 3 for i in stand), (filled - 2) // 3])
+    places = _starts(range(count))
+    if not starts or starts != places[: len(starts)] or not set(stand) <= set(places):
+        raise ClearwayError(f"there are {len(stand)} marker names, but X, Y and Z of {len(starts)}", file=file)
+    return [stand.get(i, f"unlabeled {k}") for k, i in enumerate(places, 1)], False
+
+
+def _starts(markers: Sized) -> list[int]:
+    """The columns in which the markers begin."""
+    return list(range(2, 2 + 3 * len(markers), 3))
 
 
 def _time(lead: FloatArray) -> FloatArray:

@@ -11,6 +11,9 @@ Frame 1 is t = 0. Blocks end at an empty line; those other than `Trajectories`
 (markers), `Segments` and `Objects` (bodies), such as `Devices`, are passed over. Separators are `,`, `;` or tabs, numbers
 may have decimal commas. An empty cell is a marker that wasn't seen.
 
+Workstation's and iQ's older text is read as well: `TRAJECTORIES`, a rate with its unit (`120,Hz`), `Field #` for
+`Frame,Sub Frame`, and no line of units: lengths are millimetres then, as these programs always had them.
+
 RX, RY, RZ of a body are, as the exporting dialogue was set, a rotation vector or Euler angles, and no header says which.
 So a heading is given only where all readings of them agree on it: while the body stands nearly upright. RX, RY, RZ, RW
 is a quaternion.
@@ -48,7 +51,8 @@ MARKERS, BODIES = ("trajectories",), ("segments", "objects")
 AGREE = 0.01
 """rad; how closely the readings of a body's angles have to agree on its heading."""
 
-_TITLES = (*MARKERS, *BODIES, "devices", "model outputs", "events", "joints", "global angle")
+_TITLES = (*MARKERS, *BODIES, "devices", "model outputs", "events", "joints", "global angle", "analog", "force plates")
+_COUNTED = ("frame", "field #", "field")
 _MOST_EMPTY = 100
 
 
@@ -56,7 +60,7 @@ def sniff(path: Path, head: bytes) -> bool:
     """Whether it begins with the title of a block and a rate."""
     found = [line.strip(' \t,;"') for line in head_text(head[:8192]).splitlines()]
     first = [line for line in found if line][:2]
-    return len(first) == 2 and first[0].lower() in _TITLES and number(first[1]) is not None
+    return len(first) == 2 and first[0].lower() in _TITLES and _rate(first[1]) is not None
 
 
 def read(path: Path, want: Want) -> Recording:
@@ -155,46 +159,63 @@ def _layout(lines: Lines, title: str) -> Layout | None:
     rate_text = lines.next() or ""
     if title.lower() not in (*MARKERS, *BODIES):
         return None
-    place = f"line {lines.number}"
-    stripped = rate_text.strip(' \t,;"')
-    rate = rate_of(rate_text, file=lines.file, field=place, value=number(stripped))
-    heads = [lines.next() or "" for _ in range(3)]
+    rate = rate_of(rate_text, file=lines.file, field=f"line {lines.number}", value=_rate(rate_text))
+    heads = [lines.next() or "" for _ in range(2)]
     separator = max(",;\t", key=heads[1].count)
-    names, axes, units = (cells(h, separator) for h in heads)
+    names, axes = (cells(h, separator) for h in heads)
     while axes and not axes[-1]:
         axes.pop()
-    if [a.lower() for a in axes[:2]] != ["frame", "sub frame"] or len(axes) < 5:
+    lead = 2 if [a.lower() for a in axes[1:2]] == ["sub frame"] else 1
+    if not axes or axes[0].lower() not in _COUNTED or len(axes) < lead + 3:
         raise ClearwayError(
-            f"line {lines.number - 1}: the columns should be Frame, Sub Frame, X, Y, Z, ...", file=lines.file
+            f"line {lines.number}: the columns should be Frame, Sub Frame, X, Y, Z, ... or Field #, X, Y, Z, ...",
+            file=lines.file,
         )
+    units, note = _units(lines, separator, len(axes))
     names += [""] * (len(axes) - len(names))
     block = Block(
         lines.at, lines.number + 1, len(axes), separator, point=1 if title.lower() in BODIES else 3, ends=True
     )
 
-    def clock(lead: FloatArray) -> FloatArray:
-        return np.asarray((lead[:, 0] - 1) / rate)
+    def clock(values: FloatArray) -> FloatArray:
+        return np.asarray((values[:, 0] - 1) / rate)
 
+    told = tuple(range(lead))
     if title.lower() in MARKERS:
-        points = _points(names, axes)
+        points = _points(names, axes, lead)
         scale = _scale(units, [i for _, c in points for i in c], lines)
-        return Layout(block, (0, 1), clock, points, scale=scale)
-    bodies, note = _bodies(names, axes, units)
+        return Layout(block, told, clock, points, scale=scale, notes=note)
+    bodies, more = _bodies(names, axes, units, lead)
     scale = _scale(units, [i for b in bodies for i in b.columns[:3]], lines)
-    return Layout(block, (0, 1), clock, (), bodies, scale=scale, notes=note)
+    return Layout(block, told, clock, (), bodies, scale=scale, notes=(*note, *more))
 
 
-def _points(names: list[str], axes: list[str]) -> tuple[tuple[str, tuple[int, int, int]], ...]:
+def _rate(text: str) -> float | None:
+    """Hz in a cell such as `120`, `120,Hz` or `120 Hz`."""
+    return number(re.sub(r"[,;\s]*Hz$", "", text.strip(' \t,;"'), flags=re.IGNORECASE))
+
+
+def _units(lines: Lines, separator: str, columns: int) -> tuple[list[str], tuple[str, ...]]:
+    """The cells of the line of units; millimetres where numbers stand there already, and a note."""
+    at, before = lines.at, lines.number
+    units = cells(lines.next() or "", separator)
+    if not units or number(units[0]) is None:
+        return units, ()
+    lines.back_to(at, before)
+    return ["mm"] * columns, ("no line says its units: taken as millimetres, as Workstation and iQ wrote them",)
+
+
+def _points(names: list[str], axes: list[str], lead: int) -> tuple[tuple[str, tuple[int, int, int]], ...]:
     found = []
-    for i in range(2, len(axes) - 2, 3):
+    for i in range(lead, len(axes) - 2, 3):
         if [a.upper() for a in axes[i : i + 3]] == ["X", "Y", "Z"]:
             found.append((names[i] or f"column {i + 1}", (i, i + 1, i + 2)))
     return tuple(found)
 
 
-def _bodies(names: list[str], axes: list[str], units: list[str]) -> tuple[tuple[Body, ...], tuple[str, ...]]:
+def _bodies(names: list[str], axes: list[str], units: list[str], lead: int) -> tuple[tuple[Body, ...], tuple[str, ...]]:
     found: list[Body] = []
-    starts = [i for i in range(2, len(axes)) if names[i]] or [2]
+    starts = [i for i in range(lead, len(axes)) if names[i]] or [lead]
     for start, stop in zip(starts, [*starts[1:], len(axes)], strict=True):
         at = {a.upper(): start + k for k, a in enumerate(axes[start:stop])}
         if not {"TX", "TY", "TZ"} <= at.keys():
