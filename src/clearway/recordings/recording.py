@@ -65,12 +65,16 @@ class Goals:
     Attributes:
         frame: The frame they are given in.
         t: (k,) when each was sent, s.
-        pose: (k, 3) x, y [m], theta [rad].
+        pose: (k, 3) x, y [m], theta [rad]; NaN where only the robot was told.
+        ended: (k,) when the robot reported that it was done with each, s, NaN where it didn't; None where nobody asked it.
+        outcome: How each ended by that report: `succeeded`, `canceled`, `aborted`, `rejected`, or empty.
     """
 
     frame: str
     t: FloatArray
     pose: FloatArray
+    ended: FloatArray | None = None
+    outcome: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,8 +166,8 @@ class Entry:
 
     Attributes:
         name: Its name, as it is asked for.
-        kind: `marker`, `body`, `odometry`, `pose`, `tf`, `scan`, `goal`, `path`, `person`, `table`, or `other` (there,
-            but not understood).
+        kind: `marker`, `body`, `odometry`, `pose`, `tf`, `scan`, `goal`, `action`, `path`, `person`, `table`, `markers` or
+            `array` (several markers or poses on one topic), or `other` (there, but not understood).
         count: Number of samples in which it is there.
         start: When it is there first, s; None: never.
         end: When it is there last, s; None: never.

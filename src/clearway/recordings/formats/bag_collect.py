@@ -15,12 +15,15 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.bag_messages import Pose, stamp_of
 from clearway.recordings.formats.tf import frame_name
-from clearway.recordings.recording import Goals, Paths, Sweeps, Track
+from clearway.recordings.recording import Goals, Paths, Points, Sweeps, Track
 from clearway.recordings.times import in_order
 
 SECOND = 1_000_000_000
 LEAP = 3600 * SECOND
 _MOST_BEAMS = 100_000
+_MOST_MARKERS = 20_000_000  # markers times messages
+_AHEAD = 0.5  # s by which a pose that was driven may be later than the message that tells of it
+_WHOLE_DAY = 86_400.0
 
 
 @dataclass(slots=True)
@@ -205,30 +208,106 @@ class SweepsOf:
 
 @dataclass(slots=True)
 class PathsOf:
-    """Collects the plans that one topic published.
+    """Collects the plans that one topic published, and, where they are no plans but what was driven, that track.
+
+    A driven path grows as the robot drives: each of its poses has a stamp of its own, none later than the message. What a later message
+    says of a time replaces what was said before: a map that closes a loop moves them all.
 
     Attributes:
         name: What they are called in the recording.
         frame: Frame of the plans.
         t: When each was published, s.
         lines: (p, 2) points of each plan, m.
+        driven: Whether all of them may be what was driven.
+        stamps: ns by the poses' own stamps less those of the messages, and t [s] of these, of what was driven so far.
+        rows: The seven numbers of each pose that was driven.
     """
 
     name: str
     frame: str = ""
     t: list[float] = field(default_factory=list)
     lines: list[FloatArray] = field(default_factory=list)
+    driven: bool = True
+    stamps: FloatArray = field(default_factory=lambda: np.zeros(0))
+    rows: FloatArray = field(default_factory=lambda: np.zeros((0, 7)))
 
     def add(self, t: float, m: Any) -> None:
         self.frame = self.frame or frame_name(m.header.frame_id)
         self.t.append(t)
         points = [(p.pose.position.x, p.pose.position.y) for p in m.poses]
         self.lines.append(np.array(points, dtype=np.float64).reshape(-1, 2))
+        if self.driven and m.poses:
+            own = np.array([stamp_of(p.header) for p in m.poses], dtype=np.int64)
+            last = stamp_of(m.header) or int(own[-1])
+            ago = (own - last) / SECOND
+            self.driven = bool(own.all() and (np.diff(own) > 0).all() and ago[-1] <= _AHEAD and ago[0] > -_WHOLE_DAY)
+            self._drive(t + ago, m.poses)
+
+    def _drive(self, stamps: FloatArray, poses: Any) -> None:
+        before = self.stamps < stamps[0]
+        values = [
+            (p.x, p.y, p.z, q.x, q.y, q.z, q.w) for p, q in ((x.pose.position, x.pose.orientation) for x in poses)
+        ]
+        self.stamps = np.concatenate((self.stamps[before], stamps))
+        self.rows = np.concatenate((self.rows[before], np.array(values, dtype=np.float64)))
 
     def finish(self, file: Path, span: tuple[float, float] | None) -> tuple[Paths, list[str]]:
         t = np.array(self.t, dtype=np.float64)
         order = [int(i) for i in np.argsort(t, kind="stable") if _within(t[i : i + 1], span)[0]]
         return Paths(self.frame, t[order], tuple(self.lines[i] for i in order)), []
+
+    def track(self, span: tuple[float, float] | None) -> tuple[Track | None, list[str]]:
+        """What was driven, if it is that."""
+        inside = _within(self.stamps, span)
+        if not self.driven or inside.sum() < 2:
+            return None, []
+        q, notes = _orientation(self.rows[inside, 3:], self.name)
+        notes.append(f"{self.name}: taken as what was driven: its poses have stamps of their own, none from the future")
+        position = np.where(np.abs(self.rows[inside, :3]) < 1e12, self.rows[inside, :3], np.nan)
+        return Track("path", self.frame, "", self.stamps[inside], position, q), notes
+
+
+@dataclass(slots=True)
+class PointsOf:
+    """Collects the markers of one topic.
+
+    Attributes:
+        name: The topic.
+        of: The markers' names as the recording has them, in the order in which they came.
+        t: When each message was taken, s.
+        seen: Each message's markers: number in `of`, x, y, z [m].
+    """
+
+    name: str
+    of: dict[str, int] = field(default_factory=dict)
+    t: Any = field(default_factory=lambda: array("d"))
+    seen: list[Any] = field(default_factory=list)
+
+    def add(self, t: float, poses: list[tuple[str, Pose]]) -> None:
+        self.t.append(t)
+        rows = array("d")
+        for name, pose in poses:
+            rows.append(self.of.setdefault(name, len(self.of)))
+            rows.extend(pose.values[:3])
+        self.seen.append(rows)
+
+    def finish(self, file: Path, span: tuple[float, float] | None) -> tuple[Points, list[str]]:
+        t = np.array(self.t)
+        which = np.flatnonzero(_within(t, span))
+        if len(which) * len(self.of) > _MOST_MARKERS:
+            raise ClearwayError(
+                f"{len(self.of)} markers in {len(which)} messages are more than are read; name those that are wanted",
+                file=file,
+                field=self.name,
+            )
+        keep, notes = in_order(t[which], file=file, field=self.name, sort=True)
+        which = which[keep]
+        xyz = np.full((len(which), len(self.of), 3), np.nan)
+        for row, i in enumerate(which):
+            found = np.array(self.seen[i]).reshape(-1, 4)
+            xyz[row, found[:, 0].astype(np.intp)] = found[:, 1:]
+        xyz[~(np.abs(xyz) < 1e12).all(axis=2)] = np.nan
+        return Points(tuple(self.of), t[which], xyz), list(notes)
 
 
 def message_stamp(m: Any) -> int:

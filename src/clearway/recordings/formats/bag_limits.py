@@ -32,6 +32,7 @@ DEFINITION = 4 << 20
 """Bytes of names and message definitions that one topic may have."""
 TOPICS = 100_000
 """Topics of a bag."""
+_ZSTD = b"\x28\xb5\x2f\xfd"
 
 
 class Allowance:
@@ -80,12 +81,16 @@ def decompress(data: bytes, compression: str, size: int, *, file: Path) -> bytes
     return raw
 
 
-def decompress_message(data: bytes, *, file: Path) -> bytes:
-    """A message that was compressed on its own (zstd), of `CHUNK` bytes at most.
+def whole_message(data: bytes, *, file: Path) -> bytes:
+    """A message, decompressed if it was compressed on its own (zstd, as rosbag2 does in any storage), of `CHUNK` bytes at most.
+
+    Neither way of writing messages begins as zstd does: CDR has four bytes before them, ROS 1 a count or a length.
 
     Raises:
         ClearwayError: it is damaged or too large.
     """
+    if not data.startswith(_ZSTD):
+        return data
     try:
         raw = _zstd(data, CHUNK + 1)
     except (zstd.ZstdError, EOFError, MemoryError) as error:

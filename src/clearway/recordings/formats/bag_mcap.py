@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from clearway.errors import ClearwayError
-from clearway.recordings.formats.bag_limits import DEFINITION, TOPICS, Allowance, Broken, decompress
+from clearway.recordings.formats.bag_limits import DEFINITION, TOPICS, Allowance, Broken, decompress, whole_message
 from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Message, OneFile, Times, joined
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -48,6 +48,10 @@ class McapStore(OneFile):
         super().__init__(path, named or path, MEND)
 
     def messages(self, numbers: frozenset[int], start: int = NEVER, end: int = EVER) -> Iterator[Message]:
+        for number, stamp, data in self._messages(numbers, start, end):
+            yield number, stamp, whole_message(data, file=self._path)
+
+    def _messages(self, numbers: frozenset[int], start: int, end: int) -> Iterator[Message]:
         for chunk in self._chunks:
             if not any(number in numbers and ((t >= start) & (t <= end)).any() for number, t in chunk.index.items()):
                 continue

@@ -1,7 +1,6 @@
 """The messages that Clearway understands, and what each says.
 
-Messages are decoded by the standard definitions that come with rosbags (Noetic's for ROS 1, the newest distribution's
-for ROS 2: what is read here is the same in all of them), never by code made from a file's own. So bags without
+Messages are decoded by the standard definitions (`bag_definitions`), never by code made from a file's own. So bags without
 definitions are read as well; where a bag has them, they must say the same.
 """
 
@@ -10,28 +9,18 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys import get_types_from_idl, get_types_from_msg
 from rosbags.typesys.store import Typestore
 
 from clearway.errors import ClearwayError
+from clearway.recordings.formats.bag_definitions import typestores
 from clearway.recordings.formats.bag_store import Channel
 
 NAN = float("nan")
 _LONGEST = 64 << 10  # characters of a definition that is compared
-
-_OWN = {
-    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
-    "tf/msg/tfMessage": "geometry_msgs/TransformStamped[] transforms",
-    "move_base_msgs/msg/MoveBaseGoal": "geometry_msgs/PoseStamped target_pose",
-    "move_base_msgs/msg/MoveBaseActionGoal": "std_msgs/Header header\nactionlib_msgs/GoalID goal_id\nMoveBaseGoal goal",
-    "motion_capture_tracking_interfaces/msg/NamedPose": "string name\ngeometry_msgs/Pose pose",
-    "motion_capture_tracking_interfaces/msg/NamedPoseArray": "std_msgs/Header header\nNamedPose[] poses",
-}
-"""Definitions of what rosbags has none of, by the packages' own files."""
 
 
 class Pose(NamedTuple):
@@ -56,16 +45,34 @@ class Pose(NamedTuple):
     sigma: tuple[float, float] = (NAN, NAN)
 
 
+class State(NamedTuple):
+    """What a message says of one goal of an action.
+
+    Attributes:
+        goal: The goal's id.
+        sent: When it was sent or accepted, by its own stamp, ns; 0 without one.
+        seen: Stamp of the message, ns; 0 without one.
+        outcome: How it ended: `succeeded`, `canceled`, `aborted` or `rejected`; empty while it is pursued.
+    """
+
+    goal: str
+    sent: int
+    seen: int
+    outcome: str
+
+
 class Kind(NamedTuple):
     """What a type of message is to a recording.
 
     Attributes:
         kind: Its kind, as in `Entry`.
         poses: Gives the poses of a message; None where other code reads it.
+        states: Gives what a message of an action says of its goals; None of any other.
     """
 
     kind: str
     poses: Callable[[Any], Iterator[Pose]] | None = None
+    states: Callable[[Any], Iterator[State]] | None = None
 
 
 def type_name(written: str) -> str:
@@ -90,18 +97,26 @@ def decoder(channel: Channel, *, file: Path) -> Callable[[bytes], Any]:
     Raises:
         ClearwayError: the bag's own definition of the type isn't the standard one. The decoder: a message is damaged.
     """
-    name = type_name(channel.type)
-    store = _store(channel.encoding == "ros1")
-    _compare(channel, name, store, file)
-    decode = store.deserialize_ros1 if channel.encoding == "ros1" else store.deserialize_cdr
+    name, ros1 = type_name(channel.type), channel.encoding == "ros1"
+    stores = [s for s in typestores(ros1, name) if _same(channel, name, s)]
+    if not stores:
+        raise ClearwayError(
+            f"the bag's own definition of {channel.type} differs from the standard one, by which it would be read",
+            file=file,
+            field=channel.topic,
+        )
+    decoders = [s.deserialize_ros1 if ros1 else s.deserialize_cdr for s in stores]
 
     def read(data: bytes) -> Any:
-        try:
-            return decode(data, name)
-        except Exception as error:  # generated code on arbitrary bytes
-            raise ClearwayError(
-                f"a message of {len(data)} bytes is no {channel.type}: {error}", file=file, field=channel.topic
-            ) from error
+        wrong: Exception | None = None
+        for decode in decoders:
+            try:
+                return decode(data, name)
+            except Exception as error:  # generated code on arbitrary bytes
+                wrong = wrong or error
+        raise ClearwayError(
+            f"a message of {len(data)} bytes is no {channel.type}: {wrong}", file=file, field=channel.topic
+        ) from wrong
 
     return read
 
@@ -111,27 +126,12 @@ def stamp_of(header: Any) -> int:
     return int(header.stamp.sec) * 1_000_000_000 + int(header.stamp.nanosec)
 
 
-@cache
-def _store(ros1: bool) -> Typestore:
-    store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.LATEST)
-    missing = {n: text for n, text in _OWN.items() if n not in store.fielddefs}
-    types: dict[Any, Any] = {}
-    for name, text in missing.items():
-        types |= get_types_from_msg(text, name)
-    store.register(types)
-    return store
-
-
-def _compare(channel: Channel, name: str, store: Typestore, file: Path) -> None:
+def _same(channel: Channel, name: str, store: Typestore) -> bool:
+    """Whether the bag's own definition of the type, if it has one, is that of `store`."""
     if not channel.definition.strip():
-        return
-    wrong = ClearwayError(
-        f"the bag's own definition of {channel.type} differs from the standard one, by which it would be read",
-        file=file,
-        field=channel.topic,
-    )
+        return True
     if len(channel.definition) > _LONGEST:
-        raise wrong
+        return False
     try:
         if channel.schema in ("ros2idl", "omgidl"):
             line = "=" * 80 + "\n"
@@ -141,13 +141,11 @@ def _compare(channel: Channel, name: str, store: Typestore, file: Path) -> None:
                 found |= get_types_from_idl(text)
         else:
             found = get_types_from_msg(channel.definition, name)
-    except Exception as error:  # a parser on arbitrary text
-        raise wrong from error
-    for of, (_, fields) in found.items():
-        if of in store.fielddefs and fields != store.fielddefs[of][1]:
-            raise wrong
-    if name not in found:
-        raise wrong
+    except Exception:  # a parser on arbitrary text
+        return False
+    return name in found and all(
+        of not in store.fielddefs or fields == store.fielddefs[of][1] for of, (_, fields) in found.items()
+    )
 
 
 def _odometry(m: Any) -> Iterator[Pose]:
@@ -207,6 +205,73 @@ def _bodies(m: Any) -> Iterator[Pose]:
         yield Pose(each.name, stamp, m.header.frame_id, each.name, _pose(each.pose))
 
 
+def _array(m: Any) -> Iterator[Pose]:
+    for i, pose in enumerate(m.poses[: MOST_POSES + 1], 1):
+        yield Pose(str(i), stamp_of(m.header), m.header.frame_id, "", _pose(pose))
+
+
+def _rigid_bodies(m: Any) -> Iterator[Pose]:
+    for each in m.rigidbodies:
+        yield Pose(each.rigid_body_name, stamp_of(m.header), m.header.frame_id, each.rigid_body_name, _pose(each.pose))
+
+
+def _markers(m: Any) -> Iterator[Pose]:
+    for each in m.markers:
+        name = each.marker_name if each.id_type != _BY_INDEX and each.marker_name else str(each.marker_index)
+        p = each.translation
+        yield Pose(name, stamp_of(m.header), m.header.frame_id, "", (p.x, p.y, p.z, NAN, NAN, NAN, NAN))
+
+
+def _vicon(m: Any) -> Iterator[Pose]:
+    at = (m.x_trans, m.y_trans, m.z_trans)  # as the SDK gives them: millimetres
+    yield Pose("", 0, "vicon", m.segment_name, (*(x / 1000 for x in at), m.x_rot, m.y_rot, m.z_rot, m.w))
+
+
+def _people(m: Any) -> Iterator[Pose]:
+    for i, each in enumerate(m.people, 1):
+        p = each.position
+        values = (p.x, p.y, p.z, NAN, NAN, NAN, NAN)
+        yield Pose(each.name or str(i), stamp_of(m.header), m.header.frame_id, "", values)
+
+
+def _people_measured(m: Any) -> Iterator[Pose]:
+    for i, each in enumerate(m.people, 1):
+        header = each.header if each.header.frame_id else m.header
+        values = (each.pos.x, each.pos.y, each.pos.z, NAN, NAN, NAN, NAN)
+        yield Pose(each.object_id or each.name or str(i), stamp_of(header), header.frame_id, "", values)
+
+
+def _tracked_people(m: Any) -> Iterator[Pose]:
+    for each in m.tracks:
+        if not each.is_occluded:  # where nobody saw the person the tracker guesses
+            sigma = _sigma(each.pose.covariance)
+            yield Pose(
+                str(each.track_id), stamp_of(m.header), m.header.frame_id, "", _pose(each.pose.pose), sigma=sigma
+            )
+
+
+def _feedback(m: Any) -> Iterator[Pose]:
+    yield from _stamped(m.feedback.current_pose)
+
+
+def _feedback_ros1(m: Any) -> Iterator[Pose]:
+    yield from _stamped(m.feedback.base_position)
+
+
+def _statuses(m: Any) -> Iterator[State]:
+    for each in m.status_list:
+        info = each.goal_info
+        sent = int(info.stamp.sec) * 1_000_000_000 + int(info.stamp.nanosec)
+        yield State(bytes(info.goal_id.uuid).hex(), sent, 0, _ENDED.get(each.status, ""))
+
+
+def _statuses_ros1(m: Any) -> Iterator[State]:
+    for each in m.status_list:
+        goal = each.goal_id
+        sent = int(goal.stamp.sec) * 1_000_000_000 + int(goal.stamp.nanosec)
+        yield State(goal.id, sent, stamp_of(m.header), _ENDED_ROS1.get(each.status, ""))
+
+
 def _pose(pose: Any) -> tuple[float, ...]:
     p, q = pose.position, pose.orientation
     return p.x, p.y, p.z, q.x, q.y, q.z, q.w
@@ -223,6 +288,23 @@ def _root(variance: float) -> float:
     return variance**0.5 if 0 < variance < _UNKNOWN else NAN
 
 
+MOVE_BASE = "move_base_msgs/msg/MoveBaseActionGoal"
+"""The goals of move_base, each with its id."""
+
+MOST_POSES = 100
+"""Of an array without names that are taken for bodies; a particle filter's cloud has more."""
+
+_BY_INDEX = 1  # mocap4r2_msgs/Marker: USE_INDEX
+_ENDED = {4: "succeeded", 5: "canceled", 6: "aborted"}  # action_msgs/GoalStatus
+_ENDED_ROS1 = {
+    2: "canceled",
+    3: "succeeded",
+    4: "aborted",
+    5: "rejected",
+    8: "canceled",
+    9: "aborted",
+}  # actionlib_msgs
+
 _UNKNOWN = 1e4  # m^2, rad^2: drivers write such numbers for what they don't measure
 
 _GOAL = re.compile(r"(^|[/_])goals?($|[/_])")
@@ -237,6 +319,19 @@ KINDS = {
     "geometry_msgs/msg/PointStamped": Kind("pose", _point),
     "geometry_msgs/msg/TransformStamped": Kind("pose", _transform),
     "motion_capture_tracking_interfaces/msg/NamedPoseArray": Kind("body", _bodies),
+    "mocap4r2_msgs/msg/RigidBodies": Kind("body", _rigid_bodies),
+    "mocap_msgs/msg/RigidBodies": Kind("body", _rigid_bodies),
+    "mocap4r2_msgs/msg/Markers": Kind("markers", _markers),
+    "mocap_msgs/msg/Markers": Kind("markers", _markers),
+    "vicon_receiver/msg/Position": Kind("pose", _vicon),
+    "geometry_msgs/msg/PoseArray": Kind("array", _array),
+    "people_msgs/msg/People": Kind("person", _people),
+    "people_msgs/msg/PositionMeasurementArray": Kind("person", _people_measured),
+    "spencer_tracking_msgs/msg/TrackedPersons": Kind("person", _tracked_people),
+    "nav2_msgs/action/NavigateToPose_FeedbackMessage": Kind("pose", _feedback),
+    "move_base_msgs/msg/MoveBaseActionFeedback": Kind("pose", _feedback_ros1),
+    "action_msgs/msg/GoalStatusArray": Kind("action", states=_statuses),
+    "actionlib_msgs/msg/GoalStatusArray": Kind("action", states=_statuses_ros1),
     "tf2_msgs/msg/TFMessage": Kind("tf", _transforms),
     "tf/msg/tfMessage": Kind("tf", _transforms),
     "move_base_msgs/msg/MoveBaseActionGoal": Kind("goal", _goal),

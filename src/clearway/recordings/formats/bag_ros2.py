@@ -14,14 +14,13 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.reading import read_yaml
 from clearway.reading.limits import BAG_METADATA
-from clearway.recordings.formats.bag_limits import CHUNK, TOPICS, decompress_message, unpack_file
+from clearway.recordings.formats.bag_limits import CHUNK, TOPICS, unpack_file, whole_message
 from clearway.recordings.formats.bag_mcap import McapStore
 from clearway.recordings.formats.bag_store import EVER, NEVER, Channel, Message, Store, Times, joined
 
 MAGIC = b"SQLite format 3\0"
 MEND = "mend it with `sqlite3 FILE .recover`, or `ros2 bag reindex` the folder"
 ENDINGS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
-_ZSTD = b"\x28\xb5\x2f\xfd"
 _BROKEN = (sqlite3.Error, ValueError, OverflowError, MemoryError)  # even its messages need not be text
 
 
@@ -70,8 +69,7 @@ class SqliteStore:
             for number, stamp, data in self._base.execute(query, (start, end)):
                 if not isinstance(data, bytes):
                     raise ClearwayError("is damaged: a message without bytes", file=self._path)
-                whole = decompress_message(data, file=self._path) if data.startswith(_ZSTD) else data
-                yield number, stamp, whole
+                yield number, stamp, whole_message(data, file=self._path)
         except _BROKEN as error:
             raise self._damaged(error) from error
 

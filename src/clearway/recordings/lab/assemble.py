@@ -17,6 +17,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.recordings.alignment import frames
 from clearway.recordings.alignment.clocks import Offset
 from clearway.recordings.lab import contacts
+from clearway.recordings.lab.actions import legs_told
 from clearway.recordings.lab.lab import ROBOT, Lab, cut
 from clearway.recordings.lab.legs import FoundLeg, find_legs
 from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
@@ -204,12 +205,14 @@ def _same(a: FloatArray, b: FloatArray) -> bool:
 def _found(
     lab: Lab, spec: RecordedTrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None
 ) -> list[FoundLeg]:
-    """When each leg was driven: as the plan says, else as the motion shows."""
+    """When each leg was driven: as the plan says, else as the robot reported, else as the motion shows."""
     specs = lab.plan.legs_of(spec)
     given = {i: _given(i, leg, motion) for i, leg in enumerate(specs) if leg.span is not None}
     found = given
     if len(given) < len(specs):
-        found = {f.leg: f for f in find_legs(motion, legs, sent=None if sent is None else sent.t)} | given
+        told = legs_told(legs, sent, motion)
+        searched = find_legs(motion, legs, sent=None if sent is None else sent.t) if told is None else told
+        found = {f.leg: f for f in searched} | given
     ordered = [found[i] for i in sorted(found)]
     for a, b in pairwise(ordered):
         if b.start < a.end - 1e-9:

@@ -15,6 +15,8 @@ from clearway.errors import ClearwayError, unknown
 from clearway.reading import read_toml
 from clearway.recordings import formats
 from clearway.recordings.formats import table
+from clearway.recordings.formats.bag_actions import action_of
+from clearway.recordings.formats.bag_file import SEVERAL
 from clearway.recordings.lab.test_plan import (
     BodySpec,
     Span,
@@ -305,7 +307,10 @@ def _missing(plan: TestPlan, field: str, source: str, held: Contents) -> Iterato
     """Names that a file lacks: the field that has the name, and the problem."""
     markers = [e.name for e in held.entries if e.kind == "marker"]
     for where, body in _looked_for(plan, field, source):
-        if (named := body.markers or tuple(body.coordinates or ())) and body.track is None:
+        named = body.markers or tuple(body.coordinates or ())
+        if (
+            named and body.track is None and not any(e.kind == "markers" for e in held.entries)
+        ):  # told when they are read
             try:
                 names = resolve(markers, named)
             except ClearwayError as error:
@@ -345,6 +350,7 @@ def _looked_for(plan: TestPlan, field: str, source: str) -> list[tuple[str, Body
 def _no_track(name: str, held: Contents, kind: str) -> ClearwayError | None:
     """What a file holds need not be all: of a bag's /tf it is topics, and a pair of frames is told when it is read."""
     known = [e.name for e in held.entries if e.kind != "marker"]
-    parts_of_topics = any(name.startswith(f"{e.name}/") for e in held.entries if e.kind == "body")
+    parts_of_topics = any(name.startswith(f"{e.name}/") for e in held.entries if e.kind in SEVERAL)
+    action = any(action_of(e.name) == name for e in held.entries if e.kind == "action")
     pair = "->" in name and any(e.kind == "tf" for e in held.entries)
-    return None if name in known or parts_of_topics or pair else unknown(kind, name, known)
+    return None if name in known or parts_of_topics or action or pair else unknown(kind, name, known)

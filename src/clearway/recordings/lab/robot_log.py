@@ -122,10 +122,14 @@ def goals_sent(lab: Lab, recordings: Recordings, offsets: Offsets, span: tuple[f
         if topic is None:
             continue
         tie, goals = lab.tie(name, recording), _goals(recording, topic)
-        t = goals.t + (offsets[name].seconds if name in offsets else 0.0)
+        by = offsets[name].seconds if name in offsets else 0.0
+        t, ended = goals.t + by, None if goals.ended is None else goals.ended + by
         within = (t >= span[0]) & (t <= span[1])
         poses = [np.full(3, np.nan) if tie is None else compose(tie.pose, p) for p in goals.pose[within]]
-        return Goals("map", t[within], np.array(poses).reshape(-1, 3))
+        outcome = tuple(o for o, inside in zip(goals.outcome, within, strict=False) if inside)
+        return Goals(
+            "map", t[within], np.array(poses).reshape(-1, 3), None if ended is None else ended[within], outcome
+        )
     return None
 
 

@@ -124,7 +124,11 @@ class SourceSpec(_Part):
     odometry: str | None = Field(
         default=None, description="track whose speed the clocks are tied by; default: the estimate"
     )
-    goals: str | None = Field(default=None, description="topic on which goals were sent")
+    goals: str | None = Field(
+        default=None,
+        description="topic on which goals were sent, or an action such as /navigate_to_pose: its states also say when the robot "
+        "called each goal reached",
+    )
     plans: str | None = Field(default=None, description="topic on which the robot's plans were published")
 
 
