@@ -177,7 +177,11 @@ def test_what_is_known_of_a_moving_obstacles_error_counts_once():
     p = Parameters.read()
     settings = _settings(p, task(), ROBOT, frozenset(), False)
     rows, counts = obstacle_rows(
-        settings, np.zeros((0, 3)), np.array([[1.0, 0.0, 0.0, 0.0, 0.6, 0.3]]), np.zeros(3), np.zeros(6)
+        settings,
+        np.zeros((0, 3)),
+        np.array([[1.0, 0.0, 0.0, 0.0, 0.6, 0.3]]),
+        np.zeros(3),
+        np.zeros(settings.horizon + 1),
     )
     step = 0.9 * 0.3 + p.w_dyn  # of w_1, xi_dyn = 0.1
     assert counts[0] == 2  # at steps 1 and 2
