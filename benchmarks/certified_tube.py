@@ -320,9 +320,7 @@ def certificates(
         )  # fmt: skip
         state = np.array([0.0, 0.0, rng.uniform(0, 6.28), 0.0, 0.0])
         plan = drive(state, random_commands(limits, count, rng), limits, period)
-        k, whole, about, _ = longest_certified(
-            plan, body, forecast, rules, Safety(limits, period, bounds, start), True, 1
-        )
+        k, whole, about = longest_certified(plan, body, forecast, rules, Safety(limits, period, bounds, start), True, 1)
         seen["certified" if k > 0 else "refused"] += 1
         if k < 0:
             continue

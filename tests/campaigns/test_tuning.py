@@ -12,7 +12,7 @@ from clearway.campaigns import CampaignPlan
 from clearway.campaigns.tuning import told, tuned, tuned_on
 from clearway.errors import ClearwayError
 from clearway.navigators.registry import make_navigator
-from clearway.reports import text
+from clearway.reports import head_to_head, text
 from clearway.reports.findings import Findings
 from clearway.reports.outcomes import batches, cards, trial_columns
 from clearway.reports.tuning import declarations
@@ -101,6 +101,12 @@ def test_a_navigator_of_ones_own_says_it_and_tables_tell_it(tmp_path: Path) -> N
     assert [c.tuned for c in cards(f)] == ["parameters chosen on this geometry in 1 of 2 trials", ""]
     assert [row[0].text for row in batches(f, f.systems[0]).rows] == ["NO‡", "NO"]
     assert "tuned" in [column["key"] for column in trial_columns(f)]
+    duels = head_to_head.comparisons(f)
+    assert duels
+    for line in head_to_head.verdicts(f, duels):
+        first, second = line.partition(": ")[0].split(" against ") if " against " in line else ("", "")
+        assert first.endswith("Tuned‡") != first.endswith("Drives")
+        assert second.endswith("Tuned‡") != second.endswith("Drives")
     assert text.tuned({"out": results.trials}) == {
         "out": {navigators[0]: "parameters chosen on this geometry in 1 of 2 trials"}
     }

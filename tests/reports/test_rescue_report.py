@@ -173,7 +173,7 @@ def test_navigators_are_compared_within_a_set_up(results: Results) -> None:
     row = by["Search-and-rescue robot · colregs-apf · set-up 2", "Search-and-rescue robot · hp-tmpc · set-up 2"]
     assert row[3].text == "1 : 17"
     assert row[8].text.endswith("hp-tmpc · set-up 2")
-    said = head_to_head.verdicts(duels)
+    said = head_to_head.verdicts(f, duels)
     assert any("hp-tmpc · set-up 2 succeeds more often, by 80 points (52 to 91)" in line for line in said)
     better = next(
         line for line in said if "· hp-tmpc · set-up 2 against Search-and-rescue robot · hp-tmpc · set-up 1" in line

@@ -185,9 +185,12 @@ def transitions(noise: FloatArray, manoeuvre: FloatArray, dt: float, move: Float
     move[MANOEUVRE, 0, 1], move[MANOEUVRE, 0, 2] = dt, (rate * dt - 1.0 + fade) / rate**2
     move[MANOEUVRE, 1, 1], move[MANOEUVRE, 1, 2], move[MANOEUVRE, 2, 2] = 1.0, (1.0 - fade) / rate, fade
     q = 2.0 * rate * manoeuvre[0] ** 2
-    spread[MANOEUVRE] = (
-        q * dt**5 / 20.0, q * dt**4 / 8.0, q * dt**3 / 6.0, q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
-    )  # fmt: skip
+    spread[MANOEUVRE, 0], spread[MANOEUVRE, 1], spread[MANOEUVRE, 2] = (
+        q * dt**5 / 20.0,
+        q * dt**4 / 8.0,
+        q * dt**3 / 6.0,
+    )
+    spread[MANOEUVRE, 3], spread[MANOEUVRE, 4], spread[MANOEUVRE, 5] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
 
 
 @kernel

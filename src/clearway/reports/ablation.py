@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from clearway.errors import ClearwayError
+from clearway.reports import tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.selection import Row, System, moving_at_contact, table_of
@@ -68,7 +69,7 @@ def table(f: Findings, suite: str) -> Grid | None:
         groups.append(len(lines))
         own = full.of(rows)
         lines.append([
-            Cell(f.name(full), strong=True), "all", str(len(own)), str(sum(bool(r["success"]) for r in own)), NONE, NONE, NONE,
+            Cell(f.name(full) + tuning.sign(own), strong=True), "all", str(len(own)), str(sum(bool(r["success"]) for r in own)), NONE, NONE, NONE,
             _mean(own, path, relative), _mean(own, time, relative), str(_moving(own)),
         ])  # fmt: skip
         mine = [(without, variant, c) for (of, without, variant), c in found if of == full]
@@ -82,7 +83,7 @@ def table(f: Findings, suite: str) -> Grid | None:
                 p_value(win.p), p_value(p),
             ]  # fmt: skip
             lines.append([
-                Cell(f.name(full), strong=True), f"without {without}", str(c.pairs), *counts,
+                Cell(f.name(full) + tuning.sign(own), strong=True), f"without {without}", str(c.pairs), *counts,
                 *(_difference(differences.get(name), c.pairs, relative) for name in (path, time)), str(_moving(variant.of(rows))),
             ])  # fmt: skip
     of = (" / shortest", " / clairvoyant's") if relative else (" (m)", " (s)")
@@ -94,7 +95,7 @@ def table(f: Findings, suite: str) -> Grid | None:
         f"{suite}: what each ingredient brings, with it minus without it on the same seeds. Success: difference of the rates with "
         "Newcombe's 95 % interval, McNemar's exact test, Holm's correction over the ingredients. Path and time: the first line their "
         "mean, the others the mean of the paired differences over the tests that both finished, with its 95 % bootstrap interval "
-        "(negative: shorter with the ingredient). Moving at contact: trials of this line.",
+        "(negative: shorter with the ingredient). Moving at contact: trials of this line." + tuning.footnote(rows),
         heads, lines, groups,
     )  # fmt: skip
 

@@ -117,13 +117,14 @@ def _line(c: Comparison, r: Mapping[str, Any]) -> list[Cell | str]:
     ]  # fmt: skip
 
 
-def verdicts(found: list[tuple[System, System, Comparison]]) -> list[str]:
-    """In a sentence a pair: what is shown with confidence (p after Holm at most 0.05), by how much, with 95 % intervals: of
-    the success rates Newcombe's, of an indicator that of the median difference, which belongs to Wilcoxon's test."""
+def verdicts(f: Findings, found: list[tuple[System, System, Comparison]]) -> list[str]:
+    """In a sentence a pair, its systems with their signs (see `tuning`): what is shown with confidence (p after Holm at most
+    0.05), by how much, with 95 % intervals: of the success rates Newcombe's, of an indicator that of the median difference,
+    which belongs to Wilcoxon's test."""
     wins = [c.success.get(None) for _, _, c in found]
     adjusted = holm([np.nan if s is None else s.p for s in wins]).tolist()
     out = []
-    for (_, _, c), s, p in zip(found, wins, adjusted, strict=True):
+    for (a, b, c), s, p in zip(found, wins, adjusted, strict=True):
         said = []
         if s is not None and p <= 0.05:
             d, sign = s.difference, 1 if s.difference.estimate > 0 else -1
@@ -141,7 +142,10 @@ def verdicts(found: list[tuple[System, System, Comparison]]) -> list[str]:
                     low, high = sorted((sign * r["low"], sign * r["high"]))
                     of += f" ({num(low, 3)} to {num(high, 3)})"
                 said.append(f"{who} is better in {r['indicator']}, {of}")
+        first, second = c.b + tuning.sign(f.of(b)), c.a + tuning.sign(f.of(a))
         out.append(
-            f"{c.b} against {c.a}: " + ("; ".join(said) if said else "no difference is shown with confidence") + "."
+            f"{first} against {second}: "
+            + ("; ".join(said) if said else "no difference is shown with confidence")
+            + "."
         )
     return out

@@ -137,7 +137,7 @@ def build(results: Results, folder: Path) -> None:
         rescues=rescue.tables(f),
         ablations=ablation.tables(f),
         duels=[g for g in (head_to_head.table(f, duels), head_to_head.indicator_table(duels)) if g is not None],
-        verdicts=head_to_head.verdicts(duels),
+        verdicts=head_to_head.verdicts(f, duels),
         paper_b=paper_b,
         of_paper_a=bool(f.asked(Section.PAPER_A)),
         barns=[b for s in f.systems if (b := barn(f, s))],

@@ -66,7 +66,7 @@ def beside_published(results: Results) -> str:
     found = [b for system in f.systems if (b := barn(f, system))]
     parts = [f"{_text(b.summary)}\n{b.agreement}" for b in found]
     parts += [_text(g) for g in (*rescue.text_summary(f), *ablation.tables(f))]
-    return "\n\n".join([*parts, "\n".join(head_to_head.verdicts(head_to_head.comparisons(f)))]).strip()
+    return "\n\n".join([*parts, "\n".join(head_to_head.verdicts(f, head_to_head.comparisons(f)))]).strip()
 
 
 def _text(table: Grid) -> str:

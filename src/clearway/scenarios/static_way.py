@@ -60,7 +60,9 @@ def _search(points: FloatArray, discs: FloatArray) -> FloatArray:
     """The way from points[0] to points[1] over points that see each other past the discs; empty if there is none."""
     n = points.shape[0]
     cost, before, done = np.full(n, math.inf), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.bool_)
-    left = np.hypot(points[:, 0] - points[1, 0], points[:, 1] - points[1, 1])
+    left = np.empty(n)
+    for k in range(n):
+        left[k] = math.hypot(points[k, 0] - points[1, 0], points[k, 1] - points[1, 1])
     cost[0] = 0.0
     here = 0
     while here != 1:
@@ -82,7 +84,7 @@ def _search(points: FloatArray, discs: FloatArray) -> FloatArray:
         count += 1
     way, here = np.empty((count, 2)), 1
     for i in range(count - 1, -1, -1):
-        way[i] = points[here]
+        way[i, 0], way[i, 1] = points[here, 0], points[here, 1]
         here = before[here]
     return way
 

@@ -132,7 +132,7 @@ def stopped_after(plan: Plan, k: int, limits: DriveLimits, period: float) -> Pla
 @kernel
 def longest_certified(
     plan: Plan, body: Footprint, forecast: Forecast, rules: Rules, safety: Safety, standing: bool, least: int
-) -> tuple[int, Plan, Tube, Verdict]:
+) -> tuple[int, Plan, Tube]:
     """The largest k >= `least` such that the first k periods of `plan`, then the hardest braking, are certified.
 
     Args:
@@ -145,23 +145,19 @@ def longest_certified(
         least: 0: braking at once is an answer as well; 1: it takes at least one period of the plan.
 
     Returns:
-        k, -1 if there is none; the plan so stopped (for -1 the last one that was tried); its tube; and the verdict on
-        the longest that was tried and refused, or CLEAR.
+        k, -1 if there is none; the plan so stopped (for -1 the last one that was tried); and its tube.
     """
     k = len(plan.inputs)
-    refused = Verdict(True, CLEAR, math.inf)
     while True:
         whole = stopped_after(plan, k, safety.limits, safety.period)
         about = tube(whole, room(whole, safety.limits), safety.period, safety.disturbance, safety.start, standing)
         verdict = certify(whole, about, safety.period, body, forecast, rules)
         if verdict.ok:
-            return k, whole, about, refused
-        if refused.ok:
-            refused = verdict
+            return k, whole, about
         # a conflict on the common part stays one for every k beyond it: the tube does not depend on what follows
         k = min(k - 1, int(verdict.time / safety.period + 1e-9))
         if k < least:
-            return -1, whole, about, refused
+            return -1, whole, about
 
 
 @kernel

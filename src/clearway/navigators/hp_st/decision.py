@@ -11,7 +11,7 @@ from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.candidates import distinct
-from clearway.navigators.hp_st.certificate import Rules, Safety, Verdict, longest_certified
+from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.contact import (
     Base,
     PredictedObstacles,
@@ -161,7 +161,6 @@ class Decision(NamedTuple):
         certified: How many of its periods may be driven before the robot has to brake; -1: none, or nobody asked.
         stored: The plan so stopped.
         tube: The tube about `stored`.
-        verdict: The verdict on the longest part that was refused.
         ways: (P, N + 1, 2) places along all new candidates, in metres.
         choice: Index of the chosen one among them; -1: it is the last plan, or there is none.
         nodes: Nodes that the search has spent.
@@ -175,7 +174,6 @@ class Decision(NamedTuple):
     certified: int
     stored: Plan
     tube: Tube
-    verdict: Verdict
     ways: FloatArray
     choice: int
     nodes: int
@@ -349,12 +347,11 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
     choice, certified = first, -1
     plan = drive(scene.start, ways.commands[choice], safety.limits, settings.period)
     about = Tube(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, 2, 3)), np.zeros((0, 2)))
-    verdict = Verdict(True, -1, math.inf)
     left = ways.total.copy()
     status = STOPPED if left[first] == math.inf else PLANNED
     while settings.certified and left[choice] < math.inf:
         plan = drive(scene.start, ways.commands[choice], safety.limits, settings.period)
-        certified, plan, about, verdict = longest_certified(
+        certified, plan, about = longest_certified(
             plan, foot, forecast, rules, safety, memory.age[0] >= 2.0, 1
         )  # fmt: skip
         if certified >= 1:
@@ -366,7 +363,7 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
     if status == PLANNED and choice == last:
         status = KEPT
     return Decision(
-        ways.commands[choice], ways.states[choice], ways.cost[choice], status, certified, plan, about, verdict, shown,
+        ways.commands[choice], ways.states[choice], ways.cost[choice], status, certified, plan, about, shown,
         choice if status == PLANNED else -1, found.spent, found.cut,
     )  # fmt: skip
 

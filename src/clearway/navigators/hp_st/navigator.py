@@ -252,7 +252,7 @@ class HpSt:
         memory.age[1], self._decision = 0.0, None
         if self._settings.certified:
             assert self._forecast is not None
-            certified, plan, about, _ = longest_certified(
+            certified, plan, about = longest_certified(
                 self._drive(pose, v, omega), base.foot, self._forecast, self._rules, self._safety,
                 bool(memory.age[0] >= 2.0), 1,
             )  # fmt: skip

@@ -308,12 +308,39 @@ def _sector(dx: float, dy: float, near2: float) -> int:
 
 
 @kernel
+def _nth_smallest(values: FloatArray, n: int) -> float:
+    """The element that stands at `n` once `values`, which are re-ordered, are sorted: Hoare's quickselect.
+
+    NumPy's partition would do, but Numba compiles it anew, with a sort and a search for what is unique, in each process.
+    """
+    first, last = 0, len(values) - 1
+    while first < last:
+        pivot, i, j = values[(first + last) // 2], first, last
+        while i <= j:
+            while values[i] < pivot:
+                i += 1
+            while values[j] > pivot:
+                j -= 1
+            if i <= j:
+                values[i], values[j] = values[j], values[i]
+                i += 1
+                j -= 1
+        if n <= j:
+            last = j
+        elif n >= i:
+            first = i
+        else:
+            break
+    return float(values[n])
+
+
+@kernel
 def _limits(child: FloatArray, sector: IntArray, found: int, beam: int, quota: int) -> FloatArray:
     """(SECTORS,) up to which total a child of each sector stays: the best `beam`, and of each sector the best `quota`."""
     totals = np.empty(found)
     for n in range(found):
         totals[n] = child[n, TOTAL]
-    whole = np.partition(totals, beam - 1)[beam - 1]
+    whole = _nth_smallest(totals, beam - 1)
     limits = np.full(SECTORS, whole)
     if quota > 0:
         best, have = np.empty((SECTORS, quota)), np.zeros(SECTORS, np.int64)
