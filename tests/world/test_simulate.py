@@ -241,7 +241,8 @@ def test_what_the_pilot_is_told_and_what_it_shows() -> None:
     assert pilot.seen[0].odom_pose.tolist() == [0, 0, 0]
     assert task.obstacle_oracle is None
     assert [s.t for s in trial.snapshots] == [0.0, 1.0]
-    assert {"wall", "decide_mean", "decide_p50", "decide_p99", "decide_max"} == set(trial.timing)
+    of_decisions = {f"decide_{name}" for name in ("count", "mean", "p50", "p99", "max", "overrun")}
+    assert {"wall", *of_decisions} == set(trial.timing)
     assert trial.attempt.labels.speed == 0.7
 
 

@@ -97,7 +97,7 @@ def run(
     from clearway import api
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
-    from clearway.reports.text import beside_published, headline
+    from clearway.reports.text import beside_published, decision_times, headline
     from clearway.scenarios.suites import load_suite
 
     if official:
@@ -154,6 +154,8 @@ def run(
         typer.echo(headline(results.trials))
         if published := beside_published(results):
             typer.echo(f"\n{published}")
+        if took := decision_times(results):
+            typer.echo(f"\n{took}\n")
         typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
     if failed:
         typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)

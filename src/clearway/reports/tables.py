@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from clearway.reports.barn import barn
+from clearway.reports.decision_time import decision_times
 from clearway.reports.findings import BREAKDOWN, Findings
 from clearway.reports.parameters import every_parameter
 from clearway.statistics import GROUP
@@ -18,6 +20,7 @@ NAMES = {
     "correlations": "Pearson's r of every pair, per robot and pooled",
     "breakdown": "completion time and its parts",
     "parameters": "every parameter of the robots with its source",
+    "decision-times": "how long decisions took, in seconds of wall clock",
     "trials": "all trials",
     "barn": "world by world beside the published runs (the BARN Challenge's suites only)",
 }
@@ -40,6 +43,8 @@ def write_tables(f: Findings, folder: Path) -> list[str]:
     courses = [
         {"robot": s.robot, "navigator": s.navigator, "setup": s.setup, **_as_dict(c)} for s in f.systems if (b := barn(f, s)) for c in b.courses
     ]  # fmt: skip
+    if took := decision_times(f):
+        tables["decision-times"] = pa.Table.from_pylist([asdict(s) | asdict(t) for s, t in took.items()])
     if courses:
         tables["barn"] = pa.Table.from_pylist(courses)
     import pyarrow.csv

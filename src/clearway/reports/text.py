@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow as pa
 
 from clearway.indicators import HEADLINE, INDICATORS, TIMED
-from clearway.reports import ablation, head_to_head, outcomes, rescue, tuning
+from clearway.reports import ablation, decision_time, head_to_head, outcomes, rescue, tuning
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
@@ -50,7 +50,7 @@ def numbers(results: Results) -> str:
     parts += [_text(g) for system in f.systems if (g := outcomes.significance(f, system))]
     correlated, notes = outcomes.correlations(f)
     parts += [_text(correlated), *notes] if correlated else []
-    parts += [_text(g) for g in (*rescue.tables(f), *ablation.tables(f))]
+    parts += [_text(g) for g in (*rescue.tables(f), *ablation.tables(f), decision_time.table(f)) if g]
     duels = head_to_head.comparisons(f)
     parts += [_text(g) for g in (head_to_head.table(f, duels), head_to_head.indicator_table(duels)) if g]
     for system in f.systems:
@@ -67,6 +67,21 @@ def beside_published(results: Results) -> str:
     parts = [f"{_text(b.summary)}\n{b.agreement}" for b in found]
     parts += [_text(g) for g in (*rescue.text_summary(f), *ablation.tables(f))]
     return "\n\n".join([*parts, "\n".join(head_to_head.verdicts(f, head_to_head.comparisons(f)))]).strip()
+
+
+def decision_times(results: Results) -> str:
+    """A line a system: how long its decisions took, and whether it could have kept up; empty where nothing was simulated."""
+    f = Findings(results)
+    said = decision_time.warnings(f)
+    lines = [f"{f.name(system)}: {took}" for system, took in decision_time.decision_times(f).items()]
+    warned = [f"warning: {sentence}." for sentence in said.values()]
+    return "\n".join(
+        [
+            *(["decision times, median and 99th percentile (without a trial's first):"] if lines else []),
+            *(f"  {line}" for line in lines),
+            *warned,
+        ]
+    )
 
 
 def _text(table: Grid) -> str:

@@ -51,6 +51,11 @@ class Results:
             lambda file: pq.read_table(file, memory_map=False, page_checksum_verification=True),
         )
 
+    @cached_property
+    def timing(self) -> pa.Table:
+        """Wall-clock figures: a row a trial (`trial`) and figure (`name`, `value`)."""
+        return _reading(self.path / FILES["timing"].path, pq.read_table)
+
     def __len__(self) -> int:
         return int(self.campaign["trials"])
 

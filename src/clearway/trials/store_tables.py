@@ -116,7 +116,12 @@ FILES: dict[str, TableFile] = {
             values=(pa.list_(_F), "m, point by point"),
         ),
     ),
-    "timing": TableFile("timing.parquet", _schema(trial=(_I, ""), name=(_S, ""), value=(_F, "s of wall clock"))),
+    "timing": TableFile(
+        "timing.parquet",
+        _schema(
+            trial=(_I, ""), name=(_S, ""), value=(_F, "s of wall clock; but decide_count, and decide_overrun: a share")
+        ),
+    ),
 }
 """The files of a results directory beside `trials.parquet`. `fixtures` has one row a floor plan, the others any
 number a trial, in order."""
