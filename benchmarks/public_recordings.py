@@ -96,7 +96,7 @@ HOTEL = (
 def _people(ids: Iterable[int], source: str) -> str:
     return "".join(
         f'\n[bodies.person{i}]\nsource = "{source}"\ntrack = "{i}"\nshape = {{ kind = "disc", radius = 0.25 }}\n'
-        'heading = "travel"\n'
+        'heading = "travel"\nvisits = true\n'
         for i in ids
     )
 

@@ -27,6 +27,7 @@ from clearway.recordings.exports.synthetic import (
     plan_tables,
     shape_table,
     straight,
+    visiting,
 )
 from clearway.recordings.protocol.toml_text import toml
 from clearway.recordings.recording import Recording
@@ -170,7 +171,7 @@ def _bodies(trial: Trial, to: str) -> Table:
         if body.kind not in PLACED:
             continue
         name = body_name(body)
-        entry: Table = {"shape": shape_table(body.shape), "outline": 0.0}
+        entry: Table = {"shape": shape_table(body.shape), "outline": 0.0} | visiting(trial, body)
         if to in CAPTURES:
             entry |= plan_tables(trial, bodies=to == "qualisys-6d")["bodies"][name]
         elif to == "csv":

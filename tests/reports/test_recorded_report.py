@@ -10,7 +10,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from recorded_results import CONDITIONS, LACKS, aimless, blind, gapped, measured, shapeless, unrecorded, write_recorded
+from recorded_results import (
+    CONDITIONS,
+    LACKS,
+    aimless,
+    blind,
+    gapped,
+    measured,
+    shapeless,
+    unrecorded,
+    unsure,
+    write_recorded,
+)
 from synthetic_results import glide
 
 from clearway.geometry.shapes import Circle
@@ -71,6 +82,39 @@ def test_what_could_not_be_computed_is_counted(recorded: Results) -> None:
     told = [json.loads(r["not_computable"]) for r in f.rows]
     for name, row in rows.items():
         assert row[1].text == f"{sum(name not in t for t in told)} of 20"
+
+
+def test_what_is_known_within_bounds_says_so(recorded: Results, recorded_page: Path) -> None:
+    f = Findings(recorded)
+    found = recordings.bounds(f)
+    assert found is not None
+    gaps = [r for r in f.rows if "the pose has gaps" in r["not_computable"]]
+    assert [row[0].trials[0] for row in found.rows] == [r["trial"] for r in gaps]
+    first = gaps[0]
+    assert first["PL_at_least"] < first["PL_at_most"]
+    assert found.rows[0][4].text == f"{first['PL_at_least']:.2f} to {first['PL_at_most']:.2f}"
+    page = recorded_page.read_text()
+    assert "What the indicators are at least and at most" in page
+    trials = json.loads(re.search(r'id="trial-rows">(.*?)</script>', page)[1])  # type: ignore[index]
+    keys = [c["key"] for c in trials["columns"]]
+    row = next(r for r in trials["rows"] if r[0] == first["trial"])
+    shown, why = row[len(keys) + 1][str(keys.index("PL"))]
+    assert shown == found.rows[0][4].text
+    assert why == f"{shown} m: {json.loads(first['not_computable'])['PL']}"
+
+
+def test_a_card_counts_what_is_to_be_confirmed_and_does_not_call_the_unknown_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    f = Findings(write_recorded(tmp_path / "out", lacks=(unsure, blind)))
+    (card,) = outcomes.cards(f)
+    good = [r for r in f.rows if r["success"]]
+    assert sum(bool(r["to_confirm"]) for r in good) > 0
+    assert f", {sum(bool(r['to_confirm']) for r in good)} of these to be confirmed" in card.rate_more
+    rows = [dict(r) | {"MDO": None, "not_computable": '{"MDO": "the pose has gaps (1.8 s)"}'} for r in f.rows]
+    monkeypatch.setattr(Findings, "of", lambda self, system: rows)
+    (card,) = outcomes.cards(f)
+    assert (card.gap, card.gap_more) == ("–", "not computable: the pose has gaps")
 
 
 def test_what_is_to_be_confirmed_names_its_trials(recorded: Results) -> None:
@@ -143,7 +187,7 @@ def test_uncertainty_stands_beside_values(recorded_page: Path) -> None:
     keys = [c["key"] for c in trials["columns"]]
     more = trials["rows"][0][len(keys) + 1]
     assert more[str(keys.index("DE"))] == pytest.approx(0.003)
-    assert more[str(keys.index("MDO"))] == "the test has no obstacle"
+    assert more[str(keys.index("MDO"))] == ["", "not computable: the test has no obstacle"]
     replayed = json.loads(re.search(r'id="trial-0">(.*?)</script>', page)[1])  # type: ignore[index]
     assert replayed["row"]["DE"].endswith(" ± 0.003 m")
     assert replayed["row"]["MDO"] == "not computable: the test has no obstacle"
@@ -295,7 +339,7 @@ def test_too_few_trials_for_strong_words(tmp_path: Path) -> None:
 
 def test_the_robots_own_estimate_has_its_own_denominator(recorded: Results, tmp_path: Path) -> None:
     [card] = outcomes.cards(Findings(recorded))
-    assert card.rate_more.startswith("12 of 14; 6 not judged; failed: aborted (2)")
+    assert card.rate_more.startswith("12 of 14, 2 of these to be confirmed; 6 not judged; failed: aborted (2)")
     four = Selection(
         batches=("SO",), configurations=("single",), speeds=(0.6,), sizes=(0.15,), gaps=(1.0,), repetitions=4
     )

@@ -26,6 +26,7 @@ def score(
     from clearway import api
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
+    from clearway.reports.selection import BOUNDED, between
     from clearway.reports.text import headline
 
     if resume and out is None:
@@ -45,4 +46,7 @@ def score(
     for number, text in enumerate(results.trials["near_tolerance"].to_pylist()):
         if text:
             typer.echo(f"near its tolerance  trial {number}: {text}")
+    for number, row in enumerate(results.trials.to_pylist()):
+        if known := [f"{name} {text}" for name in BOUNDED if (text := between(row, name))]:
+            typer.echo(f"within bounds  trial {number}: {', '.join(known)}")
     typer.echo(f"results: {results.path}" if page is None else f"report: {page}")

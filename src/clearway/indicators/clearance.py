@@ -9,16 +9,18 @@ robot is taken to drive the arc that joins them, an obstacle the line. A simulat
 that make this right wherever something that moves came nearest; so edge to edge and centre to centre are right to 1 mm. A
 recording has its samples only.
 
-A disc needs no heading; it is then taken to drive straight from sample to sample. An obstacle of which a recording
-loses sight while a leg is driven may have come closer meanwhile: the distance is not computable then. One that is not
-there yet when a leg begins, or any more when it ends, counts as absent.
+A disc needs no heading; it is then taken to drive straight from sample to sample. While a recording does not see the robot
+or an obstacle, they may have come closer to each other: MDO then is known only where they cannot have, from where they
+were last and next seen and by their largest speeds. Else it lies between two `bounds`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -38,6 +40,7 @@ from clearway.indicators.legs import (
     track,
 )
 from clearway.trials import Body, Trial
+from clearway.trials.unseen import Way, body_ways, nearest, robot_way
 
 TOUCH = 1e-5
 """m; a smaller gap is contact and counts as 0 (no measurement tells them apart; the simulated world stops there)."""
@@ -54,7 +57,8 @@ class Scene:
     Attributes:
         drive: The leg as it was driven.
         footprint: The robot's outline in base_link.
-        path: (n, 3) poses of the robot in the map: x, y [m], theta [rad], 0 where its footprint needs none.
+        path: (n, 3) poses of the robot in the map: x, y [m], theta [rad], 0 where its footprint needs none; NaN where it was
+            not seen.
         bodies: Those that stand first, then those that move.
         moving_obstacles: (n, k, 3) poses of those that move, NaN while absent.
         columns: Their columns in `Trial.moving_obstacles`.
@@ -66,6 +70,13 @@ class Scene:
     bodies: tuple[Body, ...]
     moving_obstacles: FloatArray
     columns: tuple[int, ...]
+
+    def runs(self) -> list[slice]:
+        """The stretches in which the robot was seen without a break."""
+        known = known_rows(self.path)
+        breaks = np.flatnonzero(~(known[:-1] & known[1:]) | self.drive.missed) + 1
+        bounds = [0, *(int(b) for b in breaks), len(known)]
+        return [slice(a, b) for a, b in pairwise(bounds) if known[a]]
 
 
 def _bodies(trial: Trial, kinds: Iterable[str] | None) -> tuple[list[Body], list[int]]:
@@ -82,20 +93,14 @@ def _bodies(trial: Trial, kinds: Iterable[str] | None) -> tuple[list[Body], list
     return fixed, columns
 
 
-def _present(trial: Trial, drives: tuple[DrivenLeg, ...], fixed: list[Body], columns: list[int]) -> None:
-    if not fixed and not any(np.isfinite(drive.moving_obstacles[:, columns, :2]).all(axis=2).any() for drive in drives):
+def _present(
+    trial: Trial, drives: tuple[DrivenLeg, ...], fixed: list[Body], moving: list[Body], columns: list[int]
+) -> None:
+    """Nothing, unless no obstacle was there; one of a recording that was not seen was there."""
+    hidden = trial.attempt.source == "recorded" and any(not body.visits for body in moving)
+    seen = any(np.isfinite(drive.moving_obstacles[:, columns, :2]).all(axis=2).any() for drive in drives)
+    if not fixed and not seen and not hidden:
         raise NotComputable("no obstacle was present while a scored leg was driven")
-
-
-def _seen_throughout(trial: Trial, drive: DrivenLeg, body: Body, column: int) -> None:
-    """Nothing, unless the recording loses sight of the body between two samples of the leg (a simulated one left)."""
-    if trial.attempt.source != "recorded":
-        return
-    known = known_rows(drive.moving_obstacles[:, column, :2])
-    there = np.flatnonzero(known)
-    if len(there) and not known[there[0] : there[-1]].all():
-        lost = gap_time(drive.t[there[0] : there[-1] + 1], known[there[0] : there[-1] + 1])
-        raise NotComputable(f"the pose of {body.name} has gaps ({lost:.1f} s)")
 
 
 def scenes(trial: Trial, kinds: Iterable[str] | None = PLACED) -> list[Scene]:
@@ -109,27 +114,36 @@ def scenes(trial: Trial, kinds: Iterable[str] | None = PLACED) -> list[Scene]:
         raise NotComputable("the footprint is unknown")
     fixed, columns = _bodies(trial, kinds)
     drives = begun(trial)
-    _present(trial, drives, fixed, columns)
+    moving = _moving(trial, columns)
+    _present(trial, drives, fixed, moving, columns)
+    return [_scene(trial, footprint, drive, fixed, moving, columns) for drive in drives]
+
+
+def _moving(trial: Trial, columns: list[int]) -> list[Body]:
     moving = [body for body in trial.attempt.bodies if body.pose is None]
-    return [_scene(trial, footprint, drive, fixed, [moving[c] for c in columns], columns) for drive in drives]
+    return [moving[c] for c in columns]
 
 
 def _scene(
     trial: Trial, footprint: Shape, drive: DrivenLeg, fixed: list[Body], moving: list[Body], columns: list[int]
 ) -> Scene:
     moving_obstacles = drive.moving_obstacles[:, columns].copy()
-    for k, (body, column) in enumerate(zip(moving, columns, strict=True)):
-        _seen_throughout(trial, drive, body, column)
+    for k, body in enumerate(moving):
         if isinstance(body.shape, Circle):
             moving_obstacles[:, k, 2] = np.where(np.isfinite(moving_obstacles[:, k, 2]), moving_obstacles[:, k, 2], 0.0)
-    there = [body for k, body in enumerate(moving) if known_rows(moving_obstacles[:, k, :2]).any()]
+    there = [
+        body
+        for k, body in enumerate(moving)
+        if known_rows(moving_obstacles[:, k, :2]).any() or (trial.attempt.source == "recorded" and not body.visits)
+    ]
     for body in (*fixed, *there):
         if not body.outlined:
             raise NotComputable(f"the shape of {body.name} is unknown, or where that is on its markers")
     blind = np.isfinite(moving_obstacles[:, :, :2]).all(axis=2) & ~np.isfinite(moving_obstacles[:, :, 2])
     for k, body in enumerate(moving):
-        if blind[:, k].any():
+        if blind[:, k].any() and not np.isfinite(moving_obstacles[:, k, 2]).any():
             raise NotComputable(f"the heading of {body.name} is unknown")
+    moving_obstacles[blind] = np.nan
     _carried(drive, moving_obstacles)
     path = _path(footprint, drive)
     return Scene(drive, footprint, path, (*map(_upright, fixed), *moving), moving_obstacles, tuple(columns))
@@ -143,11 +157,19 @@ def _carried(drive: DrivenLeg, moving_obstacles: FloatArray) -> None:
 
 
 def _path(footprint: Shape, drive: DrivenLeg) -> FloatArray:
-    """(n, 3) poses without a gap, the headings 0 where some are unknown and the footprint needs none."""
-    if not isinstance(footprint, Circle) or np.isfinite(drive.pose).all():
-        return track(drive)
-    at = positions(drive)
-    return np.column_stack([at, np.zeros(len(at))])
+    """(n, 3) poses, NaN where the robot was not seen; all headings are 0 where some are unknown and the footprint needs none.
+
+    Raises:
+        NotComputable: it was not seen at all, or its heading was not, which the footprint needs.
+    """
+    path = drive.pose.copy()
+    if isinstance(footprint, Circle) and (known_rows(path[:, :2]) & ~np.isfinite(path[:, 2])).any():
+        path[:, 2] = 0.0
+    known = known_rows(path)
+    if not known.any():
+        track(drive)
+    path[~known] = np.nan
+    return path
 
 
 def _upright(body: Body) -> Body:
@@ -161,19 +183,98 @@ def _upright(body: Body) -> Body:
 
 
 def clearances(scene: Scene) -> FloatArray:
-    """(n,) smallest distance edge to edge between each sample and the next, m; inf where nothing is there."""
-    return path_clearance(scene.footprint, scene.path, scene.bodies, scene.moving_obstacles)
+    """(n,) smallest distance edge to edge between each sample and the next, m; inf where nothing is there, or the robot was not
+    seen."""
+    found = np.full(len(scene.path), math.inf)
+    for run in scene.runs():
+        found[run] = path_clearance(scene.footprint, scene.path[run], scene.bodies, scene.moving_obstacles[run])
+    return found
+
+
+def _seen(scene: Scene) -> float:
+    """The smallest distance edge to edge that was seen, m; inf where nothing was there."""
+    return min(
+        (
+            closest_approach(scene.footprint, scene.path[run], scene.bodies, scene.moving_obstacles[run], FINE)
+            for run in scene.runs()
+        ),
+        default=math.inf,
+    )
+
+
+def _unseen(trial: Trial, parts: Sequence[Scene], ways: tuple[Way, Sequence[Way]]) -> float:
+    """How near the robot can have come on its legs to any of the bodies while one of the two was not seen, m; inf where both
+    were throughout."""
+    if trial.attempt.source != "recorded":
+        return math.inf
+    robot, bodies = ways
+    least = math.inf
+    for drive in (scene.drive for scene in parts):
+        for body in bodies:
+            for start, end in (*robot.unseen(), *body.unseen()):
+                start, end = max(start, drive.span.start), min(end, drive.span.end)
+                if start < end:
+                    least = min(least, nearest(robot, body, start, end)[0])
+    return least
+
+
+def _ways(trial: Trial, kinds: Iterable[str] | None, footprint: Shape) -> tuple[Way, list[Way]]:
+    bodies = body_ways(trial.attempt, trial.t, trial.moving_obstacles)
+    wanted = [w for w, b in zip(bodies, trial.attempt.bodies, strict=True) if kinds is None or b.kind in kinds]
+    return robot_way(trial.attempt, trial.t, trial.pose, footprint), wanted
+
+
+def _bounds(trial: Trial, kinds: Iterable[str] | None) -> tuple[float, float]:
+    """Between what two distances the smallest one edge to edge lies, m; they are the same where it is known."""
+    parts = scenes(refined(trial), kinds)
+    most = min(map(_seen, parts))
+    assert trial.attempt.footprint is not None
+    least = min(most, _unseen(trial, parts, _ways(trial, kinds, trial.attempt.footprint)))
+    return (0.0, 0.0) if most < TOUCH or _confirmed(trial, kinds) else (least, most)
+
+
+def _known(trial: Trial, least: float, most: float) -> float:
+    """The distance between two bounds that are the same.
+
+    Raises:
+        NotComputable: they are not; or nothing was seen that the robot could have touched.
+    """
+    if most > 0:
+        finished(trial)  # else it would be an upper bound only
+    if least < most:
+        raise NotComputable(_lost(trial))
+    return most
+
+
+def _lost(trial: Trial) -> str:
+    """What was not seen of what MDO needs."""
+    for drive in begun(trial):
+        try:
+            track(drive) if not isinstance(trial.attempt.footprint, Circle) else positions(drive)
+        except NotComputable as reason:
+            return str(reason)
+        moving = [body for body in trial.attempt.bodies if body.pose is None]
+        for column, body in enumerate(moving):
+            known = known_rows(drive.moving_obstacles[:, column, :2])
+            if not known.all() and not (body.visits and not known.any()):
+                return f"the pose of {body.name} has gaps ({gap_time(drive.t, known):.1f} s)"
+    return "something was not seen"
 
 
 def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
-    nearest = min(
-        closest_approach(scene.footprint, scene.path, scene.bodies, scene.moving_obstacles, FINE)
-        for scene in scenes(refined(trial), kinds)
-    )
-    nearest = 0.0 if nearest < TOUCH or _confirmed(trial, kinds) else nearest
-    if nearest > 0:
-        finished(trial)  # else it would be an upper bound only
-    return nearest
+    return _known(trial, *_bounds(trial, kinds))
+
+
+@lru_cache(maxsize=8)
+def bounds(trial: Trial) -> tuple[float, float] | None:
+    """Between what two distances MDO lies, m; None where it is known, or nothing is. The larger one is inf where nothing was
+    seen that the robot could have touched."""
+    try:
+        least, most = _bounds(trial, PLACED)
+        finished(trial)
+    except NotComputable:
+        return None
+    return (least, most) if least < most else None
 
 
 def _confirmed(trial: Trial, kinds: Iterable[str] | None) -> bool:
@@ -201,25 +302,28 @@ def minimum_distance_walls(trial: Trial) -> float:
 @measure
 def minimum_distance_centre(trial: Trial) -> float:
     """Smallest distance between the robot's origin and that of an obstacle that the test placed, m."""
-    trial = refined(trial)
     fixed, columns = _bodies(trial, PLACED)
-    drives = finished(trial)
-    _present(trial, drives, fixed, columns)
-    moving = [body for body in trial.attempt.bodies if body.pose is None]
-    for drive in drives:
-        for column in columns:
-            _seen_throughout(trial, drive, moving[column], column)
-    return min(_between_origins(drive, fixed, [moving[c] for c in columns], columns) for drive in drives)
+    drives = finished(refined(trial))
+    moving = _moving(trial, columns)
+    _present(trial, drives, fixed, moving, columns)
+    parts = [_origins(drive, fixed, moving, columns) for drive in drives]
+    robot, bodies = _ways(trial, PLACED, _POINT)
+    most = min(map(_seen, parts))
+    least = min(most, _unseen(trial, parts, (robot, [replace(body, shape=_POINT) for body in bodies])))
+    return _known(trial, least, most)
 
 
-def _between_origins(drive: DrivenLeg, fixed: list[Body], moving: list[Body], columns: list[int]) -> float:
-    point = Circle(0.0)
+_POINT = Circle(0.0)
+
+
+def _origins(drive: DrivenLeg, fixed: list[Body], moving: list[Body], columns: list[int]) -> Scene:
+    """Points for what is there."""
     at = drive.moving_obstacles[:, columns].copy()
     at[:, :, 2] = 0.0
     _carried(drive, at)
     placed = [replace(b, pose=np.array([*b.pose[:2], 0.0])) for b in fixed if b.pose is not None]
-    bodies = [replace(b, shape=point) for b in (*placed, *moving)]
-    return closest_approach(point, _path(point, drive), bodies, at, FINE)
+    bodies = tuple(replace(b, shape=_POINT) for b in (*placed, *moving))
+    return Scene(drive, _POINT, _path(_POINT, drive), bodies, at, tuple(columns))
 
 
 ALL = (

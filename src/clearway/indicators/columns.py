@@ -5,9 +5,12 @@ To add one, add it to `COLUMNS`; the row, its schema, the reference and the sele
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from operator import attrgetter
 
 from clearway.contract import EventKind
+from clearway.indicators import clearance, cruise, path_length
 from clearway.indicators.avoidable import avoidable
 from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.column import Column, Kind
@@ -44,6 +47,23 @@ def _attempted(
     name: str, kind: Kind, text: str, *, selectable: bool = False, of: str = "", arrow: str | None = None
 ) -> Column:
     return Column(name, kind, text, attrgetter(f"attempt.{of or name}"), "", selectable, arrow)
+
+
+def _bounds(name: str, unit: str, of: Callable[[Trial], tuple[float, float] | None]) -> tuple[Column, Column]:
+    """Two columns: what an indicator is at least and at most, where a recording does not tell it."""
+
+    def end(k: int) -> Callable[[Trial], float | None]:
+        def value(trial: Trial) -> float | None:
+            found = of(trial)
+            return None if found is None or not math.isfinite(found[k]) else found[k]
+
+        return value
+
+    words = f"{{}} {name} of a recording can have been, where the robot or an obstacle was not seen all of the time"
+    return (
+        Column(f"{name}_at_least", Kind.NUMBER, words.format("the least that"), end(0), unit),
+        Column(f"{name}_at_most", Kind.NUMBER, words.format("the most that"), end(1), unit),
+    )
 
 
 COLUMNS = (
@@ -106,6 +126,9 @@ COLUMNS = (
         "near_tolerance", Kind.WORD,
         "DE or OE closer to its tolerance than its uncertainty; success keeps to the values", near_tolerance,
     ),
+    *_bounds("MDO", "m", clearance.bounds),
+    *_bounds("PL", "m", path_length.bounds),
+    *_bounds("TCS", "%", cruise.bounds),
     Column(
         "note", Kind.WORD, "the tester's, of a recorded trial", lambda trial: str(trial.provenance.get("note", ""))
     ),

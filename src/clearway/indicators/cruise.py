@@ -6,6 +6,8 @@ stretch; 5 % and 20 % stand beside it to show how much the choice matters.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from clearway.geometry.shapes import FloatArray
@@ -16,6 +18,8 @@ from clearway.trials import Trial
 
 DWELL = 0.2
 """s; a shorter stretch within the band does not count."""
+BAND = 0.10
+"""Share of the set speed that the headline's band extends to either side."""
 
 
 def time_within(t: FloatArray, v: FloatArray, low: float, high: float, dwell: float = DWELL) -> float:
@@ -59,6 +63,32 @@ def time_at_cruise_speed(band: float) -> Measure:
     return tcs
 
 
+def bounds(trial: Trial) -> tuple[float, float] | None:
+    """Between what two shares TCS of a recording lies, %, where the robot's speed was not seen all of the time: it never was
+    its set speed where it was not, or always. None where TCS is known, or nothing of it is."""
+    if trial.attempt.source != "recorded":
+        return None
+    try:
+        limit, drives = speed_limit(trial), finished(trial)
+    except NotComputable:
+        return None
+    took = sum(d.span.end - d.span.start for d in drives)
+    least = most = hidden = 0.0
+    for drive in drives:
+        if drive.velocity is None:
+            return None
+        v = np.abs(drive.velocity[:, 0])
+        lost = ~(np.isfinite(v[:-1]) & np.isfinite(v[1:])) | drive.missed
+        hidden += float(np.diff(drive.t)[lost].sum())
+        for a, b in pairwise([0, *(int(i) + 1 for i in np.flatnonzero(lost)), len(v)]):
+            run = (drive.t[a:b], v[a:b], (1 - BAND) * limit, (1 + BAND) * limit)
+            least += time_within(*run) if b - a > 1 else 0.0
+            most += time_within(*run, dwell=0.0) if b - a > 1 else 0.0
+    if not 0.0 < hidden < took:
+        return None
+    return 100.0 * least / took, 100.0 * min(most + hidden, took) / took
+
+
 ALL = (
     Indicator(
         "TCS",
@@ -66,7 +96,7 @@ ALL = (
         "%",
         "paper A, eq. 7, band 10 %",
         "higher",
-        time_at_cruise_speed(0.10),
+        time_at_cruise_speed(BAND),
         Kind.SHARE,
     ),
     Indicator(

@@ -12,11 +12,10 @@ from clearway.contract import EventKind
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import NotComputable
 from clearway.trials import Leg, Outcome, Span, Trial
+from clearway.trials.unseen import longest_step
 
 _SAME_INSTANT = 1e-9
 """s; time stamps closer than this are one."""
-LONGEST_STEP = (0.2, 3.0)
-"""s, and in periods: a longer step than both between two samples of a recording is a gap, as if there were NaN between."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -205,11 +204,7 @@ def _whole(what: str, drive: DrivenLeg, known: npt.NDArray[np.bool_]) -> None:
 
 def missed(trial: Trial, t: FloatArray) -> npt.NDArray[np.bool_]:
     """(n - 1,) after which of the samples at `t` (n,) [s] a recording has none for too long."""
-    least, periods = LONGEST_STEP
-    steps = np.diff(t)
-    return np.asarray(
-        (trial.attempt.source == "recorded") & (steps > max(least, periods * trial.attempt.period) + _SAME_INSTANT)
-    )
+    return np.asarray((trial.attempt.source == "recorded") & (np.diff(t) > longest_step(trial.attempt)))
 
 
 def goal_of(drive: DrivenLeg) -> FloatArray:

@@ -6,8 +6,9 @@ import numpy as np
 
 from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import DrivenLeg, finished, named, positions
+from clearway.indicators.legs import DrivenLeg, finished, known_rows, named, positions
 from clearway.trials import Trial
+from clearway.trials.unseen import robot_speeds
 
 
 def length(drive: DrivenLeg) -> float:
@@ -23,6 +24,31 @@ def length(drive: DrivenLeg) -> float:
 def path_length(trial: Trial) -> float:
     """Length of the path over all scored legs, m."""
     return sum(length(drive) for drive in finished(trial))
+
+
+def bounds(trial: Trial) -> tuple[float, float] | None:
+    """Between what two lengths PL of a recording lies, m, where the robot was not seen all of the time: it drove straight on
+    where it was not, or as fast as it can. None where PL is known, or was not finished."""
+    if trial.attempt.source != "recorded":
+        return None
+    try:
+        drives = finished(trial)
+    except NotComputable:
+        return None
+    least = most = 0.0
+    top = robot_speeds(trial.attempt, trial.t, trial.pose)[0]
+    for drive in drives:
+        known = np.flatnonzero(known_rows(drive.pose[:, :2]))
+        if not len(known):
+            return None
+        t, at = drive.t[known], drive.pose[known, :2]
+        steps = np.hypot(*np.diff(at, axis=0).T)
+        lasts = np.diff(t)
+        hidden = (np.diff(known) > 1) | drive.missed[known[:-1]]
+        ends = float(t[0] - drive.t[0] + drive.t[-1] - t[-1])
+        least += float(steps.sum())
+        most += float(np.where(hidden, np.maximum(steps, top * lasts), steps).sum()) + top * ends
+    return (least, most) if most > least else None
 
 
 def leg_length(name: str) -> Measure:

@@ -97,7 +97,8 @@ def of_minimum_distance(trial: Trial) -> float:
 
 def _of_gap(scene: Scene, sample: int) -> float:
     """Standard uncertainty of the distance from the nearest body between `sample` and the next one, m."""
-    two = slice(sample, sample + 2)
+    together = any(run.start <= sample < run.stop - 1 for run in scene.runs())
+    two = slice(sample, sample + 1 + together)
     moving = [b for b in scene.bodies if b.pose is None]
     gaps = []
     for body in scene.bodies:
@@ -105,7 +106,7 @@ def _of_gap(scene: Scene, sample: int) -> float:
         moving_obstacles = scene.moving_obstacles[two, :0] if k is None else scene.moving_obstacles[two, k : k + 1]
         gaps.append(float(path_clearance(scene.footprint, scene.path[two], [body], moving_obstacles)[0]))
     body = scene.bodies[int(np.argmin(gaps))]
-    last = min(sample + 1, len(scene.path) - 1)
+    last = sample + together
 
     def worse(column: int, shape: Shape, whose: str, there: list[int]) -> float:
         """Of either end of the step, of the position and of the outline that turns with the heading."""

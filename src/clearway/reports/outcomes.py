@@ -62,8 +62,9 @@ def cards(f: Findings) -> list[Card]:
         }
         means = [(s, sum(v) / len(v)) for s, v in times.items() if v]
         gaps = [r["MDO"] for r in rows if r["MDO"] is not None]
-        walls = not gaps
-        gaps = gaps or [r["MDO_walls"] for r in rows if r["MDO_walls"] is not None]
+        unknown = "" if gaps else recordings.why_no_distance(rows)
+        walls = not gaps and not unknown
+        gaps = gaps or [r["MDO_walls"] for r in rows if walls and r["MDO_walls"] is not None]
         failures = Counter(verdict(r) for r in rows if r["success"] is False)
         failed = "failed: " + "; ".join(f"{w} ({n})" for w, n in failures.most_common()) if failures else "no failure"
         if rate["unknown"]:
@@ -76,7 +77,7 @@ def cards(f: Findings) -> list[Card]:
             Card(
                 f.name(system), f"{system.navigator}, {', '.join(dict.fromkeys(r['localisation'] for r in rows))}", len(rows),
                 num(rate["SR"], 1), span(rate["low"], rate["high"], 1),
-                f"{rate['successes']} of {rate['n']}; {failed}",
+                f"{rate['successes']} of {rate['n']}{_unconfirmed(rows)}; {failed}",
                 num(means[0][1], 1) if means else NONE,
                 (
                     f"mean at {at_speed(means[0][0])}" if means else "no trial finished",
@@ -84,11 +85,17 @@ def cards(f: Findings) -> list[Card]:
                     *(["all batches, finished trials"] if means else []),
                 ),
                 num(median(gaps), 2) if gaps else NONE,
-                f"least of all {num(min(gaps), 3)} m" + (", from walls" if walls else "") if gaps else "no obstacles",
+                f"least of all {num(min(gaps), 3)} m" + (", from walls" if walls else "") if gaps else unknown or "no obstacles",
                 tuning.sentence(rows),
             )
         )  # fmt: skip
     return found
+
+
+def _unconfirmed(rows: list[Row]) -> str:
+    """How many of the successes a person has to confirm."""
+    count = sum(bool(r["success"] and r.get("to_confirm")) for r in rows)
+    return f", {count} of these to be confirmed" if count else ""
 
 
 def batches(f: Findings, system: System) -> Grid:

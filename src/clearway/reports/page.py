@@ -129,6 +129,7 @@ def build(results: Results, folder: Path) -> None:
         correlations=outcomes.correlations(f),
         table_3=[g for name in f.robots if (g := parameters.table_3(f, name))],
         missing=recordings.missing(f),
+        bounds=recordings.bounds(f),
         unsure=recordings.to_confirm(f),
         near=recordings.near_tolerance(f),
         planned=f.planned,

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 from clearway.indicators import INDICATORS, barn, optimal
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, text
-from clearway.reports.selection import Row, is_recorded, label
+from clearway.reports.selection import BOUNDED, Row, between, is_recorded, label
 
 Tree: TypeAlias = "list[tuple[str, str | Tree]]"
 """Something nested, key by key, as text."""
@@ -110,6 +110,36 @@ def missing(f: Findings) -> Grid | None:
         "Indicators that a recording could not give. The reason of each trial stands in tables/trials.csv, column "
         "not_computable, and in the table of trials when the pointer rests on an empty cell.",
         heads, lines,
+    )  # fmt: skip
+
+
+NO_OBSTACLE = ("the test has no obstacle", "no obstacle was present")
+"""How the reasons begin that say that there was nothing to stay clear of."""
+
+
+def why_no_distance(rows: Sequence[Row]) -> str:
+    """Why none of these trials has an MDO; empty where there was nothing to stay clear of, or nothing is said."""
+    said = [json.loads(r["not_computable"] or "{}").get("MDO", "") for r in rows if is_recorded(r)]
+    why = Counter(_plain(words) for words in said if words and not words.startswith((*NO_OBSTACLE, "not recorded")))
+    return f"not computable: {why.most_common(1)[0][0]}" if why else ""
+
+
+def bounds(f: Findings) -> Grid | None:
+    """Trials whose MDO, PL or TCS is known within bounds only, and these; None where there are none."""
+    lines: Rows = []
+    for r in recorded(f):
+        if any(between(r, name) for name in BOUNDED):
+            cells = [Cell(between(r, name) or NONE) for name in BOUNDED]
+            lines.append([Cell("", trials=(r["trial"],)), str(f.planned(r) or NONE), Cell(label(r)), *cells])
+    if not lines:
+        return None
+    units = [f"{name} ({INDICATORS[name].unit})" for name in BOUNDED]
+    return grid(
+        "What the indicators are at least and at most where the robot or an obstacle was not seen all of the time. From where they "
+        "were last and next seen, and from the largest speed that the robot can drive or was seen to: MDO if both came as near as "
+        "that allows, or no nearer than was seen; PL straight on or at that speed; TCS never or always at the set speed. These "
+        "trials are in no mean of that indicator.",
+        ["trial", "in the plan", text("test"), *units], lines,
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from clearway.indicators import INDICATORS
 from clearway.reports import outcomes
 from clearway.reports.findings import Findings
 from clearway.reports.replay_encoding import Packer
-from clearway.reports.selection import Row, is_recorded, label, system_of, verdict, with_uncertainty
+from clearway.reports.selection import Row, between, is_recorded, label, system_of, verdict, with_uncertainty
 from clearway.trials import Trial
 
 MOST_INSIDE = 16_000_000
@@ -195,7 +195,7 @@ def _packed(f: Findings, packer: Packer, row: Row, trial: Trial) -> dict[str, An
     if is_recorded(row):
         why = json.loads(row["not_computable"])
         if row["duration"]:  # else nothing was recorded, which is said once
-            facts |= {name: f"not computable: {why[name]}" for name in (*outcomes.DIGITS, "success") if name in why}
+            facts |= {name: _unknown(row, name, why) for name in (*outcomes.DIGITS, "success") if name in why}
         said = (("to_confirm", "to confirm"), ("near_tolerance", "near its tolerance"), ("note", "note"))
         facts |= {name: row[key] for key, name in said if row.get(key)}
         if (number := f.planned(row)) is not None:
@@ -204,13 +204,24 @@ def _packed(f: Findings, packer: Packer, row: Row, trial: Trial) -> dict[str, An
     return packed | {"title": _option(f, row), "verdict": verdict(row), "success": bool(row["success"])}
 
 
+def _unknown(row: Row, name: str, why: Mapping[str, str]) -> str:
+    """Why a recording has no value of an indicator, and its bounds if it has those."""
+    found = between(row, name)
+    return f"{found} {INDICATORS[name].unit}: {why[name]}" if found else f"not computable: {why[name]}"
+
+
 def _measured(row: Row, columns: Sequence[Mapping[str, Any]]) -> list[dict[int, Any]]:
-    """Of a measured trial: by column, the uncertainty of its value, or why it has none."""
+    """Of a measured trial: by column, the uncertainty of its value, or its bounds and why it has none."""
     if not is_recorded(row):
         return []
     why = json.loads(row["not_computable"])
-    u = {i: row.get(f"{c['key']}_U") for i, c in enumerate(columns)}
-    return [{i: u[i] or why.get(c["key"]) for i, c in enumerate(columns) if u[i] or c["key"] in why}]
+    found: dict[int, Any] = {}
+    for i, c in enumerate(columns):
+        if u := row.get(f"{c['key']}_U"):
+            found[i] = u
+        elif c["key"] in why:
+            found[i] = [between(row, c["key"]), _unknown(row, c["key"], why)]
+    return [found]
 
 
 def in_page(value: Any) -> Markup:

@@ -173,6 +173,19 @@ def with_uncertainty(row: Row, name: str, digits: int) -> str:
     return f"{row[name]:.{digits}f} ± {u:.{digits}f}"
 
 
+BOUNDED = {"MDO": 3, "PL": 2, "TCS": 1}
+"""Indicators that a recording may tell within bounds only, with the digits that are shown."""
+
+
+def between(row: Row, name: str) -> str:
+    """The bounds of such an indicator, as `0.021 to 0.350` or `at least 0.021`; empty where it has none."""
+    least, most = (row.get(f"{name}_at_{end}") for end in ("least", "most"))
+    digits = BOUNDED.get(name, 0)
+    if least is None:
+        return ""
+    return f"at least {least:.{digits}f}" if most is None else f"{least:.{digits}f} to {most:.{digits}f}"
+
+
 def label(row: Row) -> str:
     """A trial's conditions in words, such as `SO parallel, 0.6 m/s, 0.15 m, 1.5 d_base, repetition 2`."""
     parts = [f"{row['batch']} {row['configuration']}", at_speed(row["speed"])]

@@ -310,14 +310,16 @@ def _body(b: Body) -> dict[str, Any]:
         "sigma": _number(b.sigma),
         "measured": b.measured,
         "outlined": b.outlined,
+        **({"visits": True} if b.visits else {}),
     }
 
 
 def _read_body(d: Mapping[str, Any]) -> Body:
     pose = None if d["pose"] is None else np.array([float(v) for v in d["pose"]])
     return Body(
-        d["name"], BodyKind(d["kind"]), _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"], d["measured"]
-    )
+        d["name"], BodyKind(d["kind"]), _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"], d["measured"],
+        d.get("visits", False),
+    )  # fmt: skip
 
 
 def _leg(leg: Leg) -> dict[str, Any]:

@@ -100,6 +100,7 @@ class Body:
         outlined: Whether its shape is known; else a point stands for it.
         measured: Whether the capture that saw the robot saw it too, so that an error of the frame's tie to the map is
             the same for both.
+        visits: Whether a moving one was not there, rather than not seen, before its first pose and after its last.
     """
 
     name: str
@@ -109,6 +110,7 @@ class Body:
     sigma: float = 0.0
     outlined: bool = True
     measured: bool = False
+    visits: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -169,9 +169,15 @@ def plan_tables(trial: Trial, *, bodies: bool = False) -> dict[str, Any]:
             return {"track": name}
         return {"markers": f"{name}:", "coordinates": {marker: list(at) for marker, at in sets[name].items()}}
 
-    around = {body_name(b): b.shape for b in trial.attempt.bodies if b.kind in PLACED}
-    others = {name: {"shape": shape_table(shape)} | seen(name) for name, shape in around.items()}
+    around = {body_name(b): b for b in trial.attempt.bodies if b.kind in PLACED}
+    others = {name: {"shape": shape_table(b.shape)} | seen(name) | visiting(trial, b) for name, b in around.items()}
     return {ROBOT: seen(ROBOT), "bodies": others}
+
+
+def visiting(trial: Trial, body: Body) -> dict[str, bool]:
+    """That a moving obstacle comes and goes, as a plan says it: a simulated one that is not there is not unseen."""
+    visits = body.pose is None and (body.visits or trial.attempt.source == "simulated")
+    return {"visits": True} if visits else {}
 
 
 def shape_table(shape: Shape) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from clearway.recordings.lab.legs import FoundLeg, find_legs
 from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
 from clearway.recordings.lab.surroundings import fixtures, obstacles
 from clearway.recordings.lab.test_plan import LegPlanSpec, RecordedTrialSpec, by_number
+from clearway.recordings.lab.unseen import unseen_contacts
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
 from clearway.scenarios.suites import load_suite, suite_names
@@ -93,7 +94,11 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
         sigma = np.concatenate([motion.sigma[keep][:, None], around.sigma], axis=1)
     common = None if tie is None or sigma is None else frames.uncertainty(tie, motion.pose[keep])
     events = contacts.assess(attempt, t - zero, pose, around.moving_obstacles, sigma, common)
-    events = (*events, *(e for f in found for e in _unseen(legs[f.leg], f, zero)))
+    events = (
+        *events,
+        *unseen_contacts(attempt, t - zero, pose, around.moving_obstacles, sigma, _tested(found, t)),
+    )
+    events = (*sorted(events, key=lambda e: e.t), *(e for f in found for e in _unseen(legs[f.leg], f, zero)))
     outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero), going=_going(motion))
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
@@ -233,6 +238,16 @@ def _given(index: int, leg: LegPlanSpec, motion: Motion) -> FoundLeg:
             field="legs.span",
         )
     return FoundLeg(index, start, end, leg.reached, "span given in the plan")
+
+
+def _tested(found: Sequence[FoundLeg], t: FloatArray) -> tuple[float, float]:
+    """From when to when the robot was tested, s since the trial began: from the first leg's start to the last one's end, with
+    the gaps in which these may lie; to the record's end where the last leg was not finished."""
+    if not found:
+        return 0.0, float(t[-1] - t[0])
+    first, last = found[0], found[-1]
+    end = last.end + last.unseen[1] if last.reached else float(t[-1])
+    return first.start - first.unseen[0] - float(t[0]), end - float(t[0])
 
 
 def _leg_at(t: FloatArray, spans: Sequence[Span]) -> Any:

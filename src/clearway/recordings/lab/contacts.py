@@ -19,11 +19,14 @@ from clearway.errors import ClearwayError
 from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape, circumscribed_radius
 from clearway.trials import Attempt, Body, Event
+from clearway.trials.unseen import longest_step
 
 COVERAGE = 2.0
 """k of the expanded uncertainty."""
 SURVEYED = 0.02
 """m; walls and furniture of a plan are taken to be surveyed no better."""
+FINE, MOST = 0.02, 200
+"""m: between two instants that are looked at nothing moves farther; and into how many a step is divided at most."""
 APART = 0.5
 """s; two approaches closer in time are one episode."""
 
@@ -67,6 +70,9 @@ def assess(
     if attempt.footprint is None or n == 0:
         return ()
     common = np.zeros((n, 2)) if tie is None else tie
+    fine = _finer(attempt, t, pose, moving_obstacles)
+    t, pose, moving_obstacles, known, common = (_at(x, *fine) for x in (t, pose, moving_obstacles, known, common))
+    n = len(t)
     robot = _Placed(attempt.footprint, pose, known[:, 0])
     among = _Placed(attempt.footprint, pose, _without(known[:, 0], common))
     events: list[Event] = []
@@ -87,6 +93,33 @@ def assess(
         else:
             events += _with(robot, index, body, other, t)
     return tuple(sorted(events, key=lambda e: e.t))
+
+
+def _finer(attempt: Attempt, t: FloatArray, pose: FloatArray, moving_obstacles: FloatArray) -> tuple[Any, FloatArray]:
+    """Where to look, so that between two instants nothing moves by more than `FINE`: samples, and shares of the way to the next
+    one (k,). Where nothing is known between two samples, nothing is looked at."""
+    assert attempt.footprint is not None
+    shapes = [attempt.footprint, *(b.shape for b in attempt.bodies if b.pose is None)]
+    far = np.zeros(max(len(t) - 1, 0))
+    for shape, way in zip(shapes, (pose, *np.moveaxis(moving_obstacles, 1, 0)), strict=True):
+        step = np.diff(way, axis=0)
+        turn = np.abs(np.remainder(np.nan_to_num(step[:, 2]) + np.pi, 2 * np.pi) - np.pi)
+        far = np.maximum(far, np.nan_to_num(np.hypot(step[:, 0], step[:, 1])) + circumscribed_radius(shape) * turn)
+    far[np.diff(t) > longest_step(attempt)] = 0.0
+    parts = np.append(np.clip(np.ceil(far / FINE), 1, MOST), 1).astype(int)
+    sample = np.repeat(np.arange(len(t)), parts)
+    first = np.cumsum(parts) - parts
+    return sample, (np.arange(len(sample)) - first[sample]) / parts[sample]
+
+
+def _at(values: FloatArray, sample: Any, share: FloatArray) -> FloatArray:
+    """`values` (n, ...) on the lines from samples to the next ones; angles, the third of poses, the shorter way."""
+    low, high = values[sample], values[np.minimum(sample + 1, len(values) - 1)]
+    step = high - low
+    if values.shape[-1] == 3 and values.ndim > 1:
+        step[..., 2] = np.remainder(step[..., 2] + np.pi, 2 * np.pi) - np.pi
+    by = share.reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray(np.where(by > 0, low + by * step, low))
 
 
 def _without(whole: FloatArray, part: FloatArray) -> FloatArray:

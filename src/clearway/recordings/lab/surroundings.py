@@ -77,13 +77,20 @@ def obstacles(
             sigma = math.hypot(float(known), outlines)
             standing.append(Body(placed.body, BodyKind.OBSTACLE, shape, still, sigma, outlined, together))
         else:
-            moving.append(Body(placed.body, BodyKind.MOVING_OBSTACLE, shape, None, 0.0, outlined, together))
+            visits = _visits(lab, placed.body, recordings)
+            moving.append(Body(placed.body, BodyKind.MOVING_OBSTACLE, shape, None, 0.0, outlined, together, visits))
             poses.append(motion.wrapped)
             own = np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma
             sigmas.append(np.hypot(own, [outlines, 0.0]))
     moving_obstacles = np.stack(poses, axis=1) if poses else np.empty((len(t), 0, 3))
     sigma_of = np.stack(sigmas, axis=1) if sigmas else np.empty((len(t), 0, 2))
     return Obstacles((*standing, *moving), moving_obstacles, sigma_of, told)
+
+
+def _visits(lab: Lab, name: str, recordings: Recordings) -> bool:
+    """Whether an obstacle was not there while its source had nothing of it: people walk into a picture and out of it."""
+    body = lab.body(name)
+    return recordings[lab.source_of(name)].format == "pedestrians" if body.visits is None else body.visits
 
 
 def _measured(lab: Lab, placed: PlacedSpec, recordings: Recordings, offsets: Offsets, t: FloatArray) -> Motion:

@@ -162,6 +162,12 @@ class BodySpec(_Part):
         description="standard uncertainty of its outline and of the outline's place on it, m; counts for clearances",
     )
 
+    visits: bool | None = Field(
+        default=None,
+        description="of a moving obstacle: before its first sample and after its last it was not there (true), or was there and "
+        "not seen (false); default: true of people in a file of format `pedestrians`",
+    )
+
     @property
     def measured(self) -> bool:
         """Whether the plan says how it is seen in a recording."""

@@ -10,12 +10,12 @@ const Trials = (() => {
   const filters = columns.map(() => "");
   let sorted = { column: 0, down: false }, first = 0, shown = rows;
 
-  // Of a measured trial: the uncertainty of a value, or why there is none.
+  // Of a measured trial: the uncertainty of a value; or, where there is none, its bounds and why.
   const measured = (row, c) => (row[columns.length + 1] || {})[c];
 
   const text = (row, c) => {
     const value = row[c], more = measured(row, c);
-    if (value === null) return "–";
+    if (value === null) return (Array.isArray(more) && more[0]) || "–";
     let digits = columns[c].digits;
     if (typeof value !== "number" || digits === undefined) return String(value);
     if (typeof more !== "number") return value.toFixed(digits);
@@ -71,7 +71,7 @@ const Trials = (() => {
         } else td.textContent = text(row, c);
         if (column.number) td.className = "n";
         if (column.words) { td.className = "words"; if (row[c] === null || row[c] === "") td.textContent = ""; }
-        if (row[c] === null && typeof measured(row, c) === "string") td.title = `not computable: ${measured(row, c)}`;
+        if (row[c] === null && Array.isArray(measured(row, c))) td.title = measured(row, c)[1];
         if (column.why) { td.className = "why bad"; if (row[c] === null) td.textContent = ""; }
         tr.append(td);
       });
