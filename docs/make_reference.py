@@ -20,7 +20,7 @@ from clearway.trials.store import results_schema
 
 PAGE = Path(__file__).with_name("reference.md")
 VERBS = (
-    "run", "rerun", "protocol", "import", "score", "map", "report", "replay", "export", "compare", "list", "check", "schema", "samples",
+    "run", "rerun", "protocol", "import", "score", "localise", "map", "report", "replay", "export", "compare", "list", "check", "schema", "samples",
 )  # fmt: skip
 
 

@@ -411,3 +411,14 @@ def test_of_two_bodies_each_has_its_own_quaternion_or_none(tmp_path: Path):
 def test_three_of_four_columns_are_no_quaternion(tmp_path: Path):
     track = read(tmp_path, "t,x,y,qx,qy,qz\n0,1,2,0,0,0\n1,2,2,0,0,0\n", ROBOT).tracks["robot"]
     assert track.orientation is None
+
+
+def test_a_stated_uncertainty_is_kept_through_reading_and_writing(tmp_path: Path):
+    toml = 'units = "mm"\n[time]\ncolumn = "t"\n[bodies.robot]\nx = "x"\ny = "y"\nyaw = "h"\nangle = "deg"\nsigma = "s"\nsigma_yaw = "sh"\n'
+    recording = read(tmp_path, "t,x,y,h,s,sh\n0,1,2,0,50,2\n1,2,2,0,,\n", toml)
+    sigma = recording.tracks["robot"].sigma
+    assert sigma is not None
+    np.testing.assert_allclose(sigma[0], [0.05, math.radians(2)])
+    assert np.isnan(sigma[1]).all()
+    table.write(tmp_path / "b.csv", recording)
+    np.testing.assert_allclose(READ(tmp_path / "b.csv", Want()).tracks["robot"].sigma, sigma, atol=1e-9)

@@ -32,6 +32,7 @@ class Amcl:
         parameters: Those of the robot's file.
         poses: (n, 3) the particles, map frame.
         weights: (n,), sum 1.
+        updates: How often scan and odometry moved the particles since `reset`.
     """
 
     def __init__(self, parameters: AmclParameters | None = None) -> None:
@@ -60,7 +61,7 @@ class Amcl:
         self.poses = np.asarray(task.start) + spread * self._rng.standard_normal((p.max_particles, 3))
         self.weights = np.full(p.max_particles, 1.0 / p.max_particles)
         self._slow = self._fast = 0.0
-        self._updates = 0
+        self.updates = 0
         self._last: FloatArray | None = None
         self._correction = np.zeros(3)
 
@@ -81,11 +82,18 @@ class Amcl:
             self._last = odom.copy()
         else:
             return compose(self._correction, odom)
-        self._updates += 1
-        if self._updates % self.parameters.resample_interval == 0:
+        self.updates += 1
+        if self.updates % self.parameters.resample_interval == 0:
             self._resample()
             self._correct(odom)
         return compose(self._correction, odom)
+
+    def covariance(self) -> FloatArray:
+        """Of the particles about their weighted mean, (3, 3): x, y [m], heading [rad]."""
+        about = np.average(np.exp(1j * self.poses[:, 2]), weights=self.weights)
+        turned = np.angle(np.exp(1j * self.poses[:, 2]) * np.conj(about))
+        off = np.column_stack((self.poses[:, :2], turned))
+        return np.asarray(np.cov(off.T, aweights=self.weights, ddof=0))
 
     def _moved(self, last: FloatArray, odom: FloatArray) -> bool:
         far, turned = self.parameters.update_min_d, self.parameters.update_min_a

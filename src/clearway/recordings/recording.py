@@ -89,6 +89,7 @@ class Sweeps:
         angle_increment: Angle from a beam to the next, rad.
         range_min: Shortest distance that is measured, m.
         range_max: Longest distance that is measured, m.
+        mount: (3,) pose of the lidar in the robot's base: x, y [m], theta [rad]; None if the file doesn't say.
     """
 
     frame: str
@@ -98,6 +99,7 @@ class Sweeps:
     angle_increment: float
     range_min: float
     range_max: float
+    mount: FloatArray | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -28,6 +28,7 @@ from clearway.recordings.formats.bag_collect import (
     SweepsOf,
     TrackOf,
     message_stamp,
+    mounted,
 )
 from clearway.recordings.formats.bag_file import Bag, Part
 from clearway.recordings.formats.bag_messages import MOST_POSES, MOVE_BASE, Pose, decoder, kind_of, type_name
@@ -225,7 +226,7 @@ class _Reading:
             case Goals():
                 self.goals[name] = result
             case Sweeps():
-                self.scans[name] = result
+                self.scans[name] = mounted(result, self.bag.placed(result.frame))
             case Points():
                 if self.points is not None:
                     raise ClearwayError("has two topics of markers; name those of one", file=self.bag.path, field=name)

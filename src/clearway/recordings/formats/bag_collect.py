@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -204,6 +204,21 @@ class SweepsOf:
         outside = (ranges < low) | (ranges > high)
         ranges[outside] = np.inf
         return Sweeps(self.frame, t[which], ranges, float(start), float(step), float(low), float(high)), notes
+
+
+def mounted(sweeps: Sweeps, placed: tuple[FloatArray, FloatArray] | None) -> Sweeps:
+    """The scans of a lidar that sits there on the robot. One that hangs upside down sweeps the other way round."""
+    if placed is None:
+        return sweeps
+    (x, y, _), (a, b, c, d) = placed
+    theta = float(np.arctan2(2 * (a * b + c * d), 1 - 2 * (b * b + c * c)))
+    sign = 1.0 if 1 - 2 * (a * a + b * b) > 0 else -1.0
+    return replace(
+        sweeps,
+        angle_min=sign * sweeps.angle_min,
+        angle_increment=sign * sweeps.angle_increment,
+        mount=np.array((x, y, theta)),
+    )
 
 
 @dataclass(slots=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from clearway.errors import ClearwayError, unknown
+from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats import bag_mcap, bag_ros1, bag_ros2
 from clearway.recordings.formats.bag_actions import action_of
 from clearway.recordings.formats.bag_collect import LEAP, SECOND, Clock
@@ -231,6 +232,17 @@ class Bag:
                     if not settled and i % SAMPLE == SAMPLE - 1:
                         settled = tree.settle(pairs.values())
         return tree
+
+    def placed(self, frame: str) -> tuple[FloatArray, FloatArray] | None:
+        """Where a frame is on the robot's base by /tf_static: position (3,) [m], quaternion (4,); None if it doesn't say."""
+        tree = TransformTree()
+        for topic in (t for t in self.topics if self.kind(t) == "tf" and _static(t)):
+            for part in self.topics[topic]:
+                decode, poses = decoder(part.channel, file=self.path), kind_of(part.channel).poses
+                for _, _, data in part.store.messages(frozenset({part.channel.number})):
+                    for pose in poses(decode(data)) if poses else ():
+                        tree.add(pose.frame, pose.child, 0.0, pose.values, static=True)
+        return tree.placed(frame)
 
     def window(self, span: tuple[float, float] | None) -> tuple[int, int]:
         """ns between which messages stamped within `span` were recorded."""

@@ -278,12 +278,17 @@ def _track(
         if orientation is not None and spec.up != "z":
             turned = np.array(TURN_QUATERNIONS[spec.up])
             orientation = _product(_product(turned, orientation), turned * (-1, -1, -1, 1))
-    twist: FloatArray | None = None
-    if body.v is not None or body.omega is not None:
+
+    def two(a: str | None, b: str | None) -> FloatArray | None:
+        """Columns of a length and an angle, NaN for one that isn't there; None without either."""
         none = np.full(len(keep), np.nan)
-        v, omega = (data[c][keep] if c else none for c in (body.v, body.omega))
-        twist = np.stack((v * scale, omega * turn), axis=1)
-    return Track("table", spec.frame, "", np.ascontiguousarray(data[""][keep]), position, orientation, twist)
+        length, angle = (data[c][keep] if c else none for c in (a, b))
+        return None if a is None and b is None else np.stack((length * scale, angle * turn), axis=1)
+
+    twist, sigma = two(body.v, body.omega), two(body.sigma, body.sigma_yaw)
+    if sigma is not None:
+        sigma = np.abs(sigma)
+    return Track("table", spec.frame, "", np.ascontiguousarray(data[""][keep]), position, orientation, twist, sigma)
 
 
 def _product(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -359,6 +364,9 @@ def write(path: Path, recording: Recording) -> None:
         if track.twist is not None:
             columns |= {"v": track.twist[:, 0], "omega": track.twist[:, 1]}
             lines += ['v = "v"', 'omega = "omega"']
+        if track.sigma is not None:
+            columns |= {"sigma": track.sigma[:, 0], "sigma_yaw": track.sigma[:, 1]}
+            lines += ['sigma = "sigma"', 'sigma_yaw = "sigma_yaw"']
     elif (points := recording.points) is not None:
         lines += ["", "[time]", 'column = "t"', "", "[markers]"]
         columns = {"t": points.t}

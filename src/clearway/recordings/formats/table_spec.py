@@ -68,6 +68,8 @@ class BodySpec(_Part):
     order: Literal["xyzw", "wxyz"] = Field(default="xyzw", description="of the quaternion's columns as named here")
     v: Column | None = Field(default=None, description="measured speed along its own x, unit of length a second")
     omega: Column | None = Field(default=None, description="measured turning rate, `angle` a second")
+    sigma: Column | None = Field(default=None, description="standard uncertainty of the position, unit of length")
+    sigma_yaw: Column | None = Field(default=None, description="standard uncertainty of the heading, `angle`")
 
     @model_validator(mode="after")
     def _one_heading(self) -> BodySpec:
@@ -77,12 +79,16 @@ class BodySpec(_Part):
 
     def columns(self) -> tuple[Column, ...]:
         """Every column that it names."""
-        single = (self.x, self.y, self.z, self.yaw, self.v, self.omega)
+        single = (self.x, self.y, self.z, self.yaw, self.v, self.omega, self.sigma, self.sigma_yaw)
         return tuple(c for c in (*single, *(self.quaternion or ())) if c is not None)
 
     def prefixed(self, prefix: str) -> BodySpec:
         """The same columns with `prefix` before each name."""
-        one = {k: prefix + v for k in ("x", "y", "z", "yaw", "v", "omega") if (v := getattr(self, k)) is not None}
+        one = {
+            k: prefix + v
+            for k in ("x", "y", "z", "yaw", "v", "omega", "sigma", "sigma_yaw")
+            if (v := getattr(self, k)) is not None
+        }
         four = self.quaternion and tuple(prefix + c for c in self.quaternion)
         return self.model_copy(update={**one, "quaternion": four})
 

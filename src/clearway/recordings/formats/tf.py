@@ -124,6 +124,22 @@ class TransformTree:
         """Whether they are connected and something between them moves."""
         return any(edge in self._moving for edge, _ in self._way(parent, child) or ())
 
+    def placed(self, child: str) -> tuple[FloatArray, FloatArray] | None:
+        """Where a frame is on the robot's base, if only static transforms are between: position (3,) [m], quaternion (4,)."""
+        for base in BASES:
+            way = self._way(base, child) if base in self.frames and child in self.frames else None
+            if way is None or any(edge not in self._static for edge, _ in way):
+                continue
+            p, q = np.zeros((1, 3)), np.array([[0.0, 0.0, 0.0, 1.0]])
+            for edge, forward in way:
+                at, turn = _constant(self._static[edge], 1)
+                if not forward:
+                    turn = turn * [-1.0, -1.0, -1.0, 1.0]
+                    at = -rotate(turn, at)
+                p, q = p + rotate(q, at), multiply(q, turn)
+            return p[0], q[0]
+        return None
+
     def track(self, parent: str, child: str, *, file: object = None) -> tuple[Track, tuple[str, ...]]:
         """How `child` moves in `parent`, at the stamps of the transform between them that was sent most often, and notes.
 
