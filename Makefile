@@ -21,7 +21,7 @@ lint: .venv/developed
 	$(BIN)/lint-imports
 
 pytest: .venv/developed
-	$(BIN)/python -m pytest -n 2 --dist loadgroup
+	$(BIN)/python -m pytest -n 2
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit("Clearway needs Python 3.11 or newer; try: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'

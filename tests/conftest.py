@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadScopeScheduling
 
 # A kernel compiles at its first call, which no deadline should count; the same examples every time.
 settings.register_profile("clearway", deadline=None, derandomize=True, print_blob=True)
 settings.load_profile("clearway")
 
-_COMPILE_LONG = ("hp_st", "hp_tmpc")
+
+class _ByFile(LoadScopeScheduling):  # type: ignore[misc]
+    """The tests of one file run in one process, and so do all those of a navigator that compiles for long: else both
+    processes compile it, at the same time."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        file = nodeid.partition("::")[0]
+        return next((name for name in ("hp_st", "hp_tmpc") if name in file), file)
 
 
-@pytest.hookimpl(tryfirst=True)  # before the groups are read
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Run the tests of one file in one process, and those of a navigator that compiles for long: else both compile it."""
-    for item in items:
-        place = str(item.path)
-        group = next((name for name in _COMPILE_LONG if name in place), place)
-        item.add_marker(pytest.mark.xdist_group(group))
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
+    return _ByFile(config, log)

@@ -27,7 +27,7 @@ value = 3
 
 @pytest.fixture
 def own(tmp_path: Path) -> Path:
-    file = tmp_path / "own.py"
+    file = tmp_path / "own_still.py"  # a name of its own: a module stays imported for the tests that follow
     file.write_text(OWN)
     return file
 
@@ -46,7 +46,7 @@ def test_a_file_and_a_module_are_addresses(own: Path, monkeypatch: pytest.Monkey
     assert made.pace == 0.3
     assert type(registry.make_navigator(f"{own}:Still")) is type(made)  # the file is loaded once
     monkeypatch.chdir(own.parent)
-    assert registry.make_navigator("own:Still").pace == 0.0  # a module that lies where the user stands
+    assert registry.make_navigator("own_still:Still").pace == 0.0  # a module that lies where the user stands
 
 
 def test_two_packages_may_not_claim_one_name() -> None:
@@ -61,10 +61,10 @@ def test_two_packages_may_not_claim_one_name() -> None:
     [
         ("{dir}/none.py:Nav", "none.py: no such file"),
         ("no_such_pkg.mod:Nav", "there is no module 'no_such_pkg'"),
-        ("{dir}/own.py:Stil", "did you mean 'Still'"),
-        ("{dir}/own.py:value", "is a int, not a class"),
-        ("{dir}/own.py:", "not an address"),
-        ("{dir}/own.py:NotOne", "has no method reset"),
+        ("{dir}/own_still.py:Stil", "did you mean 'Still'"),
+        ("{dir}/own_still.py:value", "is a int, not a class"),
+        ("{dir}/own_still.py:", "not an address"),
+        ("{dir}/own_still.py:NotOne", "has no method reset"),
         ("{dir}/broken.py:Nav", r"SyntaxError: .*\(broken.py:1\)"),
         ("{dir}/raises.py:Nav", r"ZeroDivisionError: division by zero \(raises.py:2\)"),
         ("{dir}/imports.py:Nav", "No module named 'does_not_exist'"),

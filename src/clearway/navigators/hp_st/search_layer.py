@@ -340,7 +340,7 @@ def _limits(child: FloatArray, sector: IntArray, found: int, beam: int, quota: i
     totals = np.empty(found)
     for n in range(found):
         totals[n] = child[n, TOTAL]
-    whole = _nth_smallest(totals, beam - 1)
+    whole = _nth_smallest(totals.copy(), beam - 1)
     limits = np.full(SECTORS, whole)
     if quota > 0:
         best, have = np.empty((SECTORS, quota)), np.zeros(SECTORS, np.int64)
