@@ -4,13 +4,18 @@ were driven, and the actions of Nav2 and move_base."""
 from __future__ import annotations
 
 import math
+from contextlib import suppress
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 from made_bags import START, STORES, Robot, circle, messages, write_mcap, write_ros1, write_ros2
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from test_bag_fuzz import EXAMPLES, damaged, damages
 
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
@@ -374,3 +379,59 @@ def test_nav2s_feedback_of_every_distribution(text: str, described: bool, tmp_pa
     (pose,) = poses(message)
     assert pose.values[:2] == (1.0, 2.0)
     assert (pose.frame, pose.stamp) == ("map", at(3))
+
+
+# --- damage ----------------------------------------------------------------------------------------------------------
+
+
+@cache
+def everything() -> bytes:
+    """A bag without chunks or checksums, so that what is changed in it is read: bodies, markers, people, arrays, a path, an action."""
+    r = Robot(2)
+    lines = [*mocap(), *nav2()]
+    for i in range(4):
+        person = r.make(
+            "people_msgs/msg/Person",
+            "anna",
+            r.vector(i, 0.0, 0.0, "Point"),
+            r.vector(0.5, 0.0, 0.0, "Point"),
+            0.9,
+            [],
+            [],
+        )
+        lines += [
+            (
+                "/people",
+                "people_msgs/msg/People",
+                at(i),
+                r.make("people_msgs/msg/People", r.header(at(i), "map"), [person]),
+            ),
+            (
+                "/bots",
+                "geometry_msgs/msg/PoseArray",
+                at(i),
+                r.make("geometry_msgs/msg/PoseArray", r.header(at(i), "map"), [r.pose(i, 1, 0.1)] * 2),
+            ),
+            ("/way", "nav_msgs/msg/Path", at(i), path_of(r, at(i), [at(k) for k in range(i + 1)])),
+        ]
+    with TemporaryDirectory() as folder:
+        path = write_mcap(Path(folder) / "a.mcap", sorted(lines, key=lambda line: line[2]), use_chunking=False)
+        return path.read_bytes()
+
+
+NAMES = frozenset({"/bots", "/way", "/navigate_to_pose", "/people/anna", "/markers/cart:a"})
+
+
+@settings(max_examples=EXAMPLES)
+@given(how=damages())
+def test_damaged_messages_give_nothing_but_the_own_error(how: list[tuple[str, float, bytes]]) -> None:
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "a.mcap"
+        path.write_bytes(damaged(everything(), how))
+        for act in (
+            lambda: formats.look(path),
+            lambda: formats.read(path),
+            lambda: formats.read(path, Want(NAMES, (0.0, 2.0))),
+        ):
+            with suppress(ClearwayError):
+                act()

@@ -147,11 +147,20 @@ def test_positions_alone_have_no_heading(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [("912143104,", "912143104.5,", "not all whole numbers of ns"), ("1403715524917", "1403715520917", "time goes backwards"),
+     ("#timestamp [ns],", '#"timestamp [ns],', "columns should be named"),
      ("\n1403715524912143104,0.6", "\n,0.6", "a line has no stamp"), ("0.6,1.8", "0.6,x", "column")],
 )  # fmt: skip
 def test_what_is_wrong_is_said(old: str, new: str, problem: str, tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text(EUROC.replace(old, new))
     with pytest.raises(ClearwayError, match=problem):
-        of(EUROC.replace(old, new), tmp_path)
+        euroc.read(path, Want())
+
+
+def test_a_description_beside_it_counts_more(tmp_path: Path) -> None:
+    toml = '[time]\ncolumn = "timestamp [ns]"\nunit = "ns"\n[bodies.imu]\nx = "p_RS_R_x [m]"\ny = "p_RS_R_y [m]"\n'
+    (tmp_path / "data.csv.toml").write_text(toml)
+    assert list(of(EUROC.replace(", ", ","), tmp_path).tracks) == ["imu"]
 
 
 @pytest.mark.parametrize("name", ["kitti", "euroc"])

@@ -8,6 +8,7 @@ inertial sensor or a camera, whose x need not be ahead.
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ import pyarrow as pa
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.formats import tum
+from clearway.recordings.formats import beside, tum
 from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, header_of, pieces, split, written
 from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import encoding_of
@@ -42,17 +43,25 @@ _QUATERNION = re.compile(r"q_?(?:[a-z]+_)*([wxyz])\s*(?:\[\s*\])?")
 
 
 def sniff(path: Path, head: bytes) -> bool:
-    """Whether a comment of such columns stands before its first line, which begins with nanoseconds."""
+    """Whether a comment of such columns stands before its first line, which begins with nanoseconds, and nobody describes it as a table."""
+    if path.name and beside.beside(path).is_file():
+        return False
     lines = first_lines(head)
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")
     comments = [line.lstrip("# \t") for line in lines if line.lstrip().startswith("#")]
     stamp = split(first, ",")[0] if first else ""
-    return bool(comments) and stamp.isascii() and stamp.isdigit() and len(stamp) > 12 and _found(comments) is not None
+    return (
+        bool(comments)
+        and stamp.isascii()
+        and stamp.isdigit()
+        and len(stamp) > 12
+        and _found(split(comments[-1], ",")) is not None
+    )
 
 
-def _found(comments: list[str]) -> dict[str, int] | None:
-    """Which column is what, by the last comment: `t`, `x`, `y`, `z`, and `qw` to `qz` if there are any."""
-    names = [n.strip().lower() for n in comments[-1].split(",")]
+def _found(header: Sequence[str]) -> dict[str, int] | None:
+    """Which column is what, by the names: `t`, `x`, `y`, `z`, and `qw` to `qz` if there are any."""
+    names = [n.strip().lower() for n in header]
     if not _STAMP.fullmatch(names[0]):
         return None
     found = {"t": 0}
@@ -77,7 +86,7 @@ def read(path: Path, want: Want) -> Recording:
         raise unknown("track", other[0], (NAME,), file=path)
     dialect = Dialect(",", encoding=encoding_of(head_of(path)), header="comment")
     header = header_of(path, dialect)
-    found = _found([",".join(header)])
+    found = _found(header)
     if found is None:
         raise ClearwayError(f"its columns should be named in a comment as {', '.join(HEADER)}", file=path)
     at = {what: header[i] for what, i in found.items()}
