@@ -182,6 +182,7 @@ def trials_alone(out: Path, trials: int) -> list[dict[str, Any]]:
     """A sample of the trials in this process: simulated, scored, kept."""
     from clearway.campaigns.drawing import drawn
     from clearway.campaigns.plan import CampaignPlan
+    from clearway.campaigns.plan_checks import check_plan
     from clearway.campaigns.worker import run_trial
     from clearway.indicators import score_row
     from clearway.trials.store import write_partial
@@ -194,13 +195,14 @@ def trials_alone(out: Path, trials: int) -> list[dict[str, Any]]:
         decision_limit=None,
     )
     specs = [drawn(plan, spec) for spec in plan.specs()]
-    run_trial(plan, specs[0])  # compiles, or loads what is compiled
-    last = run_trial(plan, specs[-1])
+    known = check_plan(plan, specs)
+    run_trial(plan, specs[0], known[specs[0].navigator])  # compiles, or loads what is compiled
+    last = run_trial(plan, specs[-1], known[specs[-1].navigator])
     write_partial(out, "", specs[-1].index, last, {"id": specs[-1].id} | score_row(last))
     taken = dict.fromkeys(("simulated", "scored", "kept"), 0.0)
     for spec in specs:
         times = [time.process_time()]
-        trial = run_trial(plan, spec)
+        trial = run_trial(plan, spec, known[spec.navigator])
         times.append(time.process_time())
         row = score_row(trial)
         times.append(time.process_time())

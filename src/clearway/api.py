@@ -14,6 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
+from clearway.campaigns.pilot import prepare_limit
+from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback
 from clearway.campaigns.rerun import Rerun
 from clearway.campaigns.rerun import rerun as rerun_trial
@@ -154,12 +156,16 @@ def run(
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
         disturbance=disturbance,
     )
-    chosen, given = variants(
-        _strings(navigators, "navigators"),
-        options or {},
-        _strings(without, "without"),
-        _strings(guarantees, "guarantees"),
-    )
+    folder = free_directory(suites) if out is None else Path(out)
+    with pool(workers_of(workers, least=0), folder) as work:
+        chosen, given = variants(
+            _strings(navigators, "navigators"),
+            options or {},
+            _strings(without, "without"),
+            _strings(guarantees, "guarantees"),
+            work=work,
+            patience=prepare_limit(decision_limit),
+        )
     campaign = CampaignPlan(
         suites=suites,
         robots=_strings(robots, "robots"),
@@ -173,7 +179,6 @@ def run(
         decision_limit=decision_limit,
         options=given,
     )
-    folder = free_directory(suites) if out is None else Path(out)
     done = run_campaign(campaign, folder, workers, resume, progress)
     return Results(done.path, done.campaign)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import bdb
+import contextlib
 import ctypes
 import fractions
 import gc
@@ -15,9 +16,12 @@ import io
 import itertools
 import math
 import os
+import pickle
+import platform
 import re
 import resource
 import signal
+import stat
 import subprocess
 import sys
 import threading
@@ -316,7 +320,22 @@ def once(deed: Callable[[], Any]) -> Callable[[], None]:
     return done
 
 
+def _into_sockets(content: bytes) -> None:
+    """Write it into whatever this process talks to others by."""
+    for fd in range(3, 256):
+        with contextlib.suppress(OSError):
+            if stat.S_ISSOCK(os.fstat(fd).st_mode):
+                os.write(fd, content)
+
+
+def _in_its_stead() -> None:
+    answer = pickle.dumps(("done", 7, False))
+    _into_sockets(len(answer).to_bytes(4, "big") + answer)
+
+
 CRASHES: dict[str, Callable[[], Any]] = {
+    "WritesIntoSockets": lambda: _into_sockets(b"x" * 1000),
+    "AnswersInItsStead": _in_its_stead,
     "SegmentationFault": lambda: ctypes.string_at(0),
     "ExitsQuietly": lambda: os._exit(0),
     "ExitsLoudly": lambda: os._exit(7),
@@ -387,7 +406,13 @@ def _in_c() -> None:
     sum(itertools.repeat(0))
 
 
+def _compiling() -> None:
+    while True:
+        numba.njit(lambda x: x + 1)(1)
+
+
 HANGS: dict[str, Callable[[], Any]] = {
+    "CompilesForEver": _compiling,
     "LoopsForEver": _for_ever,
     "LoopsDeaf": _deaf,
     "LoopsIgnoringTheAlarm": _ignoring,
@@ -428,6 +453,15 @@ def _small_files() -> None:
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, resource.getrlimit(resource.RLIMIT_FSIZE)[1]))
 
 
+def _little_memory() -> None:
+    resource.setrlimit(resource.RLIMIT_AS, (1 << 20, resource.getrlimit(resource.RLIMIT_AS)[1]))
+
+
+def rounds_up() -> None:
+    """Floating-point numbers, from now on."""
+    ctypes.CDLL(None).fesetround(0x400000 if platform.machine() in ("aarch64", "arm64") else 0x800)
+
+
 def _no_open() -> None:
     import builtins
 
@@ -452,6 +486,10 @@ LEFT: dict[str, Callable[[], Any]] = {
     "LimitsRecursion": lambda: sys.setrecursionlimit(120),
     "LimitsFiles": _no_files,
     "LimitsTheirSize": _small_files,
+    "LimitsMemory": _little_memory,
+    "RoundsUp": rounds_up,
+    "RingsLater": lambda: signal.setitimer(signal.ITIMER_PROF, 1.0),
+    "Profiles": lambda: sys.setprofile(lambda *_: raises(Own())),
     "MasksPermissions": lambda: os.umask(0o777),
     "ClearsEnvironment": os.environ.clear,
     "ClearsPath": sys.path.clear,

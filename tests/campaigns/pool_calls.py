@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 
+from misbehaving_navigators import CRASHES
+
 from clearway.campaigns.pool import Fate
 from clearway.errors import ClearwayError
 
@@ -12,6 +14,10 @@ def meet(end: str) -> str:
     """Ends as it is told, or changes its surroundings and says what it finds there."""
     if end == "exit":
         os._exit(3)
+    if end == "spoil":
+        CRASHES["WritesIntoSockets"]()
+    if end == "false":
+        CRASHES["AnswersInItsStead"]()
     if end == "refuse":
         raise ClearwayError("refused", field=end)
     os.chdir("/")

@@ -22,13 +22,14 @@ import clearway.world
 from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import TrialSpec
+from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.provenance import asked_of_plan
 from clearway.campaigns.worker import run_trial
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
 from clearway.reports.findings import Findings
 from clearway.scenarios.suites import Selection, load_suite
-from clearway.trials import Outcome
+from clearway.trials import Outcome, Trial
 from clearway.trials.store_tables import to_tables
 
 OWN = Path(__file__).with_name("own_navigators.py")
@@ -43,6 +44,12 @@ def plan(*navigators: str, repetitions: int = 2, **options: Any) -> CampaignPlan
         localisation="truth",
         **options,
     )
+
+
+def alone(asked: CampaignPlan, number: int) -> Trial:
+    """One trial of a campaign, in this process."""
+    specs = asked.specs()
+    return run_trial(asked, specs[number], check_plan(asked, specs)[specs[number].navigator])
 
 
 def contents(path: Path) -> dict[str, bytes]:
@@ -95,7 +102,7 @@ def test_what_breaks_in_the_world_is_recorded_too(monkeypatch: pytest.MonkeyPatc
         raise ZeroDivisionError("a bug of ours")
 
     monkeypatch.setattr(clearway.world, "simulate", breaks)
-    trial = run_trial(plan(), plan().specs()[1])
+    trial = alone(plan(), 1)
     assert trial.reason == "ZeroDivisionError: a bug of ours"
     assert "in breaks" in trial.events[0].detail
     assert score_row(trial)["success"] is False
@@ -107,7 +114,7 @@ def test_a_trial_that_broke_says_all_that_it_attempted(tmp_path: Path, monkeypat
     asked = dataclasses.replace(plan("Knows", setups=("5 iterations",)), selection=selection)
     (whole,) = run_campaign(asked, tmp_path / "whole", 1)
     monkeypatch.setattr(clearway.world, "simulate", lambda *_, **__: 1 / 0)
-    broken = run_trial(asked, asked.specs()[0])
+    broken = alone(asked, 0)
     assert broken.outcome is Outcome.NAVIGATOR_FAILED
     assert whole.attempt.privileged
     assert whole.attempt.tracking == "kalman"

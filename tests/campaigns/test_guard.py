@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import math
 import os
@@ -20,9 +21,12 @@ from pool_calls import meet, stood_in
 from test_campaign import contents, family, left_over, wait_for
 
 from clearway.campaigns import CampaignPlan, run_campaign
-from clearway.campaigns.heartbeat import Heartbeat, Pulse
+from clearway.campaigns import pool as pools
+from clearway.campaigns.heartbeat import COMPILING, Heartbeat, Pulse
+from clearway.campaigns.pilot import guarded
 from clearway.campaigns.plain import plain_command, plain_diagnostics
 from clearway.campaigns.pool import pool
+from clearway.campaigns.surroundings import limits, restored, round_as_ever
 from clearway.contract import Command, Diagnostics, Status
 from clearway.errors import ClearwayError
 from clearway.foreign import LONGEST, said, traced
@@ -200,11 +204,20 @@ def test_a_heartbeat_is_overdue_only_while_something_is_awaited(tmp_path: Path) 
     heart.begin(1.0)
     assert overdue(7) is None  # 3 s: the worker has time to break it off itself
     assert overdue(3) == 1.0
+    heart.begin(1.0)
+    assert overdue(5) is None
     heart.compile(True)
     assert overdue(100) is None
     heart.compile(False)
-    assert overdue(7) is None  # its time anew
-    assert overdue(3) == 1.0
+    assert overdue(2) is None  # it goes on where it was
+    assert overdue(2) == 1.0
+    heart.begin(1.0)
+    heart.compile(True)
+    heart.compile(False)
+    heart.compile(True)
+    assert overdue(3600) is None
+    assert overdue(3) == COMPILING  # by many or by one
+    heart.compile(False)
     heart.begin(None)
     assert overdue(100) is None
     heart.end()
@@ -235,9 +248,80 @@ def test_the_pool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert sorted(found) == ["exit: ended with exit code 3", "here a", "here b"]
         monkeypatch.delenv("MET")
         assert list(work.each(meet, [("c",)])) == ["None c"]
+        found = list(work.each(meet, [("spoil",), ("false",)], fallen=stood_in))
+        assert sorted(found) == ["false: spoilt its connection", "spoil: closed or spoilt its connection"]
     with pytest.raises(ClearwayError, match="refused") as told, pool(2, tmp_path) as work:
         list(work.each(meet, [("refuse",)]))
     assert told.value.field == "refuse"
+
+
+def test_as_many_workers_as_there_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made, hired = pools._Worker, itertools.count()
+
+    def one() -> Any:
+        if next(hired):
+            raise OSError(24, "Too many open files")
+        return made()
+
+    pools._end_idle()
+    monkeypatch.setattr(pools, "_Worker", one)
+    with pool(3, tmp_path) as work:
+        assert sorted(work.each(abs, [(-n,) for n in range(5)])) == [0, 1, 2, 3, 4]
+    pools._end_idle()
+    with (
+        pytest.raises(ClearwayError, match="no worker process can be started: Too many open files"),
+        pool(3, tmp_path) as work,
+    ):
+        list(work.each(abs, [(-1,)]))
+
+
+BREAKS = """
+import os
+from pathlib import Path
+from misbehaving_navigators import Drives
+
+if Path(__file__).with_name("broken").exists():
+    raise OSError("the device is gone")
+
+class Breaks(Drives):
+    def reset(self, *_):
+        Path(__file__).with_name("broken").touch()
+        os._exit(3)
+"""
+
+
+def test_a_module_that_can_be_imported_no_more_fails_its_own_trial_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(FILE.parent))
+    (tmp_path / "breaks.py").write_text(BREAKS)
+    asked = dataclasses.replace(plan("Drives"), navigators=(f"{tmp_path / 'breaks.py'}:Breaks", f"{FILE}:Drives"))
+    rows = run_campaign(asked, tmp_path / "out", 1).trials.to_pylist()
+    assert [row["outcome"] for row in rows] == ["navigator_failed", "reached"]
+    assert "the device is gone" in rows[0]["reason"]
+
+
+def test_what_a_navigator_changes_is_put_back() -> None:
+    before, mask = limits(), signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    with restored():
+        for deed in ("LimitsFiles", "RingsLater", "ChangesFolder", "MasksPermissions"):
+            misbehaving.LEFT[deed]()
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGALRM})
+    assert limits() == before
+    assert signal.pthread_sigmask(signal.SIG_BLOCK, ()) == mask
+    assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
+
+
+def test_numbers_are_rounded_as_ever_after_each_call() -> None:
+    one, three = np.array(1.0), np.array(3.0)
+    usual = float(one / three)
+    try:
+        misbehaving.rounds_up()
+        assert float(one / three) > usual  # or it proves nothing
+        guarded(None, "", misbehaving.rounds_up)
+        assert float(one / three) == usual
+    finally:
+        round_as_ever()
 
 
 STARTS = """

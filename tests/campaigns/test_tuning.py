@@ -9,7 +9,7 @@ import pytest
 
 import clearway
 from clearway.campaigns import CampaignPlan
-from clearway.campaigns.tuning import told, tuned, tuned_on
+from clearway.campaigns.tuning import in_words, tuned, tuned_on
 from clearway.errors import ClearwayError
 from clearway.navigators.registry import make_navigator
 from clearway.reports import head_to_head, text
@@ -130,8 +130,8 @@ def test_what_is_no_declaration_is_refused_before_anything_runs(tmp_path: Path) 
 
 
 def test_a_declaration_in_words() -> None:
-    plan = CampaignPlan(("hospital",), ("tiago",), ("hp-tmpc", "oracle", f"{HERE}:Drives"))
-    said = told(plan)
+    names = ("hp-tmpc", "oracle", f"{HERE}:Drives")
+    said = {name: in_words(tuned_on(name, make_navigator(name))) for name in names}
     assert said["hp-tmpc"] == [
         "sar-case1, nobody kept which scenarios, with rescue (stand-ins)",
         "sar-case2, nobody kept which scenarios, with rescue (stand-ins)",

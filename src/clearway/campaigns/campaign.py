@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from clearway.campaigns.interruption import interruptible
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
-from clearway.campaigns.plan_checks import check_plan
+from clearway.campaigns.plan_checks import Known, check_plan
 from clearway.campaigns.pool import Pool, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import asked_of_plan, machine, now
@@ -60,7 +60,7 @@ def run_campaign(
         pool(processes, out) as work,
     ):
         while missing := store.missing():
-            _run_all(plan, [specs[i] for i in missing], store, work, tell)
+            _run_all(plan, [specs[i] for i in missing], known, store, work, tell)
         return store.finish({"finished": now()})
 
 
@@ -93,14 +93,19 @@ def planned(out: Path) -> CampaignPlan:
 
 
 def _run_all(
-    plan: CampaignPlan, specs: Sequence[TrialSpec], store: TrialStore, work: Pool, tell: ProgressCallback
+    plan: CampaignPlan,
+    specs: Sequence[TrialSpec],
+    known: Mapping[str, Known],
+    store: TrialStore,
+    work: Pool,
+    tell: ProgressCallback,
 ) -> None:
     done, failed = store.total - len(specs), 0
     tell(done, store.total, _first_note())
     debugged = work.workers == 0
     if debugged:
         plan = dataclasses.replace(plan, decision_limit=None)
-    calls = [(plan, spec, store.partial, store.key, debugged) for spec in specs]
+    calls = [(plan, spec, known[spec.navigator], store.partial, store.key, debugged) for spec in specs]
     try:
         for result in work.each(run_and_keep, calls, patience=patience_of(plan), fallen=keep_fallen):
             done += 1

@@ -9,17 +9,19 @@ from __future__ import annotations
 import math
 import mmap
 
-_BITS = 24
-_ENDLESS = (1 << _BITS) - 1
+COMPILING = 1800.0
+"""s that Numba may take for what is compiled between two beats: all of Clearway takes a minute or two."""
+_ENDLESS = (1 << 24) - 1
+_COMPILING = 1 << 24
+_BEAT = 1 << 25
 _A_SECOND = 100.0
 
 
 class Heartbeat:
-    """Counts beginnings, in this process alone until it is shared."""
+    """Counts beginnings and ends, in this process alone until it is shared."""
 
     def __init__(self) -> None:
-        self._count = self._limit = 0
-        self._compiling = False
+        self._now = 0
         self._word = memoryview(bytearray(8)).cast("q")
 
     def share(self, descriptor: int) -> None:
@@ -28,22 +30,20 @@ class Heartbeat:
 
     def begin(self, limit: float | None) -> None:
         """Foreign code begins, which may take `limit` s; None: as long as it likes."""
-        self._limit = _ENDLESS if limit is None else min(math.ceil(limit * _A_SECOND), _ENDLESS)
-        self._beat()
+        self._beat(_ENDLESS if limit is None else min(math.ceil(limit * _A_SECOND), _ENDLESS))
 
     def end(self) -> None:
         """It is over."""
-        self._limit = 0
-        self._beat()
+        self._beat(0)
 
     def compile(self, running: bool) -> None:
-        """Compiling begins or ends, which may take as long as it likes; whatever goes on has its time anew."""
-        self._compiling = running
-        self._beat()
+        """Compiling begins or ends, which has time of its own."""
+        self._now = self._now | _COMPILING if running else self._now & ~_COMPILING
+        self._word[0] = self._now
 
-    def _beat(self) -> None:
-        self._count += 1
-        self._word[0] = self._count << _BITS | (_ENDLESS if self._compiling else self._limit)  # one write, never half
+    def _beat(self, limit: int) -> None:
+        self._now = (self._now // _BEAT + 1) * _BEAT | self._now & _COMPILING | limit
+        self._word[0] = self._now  # one write, never half
 
 
 class Pulse:
@@ -59,7 +59,7 @@ class Pulse:
 
     def restart(self, now: float) -> None:
         """Count anew from `now`, s."""
-        self._last, self._looked, self._still = self._word[0], now, 0.0
+        self._last, self._looked, self._still, self._compiling = self._word[0] // _BEAT, now, 0.0, 0.0
 
     def overdue(self, now: float, patience: float) -> float | None:
         """The limit that is passed by far, s; None where none is. By far: the worker is to notice it first.
@@ -70,14 +70,16 @@ class Pulse:
             patience: How long it may take for all that is not foreign code, s.
         """
         word, passed = self._word[0], min(now - self._looked, 1.0)
-        self._looked = now
-        if word != self._last:
-            self._last, self._still = word, 0.0
+        if word // _BEAT != self._last:
+            self.restart(now)
             return None
-        self._still += passed
-        limit = word & _ENDLESS
+        self._looked, limit = now, word & _ENDLESS
         if limit == _ENDLESS:
             return None
+        if word & _COMPILING:
+            self._compiling += passed
+            return COMPILING if self._compiling > COMPILING else None
+        self._still += passed
         allowed = limit / _A_SECOND if limit else patience
         return allowed if self._still > 1.5 * allowed + 2.0 else None
 

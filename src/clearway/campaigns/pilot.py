@@ -5,6 +5,7 @@ from __future__ import annotations
 import bdb
 import signal
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from dataclasses import fields, replace
@@ -16,6 +17,7 @@ from numba.core import event
 
 from clearway.campaigns.heartbeat import HEARTBEAT
 from clearway.campaigns.plain import MOST_SHOWN, plain_command, plain_diagnostics
+from clearway.campaigns.surroundings import round_as_ever
 from clearway.contract import (
     Command,
     Decision,
@@ -177,7 +179,7 @@ class _Watchdog:
     """
 
     def __init__(self) -> None:
-        self._seconds, self._compiled = 0.0, 0
+        self._seconds = self._began = self._compiled = 0.0
 
     def __call__(self, seconds: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:
         """What `function` returns.
@@ -192,7 +194,7 @@ class _Watchdog:
         try:
             if watched:
                 assert seconds is not None
-                self._seconds, self._compiled = seconds, _compiling.count
+                self._seconds, self._began, self._compiled = seconds, time.monotonic(), _compiling.seconds()
                 if signal.getsignal(signal.SIGALRM) != self._ring:
                     signal.signal(signal.SIGALRM, self._ring)
                 signal.setitimer(signal.ITIMER_REAL, seconds)
@@ -216,14 +218,15 @@ class _Watchdog:
             raise RuntimeError(f"the navigator raised {said(error)}, which is no Exception") from error
         finally:
             HEARTBEAT.end()
+            round_as_ever()
             if watched:
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
 
     def _ring(self, signum: int, frame: FrameType | None) -> None:
-        if _compiling.count == self._compiled and not _compiling.running:
+        taken = time.monotonic() - self._began - (_compiling.seconds() - self._compiled)
+        if taken > 0.99 * self._seconds and not _compiling.running:
             raise _Alarm
-        self._compiled = _compiling.count
-        signal.setitimer(signal.ITIMER_REAL, self._seconds)
+        signal.setitimer(signal.ITIMER_REAL, max(self._seconds - taken, 0.05))
 
 
 def guarded(limit: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:
@@ -248,19 +251,27 @@ def _left_debugger(error: BaseException) -> bool:
 
 
 class _Compiling(event.Listener):  # type: ignore[misc]
-    """Counts Numba's compilations in this process: how many began or ended, and how many are running."""
+    """Notices Numba's compilations in this process: how many are running, each within another, and how long all took."""
 
     def __init__(self) -> None:
-        self.count = self.running = 0
+        self.running, self._taken, self._since = 0, 0.0, 0.0
         event.register("numba:compile", self)  # type: ignore[no-untyped-call]
 
+    def seconds(self) -> float:
+        """How long all have taken, those that are running too, s."""
+        return self._taken + (time.monotonic() - self._since if self.running else 0.0)
+
     def on_start(self, event: event.Event) -> None:
-        self.count, self.running = self.count + 1, self.running + 1
-        HEARTBEAT.compile(True)
+        if not self.running:
+            self._since = time.monotonic()
+            HEARTBEAT.compile(True)
+        self.running += 1
 
     def on_end(self, event: event.Event) -> None:
-        self.count, self.running = self.count + 1, self.running - 1
-        HEARTBEAT.compile(self.running > 0)
+        if self.running == 1:
+            self._taken = self.seconds()
+            HEARTBEAT.compile(False)
+        self.running -= 1
 
 
 _compiling = _Compiling()

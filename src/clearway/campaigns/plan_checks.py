@@ -14,7 +14,7 @@ from clearway.campaigns.provenance import code_of
 from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.campaigns.tuning import tuned_on
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import check_parameters, make_navigator, needs_of
+from clearway.navigators.registry import check_parameters, make_navigator, navigator_class, needs_of
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
@@ -28,10 +28,14 @@ class Known:
     Attributes:
         code: The digest of its code, None of Clearway's own.
         tuned_on: On what it says that its parameters were chosen; None if it says nothing.
+        needs: What its observations must hold.
+        privileged: Whether it is a reference, which may know what others can't.
     """
 
     code: str | None
     tuned_on: tuple[TunedOn, ...] | None
+    needs: frozenset[str]
+    privileged: bool
 
 
 def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None = None) -> dict[str, Known]:
@@ -96,4 +100,5 @@ def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tu
             else f"{spec.scenario.floor_plan!r} has no map"
         )
         raise ClearwayError(f"localisation 'amcl' cannot work: {lacks}; use 'odometry' or 'truth'")
-    return spec.navigator, Known(code_of(spec.navigator), tests)
+    privileged = getattr(navigator_class(spec.navigator), "privileged", False) is True
+    return spec.navigator, Known(code_of(spec.navigator), tests, needs, privileged)

@@ -11,8 +11,10 @@ import json
 import os
 import pickle
 import re
+import secrets
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -37,6 +39,10 @@ _DEATHS = 2
 """How often workers may die with a call."""
 _FALSE_STARTS = 3
 """How many workers in a row may end before they take a call."""
+_LONGEST = 64 << 20
+"""Bytes of an answer."""
+_HALF = struct.pack("ll", 5, 0)
+"""How long the rest of an answer may take that has begun to come: a timeval, s and us."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,51 +156,53 @@ def _there(
     try:
         while waiting or busy:
             while waiting and len(busy) < workers:
-                busy.append(_hire())
+                try:
+                    busy.append(_hire())
+                except OSError as error:
+                    if not busy:
+                        raise _no_worker(error.strerror or str(error), out) from error
+                    workers = max(
+                        1, len(busy) - 2
+                    )  # there can't be more; who puts the results together opens files too
+                    break
                 busy[-1].give(waiting.popleft(), setting)
             wait([worker.line for worker in busy], _LOOK)
             for worker in list(busy):
                 what, told = worker.told(patience)
-                if not what:
-                    continue
-                call = worker.call
-                assert call is not None
                 if what == "ready":
                     false_starts = 0
+                if what in ("", "ready"):
                     continue
                 busy.remove(worker)
-                if what in ("done", "refused"):
-                    worker.call = None
-                    if worker.spent:
-                        worker.end()
-                    else:
-                        _idle.append(worker)
-                    if what == "refused":
-                        raise told
+                call = worker.let_go(keep=what in ("done", "refused") and len(busy) < workers)
+                if what == "done":
                     yield told
-                    continue
-                worker.end()
-                if not worker.ready:
-                    false_starts += 1
-                    if false_starts == _FALSE_STARTS:
-                        raise ClearwayError(f"no worker process can be started: {told.reason}", file=out)
-                if what == "stale" or not worker.ready:
-                    waiting.appendleft(call)
-                    continue
-                call.deaths += 1
-                if what != "hung" and call.deaths < _DEATHS:
-                    waiting.append(call)
-                elif fallen is None or call.last:
-                    raise _fell(told, out)
+                elif what == "refused":
+                    raise told
+                elif worker.ready and what != "stale":
+                    waiting.append(_after(call, what == "hung", told, fallen, out))
                 else:
-                    waiting.append(_Call(fallen, (told, *call.arguments), last=True))
+                    waiting.appendleft(call)
+                    false_starts += not worker.ready
+                    if false_starts == _FALSE_STARTS:
+                        raise _no_worker(told.reason, out)
     finally:
         for worker in busy:
             worker.end()
 
 
-def _fell(fate: Fate, out: Path) -> ClearwayError:
-    return ClearwayError(f"a worker process {fate}; what is finished is kept, --resume goes on from there", file=out)
+def _after(call: _Call, hung: bool, fate: Fate, fallen: Callable[..., Any] | None, out: Path) -> _Call:
+    """What is called next, after a worker has died with `call` or was ended as it hung."""
+    call.deaths += 1
+    if not hung and call.deaths < _DEATHS:
+        return call
+    if fallen is None or call.last:
+        raise ClearwayError(f"a worker process {fate}; what is finished is kept, --resume goes on from there", file=out)
+    return _Call(fallen, (fate, *call.arguments), last=True)
+
+
+def _no_worker(reason: str, out: Path) -> ClearwayError:
+    return ClearwayError(f"no worker process can be started: {reason}", file=out)
 
 
 class _Worker:
@@ -210,13 +218,15 @@ class _Worker:
     def __init__(self) -> None:
         self.call: _Call | None = None
         self.ready = self.spent = False
+        self._key = secrets.token_hex(8)
         here, there = socket.socketpair()
-        beat = tempfile.TemporaryFile()  # noqa: SIM115 - they live as long as the worker
-        beat.truncate(8)
+        here.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, _HALF)
+        beat = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - they live as long as the worker
+        beat.write(bytes(8))  # now: a full disk would end who writes into it later
         self._trace = tempfile.TemporaryFile()  # noqa: SIM115
         asked = {
-            "parent": os.getpid(), "connection": there.fileno(), "beat": beat.fileno(), "traces": self._trace.fileno(),
-            "path": sys.path,
+            "parent": os.getpid(), "key": self._key, "connection": there.fileno(), "beat": beat.fileno(),
+            "traces": self._trace.fileno(), "path": sys.path,
         }  # fmt: skip
         with there, beat:
             self._process = subprocess.Popen(
@@ -245,12 +255,16 @@ class _Worker:
         """What it has to tell: a word, empty for nothing yet, and what comes with it, a `Fate` if it ended."""
         try:
             if self.line.poll():
-                what, told, self.spent = pickle.loads(self.line.recv_bytes())
+                key, what, told, self.spent = pickle.loads(self.line.recv_bytes(_LONGEST))
+                if key != self._key:
+                    raise ValueError(key)
                 self.ready = True
                 self._pulse.restart(time.monotonic())
                 return (what, told) if what != "broke" else (what, Fate(f"cannot go on ({told[0]})", told[1]))
         except (EOFError, OSError):
             return "died", self._fate()
+        except Exception:  # a navigator has written there
+            return "died", Fate("spoilt its connection")
         if patience is None or not self.ready:
             return "", None
         limit = self._pulse.overdue(time.monotonic(), patience)
@@ -259,6 +273,16 @@ class _Worker:
         os.kill(self._process.pid, signal.SIGUSR2)  # it writes down where it is
         time.sleep(0.2)
         return "hung", Fate(f"took longer than {limit:g} s and could not be broken off", self._place())
+
+    def let_go(self, keep: bool) -> _Call:
+        """Take its call from it. It waits for another one if it may be kept and has left nothing running, or ends."""
+        call, self.call = self.call, None
+        assert call is not None
+        if keep and not self.spent:
+            _idle.append(self)
+        else:
+            self.end()
+        return call
 
     def end(self) -> None:
         """End it now, wherever it is, and what it has started with it."""
@@ -274,7 +298,7 @@ class _Worker:
         try:
             code = self._process.wait(2.0)
         except subprocess.TimeoutExpired:
-            return Fate("closed its connection")
+            return Fate("closed or spoilt its connection")
         place = self._place()
         if code < 0:
             return Fate(f"was ended by {signal.Signals(-code).name}", place)

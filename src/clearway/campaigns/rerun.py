@@ -13,7 +13,7 @@ from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.provenance import asked_of_plan, machine, now
-from clearway.campaigns.tuning import told
+from clearway.campaigns.tuning import in_words
 from clearway.campaigns.worker import run_trial
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
@@ -106,13 +106,13 @@ def rerun(
     (spec,) = plan.specs()
     asked = asked_of_plan(plan, [spec])
     _refuse_changed(asked, spec, results, number)
-    check_plan(plan, [spec])
+    known = check_plan(plan, [spec])[spec.navigator]
     run = machine() | {"started": now(), "rerun": {"results": str(results.path), "trial": number}}
-    run |= {"tuned_on": told(plan)}
+    run |= {"tuned_on": {spec.navigator: in_words(known.tuned_on)}}
     store = None if out is None else TrialStore(out, asked, 1, row_schema(), run=run)
     done = None
     try:
-        again = run_trial(plan, drawn(plan, spec), raise_errors)
+        again = run_trial(plan, drawn(plan, spec), known, raise_errors)
         row = score_row(again)
         if store is not None:
             write_partial(store.partial, store.key, 0, again, {"id": spec.id} | row)

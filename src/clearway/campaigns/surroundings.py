@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ctypes
 import gc
 import importlib
 import os
 import resource
+import signal
 import sys
 import warnings
 from collections.abc import Iterator
@@ -15,7 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-_LIMITS = (resource.RLIMIT_NOFILE, resource.RLIMIT_FSIZE)
+_C = ctypes.CDLL(None)
+_ARITHMETIC = ctypes.create_string_buffer(256)  # an fenv_t; no system's is larger
+_C.fegetenv(_ARITHMETIC)
+_TIMERS = (signal.ITIMER_VIRTUAL, signal.ITIMER_PROF)  # the third one is the watchdog's own
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +45,7 @@ class Setting:
 
 def settle(setting: Setting) -> None:
     """Take a setting over."""
+    round_as_ever()
     with suppress(OSError):  # it may have gone, which is for whoever needs it to say
         os.chdir(setting.folder)
     if tuple(sys.path) != setting.path:
@@ -50,23 +56,38 @@ def settle(setting: Setting) -> None:
         os.environ.update(setting.environment)
 
 
+def round_as_ever() -> None:
+    """Have floating-point numbers rounded as at the start: a library may have changed that, for all that comes after it."""
+    _C.fesetenv(_ARITHMETIC)
+
+
+def limits() -> dict[str, tuple[int, int]]:
+    """What this process may take of each kind, as it stands and at most."""
+    return {name: resource.getrlimit(getattr(resource, name)) for name in dir(resource) if name.startswith("RLIMIT_")}
+
+
 @contextmanager
 def restored() -> Iterator[None]:
     """Puts back, after the block under `with`, what foreign code may have done to the process."""
     setting, mask = Setting.present(), os.umask(0o077)
     os.umask(mask)
-    limits = [(which, resource.getrlimit(which)) for which in _LIMITS]
+    before, blocked = limits(), signal.pthread_sigmask(signal.SIG_BLOCK, ())
     streams, depth, errors, shown = (sys.stdout, sys.stderr), sys.getrecursionlimit(), np.geterr(), warnings.filters[:]
     try:
         yield
     finally:
         sys.settrace(None)
+        sys.setprofile(None)
+        for timer in _TIMERS:
+            signal.setitimer(timer, 0.0)
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         sys.setrecursionlimit(depth)
         settle(setting)
         os.umask(mask)
-        for which, limit in limits:
-            with suppress(OSError, ValueError):
-                resource.setrlimit(which, limit)
+        for which, limit in limits().items():
+            if limit != before[which]:
+                with suppress(OSError, ValueError):
+                    resource.setrlimit(getattr(resource, which), before[which])
         sys.stdout, sys.stderr = streams
         np.seterr(**errors)
         warnings.filters[:] = shown  # type: ignore[index]

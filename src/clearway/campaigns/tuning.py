@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.contract import Navigator
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import make_navigator
 from clearway.scenarios.suite import draw_label
 from clearway.tuning import Tuned, TunedOn
 
@@ -28,15 +27,8 @@ def tuned_on(name: str, navigator: Navigator) -> tuple[TunedOn, ...] | None:
     return said
 
 
-def told(plan: CampaignPlan) -> dict[str, list[str] | None]:
-    """What each of the campaign's navigators declares, in words, for its results."""
-    return {
-        name: in_words(tuned_on(name, make_navigator(name, **plan.options.get(name, {})))) for name in plan.navigators
-    }
-
-
 def in_words(tests: Sequence[TunedOn] | None) -> list[str] | None:
-    """What a navigator declares, as `told` has it."""
+    """What a navigator declares, as its results have it."""
     return None if tests is None else [str(test) for test in tests]
 
 

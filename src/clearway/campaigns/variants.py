@@ -8,8 +8,10 @@ options in brackets, by which it is run, resumed and found in the results.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
+from clearway.campaigns.pool import Fate, Pool
 from clearway.errors import ClearwayError, unknown
 from clearway.navigators.registry import navigator_class, split_options, with_option
 
@@ -20,7 +22,13 @@ Options = Mapping[str, Mapping[str, Any]]
 
 
 def variants(
-    navigators: Iterable[str], options: Options, without: Iterable[str] = (), guarantees: Iterable[str] = ()
+    navigators: Iterable[str],
+    options: Options,
+    without: Iterable[str] = (),
+    guarantees: Iterable[str] = (),
+    *,
+    work: Pool | None = None,
+    patience: float | None = None,
 ) -> tuple[tuple[str, ...], dict[str, Mapping[str, Any]]]:
     """The navigators to run, and the options of each.
 
@@ -31,9 +39,11 @@ def variants(
             something out already, that has no ingredients, or that is privileged (a reference), runs as it is.
         guarantees: Values; each navigator that offers guarantees is run once with each of them, instead of as it
             stands.
+        work: Where the navigators' modules are imported; None: in this process.
+        patience: How long that may take, s of wall clock; None: as long as it likes.
 
     Raises:
-        ClearwayError: an ingredient or a guarantee that no navigator knows, or one that a navigator's own options set.
+        ClearwayError: a navigator that can't be imported, an ingredient or a guarantee that no navigator knows, or one that a navigator's own options set.
     """
     chosen, given = list(navigators), dict(options)
     for option, asked, attribute in (
@@ -42,7 +52,8 @@ def variants(
     ):
         if not asked:
             continue  # nobody's module is imported for nothing
-        known = {name: _known(name, attribute) for name in chosen}
+        calls = [(name, attribute) for name in chosen]
+        known = dict((work or Pool(0, Path())).each(_known, calls, patience=patience, fallen=_cannot_be_asked))
         _refuse_unknown(option, asked, known)
         made: dict[str, None] = {}
         for name in chosen:
@@ -63,11 +74,15 @@ def variants(
     return tuple(chosen), {name: given[name] for name in given if name in chosen or name in options}
 
 
-def _known(name: str, attribute: str) -> frozenset[str]:
+def _known(name: str, attribute: str) -> tuple[str, frozenset[str]]:
     made = navigator_class(name)
-    if attribute == "INGREDIENTS" and getattr(made, "privileged", False):
-        return frozenset()
-    return frozenset(getattr(made, attribute, ()))
+    if attribute == "INGREDIENTS" and getattr(made, "privileged", False) is True:
+        return name, frozenset()
+    return name, frozenset(getattr(made, attribute, ()))
+
+
+def _cannot_be_asked(fate: Fate, name: str, attribute: str) -> tuple[str, frozenset[str]]:
+    raise ClearwayError(f"navigator {name!r} cannot be asked for its {attribute}: the process that asked it {fate}")
 
 
 def _refuse_unknown(option: str, asked: Iterable[str], known: Mapping[str, frozenset[str]]) -> None:

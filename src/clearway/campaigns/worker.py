@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,21 +12,21 @@ import numpy as np
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.pilot import compose, guarded, prepare_limit
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.campaigns.plan_checks import Known
 from clearway.campaigns.pool import Fate
 from clearway.campaigns.surroundings import restored
-from clearway.campaigns.tuning import tuned, tuned_on
-from clearway.contract import EventKind, Navigator
+from clearway.campaigns.tuning import tuned
+from clearway.contract import EventKind
 from clearway.errors import ClearwayError
 from clearway.foreign import printable, said, traced
 from clearway.indicators import score_row
-from clearway.navigators.registry import make_navigator, navigator_class
+from clearway.navigators.registry import make_navigator
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.store import write_partial
-from clearway.tuning import TunedOn
 from clearway.world.bodies import bodies_of
 from clearway.world.simulate import attempt_of
 
@@ -46,12 +46,15 @@ class Done:
     reason: str
 
 
-def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, raise_errors: bool = False) -> Done:
+def run_and_keep(
+    plan: CampaignPlan, spec: TrialSpec, known: Known, folder: Path, key: str, raise_errors: bool = False
+) -> Done:
     """Run a trial, score it, and write it to a store's folder of finished trials.
 
     Args:
         plan: The campaign that it belongs to.
         spec: The trial.
+        known: Of its navigator.
         folder: The store's `partial`.
         key: The store's `key`.
         raise_errors: Whether an error in the trial is raised, and nothing is written; as a debugger needs it.
@@ -61,27 +64,28 @@ def run_and_keep(plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, ra
     """
     spec = drawn(plan, spec, folder)
     if raise_errors:
-        return _keep(run_trial(plan, spec, raise_errors), spec, folder, key)
+        return _keep(run_trial(plan, spec, known, raise_errors), spec, folder, key)
     with restored():
-        trial = run_trial(plan, spec)
+        trial = run_trial(plan, spec, known)
     try:
         return _keep(trial, spec, folder, key)
     except ClearwayError:
         raise
     except Exception as error:
         reason = f"the trial cannot be scored or stored: {said(error)}"
-        return _keep(_failed(plan, spec, reason, traced(error)), spec, folder, key)
+        return _keep(_broken(plan, spec, known, reason, traced(error)), spec, folder, key)
 
 
 def keep_fallen(
-    fate: Fate, plan: CampaignPlan, spec: TrialSpec, folder: Path, key: str, raise_errors: bool = False
+    fate: Fate, plan: CampaignPlan, spec: TrialSpec, known: Known, folder: Path, key: str, raise_errors: bool = False
 ) -> Done:
-    """Write a trial that no worker could complete, as one in which the navigator failed.
+    """Write a trial that no worker could complete, as one in which the navigator failed; none of its code runs any more.
 
     Args:
         fate: What became of the workers.
         plan: The campaign that it belongs to.
         spec: The trial.
+        known: Of its navigator.
         folder: The store's `partial`.
         key: The store's `key`.
         raise_errors: As for `run_and_keep`.
@@ -92,7 +96,7 @@ def keep_fallen(
     spec = drawn(plan, spec, folder)
     reason = f"the worker process {fate.reason}"
     detail = f"{reason}\n{fate.place}" if fate.place else reason
-    return _keep(_failed(plan, spec, printable(reason), printable(detail)), spec, folder, key)
+    return _keep(_broken(plan, spec, known, printable(reason), printable(detail)), spec, folder, key)
 
 
 def patience_of(plan: CampaignPlan) -> float | None:
@@ -100,12 +104,13 @@ def patience_of(plan: CampaignPlan) -> float | None:
     return None if plan.decision_limit is None else max(30.0 * plan.decision_limit, 60.0)
 
 
-def run_trial(plan: CampaignPlan, spec: TrialSpec, raise_errors: bool = False) -> Trial:
+def run_trial(plan: CampaignPlan, spec: TrialSpec, known: Known, raise_errors: bool = False) -> Trial:
     """Run one trial. Whatever breaks in it, other than what the user gave, ends in a trial that says so.
 
     Args:
         plan: The campaign that it belongs to.
         spec: The trial, its scenario drawn.
+        known: Of its navigator.
         raise_errors: Whether an error in it is raised, as a debugger needs it.
 
     Raises:
@@ -117,50 +122,33 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec, raise_errors: bool = False) -
         load_suite(spec.suite)  # it brings its floor plans along
     robot, budget, limit = load_robot(spec.robot), spec.setup.budget, plan.decision_limit
     localiser, granted = make_localiser(spec.localisation, robot), granted_map(plan.map, spec.scenario)
-    about, tests = _about(spec), _tuned_on(spec)
+    tracker = make_tracker(spec.tracking, robot) if "obstacles" in known.needs else None
     try:
-        navigator, tests = guarded(prepare_limit(limit), "to be made", _made, plan, spec)
-        follows = "obstacles" in getattr(navigator, "needs", frozenset())
-        tracker = make_tracker(spec.tracking, robot) if follows else None
+        options = plan.options.get(spec.navigator, {})
+        navigator = guarded(prepare_limit(limit), "to be made", partial(make_navigator, spec.navigator, **options))
         pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=limit)
-        about |= {"tracking": spec.tracking if follows else ""}
-        trial = simulate(spec.scenario, robot, pilot, map=granted, budget=budget, raise_errors=raise_errors, **about)
+        trial = simulate(
+            spec.scenario, robot, pilot, map=granted, budget=budget, raise_errors=raise_errors, **_about(spec, known)
+        )
     except Exception as error:
         if raise_errors:
             raise
-        trial = _broken(spec, about, said(error), traced(error))
-    return _marked(trial, tests, plan, spec)
+        return _broken(plan, spec, known, said(error), traced(error))
+    return _marked(trial, plan, spec, known)
 
 
-def _made(plan: CampaignPlan, spec: TrialSpec) -> tuple[Navigator, tuple[TunedOn, ...] | None]:
-    navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
-    return navigator, tuned_on(spec.navigator, navigator)
-
-
-def _about(spec: TrialSpec) -> dict[str, Any]:
-    """What is known of a trial without making its navigator."""
-    made = navigator_class(spec.navigator)
+def _about(spec: TrialSpec, known: Known) -> dict[str, Any]:
     return {
         "navigator": spec.navigator,
         "localisation": spec.localisation,
-        "privileged": getattr(made, "privileged", False) is True,
+        "privileged": known.privileged,
         "setup": spec.setup.name,
-        "tracking": spec.tracking if "obstacles" in _listed(getattr(made, "needs", ())) else "",
+        "tracking": spec.tracking if "obstacles" in known.needs else "",
     }
 
 
-def _tuned_on(spec: TrialSpec) -> tuple[TunedOn, ...] | None:
-    """On what its navigator's class says that its parameters were chosen, without making one."""
-    tests = getattr(navigator_class(spec.navigator), "tuned_on", None)
-    return tests if isinstance(tests, tuple) and all(isinstance(one, TunedOn) for one in tests) else None
-
-
-def _listed(needs: Any) -> frozenset[Any]:
-    return frozenset(needs) if isinstance(needs, set | frozenset | tuple | list) else frozenset()
-
-
-def _marked(trial: Trial, tests: tuple[TunedOn, ...] | None, plan: CampaignPlan, spec: TrialSpec) -> Trial:
-    return replace(trial, attempt=replace(trial.attempt, tuned=tuned(tests, plan, spec)))
+def _marked(trial: Trial, plan: CampaignPlan, spec: TrialSpec, known: Known) -> Trial:
+    return replace(trial, attempt=replace(trial.attempt, tuned=tuned(known.tuned_on, plan, spec)))
 
 
 def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str) -> Done:
@@ -169,16 +157,11 @@ def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str) -> Done:
     return Done(spec.index, trial.outcome, trial.reason)
 
 
-def _failed(plan: CampaignPlan, spec: TrialSpec, reason: str, detail: str) -> Trial:
-    """A trial of which nothing came, as far as can be told without the navigator's doing."""
-    return _marked(_broken(spec, _about(spec), reason, detail), _tuned_on(spec), plan, spec)
-
-
-def _broken(spec: TrialSpec, about: Mapping[str, Any], reason: str, detail: str) -> Trial:
+def _broken(plan: CampaignPlan, spec: TrialSpec, known: Known, reason: str, detail: str) -> Trial:
     """A trial of which nothing is known but what was attempted and that it broke: one sample, at its start."""
     bodies = bodies_of(load_floor_plan(spec.scenario.floor_plan).fixtures, spec.scenario)
-    return Trial(
-        attempt=attempt_of(spec.scenario, load_robot(spec.robot), bodies, **about),
+    trial = Trial(
+        attempt=attempt_of(spec.scenario, load_robot(spec.robot), bodies, **_about(spec, known)),
         t=np.zeros(1),
         pose=np.array([spec.scenario.start], dtype=np.float64),
         velocity=None,
@@ -191,3 +174,4 @@ def _broken(spec: TrialSpec, about: Mapping[str, Any], reason: str, detail: str)
         outcome=Outcome.NAVIGATOR_FAILED,
         reason=reason,
     )
+    return _marked(trial, plan, spec, known)

@@ -46,10 +46,11 @@ def _die_first() -> None:
         pass
 
 
-def serve(connection: int, beat: int, traces: int, path: list[str]) -> None:
+def serve(key: str, connection: int, beat: int, traces: int, path: list[str]) -> None:
     """Answer calls until there are no more.
 
     Args:
+        key: What each answer begins with, so that nothing else that is written there is taken for one.
         connection: Descriptor of the socket that they come by.
         beat: Descriptor of the file that the heartbeat is shared by.
         traces: Descriptor of the file to which is written where a crash happened.
@@ -62,11 +63,17 @@ def serve(connection: int, beat: int, traces: int, path: list[str]) -> None:
     from multiprocessing.connection import Connection
 
     from clearway.campaigns.heartbeat import HEARTBEAT
-    from clearway.campaigns.surroundings import Sources, settle
+    from clearway.campaigns.surroundings import Sources, limits, settle
 
     HEARTBEAT.share(beat)
-    line, me, sources, threads = Connection(connection), os.getpid(), Sources(), threading.active_count()
-    line.send_bytes(pickle.dumps(("ready", None, False)))
+    line, me, sources, threads, most = (
+        Connection(connection),
+        os.getpid(),
+        Sources(),
+        threading.active_count(),
+        limits(),
+    )
+    line.send_bytes(pickle.dumps((key, "ready", None, False)))
     while True:
         try:
             setting, call = pickle.loads(line.recv_bytes())
@@ -81,8 +88,9 @@ def serve(connection: int, beat: int, traces: int, path: list[str]) -> None:
             sources.look()
         if os.getpid() != me:  # a navigator has forked, and went on in both
             os._exit(0)
-        leaves = threading.active_count() > threads or _has_children()  # who goes on would slow down the next trial
-        line.send_bytes(pickle.dumps((*answer, leaves)))
+        # who goes on would slow down the next trial, and what may be taken no more can't be had again
+        leaves = threading.active_count() > threads or _has_children() or limits() != most
+        line.send_bytes(pickle.dumps((key, *answer, leaves)))
 
 
 def _end() -> None:
