@@ -79,9 +79,15 @@ def with_a_moving_obstacle(folder: Path, *, tied: bool) -> Path:
 def test_a_moving_obstacle_that_rested_on_a_has_its_shape_where_it_is(tmp_path: Path):
     plan = with_a_moving_obstacle(tmp_path, tied=True)
     assert problems_of(plan) == []
+    unseen = score_row(assemble(Lab(plan), 0))
+    assert "moving obstacle 'hosbot' was not seen" in unseen["to_confirm"]
+    text = plan.read_text(encoding="utf-8")
+    assert "# visits = true" in text
+    plan.write_text(text.replace("# visits = true", "visits = true"), encoding="utf-8")
     found = score_row(assemble(Lab(plan), 0))
     truth = score_row(forth_and_back(square=False, batch="MO"))
     assert truth["MDO"] < 1.0
+    assert "not seen" not in found["to_confirm"]
     assert found["MDO"] == pytest.approx(truth["MDO"], abs=0.01)
 
 

@@ -380,6 +380,7 @@ static = {{ file = {file}, pose = {pose} }}
 # Or, instead of `static`, where its markers sit on it, m: x forward, y left, z up; of a robot from its base_link, else from
 # the middle.
 # coordinates = {{ {example} = [0.2, 0.2, 0.3] }}
+# visits = true  # it is driven out of the cameras' sight once it has passed; else it is taken to be near, and not seen
 """
 
 _TRIALS = """\
