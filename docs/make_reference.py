@@ -28,7 +28,7 @@ def page() -> str:
     """The whole page as Markdown."""
     parts = ["# Reference", "Made by `python docs/make_reference.py`; do not edit.", "## Command line"]
     parts += [
-        "Exit codes: 0 done; 1 done, but a check found something, a navigator failed or a rerun has other bits; 2 wrong input; 130 interrupted."
+        "Exit codes: 0 done; 1 done, but a check found something, a navigator failed, a recording cannot be used or a rerun has other bits; 2 wrong input; 130 interrupted."
     ]
     parts += [f"### `clearway {verb}`\n\n```text\n{_help(verb)}\n```" for verb in VERBS]
     parts += ["## Columns of trials.parquet and trials.csv", _columns()]

@@ -18,7 +18,7 @@ ROBOT, SEEN = slice(1, 4), slice(4, 7)
 
 def hidden(rows: np.ndarray, start: float, end: float, columns: slice = ROBOT) -> np.ndarray:
     """Nothing is seen between two times, both excluded [s]."""
-    rows[int(start * RATE) + 1 : int(end * RATE), columns] = np.nan
+    rows[max(int(start * RATE) + 1, 0) : int(end * RATE), columns] = np.nan
     return rows
 
 
@@ -146,3 +146,12 @@ def test_a_contact_between_two_samples_of_a_slow_recording(score: Score) -> None
     trial = score(CART, rows, robot=small, bodies=post)
     assert score_row(trial)["MDO"] == 0.0
     assert "possible contact" in {e.kind for e in trial.events}
+
+
+def test_an_obstacle_that_was_not_seen_once(score: Score) -> None:
+    trial = score(CART, hidden(drive(), -1.0, 99.0, SEEN))
+    row = score_row(trial)
+    assert row["success"] is True
+    assert "moving obstacle 'cart' was not seen from 0.0 to" in str(row["to_confirm"])
+    assert "holds no position" in trial.provenance["motion"]["cart"]["notes"][0]
+    assert (row["MDO_at_least"], row["MDO_at_most"]) == (0.0, None)

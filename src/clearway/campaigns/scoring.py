@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from clearway.campaigns.interruption import interruptible
-from clearway.campaigns.pool import pool, workers_of
+from clearway.campaigns.pool import Fate, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import asked_of, machine, now
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
-from clearway.recordings.lab.assemble import assemble
-from clearway.recordings.lab.checks import problems_of, references
+from clearway.recordings.lab.assemble import assemble, unusable
+from clearway.recordings.lab.checks import findings
 from clearway.recordings.lab.lab import Lab
-from clearway.recordings.lab.test_plan import RecordedTrialSpec
+from clearway.recordings.lab.recording_checks import Finding, references
+from clearway.recordings.lab.test_plan import RecordedTrialSpec, by_number
 from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
-
-
-class Unusable(ClearwayError):
-    """A trial's recording, or what the plan says of it, is wrong."""
 
 
 def score_plan(
@@ -36,7 +33,8 @@ def score_plan(
 ) -> Results:
     """Import, score and store every attempt of a test plan.
 
-    An attempt without a file counts as attempted; one that is marked `attempted = false` is left out.
+    An attempt without a file counts as attempted; one that is marked `attempted = false` is left out. One whose recording can't
+    be used is aborted, with the reason, and stops none of the others.
 
     Args:
         plan: The test plan's TOML.
@@ -46,8 +44,8 @@ def score_plan(
         progress: Told how far it is.
 
     Raises:
-        ClearwayError: something in the plan or in a file is wrong (whatever can be seen without reading whole files is
-            told before anything is written), or `out` can't be used.
+        ClearwayError: something is wrong in the plan or in what all of its trials need, no recording can be used, or `out`
+            can't be.
         CampaignInterrupted: Ctrl-C; `out` can be resumed.
     """
     plan, out, processes = Path(plan), Path(out), workers_of(workers)
@@ -55,10 +53,10 @@ def score_plan(
         refuse_results(out)
     lab, tell = Lab(plan), progress or silent
     tell(0, len(lab.plan.trials), "looking into the files")
-    if problems := problems_of(plan):
-        more = f" (and {len(problems) - 1} more; `clearway check {plan}` lists them)" if len(problems) > 1 else ""
-        first = problems[0]
-        raise ClearwayError(first.problem + more, file=first.file, field=first.field)
+    recorded = {i for i, t in enumerate(lab.plan.trials) if lab.files(t)}
+    found = findings(plan)
+    _refuse(plan, found, recorded)
+    known = {i: f.error for f in reversed(found) for i in f.trials}
     attempted = [i for i, t in enumerate(lab.plan.trials) if t.attempted or lab.files(t)]
     if not attempted:
         raise ClearwayError(
@@ -71,31 +69,81 @@ def score_plan(
         interruptible(store),
         pool(processes, out) as work,
     ):
-        try:
-            while missing := store.missing():
-                jobs = _by_file(lab, [(i, attempted[i]) for i in missing])
-                done = store.total - len(missing)
-                tell(done, store.total, f"{left_out} not attempted yet" if left_out else "")
-                for several in work.each(_score_and_keep, [(plan, job, store.partial, store.key) for job in jobs]):
-                    done += several
-                    tell(done, store.total)
-            return store.finish({"finished": now()})
-        except Unusable:
+        wrong: dict[int, ClearwayError] = {}
+        while missing := store.missing():
+            jobs = _by_file(lab, [(i, attempted[i]) for i in missing])
+            done = store.total - len(missing)
+            tell(done, store.total, f"{left_out} not attempted yet" if left_out else "")
+            for several, unused in work.each(
+                _score_and_keep,
+                [(plan, job, _of(job, known), store.partial, store.key) for job in jobs],
+                fallen=_fallen,
+            ):
+                wrong |= unused
+                done += several
+                tell(done, store.total)
+        if recorded and recorded == set(wrong):
             store.withdraw()  # the plan has to be mended, and a mended plan is another campaign
-            raise
+            _refuse(plan, [Finding(wrong[i]) for i in sorted(wrong)], recorded)
+        return store.finish({"finished": now()})
 
 
-def _score_and_keep(plan: Path, job: list[tuple[int, int]], folder: Path, key: str) -> int:
-    """Score the trials of one file, `job`: (index in the store, index in the plan). How many they are."""
+def _refuse(plan: Path, found: Sequence[Finding], recorded: Collection[int]) -> None:
+    """Nothing, where trials can be scored: what is wrong lies in the recordings of some of them.
+
+    Raises:
+        ClearwayError: it lies in the plan, or in every recording; the first of it.
+    """
+    wanting = {i for f in found for i in f.trials}
+    wrong = [f for f in found if not f.trials] or (list(found) if recorded and wanting >= set(recorded) else [])
+    if wrong:
+        more = f" (and {len(wrong) - 1} more; `clearway check {plan}` lists them)" if len(wrong) > 1 else ""
+        first = wrong[0].error
+        raise ClearwayError(first.problem + more, file=first.file, field=first.field)
+
+
+def _of(job: Sequence[tuple[int, int]], known: Mapping[int, ClearwayError]) -> dict[int, ClearwayError]:
+    return {number: known[number] for _, number in job if number in known}
+
+
+def _score_and_keep(
+    plan: Path, job: Sequence[tuple[int, int]], known: Mapping[int, ClearwayError], folder: Path, key: str
+) -> tuple[int, dict[int, ClearwayError]]:
+    """Score the trials of one file.
+
+    Args:
+        plan: The test plan.
+        job: Its trials: (index in the store, index in the plan).
+        known: Why recordings can't be used, as far as that is known, by index in the plan.
+        folder: Where finished trials are kept.
+        key: The campaign's.
+
+    Returns:
+        How many they are, and why recordings can't be used, by index in the plan.
+    """
     lab = _lab(plan, plan.stat().st_mtime_ns)
+    wrong = dict(known)
     for index, number in job:
         try:
-            trial = assemble(lab, number)
-        except ClearwayError as error:
-            raise Unusable(error.problem, file=error.file, field=error.field) from error
+            trial = unusable(lab, number, wrong[number]) if number in wrong else assemble(lab, number)
+        except Exception as error:  # nothing that a file holds may cost an evening's other trials
+            wrong[number] = by_number(error if isinstance(error, ClearwayError) else _unforeseen(error), plan)
+            trial = unusable(lab, number, wrong[number])
         row = {"id": _id(lab.plan.trials[number])} | score_row(trial)
         write_partial(folder, key, index, trial, row)
-    return len(job)
+    return len(job), wrong
+
+
+def _unforeseen(what: object) -> ClearwayError:
+    return ClearwayError(f"unforeseen, please report it: {type(what).__name__}: {what}")
+
+
+def _fallen(
+    fate: Fate, plan: Path, job: Sequence[tuple[int, int]], known: Mapping[int, ClearwayError], folder: Path, key: str
+) -> tuple[int, dict[int, ClearwayError]]:
+    """The same where no worker could complete it."""
+    why = ClearwayError(f"reading it ended the process: {fate}", file=plan)
+    return _score_and_keep(plan, job, dict.fromkeys((number for _, number in job), why) | dict(known), folder, key)
 
 
 @lru_cache(maxsize=1)

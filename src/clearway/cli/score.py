@@ -20,7 +20,10 @@ def score(
     no_report: Annotated[bool, typer.Option("--no-report", help="Only the results, no page.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Score recordings of a real robot: the same indicators, statistics and report as simulated ones."""
+    """Score recordings of a real robot: the same indicators, statistics and report as simulated ones.
+
+    A trial whose recording can't be used is aborted, with the reason, and the others are scored; the exit code is then 1.
+    """
     import json
 
     from clearway import api
@@ -28,6 +31,7 @@ def score(
     from clearway.errors import ClearwayError
     from clearway.reports.selection import BOUNDED, between
     from clearway.reports.text import headline
+    from clearway.trials.trial import UNUSABLE
 
     if resume and out is None:
         raise ClearwayError("say with --out which results to complete", field="--resume")
@@ -36,10 +40,11 @@ def score(
     with apart(as_json):
         page = None if no_report else results.report()
     confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]
+    spoilt = int(any(UNUSABLE in str(reason) for reason in results.trials["reason"].to_pylist()))
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results)}
         typer.echo(json.dumps(about | {"to_confirm": dict(confirm)}))
-        return
+        raise typer.Exit(spoilt)
     typer.echo(headline(results.trials))
     for number, text in confirm:
         typer.echo(f"to confirm  trial {number}: {text}")
@@ -50,3 +55,4 @@ def score(
         if known := [f"{name} {text}" for name in BOUNDED if (text := between(row, name))]:
             typer.echo(f"within bounds  trial {number}: {', '.join(known)}")
     typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
+    raise typer.Exit(spoilt)

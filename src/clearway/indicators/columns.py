@@ -120,7 +120,8 @@ COLUMNS = (
     ),
     Column(
         "to_confirm", Kind.WORD,
-        "what a person has to look at: possible contacts, starts and ends of legs that did not show", to_confirm,
+        "what a person has to look at: possible contacts, starts and ends of legs that did not show, a recording that can't be used",
+        to_confirm,
     ),
     Column(
         "near_tolerance", Kind.WORD,

@@ -13,13 +13,15 @@ _UNITS = {"DE": "m", "OE": "rad"}
 
 
 def to_confirm(trial: Trial) -> str:
-    """Possible contacts, unless a contact was confirmed, and starts and ends of legs that did not show, in phrases joined
-    by `; `; empty where there is nothing to confirm."""
+    """Possible contacts, unless a contact was confirmed, starts and ends of legs that did not show, and recordings that can't be
+    used, in phrases joined by `; `; empty where there is nothing to confirm."""
     possible = (
         [] if contact_time(trial) is not None else [e for e in trial.events if e.kind == EventKind.POSSIBLE_CONTACT]
     )
     said = [f"possible contact at {e.t:.1f} s" + (f" ({e.detail})" if e.detail else "") for e in possible]
     said += [e.detail for e in trial.events if e.kind in (EventKind.UNSEEN_DEPARTURE, EventKind.UNSEEN_ARRIVAL)]
+    if trial.attempt.source == "recorded":
+        said += [e.detail.replace("; ", ", ") for e in trial.events if e.kind == EventKind.ERROR]
     return "; ".join(said).replace("+-", "±")
 
 

@@ -12,6 +12,7 @@ from clearway.indicators import barn, optimal
 from clearway.indicators.column import Cell, Column, Kind
 from clearway.indicators.indicator import Indicator
 from clearway.trials import Trial
+from clearway.trials.trial import NOT_RECORDED, UNUSABLE
 
 _LAST = "not_computable"
 _ABOUT_LAST = "JSON: indicator -> why its cell is empty"
@@ -27,10 +28,11 @@ def score(trial: Trial, columns: Iterable[Column], indicators: Mapping[str, Indi
     why: dict[str, str] = {}
     beside_the_point = _beside_the_point(trial)
     recorded = trial.attempt.source == "simulated" or bool(np.isfinite(trial.pose).any())
+    unmeasured = UNUSABLE if UNUSABLE in trial.reason else NOT_RECORDED
     for name, indicator in indicators.items():
         answer = indicator.function(trial)
         if answer.value is None and name not in beside_the_point:
-            why[name] = answer.why if recorded else "not recorded"
+            why[name] = answer.why if recorded else unmeasured
         row[name] = bool(answer.value) if indicator.kind is Kind.BOOLEAN and answer.value is not None else answer.value
     row[_LAST] = json.dumps(why)
     return row

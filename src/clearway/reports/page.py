@@ -136,6 +136,7 @@ def build(results: Results, folder: Path) -> None:
         imports=recordings.overview(f),
         histories=recordings.histories(f),
         unrecorded=recordings.unrecorded(f),
+        unusable=recordings.unusable(f),
         tuned_on=tuning.declarations(results.campaign),
         every=[(f.title(n), parameters.every_parameter(r)) for n, r in f.robots.items() if r is not None and n in simulated],
         rescues=rescue.tables(f),

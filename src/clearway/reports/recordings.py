@@ -15,6 +15,7 @@ from clearway.indicators import INDICATORS, barn, optimal
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, text
 from clearway.reports.selection import BOUNDED, Row, between, is_recorded, label
+from clearway.trials.trial import NOT_RECORDED, UNUSABLE
 
 Tree: TypeAlias = "list[tuple[str, str | Tree]]"
 """Something nested, key by key, as text."""
@@ -38,7 +39,12 @@ def recorded(f: Findings) -> list[Row]:
 
 def unrecorded(f: Findings) -> list[Row]:
     """Attempts of which nothing was recorded; they count as attempted."""
-    return [r for r in recorded(f) if not r["duration"]]
+    return [r for r in recorded(f) if not r["duration"] and UNUSABLE not in str(r["reason"])]
+
+
+def unusable(f: Findings) -> list[Row]:
+    """Attempts whose recording cannot be used; they count as well."""
+    return [r for r in recorded(f) if not r["duration"] and UNUSABLE in str(r["reason"])]
 
 
 def stated(f: Findings, what: str, robot: str | None = None) -> str:
@@ -64,10 +70,14 @@ def deviations(f: Findings) -> list[str]:
             if count > 1
             else "Of 1 attempt nothing was recorded; it counts as attempted and as failed, by what the operator noted."
         )
-    stops = Counter(
-        str(r["reason"] or "aborted").removesuffix("; not recorded") for r in recorded(f)
-        if r["outcome"] == "aborted" and r["reason"] != "attempted, not recorded"
-    )  # fmt: skip
+    if count := len(unusable(f)):
+        found.append(
+            f"The recordings of {count} attempts cannot be used; they count as attempted and as failed, until that is mended."
+            if count > 1
+            else "The recording of 1 attempt cannot be used; it counts as attempted and as failed, until that is mended."
+        )
+    ended = [str(r["reason"] or "aborted") for r in recorded(f) if r["outcome"] == "aborted"]
+    stops = Counter(words for reason in ended if (words := _noted(reason)))
     for words, n in stops.most_common():
         found.append(
             f"{n} attempt{'s' if n > 1 else ''} ended early ({words}) and count{'' if n > 1 else 's'} as failed."
@@ -81,6 +91,12 @@ def deviations(f: Findings) -> list[str]:
             f"Nobody knows how sure the poses of {unsure} of {len(there)} recordings are; their values stand without an interval."
         )
     return found
+
+
+def _noted(reason: str) -> str:
+    """How an attempt ended by what a person noted, or by what was measured; empty where there is no more than that nothing was."""
+    words = reason.partition(f"; {UNUSABLE}")[0].removesuffix(f"; {NOT_RECORDED}")
+    return "" if words in ("attempted", f"attempted, {NOT_RECORDED}") else words
 
 
 # --- what could not be computed ---------------------------------------------------------------------------------------
@@ -120,7 +136,9 @@ NO_OBSTACLE = ("the test has no obstacle", "no obstacle was present")
 def why_no_distance(rows: Sequence[Row]) -> str:
     """Why none of these trials has an MDO; empty where there was nothing to stay clear of, or nothing is said."""
     said = [json.loads(r["not_computable"] or "{}").get("MDO", "") for r in rows if is_recorded(r)]
-    why = Counter(_plain(words) for words in said if words and not words.startswith((*NO_OBSTACLE, "not recorded")))
+    why = Counter(
+        _plain(words) for words in said if words and not words.startswith((*NO_OBSTACLE, NOT_RECORDED, UNUSABLE))
+    )
     return f"not computable: {why.most_common(1)[0][0]}" if why else ""
 
 

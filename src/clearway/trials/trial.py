@@ -18,6 +18,10 @@ from clearway.geometry.shapes import FloatArray, Shape
 from clearway.robots.drive_limits import DriveLimits
 from clearway.tuning import Tuned
 
+NOT_RECORDED = "not recorded"
+UNUSABLE = "the recording cannot be used"
+"""Why an attempt counts of which there is no motion: in its reason, behind what a person noted."""
+
 
 class Outcome(StrEnum):
     """How an attempt ended."""

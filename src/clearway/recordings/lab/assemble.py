@@ -28,6 +28,7 @@ from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
 from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+from clearway.trials.trial import NOT_RECORDED, UNUSABLE
 
 UNLINKED = (
     "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known, and the path is that "
@@ -55,6 +56,23 @@ def assemble(lab: Lab, index: int) -> Trial:
         raise by_number(
             ClearwayError(error.problem, field=f"trial.{index}.{error.field or 'file'}"), lab.path
         ) from error
+
+
+def unusable(lab: Lab, index: int, why: ClearwayError) -> Trial:
+    """The same where the recording can't be used: it counts as attempted, by what the operator noted, and says why.
+
+    Args:
+        lab: The plan at work.
+        index: The trial's number in the plan, from 0.
+        why: What is wrong with the recording.
+    """
+    spec, said = lab.plan.trials[index], f"{UNUSABLE}: {why}"
+    made = _unrecorded(lab, spec, said)
+    return replace(
+        made,
+        events=(*made.events, Event(0.0, EventKind.ERROR, said)),
+        provenance={"number": index + 1, **made.provenance, UNUSABLE: str(why)},
+    )
 
 
 def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
@@ -141,8 +159,8 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
     )
 
 
-def _unrecorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
-    """Attempted, but nothing was recorded: it counts, and says only that it happened."""
+def _unrecorded(lab: Lab, spec: RecordedTrialSpec, why: str = "") -> Trial:
+    """Attempted, but nothing was recorded, or nothing that can be used: it counts, and says only that it happened, and why."""
     legs = _legs(lab, spec, None, tied=True)
     outcome, reason, events = _outcome(spec, legs, (), (), 0.0)
     return Trial(
@@ -157,7 +175,7 @@ def _unrecorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
         spans=(),
         events=events,
         outcome=outcome,
-        reason=f"{reason}; not recorded" if reason else "attempted, not recorded",
+        reason=f"{reason or 'attempted'}{'; ' if reason or why else ', '}{why or NOT_RECORDED}",
         provenance={
             "clearway": _version(),
             "test_plan": lab.path.name,

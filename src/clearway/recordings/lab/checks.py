@@ -6,7 +6,6 @@ import difflib
 import os
 from collections import Counter
 from collections.abc import Iterator
-from functools import cache
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -14,22 +13,19 @@ from pydantic import ValidationError
 from clearway.errors import ClearwayError, unknown
 from clearway.reading import read_toml
 from clearway.recordings import formats
-from clearway.recordings.formats import table
-from clearway.recordings.formats.bag_actions import action_of
-from clearway.recordings.formats.bag_file import SEVERAL
+from clearway.recordings.lab.recording_checks import Finding, findings_in, references, trial_of
 from clearway.recordings.lab.test_plan import (
     BodySpec,
     Span,
     TestPlan,
+    at,
     by_number,
     problems_in,
     seen_from,
     shape_of,
-    without_coordinates,
+    source_of,
 )
-from clearway.recordings.lab.tie_checks import problems_of_ties
-from clearway.recordings.motion.markers import resolve
-from clearway.recordings.recording import Contents, Want, contents_of
+from clearway.recordings.lab.trial_checks import problems_of_ties, problems_of_trials
 from clearway.robots import load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite, suite_names
@@ -39,21 +35,38 @@ def problems_of(path: str | Path, *, inside: bool = True) -> list[ClearwayError]
     """Everything that is wrong with a test plan; empty if there is nothing.
 
     Args:
-        inside: Whether to look into the recordings, too: whether they hold the markers, tracks and spans that the plan names.
+        path: The plan's file.
+        inside: Whether to look into the recordings, too: whether they hold the markers, tracks and spans that the plan names, and
+            whether every trial can be made of them.
+    """
+    found = findings(path, inside=inside)
+    if inside:
+        found += problems_of_trials(Path(path), found)
+    return [finding.error for finding in found]
+
+
+def findings(path: str | Path, *, inside: bool = True) -> list[Finding]:
+    """What is wrong with a test plan and, of what is seen without making trials, with its recordings.
+
+    Args:
+        path: The plan's file.
+        inside: Whether to look into the recordings, too.
     """
     file = Path(path)
     try:
         plan = TestPlan.model_validate(read_toml(file))
     except ClearwayError as error:
-        return [error]
+        return [Finding(error)]
     except ValidationError as error:
-        return problems_in(error, file)
-    found = [*_names(plan, file.parent), *_sources(plan), *_bodies(plan), *_spans(plan), *_files(plan, file.parent)]
+        return [Finding(e) for e in problems_in(error, file)]
+    folder = file.parent
+    found = [Finding(e) for e in (*_names(plan, folder), *_sources(plan), *_bodies(plan), *_spans(plan))]
+    found += [*_without_files(plan), *_files(plan, folder)]
     if inside:
-        found += _contents(plan, file.parent)
-    if inside and not found:  # what ties is found wrong only where all that it needs is there
-        found += problems_of_ties(file)
-    return [by_number(e, file) for e in found]
+        found += findings_in(plan, folder)
+    if inside and all(f.trials for f in found):  # what ties is found wrong only where all that it needs is there
+        found += problems_of_ties(file, frozenset(i for f in found for i in f.trials))
+    return [Finding(by_number(f.error, file), f.trials) for f in found]
 
 
 def summary(path: str | Path) -> list[str]:
@@ -69,10 +82,6 @@ def summary(path: str | Path) -> list[str]:
     if count["left"]:
         lines.append(f"{count['left']} not yet done")
     return lines
-
-
-def _at(i: int, field: str) -> str:
-    return f"trial.{i}.{field}"
 
 
 def _names(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
@@ -106,7 +115,7 @@ def _names(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
             ("configuration", trial.configuration, suite.configurations),
         ):
             if value not in known:
-                yield ClearwayError(unknown(field, value, known).problem, field=_at(i, field))
+                yield ClearwayError(unknown(field, value, known).problem, field=at(i, field))
 
 
 def _too_fast(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
@@ -123,7 +132,7 @@ def _too_fast(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
             said.add(trial.speed)
             yield ClearwayError(
                 f"{trial.speed:g} m/s is more than the {robot.drive.v_max:g} m/s that {plan.test.robot} can drive",
-                field=_at(i, "speed"),
+                field=at(i, "speed"),
             )
 
 
@@ -156,25 +165,25 @@ def _bodies(plan: TestPlan) -> Iterator[ClearwayError]:
             if placed.pose is None and not plan.bodies[placed.body].measured:
                 yield ClearwayError(
                     f"{placed.body!r} is neither placed here by a pose nor measured by markers or a track",
-                    field=_at(i, f"obstacles.{j}"),
+                    field=at(i, f"obstacles.{j}"),
                 )
+
+
+def _without_files(plan: TestPlan) -> Iterator[Finding]:
+    """Recorded trials that have no file of a source that measures something in them."""
+    for i, trial in enumerate(plan.trials):
         given = plan.files_of(trial)
-        needed = {_source(plan, plan.robot)} | {
-            _source(plan, plan.bodies[o.body]) for o in trial.obstacles if o.pose is None
+        needed = {source_of(plan, plan.robot)} | {
+            source_of(plan, plan.bodies[o.body]) for o in trial.obstacles if o.pose is None
         }
         for source in sorted(needed - set(given)) if given else ():
-            yield ClearwayError(
-                f"has no file of the source {source!r}, which measures something in it", field=_at(i, "files")
-            )
+            said = f"has no file of the source {source!r}, which measures something in it"
+            yield Finding(ClearwayError(said, field=at(i, "files")), frozenset({i}))
 
 
 def _tied(body: BodySpec) -> bool:
     """Whether something says where base_link, and with it the shape, is among the body's markers."""
     return any(way is not None for way in (body.coordinates, body.offset, body.static, body.straight, body.turn))
-
-
-def _source(plan: TestPlan, body: BodySpec) -> str:
-    return body.source or next(iter(plan.sources))
 
 
 def _spans(plan: TestPlan) -> Iterator[ClearwayError]:
@@ -183,13 +192,13 @@ def _spans(plan: TestPlan) -> Iterator[ClearwayError]:
     for i, trial in enumerate(plan.trials):
         for field, span in [("span", trial.span), *((f"legs.{j}.span", leg.span) for j, leg in enumerate(trial.legs))]:
             if span is not None and not span[0] < span[1]:
-                yield ClearwayError(f"{list(span)} ends before it begins; [start, end] in s", field=_at(i, field))
+                yield ClearwayError(f"{list(span)} ends before it begins; [start, end] in s", field=at(i, field))
             elif (
                 span is not None
                 and trial.span is not None
                 and not (trial.span[0] <= span[0] and span[1] <= trial.span[1])
             ):
-                yield ClearwayError(f"{list(span)} is not within the trial's {list(trial.span)}", field=_at(i, field))
+                yield ClearwayError(f"{list(span)} is not within the trial's {list(trial.span)}", field=at(i, field))
         if trial.file:
             same = os.path.normpath(trial.file)
             for other, span in taken.setdefault(same, []):
@@ -197,7 +206,7 @@ def _spans(plan: TestPlan) -> Iterator[ClearwayError]:
                     yield ClearwayError(
                         f"{_said(trial.span)} of {trial.file!r} overlaps {_said(span)} of it, which is trial no. {other + 1}; "
                         "give each its span",
-                        field=_at(i, "span"),
+                        field=at(i, "span"),
                     )
                     break
             taken[same].append((i, trial.span))
@@ -211,42 +220,18 @@ def _said(span: Span | None) -> str:
     return "all" if span is None else f"{span[0]:g} to {span[1]:g} s"
 
 
-def references(plan: TestPlan) -> Iterator[tuple[str, str, str, Span | None]]:
-    """Every recording that the plan names: field, source, file, span."""
-    for name, source in plan.sources.items():
-        if source.frame.file is not None:
-            yield f"sources.{name}.frame.file", name, source.frame.file, None
-        for j, pose in enumerate(source.frame.static_poses):
-            yield f"sources.{name}.frame.static_poses.{j}", name, pose.file, pose.span
-    recorded = {"robot"} | {
-        f"bodies.{o.body}" for t in plan.trials if plan.files_of(t) for o in t.obstacles if o.pose is None
-    }
-    for where, body in _all_bodies(plan):
-        if where not in recorded:
-            continue  # what ties it is not needed yet
-        for kind, stretch in (("static", body.static), ("straight", body.straight), ("turn", body.turn)):
-            if stretch is not None:
-                yield f"{where}.{kind}", _source(plan, body), stretch.file, stretch.span
-    for i, trial in enumerate(plan.trials):
-        for name, file in plan.files_of(trial).items():
-            first = bool(trial.file) and name == next(iter(plan.sources))
-            yield _at(i, "file" if first else f"files.{name}"), name, file, trial.span if first else None
-
-
-def _all_bodies(plan: TestPlan) -> list[tuple[str, BodySpec]]:
-    return [("robot", plan.robot), *((f"bodies.{name}", body) for name, body in plan.bodies.items())]
-
-
-def _files(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
+def _files(plan: TestPlan, folder: Path) -> Iterator[Finding]:
     """Files that are not there. Those that tie frames are only needed once something was recorded."""
     for name, source in plan.sources.items():
         if source.table is not None and not os.path.isfile(folder / source.table):
-            yield ClearwayError(f"no such file: {source.table}", field=f"sources.{name}.table")
+            yield Finding(ClearwayError(f"no such file: {source.table}", field=f"sources.{name}.table"))
     if not any(plan.files_of(t) for t in plan.trials):
         return
     for field, _, file, _ in references(plan):
         if not os.path.exists(folder / file):
-            yield ClearwayError(f"no such file: {file!r}{_close(folder, file)}", field=field)
+            error = ClearwayError(f"no such file: {file!r}{_close(folder, file)}", field=field)
+            trial = trial_of(field)
+            yield Finding(error, frozenset() if trial is None else frozenset({trial}))
 
 
 def _close(folder: Path, file: str) -> str:
@@ -258,99 +243,3 @@ def _close(folder: Path, file: str) -> str:
         names = []
     close = difflib.get_close_matches(Path(file).name, names, n=1, cutoff=0.6)
     return f"; did you mean {str(Path(file).parent / close[0])!r}?" if close else ""
-
-
-def _contents(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:
-    """What the recordings lack of what the plan names. Each is looked at once."""
-
-    @cache
-    def look(source: str, file: str) -> Contents | ClearwayError:
-        spec = plan.sources[source]
-        try:
-            if spec.table is not None:
-                return contents_of(table.read_with(folder / file, folder / spec.table, Want()))
-            return formats.look(folder / file, format=spec.format)
-        except ClearwayError as error:
-            return error
-
-    said: set[str] = set()
-    for field, source, file, span in references(plan):
-        spec = plan.sources[source]
-        if not os.path.exists(folder / file) or (spec.format or "table") not in formats.formats():
-            continue
-        if spec.table is not None and not os.path.isfile(folder / spec.table):
-            continue
-        held = look(source, file)
-        if isinstance(held, ClearwayError):
-            if str(held) not in said:
-                said.add(str(held))
-                yield ClearwayError(held.problem, file=held.file or folder / file, field=held.field)
-            continue
-        if (
-            span is not None
-            and held.start is not None
-            and held.end is not None
-            and not (held.start - 1e-6 <= span[0] and span[1] <= held.end + 1e-6)
-        ):
-            yield ClearwayError(
-                f"{span[0]:g} to {span[1]:g} s is not within {file!r}, which has {held.start:g} to {held.end:g} s",
-                field=field if field.endswith(("static", "straight", "turn")) else f"{field.rpartition('.')[0]}.span",
-            )
-        for where, wrong in _missing(plan, field, source, held):
-            text = f"{wrong.problem} (in {file!r})"
-            if (key := f"{where}{wrong.problem}") not in said:
-                said.add(key)
-                yield ClearwayError(text, field=where)
-
-
-def _missing(plan: TestPlan, field: str, source: str, held: Contents) -> Iterator[tuple[str, ClearwayError]]:
-    """Names that a file lacks: the field that has the name, and the problem."""
-    markers = [e.name for e in held.entries if e.kind == "marker"]
-    for where, body in _looked_for(plan, field, source):
-        named = body.markers or tuple(body.coordinates or ())
-        if (
-            named and body.track is None and not any(e.kind == "markers" for e in held.entries)
-        ):  # told when they are read
-            try:
-                names = resolve(markers, named)
-            except ClearwayError as error:
-                yield f"{where}.{'coordinates' if body.markers is None else 'markers'}", error
-            else:
-                if (lacking := without_coordinates(names, body)) is not None:
-                    yield f"{where}.coordinates", ClearwayError(lacking)
-        if body.track is not None and (wrong := _no_track(body.track, held, "track")):
-            yield f"{where}.track", wrong
-    frame = plan.sources[source].frame
-    if field == f"sources.{source}.frame.file" or (field.startswith("trial.") and frame.file is None):
-        for j, s in enumerate(frame.surveyed):
-            if s.marker not in markers:
-                yield f"sources.{source}.frame.surveyed.{j}.marker", unknown("marker", s.marker, markers)
-    if field.startswith("trial."):
-        spec = plan.sources[source]
-        for name in ("estimate", "odometry", "goals", "plans"):
-            wanted = getattr(spec, name)
-            if wanted is not None and (wrong := _no_track(wanted, held, "topic or track")):
-                yield f"sources.{source}.{name}", wrong
-
-
-def _looked_for(plan: TestPlan, field: str, source: str) -> list[tuple[str, BodySpec]]:
-    """The bodies that have to be in a file, by the field that names it."""
-    if field.startswith("trial."):
-        trial = plan.trials[int(field.split(".")[1])]
-        there = {f"bodies.{o.body}" for o in trial.obstacles if o.pose is None} | {"robot"}
-    elif field.endswith((".static", ".straight", ".turn")):
-        there = {field.rpartition(".")[0]}
-    elif ".frame.static_poses." in field:
-        there = {"robot"}
-    else:
-        there = set()
-    return [(w, b) for w, b in _all_bodies(plan) if w in there and _source(plan, b) == source]
-
-
-def _no_track(name: str, held: Contents, kind: str) -> ClearwayError | None:
-    """What a file holds need not be all: of a bag's /tf it is topics, and a pair of frames is told when it is read."""
-    known = [e.name for e in held.entries if e.kind != "marker"]
-    parts_of_topics = any(name.startswith(f"{e.name}/") for e in held.entries if e.kind in SEVERAL)
-    action = any(action_of(e.name) == name for e in held.entries if e.kind == "action")
-    pair = "->" in name and any(e.kind == "tf" for e in held.entries)
-    return None if name in known or parts_of_topics or action or pair else unknown(kind, name, known)

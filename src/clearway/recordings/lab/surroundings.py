@@ -16,7 +16,7 @@ from clearway.recordings.alignment import clocks
 from clearway.recordings.lab.lab import ROBOT, Lab
 from clearway.recordings.lab.robot_log import Offsets, Recordings
 from clearway.recordings.lab.test_plan import PlacedSpec, RecordedTrialSpec, seen_from, shape_of
-from clearway.recordings.motion.motion import Motion
+from clearway.recordings.motion.motion import Motion, NeverSeen, Quality
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.trials import Body
 
@@ -68,7 +68,10 @@ def obstacles(
             sigma = math.hypot(lab.body(placed.body).uncertainty, outlines)
             standing.append(Body(placed.body, BodyKind.OBSTACLE, shape, pose, sigma, outlined))
             continue
-        motion = _measured(lab, placed, recordings, offsets, t)
+        try:
+            motion = _measured(lab, placed, recordings, offsets, t)
+        except NeverSeen as error:
+            motion = _nowhere(t, str(error))
         together = lab.source_of(placed.body) == lab.source_of(ROBOT)
         outlined &= lab.linked(placed.body)  # else nobody knows where on the markers the shape is
         told[placed.body] = motion.told
@@ -109,6 +112,12 @@ def _measured(lab: Lab, placed: PlacedSpec, recordings: Recordings, offsets: Off
     # where it was a moment earlier or later, as far as the clocks are unsure
     moved = np.nan_to_num(np.abs(seen.velocity)) * offsets[source].sigma
     return replace(seen, sigma=np.hypot(seen.sigma, moved))
+
+
+def _nowhere(t: FloatArray, why: str) -> Motion:
+    """The motion of a body that was there, and not seen once."""
+    nothing = np.full((len(t), 3), np.nan)
+    return Motion(t, nothing, nothing[:, :2], None, Quality(rate=0.0, seen=0.0), (why,))
 
 
 def _stood(motion: Motion) -> FloatArray | None:

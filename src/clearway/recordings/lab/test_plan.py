@@ -344,6 +344,16 @@ def by_number(error: ClearwayError, file: object = None) -> ClearwayError:
     return ClearwayError(error.problem, file=error.file if error.file is not None else file, field=field)
 
 
+def at(index: int, field: str) -> str:
+    """The dotted path of a trial's field."""
+    return f"trial.{index}.{field}"
+
+
+def source_of(plan: TestPlan, body: BodySpec) -> str:
+    """The source that measures a body."""
+    return body.source or next(iter(plan.sources))
+
+
 def without_coordinates(names: Sequence[str], body: BodySpec) -> str | None:
     """What is wrong with a body's coordinates, if its marker set in a file, `names`, has more markers than those."""
     known = body.coordinates or {}

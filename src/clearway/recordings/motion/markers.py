@@ -15,7 +15,7 @@ from clearway.recordings.motion import rigid
 from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.cleaning import clean
 from clearway.recordings.motion.gaps import known, runs, seen_in_part, usual_step
-from clearway.recordings.motion.motion import Motion, MotionSpec, Quality
+from clearway.recordings.motion.motion import Motion, MotionSpec, NeverSeen, Quality
 from clearway.recordings.motion.repair import repair
 from clearway.recordings.motion.tracks import motion_of_track, tilt_note, unwrapped
 from clearway.recordings.recording import Points
@@ -241,7 +241,7 @@ def motion_of_markers(
 def _two(xyz: FloatArray, names: Sequence[str], file: object, field: str | None) -> None:
     most = int(rigid.seen_in(xyz).sum(axis=1).max(initial=0))
     if most < 3:
-        raise ClearwayError(
+        raise NeverSeen(
             f"never more than {most} of the markers {', '.join(names)} are seen at once; at least three are needed in a frame",
             file=file,
             field=field,

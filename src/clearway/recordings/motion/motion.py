@@ -8,8 +8,13 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.quantities import NonNegative, Positive
+
+
+class NeverSeen(ClearwayError):
+    """A recording that should show a body does not show it once."""
 
 
 class MotionSpec(BaseModel):

@@ -13,7 +13,7 @@ from clearway.recordings.motion import filtering
 from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.cleaning import clean
 from clearway.recordings.motion.gaps import known, runs, usual_step
-from clearway.recordings.motion.motion import Motion, MotionSpec, Quality
+from clearway.recordings.motion.motion import Motion, MotionSpec, NeverSeen, Quality
 from clearway.recordings.recording import Track
 
 LEANING = math.radians(3)
@@ -74,7 +74,7 @@ def motion_of_track(
     """
     here = known(track.position[:, :2])
     if not here.any():
-        raise ClearwayError("the track holds no position", file=file, field=field)
+        raise NeverSeen("the track holds no position", file=file, field=field)
     notes: list[str] = []
     pose = np.full((len(track.t), 3), np.nan)
     turned = track.orientation if heading == "measured" else None
