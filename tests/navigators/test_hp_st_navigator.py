@@ -83,9 +83,7 @@ def test_twice_the_disturbance_is_said() -> None:
     assert any(text.startswith("disturbance: ended 0.01") for text in texts)
 
 
-@pytest.mark.parametrize(
-    ("robot", "guarantee"), [("rescue", "passive"), ("rescue", "none"), ("tiago", "none"), ("hosbot", "none")]
-)
+@pytest.mark.parametrize(("robot", "guarantee"), [("rescue", "passive"), ("rescue", "none"), ("hosbot", "none")])
 def test_it_conforms(robot: str, guarantee: str) -> None:
     """With the default, `passive`, tests/conformance asks it of the two of the hospital."""
     findings = check_navigator(lambda: HpSt(guarantee), load_robot(robot))

@@ -105,10 +105,15 @@ def test_failures_have_their_class_and_assumptions_are_counted(results: Results)
     assert VARIANT not in rows, "it stands in the ablation"
 
 
-def test_page_and_terminal_show_it(results: Results) -> None:
-    page = write_report(results.path).read_text(encoding="utf-8")
-    assert 'id="ablation"' in page
-    assert '<a href="#replay-12"' in page
+@pytest.fixture(scope="module")
+def page(results: Results) -> Path:
+    return write_report(results.path)
+
+
+def test_page_and_terminal_show_it(results: Results, page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert 'id="ablation"' in text
+    assert '<a href="#replay-12"' in text
     said = beside_published(results)
     assert "without reverse" in said
     assert "5 #12 #13 #14 #15 #16" in said
@@ -117,10 +122,10 @@ def test_page_and_terminal_show_it(results: Results) -> None:
 
 @pytest.mark.browser
 @pytest.mark.slow
-def test_a_failed_trial_opens_its_replay_by_one_click(browser: Any, results: Results) -> None:
+def test_a_failed_trial_opens_its_replay_by_one_click(browser: Any, page: Path) -> None:
     from selenium.webdriver.support.ui import WebDriverWait
 
-    browser.get(write_report(results.path).as_uri())
+    browser.get(page.as_uri())
     link = browser.find_element("css selector", '#rescue a[href="#replay-14"]')
     browser.execute_script("arguments[0].scrollIntoView({block: 'center'})", link)
     link.click()

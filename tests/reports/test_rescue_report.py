@@ -91,6 +91,11 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
         return store.finish()
 
 
+@pytest.fixture(scope="module")
+def page(results: Results) -> Path:
+    return write_report(results.path)
+
+
 def cells(grid: Grid, row: str) -> list[str]:
     return next([c.text for c in line[1:]] for line in grid.rows if line[0].text == row)
 
@@ -149,7 +154,7 @@ def test_causes_and_who_moved(results: Results) -> None:
     assert sum(int(row[1].text) for row in table.rows) == 8 + 3 + 10 + 10 + 10 + 10
 
 
-def test_failures_are_linked_to_their_replays(results: Results) -> None:
+def test_failures_are_linked_to_their_replays(results: Results, page: Path) -> None:
     f = Findings(results)
     table = rescue.failures(f, "sar-case2")
     assert table is not None
@@ -158,7 +163,7 @@ def test_failures_are_linked_to_their_replays(results: Results) -> None:
     own = [r["trial"] for r in f.rows if (r["suite"], r["navigator"], r["setup"]) == ("sar-case2", "hl-rrt", "1")]
     column = [c.name for c in table.columns].index("not known")
     assert row[column].trials == tuple(own), "these trials do not know what their base can do"
-    text = write_report(results.path).read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8")
     assert f'<a href="#replay-{own[0]}" title="replay trial {own[0]}">{own[0]}</a>' in text
 
 
@@ -204,13 +209,12 @@ def test_the_conditions_of_the_test_are_told(results: Results) -> None:
     assert any(line.startswith("Set-up 1: bounded by wall clock") for line in conditions.deviations(f))
 
 
-def test_figures_and_the_page(results: Results) -> None:
+def test_figures_and_the_page(results: Results, page: Path) -> None:
     drawn = figure(results, "paths", navigator="hp-tmpc", scenario="sar-case1-3")
     assert len(drawn.axes) == 2
     assert len(drawn.axes[0].get_lines()) >= 2
     assert figure(results, "thought", trial=0).axes[0].get_title("left").endswith("tracking")
     assert figure(results, "thought", trial=0, at=0.0).axes[0].get_title("left").endswith("at 0.0 s")
-    page = write_report(results.path)
     text = page.read_text(encoding="utf-8")
     for part in ('id="rescue"', 'id="compared"', "HL-RRT*", "why trials failed", "58.3 s"):
         assert part in text

@@ -98,6 +98,7 @@ class _Crash(BaseException):
 def test_a_crash_at_any_step_is_made_good(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every call that changes the disk crashes once, before it or after it."""
     real = {name: getattr(os, name) for name in ("replace", "fsync", "mkdir", "unlink", "rmdir")}
+    real["fsync"] = lambda descriptor: None  # the machine does not go down here, and hundreds of them take long
     state = {"left": 0, "after": False}
 
     def breaking(name: str) -> Any:
