@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
-from clearway.recordings.lab.test_plan import TestPlan, load_test_plan
+from clearway.recordings.lab.plan_file import load_test_plan
+from clearway.recordings.lab.test_plan import TestPlan
 from clearway.recordings.protocol.lab_trials import behind, key, scenarios, setup
 from clearway.recordings.protocol.line import Line
 from clearway.recordings.protocol.protocol import parsed, skeleton, write_new

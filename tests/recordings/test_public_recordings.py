@@ -12,7 +12,7 @@ import pytest
 
 from clearway.recordings.formats.beside import load
 from clearway.recordings.formats.table_spec import TableSpec
-from clearway.recordings.lab.test_plan import load_test_plan
+from clearway.recordings.lab.plan_file import load_test_plan
 
 FILE = Path(__file__).parents[2] / "benchmarks" / "public_recordings.py"
 

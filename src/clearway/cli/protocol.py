@@ -31,7 +31,7 @@ def protocol(
 ) -> None:
     """Write the test plan of a suite for real robots (TOML, to fill in), and its run sheet. Overwrites nothing."""
     from clearway.errors import ClearwayError
-    from clearway.recordings.lab.test_plan import load_test_plan
+    from clearway.recordings.lab.plan_file import load_test_plan
     from clearway.recordings.protocol.lab_trials import behind, scenarios
     from clearway.recordings.protocol.protocol import is_plan_file, parsed, refuse_existing, skeleton, write_new
     from clearway.recordings.protocol.run_sheet import sheet_of

@@ -8,11 +8,10 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from clearway.errors import ClearwayError, unknown
-from clearway.reading import read_toml
 from clearway.recordings import formats
+from clearway.recordings.lab.captures import nobodys
+from clearway.recordings.lab.plan_file import WrongPlan, load_test_plan
 from clearway.recordings.lab.recording_checks import Finding, findings_in, references, trial_of
 from clearway.recordings.lab.test_plan import (
     BodySpec,
@@ -20,7 +19,6 @@ from clearway.recordings.lab.test_plan import (
     TestPlan,
     at,
     by_number,
-    problems_in,
     seen_from,
     shape_of,
     source_of,
@@ -54,11 +52,9 @@ def findings(path: str | Path, *, inside: bool = True) -> list[Finding]:
     """
     file = Path(path)
     try:
-        plan = TestPlan.model_validate(read_toml(file))
-    except ClearwayError as error:
-        return [Finding(error)]
-    except ValidationError as error:
-        return [Finding(e) for e in problems_in(error, file)]
+        plan = load_test_plan(file)
+    except WrongPlan as error:
+        return [Finding(e) for e in error.found]
     folder = file.parent
     found = [Finding(e) for e in (*_names(plan, folder), *_sources(plan), *_bodies(plan), *_spans(plan))]
     found += [*_without_files(plan), *_files(plan, folder)]
@@ -72,8 +68,8 @@ def findings(path: str | Path, *, inside: bool = True) -> list[Finding]:
 def summary(path: str | Path) -> list[str]:
     """How many trials were recorded, attempted without a file, not yet done, in lines; none of a plan that is wrong."""
     try:
-        plan = TestPlan.model_validate(read_toml(Path(path)))
-    except (ClearwayError, ValidationError):
+        plan = load_test_plan(path)
+    except WrongPlan:
         return []
     count = Counter("recorded" if plan.files_of(t) else "unrecorded" if t.attempted else "left" for t in plan.trials)
     lines = [f"{len(plan.trials)} trials, {count['recorded']} of them recorded"]
@@ -81,6 +77,8 @@ def summary(path: str | Path) -> list[str]:
         lines.append(f"{count['unrecorded']} attempted without a file: they count as attempted")
     if count["left"]:
         lines.append(f"{count['left']} not yet done")
+    if others := nobodys(plan, Path(path).parent):
+        lines.append(f"{len(others)} files are no trial's: {', '.join(others[:5])}{', ...' if len(others) > 5 else ''}")
     return lines
 
 

@@ -17,12 +17,12 @@ from clearway.recordings import formats
 from clearway.recordings.alignment import frames
 from clearway.recordings.alignment.frames import Tie
 from clearway.recordings.formats import table
+from clearway.recordings.lab.plan_file import load_test_plan
 from clearway.recordings.lab.test_plan import (
     BodySpec,
     RecordedTrialSpec,
     StretchSpec,
     TestPlan,
-    load_test_plan,
     seen_from,
     without_coordinates,
 )

@@ -17,7 +17,6 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
 from clearway.quantities import Finite, NonNegative, PoseSpec, Positive, Rate, Whole
-from clearway.reading import read_toml
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
 from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
@@ -115,6 +114,12 @@ class SourceSpec(_Part):
 
     format: str | None = Field(default=None, description="`clearway list formats`; default: as the file looks")
     table: str | None = Field(default=None, description="for a plain CSV: the TOML that describes its columns")
+    files: str | None = Field(
+        default=None,
+        min_length=1,
+        description="the trials' files: `captures/{configuration}_{repetition}.csv` by what they are, or a folder or `captures/*.csv` "
+        "in the plan's order; a trial whose file is not there was not driven yet",
+    )
     frame: FrameSpec = FrameSpec()
     clock: Literal["speed", "epoch", "same"] | Finite = Field(
         default="speed",
@@ -212,6 +217,7 @@ class RecordedTrialSpec(ConditionsSpec):
     files: dict[str, str] = Field(default_factory=dict, description="of other sources, by name")
     span: Span | None = Field(default=None, description="of the trial in the first file, s; default: all of it")
     attempted: bool = Field(default=True, description="false: not yet done; a file makes it attempted")
+    recorded: bool = Field(default=True, description="false: it was driven and has no file, not even of a folder's")
     batch: str = "own"
     configuration: str = "own"
     speed: Positive | None = Field(default=None, description="set speed, m/s")
@@ -310,20 +316,6 @@ class _Unknown(ValueError):
     def __init__(self, found: tuple[ClearwayError, ...]) -> None:
         super().__init__(str(found[0]))
         self.found = found
-
-
-def load_test_plan(path: str | Path) -> TestPlan:
-    """Read a test plan.
-
-    Raises:
-        ClearwayError: no such file, no TOML, or a field that is wrong; the message names file, field and value.
-    """
-    file = Path(path)
-    table = read_toml(file)
-    try:
-        return TestPlan.model_validate(table)
-    except ValidationError as error:
-        raise problems_in(error, file)[0] from error
 
 
 def problems_in(error: ValidationError, file: Path) -> list[ClearwayError]:

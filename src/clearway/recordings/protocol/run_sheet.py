@@ -10,6 +10,7 @@ from itertools import groupby
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from clearway.quantities import PoseSpec
+from clearway.recordings.lab.captures import file_names
 from clearway.recordings.lab.test_plan import BodySpec, RecordedTrialSpec, TestPlan
 from clearway.recordings.protocol.lab_trials import key, setting
 from clearway.recordings.protocol.line import Line, metres
@@ -101,6 +102,7 @@ def sheet_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> str:
     """
     known = {key(s.labels, s.speed): s for s in scenarios}
     line = _line(plan)
+    plan = _with_names(plan)
     groups = list(_groups(plan, known, line))
     environment = Environment(
         loader=PackageLoader("clearway.recordings.protocol"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
@@ -120,6 +122,12 @@ def sheet_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> str:
         metres=metres,
         poses=_poses(plan, line),
     )
+
+
+def _with_names(plan: TestPlan) -> TestPlan:
+    """The plan with the file names that its sources give to the trials."""
+    named = zip(plan.trials, file_names(plan), strict=True)
+    return plan.model_copy(update={"trials": tuple(t.model_copy(update={"file": name}) for t, name in named)})
 
 
 def _line(plan: TestPlan) -> Line | None:

@@ -1,0 +1,44 @@
+"""Reads a test plan's file, with what lies beside it: which files its trials have."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from clearway.errors import ClearwayError
+from clearway.reading import read_toml
+from clearway.recordings.lab.captures import with_files
+from clearway.recordings.lab.test_plan import TestPlan, by_number, problems_in
+
+
+class WrongPlan(ClearwayError):
+    """A test plan that can't be read as one.
+
+    Attributes:
+        found: Everything that is wrong with it.
+    """
+
+    def __init__(self, found: list[ClearwayError]) -> None:
+        super().__init__(found[0].problem, file=found[0].file, field=found[0].field)
+        self.found = found
+
+
+def load_test_plan(path: str | Path, unready: Collection[Path] = ()) -> TestPlan:
+    """Read a test plan.
+
+    Args:
+        path: Its file.
+        unready: Recordings that are still being written, and count as not there.
+
+    Raises:
+        WrongPlan: no such file, no TOML, or a field that is wrong; the message names file, field and value.
+    """
+    file = Path(path)
+    try:
+        return with_files(TestPlan.model_validate(read_toml(file)), file.parent, unready)
+    except ValidationError as error:
+        raise WrongPlan(problems_in(error, file)) from error
+    except ClearwayError as error:
+        raise WrongPlan([by_number(error, file)]) from error
