@@ -137,6 +137,7 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
         "motion": {ROBOT: motion.told} | dict(around.told),
         "legs": [f"{legs[f.leg].name}: {f.why}" for f in found],
         "conditions": _conditions(lab, spec),
+        "start": spec.start,
         "note": spec.note,
     }
     return Trial(
@@ -180,6 +181,7 @@ def _unrecorded(lab: Lab, spec: RecordedTrialSpec, why: str = "") -> Trial:
             "clearway": _version(),
             "test_plan": lab.path.name,
             "conditions": _conditions(lab, spec),
+            "start": spec.start,
             "note": spec.note,
         },
     )

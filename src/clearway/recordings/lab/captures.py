@@ -169,7 +169,7 @@ def _known(plan: TestPlan) -> set[str]:
     frames = [source.frame for source in plan.sources.values()]
     names = [s.file for s in stretches] + [p.file for f in frames for p in f.static_poses]
     names += [f.file for f in frames if f.file] + [f for t in plan.trials for f in plan.files_of(t).values()]
-    names += [s.table for s in plan.sources.values() if s.table]
+    names += [n for n in (plan.test.ticks, *(s.table for s in plan.sources.values())) if n]
     return {os.path.normpath(n) for n in names}
 
 

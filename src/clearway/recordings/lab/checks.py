@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from clearway.errors import ClearwayError, unknown
@@ -77,9 +77,16 @@ def summary(path: str | Path) -> list[str]:
         lines.append(f"{count['unrecorded']} attempted without a file: they count as attempted")
     if count["left"]:
         lines.append(f"{count['left']} not yet done")
+    unticked = [i for i, t in enumerate(plan.trials, 1) if plan.files_of(t) and t.contact is None]
+    if plan.test.ticks is not None and unticked:
+        lines.append(f"touched or not is not ticked of {len(unticked)} of them: {_few(unticked)}")
     if others := nobodys(plan, Path(path).parent):
-        lines.append(f"{len(others)} files are no trial's: {', '.join(others[:5])}{', ...' if len(others) > 5 else ''}")
+        lines.append(f"{len(others)} files are no trial's: {_few(others)}")
     return lines
+
+
+def _few(names: Sequence[object]) -> str:
+    return ", ".join(str(n) for n in names[:5]) + (", ..." if len(names) > 5 else "")
 
 
 def _names(plan: TestPlan, folder: Path) -> Iterator[ClearwayError]:

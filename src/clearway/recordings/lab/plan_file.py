@@ -1,4 +1,4 @@
-"""Reads a test plan's file, with what lies beside it: which files its trials have."""
+"""Reads a test plan's file, with what lies beside it: which files its trials have, and what the operators ticked."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from clearway.errors import ClearwayError
 from clearway.reading import read_toml
 from clearway.recordings.lab.captures import with_files
 from clearway.recordings.lab.test_plan import TestPlan, by_number, problems_in
+from clearway.recordings.lab.ticks import with_ticks
 
 
 class WrongPlan(ClearwayError):
@@ -37,8 +38,18 @@ def load_test_plan(path: str | Path, unready: Collection[Path] = ()) -> TestPlan
     """
     file = Path(path)
     try:
-        return with_files(TestPlan.model_validate(read_toml(file)), file.parent, unready)
+        plan = with_ticks(TestPlan.model_validate(read_toml(file)), file.parent)
+        plan = with_files(plan, file.parent, unready)
+        _ticks_there(plan, file.parent)
     except ValidationError as error:
         raise WrongPlan(problems_in(error, file)) from error
     except ClearwayError as error:
         raise WrongPlan([by_number(error, file)]) from error
+    return plan
+
+
+def _ticks_there(plan: TestPlan, folder: Path) -> None:
+    """Nothing, if the operators' table is there, or nothing was recorded yet."""
+    lacking = plan.test.ticks is not None and not (folder / plan.test.ticks).exists()
+    if lacking and any(plan.files_of(t) for t in plan.trials):
+        raise ClearwayError(f"no such file: {plan.test.ticks!r}", field="test.ticks")

@@ -45,6 +45,10 @@ class TestSpec(_Part):
     floor_plan: str | None = Field(
         default=None, description="drawn behind the paths: a name, a plan or a ROS map's yaml"
     )
+    ticks: str | None = Field(
+        default=None,
+        description="the operators' table (CSV, or JSON of the sheet's page): trial, start, touched, person helped, remark",
+    )
     xy_tolerance: Positive | None = Field(default=None, description="at a goal, m; default: the robot's")
     yaw_tolerance: Rate | None = Field(default=None, description="rad; default: the robot's; inf: free")
     reference_length: Positive | None = Field(default=None, description="of one leg, m: paper A's d_AB")
@@ -231,6 +235,7 @@ class RecordedTrialSpec(ConditionsSpec):
     intervention: bool = Field(default=False, description="a person had to help")
     stopped: bool = Field(default=False, description="emergency stop")
     aborted: bool = False
+    start: str = Field(default="", description="when it was started, as the operator noted it")
     note: str = ""
 
 
