@@ -3,12 +3,17 @@ meant."""
 
 from __future__ import annotations
 
+import math
+import re
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from clearway.reading.limits import ANGLE, COORDINATE, LENGTH, NUMBER, SECONDS, SHORTEST, SPEED, VERTICES
+from clearway.reading.limits import COORDINATE, LENGTH, NUMBER, SECONDS, SHORTEST, SPEED, TURN, VERTICES
+
+DEGREES = r"\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*(?:deg|degrees|°)\s*"
+"""How an angle is written in degrees: "180 deg"."""
 
 
 def _sane(value: float) -> float:
@@ -28,8 +33,54 @@ Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
 
 Coordinate = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-COORDINATE, le=COORDINATE)]
 """x or y, m."""
-Angle = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-ANGLE, le=ANGLE)]
-"""rad."""
+
+
+def _radians(value: Any) -> Any:
+    """What is written in degrees as radians, anything else as it is."""
+    if not isinstance(value, str):
+        return value
+    if (found := re.fullmatch(DEGREES, value[:100])) is None:
+        raise ValueError(f'{value[:40]!r} is no angle; radians as a number, or degrees as "90 deg"')
+    return math.radians(float(found[1]))
+
+
+def _turn(value: float) -> float:
+    if abs(value) > TURN and math.isfinite(value):
+        raise ValueError(
+            f"{value:g} is more than a full turn; angles are in radians: {value:g} degrees are {math.radians(value):.6g}, and can "
+            f'be written as "{value:g} deg"'
+        )
+    return value
+
+
+def _tolerance(value: float) -> float:
+    _turn(value)
+    if math.pi < value < 0.99 * math.tau:
+        raise ValueError(
+            f"{value:g} is more than half a turn, so that any heading is within it; angles are in radians: {value:g} degrees are "
+            f'{math.radians(value):.6g}, and can be written as "{value:g} deg"; inf: the heading is free'
+        )
+    return value
+
+
+_TEXT = WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": f"^{DEGREES}$"}]})
+
+Angle = Annotated[
+    float, Field(strict=True, allow_inf_nan=False), BeforeValidator(_radians), AfterValidator(_turn), _TEXT
+]
+"""rad, within a full turn either way; or text in degrees, such as "90 deg"."""
+AngleTolerance = Annotated[
+    float, Field(strict=True, gt=0), BeforeValidator(_radians), AfterValidator(_tolerance), _TEXT
+]
+"""How far off an angle may be, likewise; inf: it is free."""
+PositiveAngle = Annotated[
+    float, Field(strict=True, allow_inf_nan=False, gt=0), BeforeValidator(_radians), AfterValidator(_tolerance), _TEXT
+]
+"""The same, which can't be free."""
+AngleSpread = Annotated[
+    float, Field(strict=True, allow_inf_nan=False, ge=0), BeforeValidator(_radians), AfterValidator(_turn), _TEXT
+]
+"""Standard deviation of an angle, likewise."""
 Length = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=SHORTEST, le=LENGTH)]
 """Of a thing, m."""
 Distance = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=LENGTH)]

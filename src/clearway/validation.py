@@ -18,7 +18,20 @@ def first_problem(error: ValidationError, model: type[BaseModel], *, file: objec
 def problems(error: ValidationError, model: type[BaseModel], *, file: object = None) -> list[ClearwayError]:
     """Every finding of `error`, each as a `ClearwayError`; unknown keys first, as a misspelt one causes a missing one."""
     findings = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
-    return [_translate(e, model, file) for e in findings if not _follows(e)]
+    return [_translate(e, model, file) for e in findings if not (_follows(e) or _is_no_name(e, findings))]
+
+
+_KINDS = ("function-", "tuple[", "list[", "literal[", "constrained-")
+"""How the steps of a path begin that name no field, but what a value might have been."""
+
+
+def _is_no_name(finding: Any, findings: list[Any]) -> bool:
+    """Whether it only says that a value is no text, where something else is wrong with what it is."""
+    *where, last = finding["loc"] or ("",)
+    others = (e["loc"] for e in findings if e is not finding)
+    return (
+        last == "str" and finding["type"] == "string_type" and any(list(loc[: len(where)]) == where for loc in others)
+    )
 
 
 def _follows(finding: Any) -> bool:
@@ -27,7 +40,7 @@ def _follows(finding: Any) -> bool:
 
 
 def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayError:
-    where = [p for p in finding["loc"] if not (isinstance(p, str) and p.startswith("function-"))]
+    where = [p for p in finding["loc"] if not (isinstance(p, str) and p.startswith(_KINDS))]
     field = ".".join(str(p) for p in where)
     value = finding["input"]
     match finding["type"]:

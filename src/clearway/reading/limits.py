@@ -33,8 +33,10 @@ PLAIN_CELL = 8
 
 COORDINATE = 1e7
 """Metres from the origin: the northings of UTM end there."""
+TURN = 6.284
+"""Radians either way of an angle: a full turn, rounded up. What is beyond was meant in degrees."""
 ANGLE = 1e4
-"""Radians either way, so that degrees by mistake are still told as what they are."""
+"""rad/s either way of a yaw rate, and of a standard deviation, rad."""
 LENGTH = 1e4
 """Metres of a thing, from edge to edge or from end to end."""
 SHORTEST = 1e-4

@@ -18,15 +18,25 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape
-from clearway.quantities import Distance, Finite, Length, NonNegative, PoseSpec, Positive, Rate, Speed, Vertices, Whole
+from clearway.quantities import (
+    Angle,
+    Distance,
+    Finite,
+    Length,
+    NonNegative,
+    PoseSpec,
+    Positive,
+    PositiveAngle,
+    Rate,
+    Speed,
+    Vertices,
+    Whole,
+)
 from clearway.reading import read_toml
 from clearway.reading.limits import ANGLE, LENGTH, PRESETS, SPEED
 from clearway.robots.drive_limits import DriveLimits
 from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
-
-Turn = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-2 * math.tau, le=2 * math.tau)]
-"""Of a sensor's beam, rad."""
 
 
 class _Part(BaseModel):
@@ -79,8 +89,8 @@ class Lidar(_Part):
     """A 2-D lidar and its errors, as data sheets give them (`clearway.world.lidar` says what each does)."""
 
     beams: Whole = Field(ge=1, le=100_000)
-    angle_min: Turn = Field(description="rad, first beam")
-    angle_max: Turn = Field(description="rad, last beam")
+    angle_min: Angle = Field(description="rad, first beam")
+    angle_max: Angle = Field(description="rad, last beam")
     range_min: Distance = Field(description="m")
     range_max: Length = Field(description="m")
     sigma: NonNegative = Field(description="statistical error: standard deviation of a range, m")
@@ -157,7 +167,7 @@ class Tolerances(_Part):
     """What a test judges the end of a leg by."""
 
     xy: Length = Field(description="m")
-    yaw: Positive = Field(description="rad")
+    yaw: PositiveAngle = Field(description="rad")
 
 
 class GoalChecker(_Part):
@@ -165,7 +175,7 @@ class GoalChecker(_Part):
     leave room for what the robot cannot know."""
 
     xy_goal_tolerance: Length | None = Field(default=None, description="m; default: the test's")
-    yaw_goal_tolerance: Positive | None = Field(default=None, description="rad; default: the test's")
+    yaw_goal_tolerance: PositiveAngle | None = Field(default=None, description="rad; default: the test's")
 
 
 class Robot(_Part):

@@ -13,6 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
 from clearway.quantities import (
+    AngleSpread,
+    AngleTolerance,
     Distance,
     Duration,
     Finite,
@@ -21,13 +23,12 @@ from clearway.quantities import (
     Point,
     PoseSpec,
     Positive,
-    Rate,
     Seed,
     Speed,
     Vertices,
     Whole,
 )
-from clearway.reading.limits import ANGLE, LEGS, LENGTH, OBSTACLES, POINTS, RUNS, SECONDS
+from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, POINTS, RUNS, SECONDS
 from clearway.robots import Tolerances, load_robot
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
 
@@ -181,7 +182,9 @@ class LegSpec(_Part):
     xy_tolerance: Length | None = Field(
         default=None, description="m, of the test, and what a planner is told; default: the robot's file says both"
     )
-    yaw_tolerance: Rate | None = Field(default=None, description="rad, the same of the heading; inf: it is free")
+    yaw_tolerance: AngleTolerance | None = Field(
+        default=None, description="rad, the same of the heading; inf: it is free"
+    )
     scored: bool = Field(default=True, description="whether it counts for the indicators")
     time_limit: Duration = Field(description="s")
     arrival: Literal["declared", "measured"] = Field(
@@ -240,7 +243,7 @@ class Scenario(_Part):
     placement_xy: Distance = Field(
         default=0.02, description="the robot is placed within this of its start, uniformly, m"
     )
-    placement_yaw: NonNegative = Field(default=0.03, le=ANGLE, description="the same for its heading, rad")
+    placement_yaw: AngleSpread = Field(default=0.03, description="the same for its heading, rad")
     seed: Seed = Field(
         default=0,
         description="of sensor noise, odometry and placement; one seed, one course of events (a suite draws its own)",

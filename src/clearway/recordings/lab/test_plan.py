@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
-from clearway.quantities import Finite, NonNegative, PoseSpec, Positive, Rate, Whole
+from clearway.quantities import AngleSpread, AngleTolerance, Finite, NonNegative, PoseSpec, Positive, Whole
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
 from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
@@ -50,7 +50,7 @@ class TestSpec(_Part):
         description="the operators' table (CSV, or JSON of the sheet's page): trial, start, touched, person helped, remark",
     )
     xy_tolerance: Positive | None = Field(default=None, description="at a goal, m; default: the robot's")
-    yaw_tolerance: Rate | None = Field(default=None, description="rad; default: the robot's; inf: free")
+    yaw_tolerance: AngleTolerance | None = Field(default=None, description="rad; default: the robot's; inf: free")
     reference_length: Positive | None = Field(default=None, description="of one leg, m: paper A's d_AB")
     rate: Positive = Field(
         default=100.0,
@@ -99,7 +99,7 @@ class FrameSpec(_Part):
     static_poses: tuple[StretchSpec, ...] = Field(default=(), description="the robot at rest on known poses")
     surveyed: tuple[SurveyedSpec, ...] = Field(default=(), description="markers on known places")
     file: str | None = Field(default=None, description="where the surveyed markers are seen; default: each trial's own")
-    uncertainty: tuple[NonNegative, NonNegative] | None = Field(
+    uncertainty: tuple[NonNegative, AngleSpread] | None = Field(
         default=None, description="standard uncertainty of a given transform or of known places: m, rad"
     )
 
