@@ -17,26 +17,51 @@ from clearway.errors import ClearwayError
 def placed(folder: Path) -> Iterator[Path]:
     """A folder to write into; when the block under `with` is over, what lies in it is moved into `folder`.
 
-    After an error, a full disk for one, nothing is left. `folder` is made if it isn't there.
+    After an error, a full disk for one, nothing is left. `folder` is made if it isn't there, and stays if all went well.
 
     Raises:
         ClearwayError: something can't be written.
     """
+    made: list[Path] = []
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        made += make_folder(folder)
         with working_folder(folder, "writing") as new:
             try:
                 yield new
             except ClearwayError as error:
                 file = None if error.file is None else error.file.replace(str(new), str(folder))
                 raise ClearwayError(error.problem, file=file, field=error.field) from error
-            for made in sorted(new.iterdir()):
-                if made.is_file():
-                    sync(made)
-                os.replace(made, folder / made.name)
+            for path in sorted(new.rglob("*")):
+                sync(path)
+            for path in sorted(new.iterdir()):
+                os.replace(path, folder / path.name)
             sync(folder)
-    except OSError as error:
-        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=folder) from error
+    except BaseException as error:
+        for empty in made:
+            with suppress(OSError):
+                empty.rmdir()
+        if isinstance(error, OSError):
+            raise ClearwayError(f"cannot be written: {error.strerror or error}", file=folder) from error
+        raise
+
+
+def make_folder(folder: Path) -> list[Path]:
+    """Make a folder and those that it lies in, each with its name on the disk for good.
+
+    Returns:
+        Those that were not there, the innermost first.
+
+    Raises:
+        OSError: it can't be made.
+    """
+    new, at = [], folder
+    while not at.exists():
+        new.append(at)
+        at = at.parent
+    folder.mkdir(parents=True, exist_ok=True)
+    for made in new:
+        sync(made.parent)
+    return new
 
 
 @contextmanager
@@ -60,14 +85,15 @@ def working_folder(where: Path, name: str) -> Iterator[Path]:
 
 def sync(path: Path) -> None:
     """Have a file, or the names in a folder, on the disk for good; nothing where folders can't be asked to."""
-    descriptor = os.open(path, os.O_RDONLY)
     try:
-        os.fsync(descriptor)
+        descriptor = os.open(path, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
     except OSError:
-        if not path.is_dir():  # some network file systems have no such thing for folders
+        if not path.is_dir():  # some network file systems have no such thing for folders, some folders can't be read
             raise
-    finally:
-        os.close(descriptor)
 
 
 @contextmanager

@@ -35,6 +35,23 @@ def test_what_is_begun_and_fails_leaves_nothing(tmp_path: Path) -> None:
         raise ClearwayError("cannot be", file=folder / "b.csv")
     assert ".writing" not in str(told.value)
     assert [p.name for p in new.iterdir()] == ["a"]
+    with pytest.raises(ClearwayError, match="cannot be"), placed(new / "one" / "two") as folder:
+        full(folder)
+    assert [p.name for p in new.iterdir()] == ["a"]  # no folder that was made for it either
+
+
+def test_what_can_not_be_begun_leaves_nothing_to_go_on_with(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(ClearwayError, match=r"out: cannot be written: No space left on device$"):
+            TrialStore(tmp_path / "out", {}, 1, pa.schema([]))
+    assert list((tmp_path / "out").iterdir()) == []
+    (tmp_path / "out" / ".partial-campaign.json-7").write_text("half of it, by one that was killed")
+    TrialStore(tmp_path / "out", {}, 1, pa.schema([])).close()
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [".partial", "campaign.json"]
 
 
 KILLED = """
@@ -84,13 +101,16 @@ def test_what_counts_is_on_the_disk_before_the_next_step_counts_on_it(
 
     monkeypatch.setattr(os, "fsync", synced)
     monkeypatch.setattr(os, "replace", replaced)
-    with TrialStore(tmp_path / "out", {}, 1, pa.schema([pa.field(n, pa.string()) for n in make_row(0)])) as store:
+    with TrialStore(
+        tmp_path / "new" / "out", {}, 1, pa.schema([pa.field(n, pa.string()) for n in make_row(0)])
+    ) as store:
         write_partial(store.partial, store.key, 0, make_trial(0), dict.fromkeys(make_row(0), "x"))
-        assert steps[-2:] == [("put", "out/.partial/000000.trial"), ("sync", "out/.partial")]
+        assert steps[-2:] == [("put", "new/out/.partial/000000.trial"), ("sync", "new/out/.partial")]
         store.finish()
     put = [(i, name) for i, (what, name) in enumerate(steps) if what == "put"]
-    assert [name for _, name in put[-2:]] == ["out/campaign.json", "out/.finished"]
+    assert {("sync", "."), ("sync", "new")} <= set(steps[: put[0][0]])  # by which the directory itself has its name
+    assert [name for _, name in put[-2:]] == ["new/out/campaign.json", "new/out/.finished"]
     for i, name in put:
         assert ("sync", os.path.dirname(name)) in steps[i:]
-        if name in ("out/campaign.json", "out/.finished"):  # all that was put before is there by then
+        if name in ("new/out/campaign.json", "new/out/.finished"):  # all that was put before is there by then
             assert {("sync", os.path.dirname(other)) for k, other in put if k < i} <= set(steps[:i])

@@ -24,7 +24,7 @@ import pyarrow as pa
 import pyarrow.ipc
 
 from clearway.errors import ClearwayError
-from clearway.placing import sync
+from clearway.placing import make_folder, sync
 from clearway.trials.assembly import assemble
 from clearway.trials.differences import first_in_json
 from clearway.trials.store_results import (
@@ -159,6 +159,8 @@ class TrialStore:
 
     def _begin(self, asked: dict[str, Any], run: dict[str, Any], resume: bool) -> dict[str, Any]:
         campaign = {"format": "clearway results", "schema": SCHEMA, **asked, "trials": self.total, "run": run}
+        for left in self.path.glob(f"{PARTIAL}-*"):  # by a process that was killed while it wrote campaign.json
+            left.unlink()
         if not (self.path / CAMPAIGN).exists():
             foreign = sorted(p.name for p in self.path.iterdir() if not p.name.startswith(PARTIAL))
             if foreign:
@@ -166,10 +168,13 @@ class TrialStore:
                     f"is not empty and holds no Clearway results ({foreign[0]} is there); choose another directory",
                     file=self.path,
                 )
-            with _writing(self.path):
+            try:
                 self.partial.mkdir(exist_ok=True)  # before campaign.json: one without the other means finished
                 sync(self.path)
                 _write_whole(self.path / CAMPAIGN, _pretty(campaign))
+            except OSError as error:
+                shutil.rmtree(self.partial, ignore_errors=True)
+                raise ClearwayError(f"cannot be written: {error.strerror or error}", file=self.path) from error
             return campaign
         old = read_campaign(self.path)
         if not resume:
@@ -305,7 +310,7 @@ def _writing(what: Path) -> Iterator[None]:
 def _lock(path: Path) -> int:
     """Make the directory and lock it against other processes; the lock goes with the process, however it ends."""
     try:
-        path.mkdir(parents=True, exist_ok=True)
+        make_folder(path)
         handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
     except OSError as error:
         raise ClearwayError(f"cannot be made: {error.strerror}", file=path) from error

@@ -24,22 +24,22 @@ from __future__ import annotations
 import heapq
 import os
 import re
+import shutil
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.rosbag2.errors import WriterError
 from rosbags.typesys import Stores, get_typestore
 
 from clearway.contract import BodyKind
 from clearway.errors import ClearwayError
 from clearway.geometry.raycast import Beams, beams, cast, cast_moving, scene
 from clearway.geometry.shapes import Circle, FloatArray, Shape
+from clearway.placing import placed
 from clearway.robots import Robot, load_robot
 from clearway.trials.trial import Body, Trial
 
@@ -81,14 +81,12 @@ def write_trial(path: Path, trial: Trial, *, scans: bool = True, epoch: float = 
         raise ClearwayError(f"the UNIX time {epoch} s is none that a ROS message can hold", file=path, field="epoch")
     if path.exists():
         raise ClearwayError("exists already; name a file or folder that doesn't", file=path)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with TemporaryDirectory(dir=path.parent, prefix=".writing-") as folder:
-            made = Path(folder) / path.stem if path.suffix == ".mcap" else Path(folder) / path.name
-            _write(made, heapq.merge(*_streams(trial, scans), key=lambda line: line[0]), epoch)
-            os.replace(made / f"{made.name}.mcap" if path.suffix == ".mcap" else made, path)
-    except (OSError, WriterError) as error:
-        raise ClearwayError(f"cannot be written: {error}", file=path) from error
+    with placed(path.parent) as new:
+        bag = new / (path.stem if path.suffix == ".mcap" else path.name)
+        _write(bag, heapq.merge(*_streams(trial, scans), key=lambda line: line[0]), epoch)
+        if path.suffix == ".mcap":
+            os.replace(bag / f"{bag.name}.mcap", new / path.name)
+            shutil.rmtree(bag)
 
 
 def _write(folder: Path, lines: Iterable[_Line], epoch: float) -> None:
