@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -11,12 +12,19 @@ from pathlib import Path
 
 import pyarrow as pa
 import pytest
+import typer
 from command_line import Shell
 
+from clearway.cli._options import alone, tell
 from clearway.reports import theme
+from clearway.reports.text import columns
 from clearway.trials.csv_table import without_formulas
 
-TALKER = """import os
+EXAMPLE = Path(__file__).parents[2] / "examples" / "my_corridor.toml"
+
+TALKER = """import atexit
+import ctypes
+import os
 from clearway.contract import Command
 
 
@@ -25,10 +33,12 @@ class Talker:
 
     def __init__(self):
         print("made")
+        atexit.register(print, "at the end")
 
     def reset(self, task, robot, rng):
         print("reset")
         os.write(1, b"by the file descriptor")
+        ctypes.CDLL(None).printf(b"by a C library, which keeps it back")
 
     def step(self, observation):
         print("step")
@@ -64,10 +74,26 @@ def test_json_stands_alone_whatever_a_navigator_prints(tmp_path: Path, verb: str
     said = shell(*words)
     assert isinstance(json.loads(said.stdout), dict)
     assert "by the file descriptor" in said.stderr
+    assert verb == "run" or ("at the end" in said.stderr and "by a C library" in said.stderr)  # workers end at once
 
 
-def test_without_the_compiler_one_sentence_is_said(tmp_path: Path) -> None:
-    said = shell("check", Path(__file__).parents[2] / "examples" / "my_corridor.toml", NUMBA_DISABLE_JIT="1")
+def test_json_holds_only_what_json_knows(capsys: pytest.CaptureFixture[str]) -> None:
+    @alone
+    def verb(as_json: bool) -> None:
+        print("not this")
+        tell({"a": [math.nan, (math.inf, 1.5)], "b": {"c": -math.inf}, "d": "x"})
+        raise typer.Exit(1)
+
+    with pytest.raises(typer.Exit):
+        verb(as_json=True)
+    said = capsys.readouterr()
+    assert json.loads(said.out, parse_constant=pytest.fail) == {"a": [None, [None, 1.5]], "b": {"c": None}, "d": "x"}
+    assert "not this" in said.err
+
+
+@pytest.mark.parametrize("words", [("check", EXAMPLE), ("run", EXAMPLE, "--robot", "tiago")])
+def test_without_the_compiler_one_sentence_is_said(words: tuple[object, ...]) -> None:
+    said = shell(*words, NUMBA_DISABLE_JIT="1")
     assert said.returncode == 2
     assert said.stderr.startswith("clearway: NUMBA_DISABLE_JIT is set")
     assert len(said.stderr.splitlines()) == 1
@@ -78,6 +104,10 @@ def test_a_figure_of_any_name_is_xml() -> None:
     figure.text(0.1, 0.5, "bell \x07, escape \x1b[31m, NUL \0, $x^{, <b>, a page \x0c, \ufffe")
     tree = ElementTree.fromstring(theme.to_svg(figure, "figure\x01"))
     assert "bell \ufffd, escape \ufffd[31m, NUL \ufffd, $x^{, <b>, a page \ufffd, \ufffd" in "".join(tree.itertext())
+
+
+def test_a_table_in_the_terminal_does_not_steer_it() -> None:
+    assert columns(["name"], [["a\x1b[31m\x07b"]]).splitlines() == ["name", r"a\x1b[31m\x07b"]
 
 
 def test_no_cell_of_a_table_is_a_formula() -> None:

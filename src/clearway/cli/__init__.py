@@ -29,6 +29,7 @@ from clearway.cli import (
     schema,
     score,
 )
+from clearway.cli._options import alone
 from clearway.errors import ClearwayError
 
 app = typer.Typer(
@@ -58,7 +59,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "samples": samples.samples,
 }
 for name, verb in VERBS.items():
-    app.command(name)(verb)
+    app.command(name)(alone(verb))
 
 
 def _version(wanted: bool) -> None:

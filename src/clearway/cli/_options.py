@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import atexit
+import json
+import math
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, redirect_stdout
+from functools import wraps
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -28,20 +32,58 @@ Repetitions = Annotated[int | None, typer.Option(min=1, help="Repetitions of eac
 FloorPlanName = Annotated[str | None, typer.Option(help="Another floor plan for the suite, such as ward.")]
 
 
+_told: list[str] = []
+"""What `tell` was given and `alone` has yet to print."""
+
+
+def tell(answer: Any, *, indent: int | None = None) -> None:
+    """Print what a verb answers with --json, once it is done. JSON knows no infinity and no NaN: they become null."""
+    _told.append(json.dumps(_finite(answer), indent=indent, allow_nan=False))
+
+
+def alone(verb: Callable[..., None]) -> Callable[..., None]:
+    """The verb, of which with --json standard output has what it told and nothing else: whatever navigators, formats and
+    other foreign code print, also from compiled code, from workers or when the process ends, goes to the errors."""
+
+    @wraps(verb)
+    def run(*arguments: Any, **options: Any) -> None:
+        if not options.get("as_json"):
+            return verb(*arguments, **options)
+        _told.clear()
+        try:
+            with _apart():
+                verb(*arguments, **options)
+        finally:
+            for text in _told:
+                typer.echo(text)
+            atexit.register(
+                os.dup2, 2, 1
+            )  # before whoever registered earlier, and before C libraries empty their buffers
+
+    return run
+
+
 @contextmanager
-def apart(as_json: bool) -> Iterator[None]:
-    """With --json, what a navigator or other foreign code prints goes to stderr, also from compiled code and from workers:
-    standard output holds the JSON alone."""
-    if not as_json:
+def _apart() -> Iterator[None]:
+    """What is printed goes to the errors."""
+    try:
+        sys.stdout.flush()
+        kept = os.dup(1)
+    except (OSError, AttributeError, ValueError):  # there is no standard output
         yield
         return
-    sys.stdout.flush()
-    kept = os.dup(1)
     os.dup2(2, 1)
     try:
         with redirect_stdout(sys.stderr):
             yield
     finally:
-        sys.stderr.flush()
         os.dup2(kept, 1)
         os.close(kept)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(inside) for key, inside in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(inside) for inside in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

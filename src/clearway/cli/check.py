@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json, RobotName, apart
+from clearway.cli._options import Json, RobotName, tell
 
 SHOWN = 50
 """Problems that are printed."""
@@ -21,7 +21,6 @@ def check(
 
     Of a test plan the recordings are read as well: whether they hold what it names, and whether its ties tie.
     """
-    import json
     import os
     from pathlib import Path
 
@@ -39,13 +38,12 @@ def check(
         from clearway.campaigns.conformance import check_navigator
         from clearway.navigators.registry import make_navigator
 
-        with apart(as_json):
-            make_navigator(target)  # a navigator that can't be made is an error of its own
-            findings = check_navigator(lambda: make_navigator(target), load_robot(robot))
+        make_navigator(target)  # a navigator that can't be made is an error of its own
+        findings = check_navigator(lambda: make_navigator(target), load_robot(robot))
         found = [str(ClearwayError(f.detail, field=f.name)) for f in findings if not f.passed]
         passed = [f"{f.name}: {f.detail}" if f.detail else f.name for f in findings if f.passed]
     if as_json:
-        typer.echo(json.dumps({"target": target, "problems": found, "passed": passed}, indent=2))
+        tell({"target": target, "problems": found, "passed": passed}, indent=2)
     else:
         for name in passed:
             typer.echo(f"ok       {name}")

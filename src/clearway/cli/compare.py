@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 import typer
 
-from clearway.cli._options import Json
+from clearway.cli._options import Json, tell
 
 
 def compare(
@@ -25,7 +25,6 @@ def compare(
     Simulated results are paired test by test. A simulation and a recording (the sim-to-real difference), or two
     recordings (before and after), are matched by configuration, their repetitions averaged first.
     """
-    import json
     from dataclasses import asdict
 
     from clearway.errors import ClearwayError
@@ -60,4 +59,4 @@ def compare(
         whole.append(
             {"a": c.a, "b": c.b, "other_robots": other_robots(opened[c.a], opened[c.b])} | how | without | rows
         )
-    typer.echo(json.dumps(whole, indent=2))
+    tell(whole, indent=2)

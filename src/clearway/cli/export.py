@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json, ResultsDirectory
+from clearway.cli._options import Json, ResultsDirectory, tell
 
 
 def export(
@@ -50,8 +50,6 @@ def export(
 
     Beside a capture FILE it writes FILE.markers.toml: where the made-up markers sit, as a test plan needs it.
     """
-    import json
-
     from clearway.cli._progress import Progress
     from clearway.recordings.exports.export import export_trials, settings
     from clearway.trials.store import open_results
@@ -63,7 +61,7 @@ def export(
     with Progress("export") as progress:
         files = export_trials(found, wanted, to, out, progress=progress, **how)
     if as_json:
-        typer.echo(json.dumps({"files": [str(f) for f in files]}))
+        tell({"files": [str(f) for f in files]})
     else:
         for file in files:
             typer.echo(f"export: {file}")

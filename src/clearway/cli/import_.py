@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from clearway.cli._options import Json
+from clearway.cli._options import Json, tell
 
 if TYPE_CHECKING:
     from clearway.recordings.recording import Contents
@@ -40,20 +40,18 @@ def import_(
     as_json: Json = False,
 ) -> None:
     """Show what recordings hold (--list), or clean the motion of their bodies and write it as CSV. Overwrites nothing."""
-    import json
-
     from clearway.recordings import formats
 
     if only_list:
         held = [formats.look(file, format=format) for file in files]
         if as_json:
-            typer.echo(json.dumps([_plain(c) for c in held], indent=2))
+            tell([_plain(c) for c in held], indent=2)
         else:
             typer.echo("\n\n".join(_listing(c) for c in held))
         return
     found = [row for file in files for row in _take(file, format, bodies or [], cutoff, out)]
     if as_json:
-        typer.echo(json.dumps(found, indent=2))
+        tell(found, indent=2)
     else:
         _tell(found, out)
     raise typer.Exit(1 if any("problem" in row for row in found) else 0)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json
+from clearway.cli._options import Json, tell
 
 
 def list_(
@@ -17,8 +17,6 @@ def list_(
     as_json: Json = False,
 ) -> None:
     """List suites, robots, floor plans, navigators, indicators and formats of recordings."""
-    import json
-
     from clearway.errors import unknown
     from clearway.indicators import INDICATORS
     from clearway.navigators.registry import navigator_class, navigator_names
@@ -42,7 +40,7 @@ def list_(
         raise unknown("list", what, tables)
     chosen = {name: table() for name, table in tables.items() if what in ("all", name)}
     if as_json:
-        typer.echo(json.dumps(chosen, indent=2))
+        tell(chosen, indent=2)
         return
     for kind, rows in chosen.items():
         typer.echo(kind)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json, RobotName
+from clearway.cli._options import Json, RobotName, tell
 
 
 def localise(
@@ -41,8 +41,6 @@ def localise(
 
     Writes its poses with their uncertainty as a table that a test plan can name. Overwrites nothing.
     """
-    import json
-
     import numpy as np
 
     from clearway.localising import localise_recording
@@ -67,7 +65,7 @@ def localise(
     middle, worst = (f(found.sigma[known], axis=0).tolist() if known.any() else [] for f in (np.median, np.max))
     if as_json:
         said = {"table": str(target), "updates": len(found.updates), "sigma": middle, "largest_sigma": worst}
-        typer.echo(json.dumps(said | {"agreement": float(np.median(found.agreement)), "notes": found.notes}, indent=2))
+        tell(said | {"agreement": float(np.median(found.agreement)), "notes": found.notes}, indent=2)
         return
     typer.echo("\n".join(found.notes))
     if known.any():

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json, RobotName, apart
+from clearway.cli._options import Json, RobotName, tell
 
 
 def map_(
@@ -21,16 +21,15 @@ def map_(
     as_json: Json = False,
 ) -> None:
     """Drive a tour through a floor plan and build its map as the robot would (grid-based Rao-Blackwellised filter)."""
-    import json
     from dataclasses import asdict
 
     from clearway.cli._progress import Progress
     from clearway.mapping import build_map
     from clearway.robots import load_robot
 
-    with apart(as_json), Progress("mapping") as progress:
+    with Progress("mapping") as progress:
         made = build_map(floor_plan, load_robot(robot), seed, out, progress, scan_matching=not odometry_only)
     if as_json:
-        typer.echo(json.dumps(asdict(made), default=str))
+        tell(asdict(made) | {"map": str(made.map)})
     else:
         typer.echo(str(made))

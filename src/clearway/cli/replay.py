@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json, ResultsDirectory
+from clearway.cli._options import Json, ResultsDirectory, tell
 
 
 def replay(
@@ -15,10 +15,11 @@ def replay(
     as_json: Json = False,
 ) -> None:
     """Write a page that replays one trial: play, pause, scrub."""
-    import json
-
     from clearway.reports import write_replay
     from clearway.trials.store import open_results
 
     page = write_replay(open_results(results), trial)
-    typer.echo(json.dumps({"replay": str(page)}) if as_json else f"replay: {page}")
+    if as_json:
+        tell({"replay": str(page)})
+    else:
+        typer.echo(f"replay: {page}")

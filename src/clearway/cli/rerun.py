@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from clearway.cli._options import Json, ResultsDirectory, apart
+from clearway.cli._options import Json, ResultsDirectory, tell
 
 
 def rerun(
@@ -30,15 +30,13 @@ def rerun(
 
     No limit on a decision's wall clock applies, so that a debugger may stop it. Exit code 1: the bits are not the same.
     """
-    import json
-
     from clearway import api
     from clearway.cli._progress import stoppable
     from clearway.indicators import row_schema
     from clearway.reports import write_replay, write_report
     from clearway.trials import Outcome
 
-    with apart(as_json), stoppable(), _post_mortem(debugger):
+    with stoppable(), _post_mortem(debugger):
         again = api.rerun(results, trial, navigator=navigator, out=out, raise_errors=debugger)
     pages: dict[str, Path] = {}
     if again.results is not None:
@@ -49,7 +47,7 @@ def rerun(
         about: dict[str, Any] = {"trial": trial, "id": again.id, "navigator": again.navigator, "said": str(again)}
         about |= {"same_bits": not wrong if again.same_navigator else None}
         about |= {"outcome": again.now.outcome.value, "reason": again.now.reason, "changed": again.changed}
-        typer.echo(json.dumps(about | {name: str(page) for name, page in pages.items()}))
+        tell(about | {name: str(page) for name, page in pages.items()})
     else:
         typer.echo(str(again))
         units = {f.name: (f.metadata or {}).get(b"unit", b"").decode() for f in row_schema()}

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from clearway.cli import _options
-from clearway.cli._options import Json
+from clearway.cli._options import Json, tell
 
 
 def run(
@@ -92,8 +92,6 @@ def run(
     as_json: Json = False,
 ) -> None:
     """Run suites with robots and navigators, score every trial, and write the report."""
-    import json
-
     from clearway import api
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
@@ -109,7 +107,7 @@ def run(
         raise ClearwayError("--resume DIR names the results directory already; leave out --out", field="--out")
     if resume and not suites:
         _refuse_beside_resume(context)
-    with stoppable(), _options.apart(as_json), Progress("trials") as progress:
+    with stoppable(), Progress("trials") as progress:
         if resume and not suites:
             results = api.resume(resume, workers=workers, progress=progress)
         else:
@@ -144,12 +142,11 @@ def run(
                 resume=resume is not None,
                 progress=progress,
             )
-    with _options.apart(as_json):
-        page = None if no_report else results.report()
+    page = None if no_report else results.report()
     failed = sum(outcome == "navigator_failed" for outcome in results.trials["outcome"].to_pylist())
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results), "failed": failed}
-        typer.echo(json.dumps(about))
+        tell(about)
     else:
         typer.echo(headline(results.trials))
         if published := beside_published(results):

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json
+from clearway.cli._options import Json, tell
 
 
 def samples(
@@ -16,15 +16,11 @@ def samples(
     as_json: Json = False,
 ) -> None:
     """How many trials show reliability R at confidence C (exact binomial, one-sided)."""
-    import json
-
     from clearway.statistics import samples_needed
 
     n = samples_needed(reliability, confidence, failures)
     if as_json:
-        typer.echo(
-            json.dumps({"reliability": reliability, "confidence": confidence, "failures": failures, "trials": n})
-        )
+        tell({"reliability": reliability, "confidence": confidence, "failures": failures, "trials": n})
     else:
         allowed = "none of them failing" if failures == 0 else f"at most {failures} of them failing"
         typer.echo(f"{n} trials, {allowed}, show a reliability of {reliability:g} at {confidence:g} confidence")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json, apart
+from clearway.cli._options import Json, tell
 
 
 def score(
@@ -24,8 +24,6 @@ def score(
 
     A trial whose recording can't be used is aborted, with the reason, and the others are scored; the exit code is then 1.
     """
-    import json
-
     from clearway import api
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
@@ -35,15 +33,14 @@ def score(
 
     if resume and out is None:
         raise ClearwayError("say with --out which results to complete", field="--resume")
-    with apart(as_json), stoppable(), Progress("trials") as progress:
+    with stoppable(), Progress("trials") as progress:
         results = api.score(test_plan, out=out, workers=workers, resume=resume, progress=progress)
-    with apart(as_json):
-        page = None if no_report else results.report()
+    page = None if no_report else results.report()
     confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]
     spoilt = int(any(UNUSABLE in str(reason) for reason in results.trials["reason"].to_pylist()))
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results)}
-        typer.echo(json.dumps(about | {"to_confirm": dict(confirm)}))
+        tell(about | {"to_confirm": dict(confirm)})
         raise typer.Exit(spoilt)
     typer.echo(headline(results.trials))
     for number, text in confirm:

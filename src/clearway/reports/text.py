@@ -9,6 +9,7 @@ from typing import Any
 
 import pyarrow as pa
 
+from clearway.foreign import printable
 from clearway.indicators import HEADLINE, INDICATORS, TIMED
 from clearway.reports import ablation, decision_time, head_to_head, outcomes, rescue, tuning
 from clearway.reports.barn import barn
@@ -208,7 +209,7 @@ def _paired(found: Comparison) -> str:
 
 def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Cells under their heads, text to the left and numbers to the right."""
-    cells = [list(heads), *map(list, rows)]
+    cells = [list(heads), *([printable(cell) for cell in row] for row in rows)]
     widths = [max(len(row[i]) for row in cells) for i in range(len(heads))]
     right = [all(_numeric(row[i]) for row in cells[1:]) for i in range(len(heads))]
     lines = (

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -96,7 +97,8 @@ def to_svg(figure: Figure, name: str) -> str:
     import matplotlib
 
     out = io.StringIO()
-    with matplotlib.rc_context(_STYLE | {"svg.hashsalt": f"clearway {name}"}):
+    with matplotlib.rc_context(_STYLE | {"svg.hashsalt": f"clearway {name}"}), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph")  # text stays text: whoever shows it has fonts of its own
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": "Clearway", "Title": name})
     text = _NOT_XML.sub("\ufffd", out.getvalue())
     text = re.sub(r"'DejaVu Sans'(, [^;\"]*)?", _SYSTEM_FONTS, text)
