@@ -245,7 +245,8 @@ def score(
         test_plan: Its file; `clearway protocol` writes a skeleton of one.
         out: The results directory; None: `results/NAME-OF-THE-PLAN`, numbered if that is taken.
         workers: How many processes; None: one a core.
-        resume: Whether to go on with a scoring in `out` that was interrupted.
+        resume: Whether to go on with a scoring in `out` that was interrupted, or whose plan has grown since: trials are scored
+            that are new, or of which the plan or a file now says something else.
         progress: Called with (done, total, note).
 
     Raises:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
+import pickle
 from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from clearway.campaigns.growth import kept_of
 from clearway.campaigns.interruption import interruptible
 from clearway.campaigns.pool import Fate, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
@@ -17,6 +19,7 @@ from clearway.indicators import row_schema, score_row
 from clearway.recordings.lab.assemble import assemble, unusable
 from clearway.recordings.lab.checks import findings
 from clearway.recordings.lab.lab import Lab
+from clearway.recordings.lab.plan_file import load_test_plan
 from clearway.recordings.lab.recording_checks import Finding, references
 from clearway.recordings.lab.test_plan import RecordedTrialSpec, by_number
 from clearway.scenarios.suites import load_suite, suite_names
@@ -29,6 +32,7 @@ def score_plan(
     *,
     workers: int | None = None,
     resume: bool = False,
+    unready: Collection[Path] = (),
     progress: ProgressCallback | None = None,
 ) -> Results:
     """Import, score and store every attempt of a test plan.
@@ -40,7 +44,9 @@ def score_plan(
         plan: The test plan's TOML.
         out: The results directory, made if it isn't there.
         workers: How many processes; None: one a core.
-        resume: Whether to go on where an interrupted scoring stopped.
+        resume: Whether to go on where an interrupted scoring stopped, or with a plan that has grown: trials are scored
+            that are new, or of which the plan or a file now says something else.
+        unready: Recordings that are still being written, and count as not there.
         progress: Told how far it is.
 
     Raises:
@@ -51,21 +57,25 @@ def score_plan(
     plan, out, processes = Path(plan), Path(out), workers_of(workers)
     if not resume:
         refuse_results(out)
-    lab, tell = Lab(plan), progress or silent
+    lab, tell = Lab(plan, load_test_plan(plan, unready)), progress or silent
     tell(0, len(lab.plan.trials), "looking into the files")
     recorded = {i for i, t in enumerate(lab.plan.trials) if lab.files(t)}
-    found = findings(plan)
-    _refuse(plan, found, recorded)
-    known = {i: f.error for f in reversed(found) for i in f.trials}
     attempted = [i for i, t in enumerate(lab.plan.trials) if t.attempted or lab.files(t)]
     if not attempted:
         raise ClearwayError(
             "no trial has a file, and none is marked as attempted; there is nothing to score", file=plan
         )
     left_out = len(lab.plan.trials) - len(attempted)
+    asked = _asked(lab, attempted)
+    kept = kept_of(out, asked) if resume else None
+    fresh = [n for i, n in enumerate(attempted) if i not in (kept or ())]
+    found = findings(plan, plan=lab.plan, fresh=fresh)
+    _refuse(plan, found, recorded)
+    known = {i: f.error for f in reversed(found) for i in f.trials}
     run = machine() | {"started": now(), "test_plan": str(plan)}
+    said = pickle.dumps(lab.plan)
     with (
-        TrialStore(out, _asked(lab, attempted), len(attempted), row_schema(), run=run, resume=resume) as store,
+        TrialStore(out, asked, len(attempted), row_schema(), run=run, resume=resume, kept=kept) as store,
         interruptible(store),
         pool(processes, out) as work,
     ):
@@ -76,7 +86,7 @@ def score_plan(
             tell(done, store.total, f"{left_out} not attempted yet" if left_out else "")
             for several, unused in work.each(
                 _score_and_keep,
-                [(plan, job, _of(job, known), store.partial, store.key) for job in jobs],
+                [(plan, said, job, _of(job, known), store.partial, store.key) for job in jobs],
                 fallen=_fallen,
             ):
                 wrong |= unused
@@ -107,12 +117,13 @@ def _of(job: Sequence[tuple[int, int]], known: Mapping[int, ClearwayError]) -> d
 
 
 def _score_and_keep(
-    plan: Path, job: Sequence[tuple[int, int]], known: Mapping[int, ClearwayError], folder: Path, key: str
+    plan: Path, said: bytes, job: Sequence[tuple[int, int]], known: Mapping[int, ClearwayError], folder: Path, key: str
 ) -> tuple[int, dict[int, ClearwayError]]:
     """Score the trials of one file.
 
     Args:
         plan: The test plan.
+        said: What it said when scoring began, pickled: files that come in meanwhile are another scoring's.
         job: Its trials: (index in the store, index in the plan).
         known: Why recordings can't be used, as far as that is known, by index in the plan.
         folder: Where finished trials are kept.
@@ -121,7 +132,7 @@ def _score_and_keep(
     Returns:
         How many they are, and why recordings can't be used, by index in the plan.
     """
-    lab = _lab(plan, plan.stat().st_mtime_ns)
+    lab = _lab(plan, said, key)
     wrong = dict(known)
     for index, number in job:
         try:
@@ -139,16 +150,25 @@ def _unforeseen(what: object) -> ClearwayError:
 
 
 def _fallen(
-    fate: Fate, plan: Path, job: Sequence[tuple[int, int]], known: Mapping[int, ClearwayError], folder: Path, key: str
+    fate: Fate,
+    plan: Path,
+    said: bytes,
+    job: Sequence[tuple[int, int]],
+    known: Mapping[int, ClearwayError],
+    folder: Path,
+    key: str,
 ) -> tuple[int, dict[int, ClearwayError]]:
     """The same where no worker could complete it."""
     why = ClearwayError(f"reading it ended the process: {fate}", file=plan)
-    return _score_and_keep(plan, job, dict.fromkeys((number for _, number in job), why) | dict(known), folder, key)
+    return _score_and_keep(
+        plan, said, job, dict.fromkeys((number for _, number in job), why) | dict(known), folder, key
+    )
 
 
 @lru_cache(maxsize=1)
-def _lab(plan: Path, changed: int) -> Lab:
-    return Lab(plan)
+def _lab(plan: Path, said: bytes, key: str) -> Lab:
+    """The plan at work; `key` tells what its files held."""
+    return Lab(plan, pickle.loads(said))
 
 
 def _by_file(lab: Lab, trials: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
@@ -178,6 +198,7 @@ def _asked(lab: Lab, attempted: Sequence[int]) -> dict[str, Any]:
         "scored": lab.path.name,
         "test_plan": whole,
         "attempted": [trials[i] for i in attempted],
+        "numbers": [i + 1 for i in attempted],
         "not_attempted": len(trials) - len(attempted),
         "files": {file: lab.digest(file) for file in sorted(read) if (lab.folder / file).exists()},
     }

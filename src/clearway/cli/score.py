@@ -15,7 +15,10 @@ def score(
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME-OF-THE-PLAN.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, max=1024, help="Processes; default: one a core.")] = None,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with the scoring in --out, which was interrupted.")
+        bool,
+        typer.Option(
+            "--resume", help="Go on with the scoring in --out, which was interrupted, or whose plan has grown."
+        ),
     ] = False,
     no_report: Annotated[bool, typer.Option("--no-report", help="Only the results, no page.")] = False,
     as_json: Json = False,

@@ -14,7 +14,7 @@ import hashlib
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -39,12 +39,13 @@ from clearway.trials.store_results import (
     read_campaign,
     seal,
 )
-from clearway.trials.store_tables import FILES, Tables, to_tables
+from clearway.trials.store_tables import FILES, Tables, from_tables, to_tables
 from clearway.trials.trial import Trial
 
 __all__ = ["Results", "TrialStore", "open_results", "refuse_results", "write_partial"]
 
 _MAGIC = b"clearway trial 1\n"
+_KEPT = f"{PARTIAL}.kept"
 _DONE, _SUFFIX = ".finished", ".trial"
 
 
@@ -58,6 +59,8 @@ class TrialStore:
         schema: Arrow schema of the rows (`clearway.indicators.row_schema()`), units in the fields' metadata.
         run: Who and where, as JSON: stored under `run`, not compared.
         resume: Go on with a campaign that was interrupted.
+        kept: With `resume`, the trials of the campaign in `path` that are the same in this one, which takes its place: their
+            numbers now and then; None: it is the same campaign.
 
     Raises:
         ClearwayError: the directory is in use, holds results, something else or another campaign, or can't be written.
@@ -72,12 +75,16 @@ class TrialStore:
         *,
         run: Mapping[str, Any] | None = None,
         resume: bool = False,
+        kept: Mapping[int, int] | None = None,
     ) -> None:
         self.path, self.total = Path(path), total
         self._schema, self._lock, self._whole = schema, _lock(self.path), bytearray(total)
         try:
-            self.key = hashlib.sha256(json.dumps([SCHEMA, asked, total], sort_keys=True).encode()).hexdigest()
-            self._campaign = self._begin(dict(asked), dict(run or {}), resume)
+            self.key = _key(asked, total)
+            if resume and kept is not None:
+                self._campaign = self._grow(dict(asked), dict(run or {}), kept)
+            else:
+                self._campaign = self._begin(dict(asked), dict(run or {}), resume)
         except BaseException:
             os.close(self._lock)
             raise
@@ -158,9 +165,10 @@ class TrialStore:
         self.close()
 
     def _begin(self, asked: dict[str, Any], run: dict[str, Any], resume: bool) -> dict[str, Any]:
-        campaign = {"format": "clearway results", "schema": SCHEMA, **asked, "trials": self.total, "run": run}
+        campaign = self._said(asked, run)
         for left in self.path.glob(f"{PARTIAL}-*"):  # by a process that was killed while it wrote campaign.json
             left.unlink()
+        shutil.rmtree(self.path / _KEPT, ignore_errors=True)
         if not (self.path / CAMPAIGN).exists():
             foreign = sorted(p.name for p in self.path.iterdir() if not p.name.startswith(PARTIAL))
             if foreign:
@@ -189,6 +197,56 @@ class TrialStore:
                 )
         return old
 
+    def _said(self, asked: dict[str, Any], run: dict[str, Any]) -> dict[str, Any]:
+        return {"format": "clearway results", "schema": SCHEMA, **asked, "trials": self.total, "run": run}
+
+    def _grow(self, asked: dict[str, Any], run: dict[str, Any], kept: Mapping[int, int]) -> dict[str, Any]:
+        """Begin a campaign in place of another, with its trials that are the same. Whenever it is stopped, none is lost for
+        good: a trial that does not bear the campaign's key is run again."""
+        campaign, old = self._said(asked, run), read_campaign(self.path)
+        with _writing(self.path):
+            fresh = self.path / _KEPT
+            shutil.rmtree(fresh, ignore_errors=True)
+            fresh.mkdir()
+            for index, (trial, row) in zip(kept, _earlier(self.path, old, kept.values()), strict=True):
+                if trial is not None:
+                    write_partial(fresh, self.key, index, trial, row)
+            self.partial.mkdir(exist_ok=True)
+            for file in self.partial.glob(f"*{_SUFFIX}"):
+                file.unlink()
+            for file in fresh.iterdir():
+                os.replace(file, self.partial / file.name)
+            fresh.rmdir()
+            sync(self.path)
+            _write_whole(self.path / CAMPAIGN, _pretty(campaign))
+        return campaign
+
+
+def _key(asked: Mapping[str, Any], total: int) -> str:
+    """What tells a campaign's partial files from another's."""
+    return hashlib.sha256(json.dumps([SCHEMA, asked, total], sort_keys=True).encode()).hexdigest()
+
+
+def _earlier(
+    path: Path, campaign: Mapping[str, Any], numbers: Iterable[int]
+) -> Iterator[tuple[Trial | None, dict[str, Any]]]:
+    """Trials of a campaign, finished or not, with their rows; None where one is not there."""
+    if not (path / PARTIAL).exists():
+        results = open_results(path)
+        for number in numbers:
+            yield results.trial(number), results.trials.slice(number, 1).to_pylist()[0]
+        return
+    key = _key(
+        {n: v for n, v in campaign.items() if n not in ("format", "schema", "trials", "run")}, campaign["trials"]
+    )
+    for number in numbers:
+        file = _partial_file(path / PARTIAL, number)
+        if _content(file, key) is None:
+            yield None, {}
+        else:
+            tables, row = _read_partial(file, key)
+            yield from_tables(tables), row
+
 
 def refuse_results(path: Path) -> None:
     """Nothing, unless `path` already holds results: they are never overwritten.
@@ -212,7 +270,7 @@ def write_partial(folder: Path, key: str, index: int, trial: Trial, row: Mapping
     """
     tables = to_tables(index, trial)
     duration = float(trial.t[-1]) if len(trial.t) else None
-    whole = {"trial": index, **row, "duration": duration}
+    whole = {**row, "trial": index, "duration": duration}
     blobs = {"row": json.dumps(whole).encode()} | {name: _to_bytes(table) for name, table in tables.items()}
     head = json.dumps({"key": key, "index": index, "sizes": {n: len(b) for n, b in blobs.items()}}).encode()
     body = b"".join([len(head).to_bytes(8, "little"), head, *blobs.values()])

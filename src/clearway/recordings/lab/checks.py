@@ -5,12 +5,13 @@ from __future__ import annotations
 import difflib
 import os
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 from clearway.errors import ClearwayError, unknown
 from clearway.recordings import formats
 from clearway.recordings.lab.captures import nobodys
+from clearway.recordings.lab.lab import Lab
 from clearway.recordings.lab.plan_file import WrongPlan, load_test_plan
 from clearway.recordings.lab.recording_checks import Finding, findings_in, references, trial_of
 from clearway.recordings.lab.test_plan import (
@@ -43,25 +44,29 @@ def problems_of(path: str | Path, *, inside: bool = True) -> list[ClearwayError]
     return [finding.error for finding in found]
 
 
-def findings(path: str | Path, *, inside: bool = True) -> list[Finding]:
+def findings(
+    path: str | Path, *, inside: bool = True, plan: TestPlan | None = None, fresh: Collection[int] | None = None
+) -> list[Finding]:
     """What is wrong with a test plan and, of what is seen without making trials, with its recordings.
 
     Args:
         path: The plan's file.
         inside: Whether to look into the recordings, too.
+        plan: What the plan says, if it was read before.
+        fresh: The trials, by index, into whose recordings to look; None: all.
     """
     file = Path(path)
     try:
-        plan = load_test_plan(file)
+        plan = plan or load_test_plan(file)
     except WrongPlan as error:
         return [Finding(e) for e in error.found]
     folder = file.parent
     found = [Finding(e) for e in (*_names(plan, folder), *_sources(plan), *_bodies(plan), *_spans(plan))]
     found += [*_without_files(plan), *_files(plan, folder)]
     if inside:
-        found += findings_in(plan, folder)
+        found += findings_in(plan, folder, fresh)
     if inside and all(f.trials for f in found):  # what ties is found wrong only where all that it needs is there
-        found += problems_of_ties(file, frozenset(i for f in found for i in f.trials))
+        found += problems_of_ties(Lab(file, plan), frozenset(i for f in found for i in f.trials))
     return [Finding(by_number(f.error, file), f.trials) for f in found]
 
 

@@ -46,14 +46,15 @@ class Lab:
 
     Args:
         path: The plan's file.
+        plan: What it says, if that was read before; None: it is read now.
 
     Raises:
         ClearwayError: the plan is wrong.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, plan: TestPlan | None = None) -> None:
         self.path, self.folder = Path(path), Path(path).parent
-        self.plan: TestPlan = load_test_plan(path)
+        self.plan: TestPlan = plan or load_test_plan(path)
         self._kept: OrderedDict[tuple[str, Path], Recording] = OrderedDict()
         self._bases: dict[str, Base | None] = {}
         self._ties: dict[str, Tie] = {}

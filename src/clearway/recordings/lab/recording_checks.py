@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -58,12 +58,13 @@ class Finding:
     trials: frozenset[int] = frozenset()
 
 
-def findings_in(plan: TestPlan, folder: Path) -> list[Finding]:
+def findings_in(plan: TestPlan, folder: Path, fresh: Collection[int] | None = None) -> list[Finding]:
     """What the recordings lack of what the plan names.
 
     Args:
         plan: The plan.
         folder: Its folder.
+        fresh: The trials, by index, into whose recordings to look; None: all.
     """
 
     @cache
@@ -79,6 +80,8 @@ def findings_in(plan: TestPlan, folder: Path) -> list[Finding]:
     kept = _Kept()
     for field, source, file, span in references(plan):
         spec, trial = plan.sources[source], trial_of(field)
+        if trial is not None and fresh is not None and trial not in fresh:
+            continue
         if not os.path.exists(folder / file) or (spec.format or "table") not in formats.formats():
             continue
         if spec.table is not None and not os.path.isfile(folder / spec.table):

@@ -19,15 +19,14 @@ TRIED = 3
 """Recordings by which a frame or a body is tied: where none of them does it, the plan is wrong."""
 
 
-def problems_of_ties(path: Path, unusable: Collection[int]) -> list[Finding]:
+def problems_of_ties(lab: Lab, unusable: Collection[int]) -> list[Finding]:
     """Ties that scoring would refuse: static poses not at rest, drives that aren't straight, coordinates that
     don't fit the markers. Each frame and body is tied by the smallest recording that has it, or by the next.
 
     Args:
-        path: A plan in which nothing else is wrong.
+        lab: A plan in which nothing else is wrong.
         unusable: Trials, by index, whose recordings can't be used.
     """
-    lab = Lab(path)
     recorded = [i for i, t in enumerate(lab.plan.trials) if lab.files(t) and i not in unusable]
     return list(_problems(lab, sorted(recorded, key=lambda i: _size(lab, i))))
 
