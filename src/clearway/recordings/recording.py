@@ -131,6 +131,8 @@ class Recording:
         paths: Plans that were published, by topic.
         epoch: UNIX time of t = 0, s; None if the file doesn't say.
         notes: What the reader had to do or noticed, in sentences (axes turned, mm scaled, duplicates dropped).
+        up: The axis of the file that was taken as up, and is z here: `x`, `y`, `z`, `-x`, `-y` or `-z`.
+        up_said: Whether the file says so, or the user; else it is the format's convention.
     """
 
     file: Path
@@ -142,6 +144,8 @@ class Recording:
     paths: Mapping[str, Paths] = field(default_factory=dict)
     epoch: float | None = None
     notes: tuple[str, ...] = ()
+    up: str = "z"
+    up_said: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,10 +156,14 @@ class Want:
         names: Markers, bodies, topics or `parent->child` pairs; None: all that a reader understands. A name that the
             file doesn't have is an error with the closest one (`clearway.errors.unknown`).
         span: From when to when, s on the file's own clock; None: all of it.
+        up: The axis of the file that points up; None: what the file says, or its format's convention.
+        time: Unit of its stamps where the format has none, `s`, `ms`, `us` or `ns`; None: the format's convention.
     """
 
     names: frozenset[str] | None = None
     span: tuple[float, float] | None = None
+    up: str | None = None
+    time: str | None = None
 
     def has(self, name: str) -> bool:
         """Whether `name` is wanted."""

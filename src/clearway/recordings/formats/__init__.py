@@ -8,11 +8,16 @@ from __future__ import annotations
 
 import importlib
 import os
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
 
 from clearway.errors import ClearwayError, unknown
 from clearway.reading import opened, take
+from clearway.recordings.formats import axes, beside, table
 from clearway.recordings.formats.format import HEAD, Format
 from clearway.recordings.recording import Contents, Recording, Want
 from clearway.registry import Registry
@@ -75,7 +80,36 @@ def read(path: str | Path, want: Want | None = None, *, format: str | None = Non
     Raises:
         ClearwayError: the file can't be read as `format` (None: the format that it looks like), or lacks what is wanted.
     """
-    return _format(path, format).read(_named(path), want or Want())
+    chosen = _format(path, format)
+    asked = _as_said(_named(path), chosen, want or Want())
+    if asked.time is not None and chosen.name not in UNTIMED:
+        raise ClearwayError(f"a file of format {chosen.name!r} says its times itself", file=path, field="time")
+    recording = chosen.read(_named(path), asked)
+    return recording if asked.up is None else replace(axes.turned(recording, asked.up), up_said=True)
+
+
+class _Beside(BaseModel):
+    """What a file doesn't say itself, in a TOML beside it."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    up: axes.Axis | None = Field(default=None, description="the axis that points up")
+    time: Literal["s", "ms", "us", "ns"] | None = Field(default=None, description="unit of its stamps (tum)")
+
+
+UNTIMED = ("tum",)
+"""Formats that don't say the unit of their stamps."""
+OWN = ("c3d", "kitti", "pedestrians", "table")
+"""Formats whose readers take what stands beside a file themselves."""
+
+
+def _as_said(file: Path, format: Format, want: Want) -> Want:
+    """What is wanted, with what a TOML beside the file says of it."""
+    description = beside.beside(file)
+    if format.name in OWN or not description.is_file() or table.describes_a_table(description):
+        return want
+    said = beside.hints(file, _Beside)
+    return replace(want, up=want.up or said.up, time=want.time or said.time)
 
 
 def look(path: str | Path, *, format: str | None = None) -> Contents:

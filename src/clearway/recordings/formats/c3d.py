@@ -71,6 +71,8 @@ class _Layout:
     turn: FloatArray
     start: int
     notes: tuple[str, ...]
+    up: str
+    up_said: bool
 
     @property
     def width(self) -> int:
@@ -102,7 +104,7 @@ def read(path: Path, want: Want) -> Recording:
         ClearwayError: it is damaged or truncated, names no unit, or lacks a wanted point.
     """
     with _opened(path) as (source, size):
-        layout = _layout(source, size, path)
+        layout = _layout(source, size, path, up=want.up)
         for name in sorted(want.names or ()):
             if name not in layout.names:
                 raise unknown("marker", name, layout.names, file=path)
@@ -128,7 +130,7 @@ def read(path: Path, want: Want) -> Recording:
     if zeros:
         notes += (f"{zeros} samples at exactly 0, 0, 0 that no camera saw were taken as unseen",)
     points = Points(layout.names, layout.time(start, stop), xyz)
-    return Recording(path, "c3d", points, notes=notes)
+    return Recording(path, "c3d", points, notes=notes, up=layout.up, up_said=layout.up_said)
 
 
 def look(path: Path) -> Contents:
@@ -159,8 +161,8 @@ def _opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
         raise ClearwayError(f"cannot be read: {error.strerror}", file=path) from error
 
 
-def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True) -> _Layout:
-    """What the file says of itself; `units`: it has to say those too, else a note is made of it."""
+def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True, up: str | None = None) -> _Layout:
+    """What the file says of itself; `units`: it has to say those too, else a note is made of it; `up`: the axis that is."""
     head = read_head(source, size, path)
     hints = beside.hints(path, Hints)
     notes: list[str] = []
@@ -191,9 +193,12 @@ def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True) -> _
         if units:
             raise
         notes.append(f"not to be read yet: {error.field} {error.problem}")
-    turn, note = _turn(head, hints.up)
+    axis, axis_said, note = _up(head, up or hints.up)
+    turn = np.array(UP[axis], dtype=np.float64)
     start = (head.data_block - 1) * BLOCK
-    layout = _Layout(head, names, index, 1, 0, rate, metres, scale, turn, start, ())
+    layout = _Layout(
+        head, names, index, 1, 0, rate, metres, scale, turn, start, (), axis.lower().lstrip("+"), axis_said
+    )
     if head.data_block < 2 or start > size:
         raise ClearwayError(
             f"its data are said to begin in block {head.data_block}, but it has {size} bytes: it is truncated or damaged",
@@ -271,8 +276,8 @@ def _metres(head: Head, given: str | None, path: Path) -> float:
     return unit(text, file=path, field="POINT:UNITS")
 
 
-def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:
-    """The rotation (3, 3) to the z-up frame, and what was done.
+def _up(head: Head, given: str | None) -> tuple[str, bool, str]:
+    """The axis that is up, a key of `UP`, whether the file or somebody says so, and what was done.
 
     The parameter says which axis points up on a screen. Its sign is not to be trusted: Qualisys writes -Z for captures
     whose z grows upwards.
@@ -282,7 +287,8 @@ def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:
     axis = said if given and said.startswith("-") else "+" + said.lstrip("+-")
     if axis not in UP:
         return (
-            np.eye(3),
+            "+Z",
+            False,
             "it doesn't say which axis is up (POINT:Y_SCREEN), z was taken; if it is y, write up = 'y' into FILE.c3d.toml beside it",
         )
     notes = []
@@ -290,7 +296,7 @@ def _turn(head: Head, given: str | None) -> tuple[FloatArray, str]:
         notes.append(f"POINT:Y_SCREEN says {said}; {axis} was taken as up, as Qualisys means by it")
     if axis != "+Z":
         notes.append(f"its {axis} axis is up: turned to z-up")
-    return np.array(UP[axis], dtype=np.float64), "; ".join(notes)
+    return axis, True, "; ".join(notes)
 
 
 def _chunks(

@@ -16,20 +16,14 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats.axes import TURNS
 
 BLOCK = 512
 KEY = 0x50
 PROCESSORS = {84: "intel", 85: "dec", 86: "mips"}
 
 
-UP = {
-    "+X": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
-    "-X": ((0, 0, 1), (0, 1, 0), (-1, 0, 0)),
-    "+Y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
-    "-Y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
-    "+Z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    "-Z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
-}
+UP = {f"{axis:+>2}".upper(): turn for axis, turn in TURNS.items()}
 """Proper rotations that take the axis that is up in the file to z."""
 
 

@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
+from clearway.recordings.formats.beside import beside
 from clearway.recordings.formats.capture_fields import is_unlabelled
 from clearway.recordings.formats.text import Block, Lines, gather, rows
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, describe
@@ -56,6 +57,7 @@ class Layout:
             made exact.
         scale: Metres in the file's unit of length.
         up: The axis that points up, `y` or `z`.
+        axes: What the reader says of that, a sentence; not said where the user says which it is.
         zero: Whether a thing at exactly 0, 0, 0 was not seen.
         epoch: UNIX time of t = 0, s; None if the file doesn't say.
         promised: Number of frames that the header announces, if it does.
@@ -74,6 +76,11 @@ class Layout:
     epoch: float | None = None
     promised: float | None = None
     notes: tuple[str, ...] = field(default=())
+    axes: str = ""
+
+    def said(self, want: Want | None = None) -> tuple[str, ...]:
+        """Its notes, with that about the axes unless `want` says which is up."""
+        return (self.axes, *self.notes) if self.axes and (want is None or want.up is None) else self.notes
 
 
 def read_layouts(lines: Lines, layouts: Sequence[Layout], format: str, want: Want) -> Recording:
@@ -87,7 +94,7 @@ def read_layouts(lines: Lines, layouts: Sequence[Layout], format: str, want: Wan
     tracks: dict[str, Track] = {}
     notes: list[str] = []
     for layout, markers, bodies in chosen:
-        notes += layout.notes
+        notes += layout.said(want)
         if not markers and not bodies:
             continue
         t, values, found = _taken(lines, layout, [*(c for _, c in markers), *(b.columns for b in bodies)], want)
@@ -104,9 +111,10 @@ def read_layouts(lines: Lines, layouts: Sequence[Layout], format: str, want: Wan
             at += len(body.columns)
         notes += _left_out(layout, markers, want)
     epoch = next((layout.epoch for layout in layouts if layout.epoch is not None), None)
-    if points is not None:
+    if points is not None and want.up is None:
         _check_up(lines.file, format, points, next(layout for layout, markers, _ in chosen if markers))
-    return Recording(lines.file, format, points, tracks, epoch=epoch, notes=tuple(dict.fromkeys(notes)))
+    up = next((layout.up for layout in layouts), "z")
+    return Recording(lines.file, format, points, tracks, epoch=epoch, notes=tuple(dict.fromkeys(notes)), up=up)
 
 
 def look_layouts(lines: Lines, layouts: Sequence[Layout], format: str) -> Contents:
@@ -119,7 +127,7 @@ def look_layouts(lines: Lines, layouts: Sequence[Layout], format: str) -> Conten
     notes: list[str] = []
     ends: list[float] = []
     for layout in layouts:
-        notes += layout.notes
+        notes += layout.said()
         things: list[tuple[str, str, Sequence[int]]] = [(name, "marker", c) for name, c in layout.points]
         things += [(b.name, "body", b.columns[:3]) for b in layout.bodies]
         t, seen, found = _seen(lines, layout, [c for _, _, c in things])
@@ -332,7 +340,10 @@ def _check_up(file: Path, format: str, points: Points, layout: Layout) -> None:
     x, y, z = (float(s) for s in spread)
     if z > _RISE and z > 5 * y:
         other = {"trc": "trc-y-up", "motive": "motive-z-up"}.get(format)
-        way = f"; if so, say format = {other!r}" if other else "; export it with z up"
+        which = "y" if layout.up == "z" else "z"
+        way = f"; if so, say up = {which!r} in the test plan's source, or in {beside(file).name} beside it" + (
+            f", or format = {other!r}" if other else ""
+        )
         raise ClearwayError(
             f"with {layout.up} up, its markers rise by {z:.2f} m and move by {x:.2f} m and {y:.2f} m over the floor: "
             f"another axis seems to be up{way}",

@@ -17,7 +17,7 @@ import pyarrow as pa
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.formats import beside, tum
+from clearway.recordings.formats import beside, table, tum
 from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, header_of, pieces, split, written
 from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import encoding_of
@@ -44,7 +44,7 @@ _QUATERNION = re.compile(r"q_?(?:[a-z]+_)*([wxyz])\s*(?:\[\s*\])?")
 
 def sniff(path: Path, head: bytes) -> bool:
     """Whether a comment of such columns stands before its first line, which begins with nanoseconds, and nobody describes it as a table."""
-    if path.name and beside.beside(path).is_file():
+    if path.name and table.describes_a_table(beside.beside(path)):
         return False
     lines = first_lines(head)
     first = next((line for line in lines if line.strip() and not line.lstrip().startswith("#")), "")

@@ -89,7 +89,7 @@ def read(path: Path, want: Want) -> Recording:
         position = position @ _CAMERA.as_matrix().T
         said = (*said, 'a camera\'s axes, as KITTI defines them: z ahead became x, -y became up; else say up = "z"')
     track = Track("pose", "", "", np.ascontiguousarray(t), np.ascontiguousarray(position), q)
-    return Recording(path, "kitti", tracks={NAME: track}, epoch=epoch, notes=(*said, *notes))
+    return Recording(path, "kitti", tracks={NAME: track}, epoch=epoch, notes=(*said, *notes), up=hints.up)
 
 
 def look(path: Path) -> Contents:

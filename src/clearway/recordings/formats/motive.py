@@ -146,7 +146,8 @@ def _layout(lines: Lines, up: str) -> Layout:
         up=up,
         epoch=started,
         promised=number(said.get("Total Exported Frames", "")),
-        notes=(turned, *notes),
+        notes=notes,
+        axes=turned,
     )
 
 

@@ -246,7 +246,8 @@ def _layout(lines: Lines, bodies: bool) -> Layout:
         zero=True,
         epoch=started,
         promised=number((said.get("NO_OF_FRAMES") or [""])[0]),
-        notes=("axes taken as the file has them, z up, as QTM captures by default", *notes),
+        notes=notes,
+        axes="axes taken as the file has them, z up, as QTM captures by default",
     )
 
 

@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.compute
+from scipy.spatial.transform import Rotation
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.reading import read_toml
 from clearway.recordings.formats import beside, pedestrians, tum
+from clearway.recordings.formats.axes import turn_of
 from clearway.recordings.formats.delimited import (
     Codes,
     Dialect,
@@ -33,8 +35,6 @@ from clearway.recordings.formats.table_proposal import NOTHING, proposal, quater
 from clearway.recordings.formats.table_spec import (
     METRES,
     SECONDS,
-    TURN_QUATERNIONS,
-    TURNS,
     BodySpec,
     TableSpec,
     TimeSpec,
@@ -53,7 +53,7 @@ def sniff(path: Path, head: bytes) -> bool:
     lines = first_lines(head)
     if not lines:
         return False
-    if (description := _description(path)) is not None and _describes_a_table(description):
+    if (description := _description(path)) is not None and describes_a_table(description):
         return True
     dialect = dialect_of(lines, encoding_of(head))
     if dialect is None or pedestrians.sniff(path, head):
@@ -67,13 +67,13 @@ def _description(path: Path) -> Path | None:
     own, other = beside.beside(path), path.with_suffix(".toml")
     if own.is_file():
         return own
-    return other if other != path and other.is_file() and _describes_a_table(other) else None
+    return other if other != path and other.is_file() and describes_a_table(other) else None
 
 
-def _describes_a_table(description: Path) -> bool:
+def describes_a_table(description: Path) -> bool:
     """Whether a TOML has what every description of a table must have; others may stand beside a file too."""
     try:
-        return "time" in read_toml(description)
+        return isinstance(read_toml(description).get("time"), dict)
     except ClearwayError:
         return False
 
@@ -107,6 +107,8 @@ def read_with(path: Path, description_path: Path, want: Want) -> Recording:
         ClearwayError: the description is wrong, names columns that aren't there, or a value is no number.
     """
     spec = beside.load(description_path, TableSpec)
+    if want.up is not None:
+        spec = spec.model_copy(update={"up": want.up})
     dialect = _dialect(head_of(path), spec)
     header = header_of(path, dialect)
     bodies = {n.rstrip("_.:- ") or n: spec.bodies["each"].prefixed(n) for n in spec.prefixes} or dict(spec.bodies)
@@ -145,7 +147,16 @@ def read_with(path: Path, description_path: Path, want: Want) -> Recording:
     else:
         tracks = {name: _track(data, spec, body, name, path, notes) for name, body in bodies.items()}
     points = _points(data, spec, markers, path, notes) if markers else None
-    return Recording(path, "table", points, tracks, epoch=epoch, notes=tuple(dict.fromkeys(notes)))
+    return Recording(
+        path,
+        "table",
+        points,
+        tracks,
+        epoch=epoch,
+        notes=tuple(dict.fromkeys(notes)),
+        up=spec.up,
+        up_said=want.up is not None or "up" in spec.model_fields_set,
+    )
 
 
 def _with_headings(
@@ -262,7 +273,7 @@ def _track(
     notes += more
     scale = METRES[spec.units]
     at = [data[c][keep] if c else np.zeros(len(keep)) for c in (body.x, body.y, body.z)]
-    position = np.stack(at, axis=1) * scale @ np.array(TURNS[spec.up], dtype=np.float64).T
+    position = np.stack(at, axis=1) * scale @ turn_of(spec.up).T
     position[~np.isfinite(position).all(axis=1)] = np.nan
     turn = (np.pi / 180 if body.angle == "deg" else 1.0) * (-1 if spec.up.startswith("-") else 1)
     orientation: FloatArray | None = None
@@ -276,7 +287,7 @@ def _track(
         orientation, about = tum.orientations(q, position)
         notes += about
         if orientation is not None and spec.up != "z":
-            turned = np.array(TURN_QUATERNIONS[spec.up])
+            turned = Rotation.from_matrix(turn_of(spec.up)).as_quat()
             orientation = _product(_product(turned, orientation), turned * (-1, -1, -1, 1))
 
     def two(a: str | None, b: str | None) -> FloatArray | None:
@@ -303,7 +314,7 @@ def _points(
 ) -> Points:
     keep, more = tum.ordered(data[""], path, "time of markers")
     notes += more
-    turn = np.array(TURNS[spec.up], dtype=np.float64) * METRES[spec.units]
+    turn = turn_of(spec.up) * METRES[spec.units]
     xyz = np.empty((len(keep), len(markers), 3))
     for i, columns in enumerate(markers.values()):
         xyz[:, i] = np.stack([data[c][keep] for c in columns], axis=1) @ turn.T

@@ -6,28 +6,11 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from clearway.recordings.formats.axes import Axis
 from clearway.recordings.formats.delimited import MISSING, Header
 
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
-
-TURNS = {
-    "x": ((0, 1, 0), (0, 0, 1), (1, 0, 0)),
-    "y": ((1, 0, 0), (0, 0, -1), (0, 1, 0)),
-    "z": ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
-    "-y": ((1, 0, 0), (0, 0, 1), (0, -1, 0)),
-    "-z": ((1, 0, 0), (0, -1, 0), (0, 0, -1)),
-}
-"""Proper rotations that take the axis that is up to z."""
-
-TURN_QUATERNIONS = {
-    "x": (-0.5, -0.5, -0.5, 0.5),
-    "y": (0.5**0.5, 0.0, 0.0, 0.5**0.5),
-    "z": (0.0, 0.0, 0.0, 1.0),
-    "-y": (-(0.5**0.5), 0.0, 0.0, 0.5**0.5),
-    "-z": (1.0, 0.0, 0.0, 0.0),
-}
-"""The same, xyzw."""
 
 Column = str
 """A column's name in the header; "1", "2", ... where there is none."""
@@ -113,7 +96,7 @@ class TableSpec(_Part):
     comment: str = Field(default="#", description="lines that begin so are left out; empty: none")
     missing: tuple[str, ...] = Field(default=MISSING, description="words for no value")
     units: Literal["m", "dm", "cm", "mm", "in", "ft"] = "m"
-    up: Literal["x", "y", "z", "-y", "-z"] = Field(
+    up: Axis = Field(
         default="z",
         description="axis that points up; -z: z points down, as in PX4's logs, or y runs down the picture that x and y "
         "were taken from; -y: a camera's axes",

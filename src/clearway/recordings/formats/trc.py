@@ -159,7 +159,8 @@ def _layout(lines: Lines, up: str) -> Layout:
         scale=scale,
         up=up,
         promised=frames,
-        notes=(turned, *notes),
+        notes=notes,
+        axes=turned,
     )
 
 

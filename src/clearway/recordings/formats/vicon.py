@@ -134,7 +134,7 @@ def _layouts(lines: Lines) -> list[Layout]:
     ]
     passed = (f"passed over: {', '.join(dict.fromkeys(other))}",) if other else ()
     axes = "axes taken as the file has them, z up, as Nexus captures by default"
-    return [replace(found[0], notes=(*found[0].notes, axes, *notes, *passed)), *found[1:]]
+    return [replace(found[0], notes=(*found[0].notes, *notes, *passed), axes=axes), *found[1:]]
 
 
 def _blocks(lines: Lines) -> Iterator[tuple[str, Layout | None]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -16,7 +17,8 @@ from clearway.geometry.shapes import FloatArray
 from clearway.recordings import formats
 from clearway.recordings.alignment import frames
 from clearway.recordings.alignment.frames import Tie
-from clearway.recordings.formats import table
+from clearway.recordings.formats import axes, table
+from clearway.recordings.formats.beside import beside
 from clearway.recordings.lab.plan_file import load_test_plan
 from clearway.recordings.lab.test_plan import (
     BodySpec,
@@ -30,7 +32,8 @@ from clearway.recordings.motion import base, markers
 from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.markers import MarkerSet
 from clearway.recordings.motion.motion import Motion
-from clearway.recordings.recording import Points, Recording, Want
+from clearway.recordings.motion.upright import other_axis
+from clearway.recordings.recording import Points, Recording, Track, Want
 from clearway.robots import Robot, load_robot
 
 ROBOT = "robot"
@@ -90,11 +93,13 @@ class Lab:
         spec, path = self.plan.sources[source], self.folder / file
         key = (source, path)
         if key not in self._kept:
-            want = self._want(source, file)
+            want = replace(self._want(source, file), up=spec.up if isinstance(spec.up, str) else None, time=spec.time)
             if spec.table is not None:
                 found = table.read_with(path, self.folder / spec.table, want)
             else:
                 found = formats.read(path, want, format=spec.format)
+            if isinstance(spec.up, dict):
+                found = axes.tracks_turned(found, spec.up)
             while len(self._kept) >= max(KEPT, len(self.plan.sources)):
                 self._kept.popitem(last=False)
             self._kept[key] = found
@@ -142,6 +147,7 @@ class Lab:
             if body.track not in recording.tracks:
                 raise unknown("track", body.track, recording.tracks, file=recording.file)
             track = recording.tracks[body.track]
+            must_stand(track, body.track, recording, self.plan.sources[self.source_of(name)].up)
             return markers.motion_of_track(track, self.plan.motion, link, heading=body.heading, **where)
         if body.markers is None and body.coordinates is None:
             raise ClearwayError("says neither its markers nor its track", file=self.path, field=where["field"])
@@ -309,6 +315,30 @@ class Lab:
         if which is None:
             return np.full(3, np.nan)
         return np.array(self.plan.poses[which] if isinstance(which, str) else which, dtype=np.float64)
+
+
+def must_stand(track: Track, name: str, recording: Recording, up: str | Mapping[str, str] | None) -> None:
+    """Nothing, unless another axis than that which was taken for it is up in a track, and nobody said which is.
+
+    Args:
+        track: The track.
+        name: Its name.
+        recording: What it is of.
+        up: What the plan says of its source.
+
+    Raises:
+        ClearwayError: another axis is.
+    """
+    said = up is not None and (isinstance(up, str) or name in up)
+    if said or recording.up_said or (other := other_axis(track)) is None:
+        return
+    axis, how = axes.of_file(other[0], recording.up).lstrip("-"), other[1]
+    raise ClearwayError(
+        f"another axis than {recording.up} seems to be up in {name!r}: {how}; say which in the source, up = {axis!r} (or "
+        f"'-{axis}', or {recording.up!r} if it is that), or in {beside(recording.file).name} beside it",
+        file=recording.file,
+        field="up",
+    )
 
 
 def cut(motion: Motion, span: tuple[float, float] | None, *, file: object) -> Motion:

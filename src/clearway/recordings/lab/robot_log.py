@@ -15,7 +15,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.recordings.alignment import clocks, frames
 from clearway.recordings.alignment.clocks import Offset
 from clearway.recordings.alignment.frames import Tie
-from clearway.recordings.lab.lab import Lab
+from clearway.recordings.lab.lab import Lab, must_stand
 from clearway.recordings.motion import markers
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals, Recording
@@ -69,7 +69,7 @@ def _tied(lab: Lab, name: str, recording: Recording, first: Recording, motions: 
             file=lab.path,
             field=f"sources.{name}",
         )
-    own = _track(lab, recording, track)
+    own = _track(lab, name, recording, track)
     # one trial alone would fit all its repetitions in a log of the whole day, and the other way round
     return clocks.offset(min(motions, key=lambda m: abs(_lasts(m) - _lasts(own))), own)
 
@@ -78,9 +78,10 @@ def _lasts(motion: Motion) -> float:
     return float(motion.t[-1] - motion.t[0]) if len(motion.t) else 0.0
 
 
-def _track(lab: Lab, recording: Recording, track: str) -> Motion:
+def _track(lab: Lab, source: str, recording: Recording, track: str) -> Motion:
     if track not in recording.tracks:
         raise unknown("track", track, recording.tracks, file=recording.file)
+    must_stand(recording.tracks[track], track, recording, lab.plan.sources[source].up)
     cleaning = lab.plan.motion.model_copy(update={"cutoff": "none"})  # it is what the robot believed, not what it did
     return markers.motion_of_track(recording.tracks[track], cleaning, None, file=recording.file, field=track)
 
@@ -101,7 +102,7 @@ def own_view(
                     file=lab.path,
                     field=f"sources.{name}.frame",
                 )
-            own = frames.apply(tie, _track(lab, recording, spec.estimate))
+            own = frames.apply(tie, _track(lab, name, recording, spec.estimate))
             own = clocks.resample(own, _within(t - by, own.t))
             estimate = own.wrapped
         if spec.plans is not None and tie is not None:

@@ -18,6 +18,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
 from clearway.quantities import AngleSpread, AngleTolerance, Finite, NonNegative, PoseSpec, Positive, Whole
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
+from clearway.recordings.formats.axes import Axis
 from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import RobotBodySpec, ShapeSpec
@@ -123,6 +124,14 @@ class SourceSpec(_Part):
         min_length=1,
         description="the trials' files: `captures/{configuration}_{repetition}.csv` by what they are, or a folder or `captures/*.csv` "
         "in the plan's order; a trial whose file is not there was not driven yet",
+    )
+    up: Axis | dict[str, Axis] | None = Field(
+        default=None,
+        description="axis of the file that points up, or of single tracks by their names; default: what the file says, or its "
+        "format's convention",
+    )
+    time: Literal["s", "ms", "us", "ns"] | None = Field(
+        default=None, description="unit of its stamps, where the format has none (tum)"
     )
     frame: FrameSpec = FrameSpec()
     clock: Literal["speed", "epoch", "same"] | Finite = Field(

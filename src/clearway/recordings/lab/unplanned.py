@@ -18,6 +18,7 @@ from clearway.placing import placed
 from clearway.recordings import formats
 from clearway.recordings.motion.markers import MarkerSet, motion_of_markers, motion_of_track, resolve
 from clearway.recordings.motion.motion import Motion, MotionSpec
+from clearway.recordings.motion.upright import other_axis
 from clearway.recordings.recording import Contents, Recording, Want
 
 LEAST = 3
@@ -27,6 +28,9 @@ OWN = (
     "x, y and theta are of the markers' own frame, its origin in their middle, and v is its speed whichever way: where "
     "base_link is and where it faces, a test plan says"
 )
+
+
+_UP = "another axis than z seems to be up, {0}: {1}; if so, say which in a TOML beside the file (up = 'y')"
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +125,10 @@ def _motion(recording: Recording, name: str, members: tuple[str, ...], cleaning:
     if not members:
         if name not in recording.tracks:
             raise unknown("body", name, recording.tracks, file=path)
-        return motion_of_track(recording.tracks[name], cleaning, None, file=path)
+        track = recording.tracks[name]
+        motion = motion_of_track(track, cleaning, None, file=path)
+        other = None if recording.up_said else other_axis(track)
+        return motion if other is None else replace(motion, notes=(*motion.notes, _UP.format(*other)))
     assert recording.points is not None
     motion = motion_of_markers(recording.points, MarkerSet(members), cleaning, None, file=path)
     return replace(
