@@ -294,7 +294,7 @@ def line(name: str, found: dict[str, Any]) -> None:
 
 def main() -> int:
     from clearway.errors import ClearwayError
-    from clearway.recordings.lab.test_plan import load_test_plan
+    from clearway.recordings.lab.plan_file import load_test_plan
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, nargs="?", help="where the recordings are; see --list")
