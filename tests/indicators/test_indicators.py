@@ -271,9 +271,15 @@ def test_barn_score():
 @pytest.mark.parametrize(
     ("lacking", "lost"),
     [
-        ({"velocity": None}, {"TCS", "TCS_5", "TCS_20", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}),
+        (
+            {"velocity": None},
+            {"TCS", "TCS_5", "TCS_20", "TCS_U", "T_acceleration", "T_cruise", "T_approach", "T_rotation"},
+        ),
         ({"estimate": None}, {"DE_self", "OE_self", "success_self"}),
-        ({"speed_limit": None}, {"TCS", "TCS_5", "TCS_20", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}),
+        (
+            {"speed_limit": None},
+            {"TCS", "TCS_5", "TCS_20", "TCS_U", "T_acceleration", "T_cruise", "T_approach", "T_rotation"},
+        ),
         ({"footprint": None}, {"MDO", "MDO_U", "MDO_walls", "space", "space_rel"}),
         ({"reference_length": None}, {"PL_norm"}),
     ],

@@ -17,7 +17,7 @@ from clearway.indicators import INDICATORS, score_row
 from clearway.trials import Body, Event, Outcome
 
 NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut"}
-SPEEDS = {"TCS", "TCS_5", "TCS_20", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
+SPEEDS = {"TCS", "TCS_5", "TCS_20", "TCS_U", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
 
 
 def recorded(trial, *, sigma=(0.002, 0.004), moving_sigma=(0.001, 0.01), **changes):
@@ -26,7 +26,8 @@ def recorded(trial, *, sigma=(0.002, 0.004), moving_sigma=(0.001, 0.01), **chang
     known = np.empty((n, 1 + m, 2))
     known[:, 0], known[:, 1:] = sigma, moving_sigma
     attempt = replace(trial.attempt, source="recorded", scenario=None, seed=None, navigator="recorded", **changes)
-    return replace(trial, attempt=attempt, sigma=known)
+    told = trial.provenance or {"legs": [f"{leg.name}: span given in the plan" for leg in attempt.legs]}
+    return replace(trial, attempt=attempt, sigma=known, provenance=told)
 
 
 def lost(row):
@@ -86,7 +87,7 @@ def test_a_gap_inside_a_leg_leaves_what_hangs_on_its_ends():
     row = score_row(gap)
     assert lost(row)["PL"] == "the pose has gaps (0.8 s)"
     assert set(lost(row)) == {
-        "PL", "PL_norm", "PL_forth", "MDO", "MDO_centre", "MDO_walls", "MDO_U", "space", "space_rel", "T_approach", "T_rotation",
+        "PL", "PL_norm", "PL_forth", "PL_U", "MDO", "MDO_centre", "MDO_walls", "MDO_U", "space", "space_rel", "T_approach", "T_rotation",
     }  # fmt: skip
     assert (row["CT"], row["success"]) == (pytest.approx(22.4), True)
     turning = score_row(holed(trial, 12.0, 12.5))
@@ -205,9 +206,42 @@ def test_uncertainty_of_the_goal_errors():
     simulated = score_row(shuttle(bodies=[box(2.5, 1.0)]))
     assert (simulated["DE_U"], simulated["OE_U"], simulated["MDO_U"]) == (0.0, 0.0, 0.0)
     silent = lost(score_row(replace(trial, sigma=None)))
-    assert silent == dict.fromkeys(("DE_U", "MDO_U"), "the uncertainty of the pose is unknown") | {
+    assert silent == dict.fromkeys(("DE_U", "MDO_U", "PL_U"), "the uncertainty of the pose is unknown") | {
         "OE_U": "the uncertainty of the heading is unknown"
     }
+
+
+def test_uncertainty_of_time_and_path_with_spans_that_were_given():
+    row = score_row(recorded(shuttle()))
+    assert row["CT_U"] == pytest.approx(2 * math.sqrt(4 * 0.1**2 / 12))
+    assert row["PL_U"] == pytest.approx(2 * math.sqrt(4 * 0.002**2), rel=0.05), "straight: no chords, no noise"
+    assert row["TCS_U"] == pytest.approx(row["TCS"] * row["CT_U"] / row["CT"], rel=0.05)
+    simulated = score_row(shuttle())
+    assert (simulated["CT_U"], simulated["PL_U"], simulated["TCS_U"]) == (0.0, 0.0, 0.0)
+
+
+def test_uncertainty_of_ends_that_the_robot_told_is_that_of_its_clock():
+    forth, turn, back = ("forth: goal sent at 0.00 s", "turn: span given in the plan", "back: goal sent at 15.10 s")
+    clock = {"log": {"seconds": 3.0, "sigma": 0.03}}
+    whole = [
+        f"{forth}; called reached at 11.10 s by the robot",
+        turn,
+        f"{back}; called reached at 26.20 s by the robot",
+    ]
+    assert score_row(replace(recorded(shuttle()), provenance={"legs": whole, "clock": clock}))["CT_U"] == 0.0
+    half = replace(recorded(shuttle()), provenance={"legs": [whole[0], turn, back], "clock": clock})
+    # it stands 0.5 s before its end, and drives 0.02 m/s 0.04 s before that
+    seen = ((0.5 + 0.04) / math.sqrt(3)) ** 2 + 0.1**2 / 12
+    assert score_row(half)["CT_U"] == pytest.approx(2 * math.sqrt(seen + 0.03**2), rel=0.02)
+
+
+def test_an_end_that_did_not_show_has_no_uncertainty():
+    by_motion = replace(recorded(shuttle()), provenance={})
+    assert lost(score_row(by_motion))["CT_U"] == "the end of leg forth did not show", "the turn begins at once"
+    hidden = Event(
+        0.0, "unseen departure", "leg forth: the robot was not seen for 0.5 s about its start; give its span"
+    )
+    assert lost(score_row(replace(by_motion, events=(hidden,))))["PL_U"] == "the start of leg forth did not show"
 
 
 def test_uncertainty_of_the_clearance():

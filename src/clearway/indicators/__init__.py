@@ -17,6 +17,7 @@ from clearway.indicators import (
     clearance,
     completion_time,
     cruise,
+    driven_uncertainty,
     goal_error,
     optimal,
     path_length,
@@ -43,6 +44,7 @@ class _Indicators(Mapping[str, Indicator]):
     def _known(self) -> dict[str, Indicator]:
         families = (
             success, completion_time, path_length, goal_error, clearance, cruise, space, barn, optimal, uncertainty,
+            driven_uncertainty,
         )  # fmt: skip
         own = {indicator.name: indicator for family in families for indicator in family.ALL}
         others = Registry("indicator", "clearway.indicators", {}).all_of(Indicator)

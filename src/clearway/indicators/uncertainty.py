@@ -53,10 +53,12 @@ def end_uncertainty(trial: Trial, drive: DrivenLeg, what: str) -> float:
     """
     if trial.attempt.source == "simulated":
         return 0.0
-    return COVERAGE * _sigma(drive, len(drive.t) - 1, 0, 0 if what == "DE" else 1)
+    return COVERAGE * pose_uncertainty(drive, len(drive.t) - 1, 0, 0 if what == "DE" else 1)
 
 
-def _sigma(drive: DrivenLeg, sample: int, column: int, which: int, whose: str = "", *, among: bool = False) -> float:
+def pose_uncertainty(
+    drive: DrivenLeg, sample: int, column: int, which: int, whose: str = "", *, among: bool = False
+) -> float:
     """Standard uncertainty of position (`which` 0, m) or heading (1, rad); column 0 is the robot, 1 the first moving_obstacle.
     `among`: of what was measured in one frame, without the tie of that frame to the map, in which all are off alike."""
     of = ("pose", "heading")[which] + (f" of {whose}" if whose else "")
@@ -113,8 +115,8 @@ def _of_gap(scene: Scene, sample: int) -> float:
         lever = 0.0 if isinstance(shape, Circle) else circumscribed_radius(shape)
         return max(
             math.hypot(
-                _sigma(scene.drive, at, column, 0, whose, among=body.measured),
-                lever * _sigma(scene.drive, at, column, 1, whose, among=body.measured) if lever else 0.0,
+                pose_uncertainty(scene.drive, at, column, 0, whose, among=body.measured),
+                lever * pose_uncertainty(scene.drive, at, column, 1, whose, among=body.measured) if lever else 0.0,
             )
             for at in there
         )
@@ -127,10 +129,10 @@ def _of_gap(scene: Scene, sample: int) -> float:
     return math.hypot(own, worse(1 + scene.columns[k], body.shape, body.name, there))
 
 
-_GUM = "JCGM 100 (GUM): expanded uncertainty, k = 2, about 95 %"
+GUM = "JCGM 100 (GUM): expanded uncertainty, k = 2, about 95 %"
 
 ALL = (
-    Indicator("DE_U", "uncertainty of DE", "m", _GUM, "neither", _of_ends("DE", distance_error)),
-    Indicator("OE_U", "uncertainty of OE", "rad", _GUM, "neither", _of_ends("OE", orientation_error)),
-    Indicator("MDO_U", "uncertainty of MDO", "m", _GUM, "neither", of_minimum_distance),
+    Indicator("DE_U", "uncertainty of DE", "m", GUM, "neither", _of_ends("DE", distance_error)),
+    Indicator("OE_U", "uncertainty of OE", "rad", GUM, "neither", _of_ends("OE", orientation_error)),
+    Indicator("MDO_U", "uncertainty of MDO", "m", GUM, "neither", of_minimum_distance),
 )

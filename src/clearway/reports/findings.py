@@ -27,7 +27,7 @@ from clearway.trials.store import Results
 
 BREAKDOWN = ("T_acceleration", "T_cruise", "T_approach", "T_rotation", "T_turn")
 DESCRIBED = (*HEADLINE, *BREAKDOWN, "DE_self", "OE_self", "MDO_walls", "space", "space_rel")
-UNCERTAINTIES = ("DE_U", "OE_U", "MDO_U")
+UNCERTAINTIES = tuple(f"{name}_U" for name in HEADLINE)
 
 
 @dataclass(frozen=True, eq=False)
