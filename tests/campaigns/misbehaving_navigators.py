@@ -412,7 +412,6 @@ def _compiling() -> None:
 
 
 HANGS: dict[str, Callable[[], Any]] = {
-    "CompilesForEver": _compiling,
     "LoopsForEver": _for_ever,
     "LoopsDeaf": _deaf,
     "LoopsIgnoringTheAlarm": _ignoring,
@@ -425,6 +424,7 @@ HANGS: dict[str, Callable[[], Any]] = {
     "Deadlocks": _deadlock,
     "StopsItself": _signal(signal.SIGSTOP),
     "WaitsForInput": lambda: os.read(os.pipe()[0], 1),
+    "CompilesForEver": _compiling,
 }
 for word, deed in HANGS.items():
     does("hangs", word, deed)
