@@ -9,6 +9,7 @@ import pytest
 from clearway.indicators import score_row
 from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.lab import Lab
+from clearway.reports.selection import with_uncertainty
 from clearway.trials import Outcome
 
 PLAN = Path(__file__).parents[2] / "examples" / "06_score_recordings" / "plan.toml"
@@ -33,6 +34,9 @@ def test_a_gap_of_three_millimetres_is_a_possible_contact(lab):
     assert [e.kind for e in trial.events] == ["possible contact"]
     row = score_row(trial)
     assert row["MDO"] == pytest.approx(0.003, abs=row["MDO_U"])
+    for name, digits, most in (("CT", 1, 0.5), ("PL", 2, 0.1), ("TCS", 1, 5.0)):
+        assert 0 < row[f"{name}_U"] < most, name
+        assert " ± " in with_uncertainty(row, name, digits)
     assert trial.outcome is Outcome.REACHED
 
 
