@@ -1,4 +1,5 @@
-"""Time stamps as files have them: duplicated, out of order, jumping. Here they become strictly increasing, and it is said how."""
+"""Time stamps as files have them: duplicated, out of order, jumping, in another unit than they are taken for. Here they become
+strictly increasing, and it is said how."""
 
 from __future__ import annotations
 
@@ -9,8 +10,76 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+"""Units of time that stamps are written in."""
+FEW = 20
+"""Samples below which nothing can be said of their rate."""
+LONGEST_STEP, LONGEST, FASTEST = 5.0, 12 * 3600.0, 20_000.0
+"""s, s, Hz: of what moves in a test nobody takes samples farther apart, for so long, or so fast."""
+RATES, DURATIONS, SPEEDS = (1.0, 10_000.0), (1.0, 6 * 3600.0), (0.02, 30.0)
+"""Hz, s, m/s: what would make sense."""
+CREEPING, MOVED = 0.01, 0.5
+"""m/s, m: what moves by more than the second is faster than the first."""
 LEAP = 3600.0
 """s; two neighbouring stamps that are farther apart were not taken on one clock."""
+
+
+def must_be(
+    unit: str, t: FloatArray, position: FloatArray | None, how: str, *, file: object, field: str, said: bool
+) -> None:
+    """Nothing, unless stamps make no sense in the unit that they are taken to be in, and do in another.
+
+    Args:
+        unit: That unit, a key of `SECONDS`.
+        t: (n,) stamps, s.
+        position: (n, 3) of what moved, m, NaN where unseen; None: nobody knows.
+        how: What to do about it, with `{other}` for the unit that fits and `{unit}` for this one.
+        file: The file, for the error.
+        field: The field, for the error.
+        said: Whether somebody said that this is the unit; then only more samples a second than can be taken are refused.
+
+    Raises:
+        ClearwayError: the stamps make no sense; names the unit in which they would.
+    """
+    steps = np.diff(t)
+    steps = steps[steps > 0]
+    if len(steps) < FEW or not np.isfinite(t).all():
+        return
+    step, lasts, fastest, moved = float(np.median(steps)), float(t.max() - t.min()), *_motion(t, position)
+    slow = moved > MOVED and fastest < CREEPING
+    if not (1 / step > FASTEST or (not said and (step > LONGEST_STEP or lasts > LONGEST or slow))):
+        return
+    for other, seconds in SECONDS.items():
+        by = seconds / SECONDS[unit]
+        sensible = (RATES[0] <= 1 / (step * by) <= RATES[1]) and (DURATIONS[0] <= lasts * by <= DURATIONS[1])
+        if other != unit and sensible and (moved <= MOVED or SPEEDS[0] <= fastest / by <= SPEEDS[1]):
+            raise ClearwayError(
+                f"read in {unit} it lasts {_lasting(lasts)} with a sample every {step:.3g} s"
+                + (f", and moves at {fastest:.2g} m/s" if moved > MOVED else "")
+                + f"; in {other} it lasts {_lasting(lasts * by)}, at {1 / (step * by):.4g} Hz: "
+                + how.format(other=repr(other), unit=repr(unit)),
+                file=file,
+                field=field,
+            )
+
+
+def _motion(t: FloatArray, position: FloatArray | None) -> tuple[float, float]:
+    """How fast something usually is when it is fast, m/s, and by how much it moved, m; 0 where nobody knows."""
+    if position is None:
+        return 0.0, 0.0
+    seen = np.isfinite(position).all(axis=1)
+    order = np.argsort(t[seen], kind="stable")
+    at, where = t[seen][order], position[seen][order]
+    apart = max(1, len(at) // 200)
+    lasts = at[apart:] - at[:-apart]
+    if not (lasts > 0).any():
+        return 0.0, 0.0
+    far = np.linalg.norm(where[apart:] - where[:-apart], axis=1)[lasts > 0] / lasts[lasts > 0]
+    return float(np.quantile(far, 0.9)), float(np.ptp(where, axis=0).max())
+
+
+def _lasting(seconds: float) -> str:
+    return f"{seconds / 3600:.1f} h" if seconds >= 3600 else f"{seconds:.3g} s"
 
 
 def in_order(t: FloatArray, *, file: object, field: str, sort: bool = False) -> tuple[Any, tuple[str, ...]]:

@@ -19,7 +19,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.reading import opened, take
 from clearway.recordings.formats import axes, beside, table
 from clearway.recordings.formats.format import HEAD, Format
-from clearway.recordings.recording import Contents, Recording, Want
+from clearway.recordings.recording import Contents, Recording, Want, contents_of
 from clearway.registry import Registry
 
 MODULES = (
@@ -112,13 +112,15 @@ def _as_said(file: Path, format: Format, want: Want) -> Want:
     return replace(want, up=want.up or said.up, time=want.time or said.time)
 
 
-def look(path: str | Path, *, format: str | None = None) -> Contents:
-    """What a file holds: names, kinds, rates, gaps, duration.
+def look(path: str | Path, *, format: str | None = None, time: str | None = None) -> Contents:
+    """What a file holds: names, kinds, rates, gaps, duration; `time`: as of `Want`.
 
     Raises:
         ClearwayError: as for `read`.
     """
-    return _format(path, format).look(_named(path))
+    chosen = _format(path, format)
+    asked = _as_said(_named(path), chosen, Want(time=time))
+    return chosen.look(_named(path)) if asked.time is None else contents_of(read(path, asked, format=chosen.name))
 
 
 def _named(path: str | Path) -> Path:

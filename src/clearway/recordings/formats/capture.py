@@ -21,7 +21,7 @@ from clearway.recordings.formats.beside import beside
 from clearway.recordings.formats.capture_fields import is_unlabelled
 from clearway.recordings.formats.text import Block, Lines, gather, rows
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, describe
-from clearway.recordings.times import in_order
+from clearway.recordings.times import in_order, must_be
 
 _TURN = Rotation.from_euler("x", 90, degrees=True)
 _RISE = 0.5
@@ -253,6 +253,7 @@ def _taken(
             f"there is nothing between {want.span[0]:g} and {want.span[1]:g} s; it runs from {first:g} to {last:g} s",
             file=lines.file,
         )
+    must_be("s", t, None, "mend its times, or its rate", file=lines.file, field="frames", said=False)
     order, notes = in_order(t, file=lines.file, field="frames")
     if len(order) < len(t):
         t, values = t[order], values[order]

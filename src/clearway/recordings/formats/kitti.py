@@ -24,6 +24,7 @@ from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.formats.tum import ordered
 from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
+from clearway.recordings.times import must_be
 
 NAME = "trajectory"
 """As a file's only track is called."""
@@ -68,6 +69,7 @@ def read(path: Path, want: Want) -> Recording:
     t, said = _times(path, hints, len(rows))
     epoch = float(t[0]) if len(t) and abs(t[0]) > EPOCH else None
     t = t - (epoch or 0.0)
+    must_be("s", t, rows.reshape(-1, 3, 4)[:, :, 3], "write its times in s", file=path, field="times", said=False)
     keep, notes = ordered(t, path, "times")
     t, rows = t[keep], rows[keep]
     if want.span is not None:

@@ -34,13 +34,13 @@ from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.table_proposal import NOTHING, proposal, quaternion_of, quoted, rows_of
 from clearway.recordings.formats.table_spec import (
     METRES,
-    SECONDS,
     BodySpec,
     TableSpec,
     TimeSpec,
 )
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, contents_of
+from clearway.recordings.times import SECONDS, must_be
 
 SUFFIXES = (".csv", ".tsv", ".dat")
 
@@ -266,12 +266,19 @@ def _dates(texts: Any, path: Path, column: str) -> FloatArray:
     )
 
 
+_HOW = "say unit = {other} in its [time], or {unit} if that is right"
+
+
 def _track(
     data: dict[str, FloatArray], spec: TableSpec, body: BodySpec, name: str, path: Path, notes: list[str]
 ) -> Track:
+    scale = METRES[spec.units]
+    if spec.time.unit in SECONDS:
+        there = np.stack([data[c] if c else np.zeros(len(data[""])) for c in (body.x, body.y)], axis=1) * scale
+        said = "unit" in spec.time.model_fields_set
+        must_be(spec.time.unit, data[""], there, _HOW, file=path, field=f"time of {name}", said=said)
     keep, more = tum.ordered(data[""], path, f"time of {name}")
     notes += more
-    scale = METRES[spec.units]
     at = [data[c][keep] if c else np.zeros(len(keep)) for c in (body.x, body.y, body.z)]
     position = np.stack(at, axis=1) * scale @ turn_of(spec.up).T
     position[~np.isfinite(position).all(axis=1)] = np.nan
@@ -312,6 +319,9 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 def _points(
     data: dict[str, FloatArray], spec: TableSpec, markers: dict[str, tuple[str, str, str]], path: Path, notes: list[str]
 ) -> Points:
+    if spec.time.unit in SECONDS:
+        said = "unit" in spec.time.model_fields_set
+        must_be(spec.time.unit, data[""], None, _HOW, file=path, field="time of markers", said=said)
     keep, more = tum.ordered(data[""], path, "time of markers")
     notes += more
     turn = turn_of(spec.up) * METRES[spec.units]

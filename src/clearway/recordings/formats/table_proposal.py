@@ -6,7 +6,8 @@ import re
 from collections.abc import Sequence
 
 from clearway.recordings.formats.delimited import MISSING, Dialect, is_number, split
-from clearway.recordings.formats.table_spec import METRES, SECONDS
+from clearway.recordings.formats.table_spec import METRES
+from clearway.recordings.times import SECONDS
 
 NOTHING = "none of them look like a time, an x and a y, so nothing is proposed"
 

@@ -10,7 +10,6 @@ from clearway.recordings.formats.axes import Axis
 from clearway.recordings.formats.delimited import MISSING, Header
 
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
-SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 Column = str
 """A column's name in the header; "1", "2", ... where there is none."""

@@ -15,15 +15,17 @@ from clearway.recordings.formats.delimited import Dialect, first_lines, head_of,
 from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
-from clearway.recordings.times import in_order
+from clearway.recordings.times import SECONDS, in_order, must_be
 
 NAME = "trajectory"
 """As a file's only track is called."""
 
 COLUMNS = ("t", "x", "y", "z", "qx", "qy", "qz", "qw")
 
-EPOCH = 1e8
-"""s; a stamp beyond it (1973) is taken for UNIX time."""
+EPOCH, LATEST = 1e8, 1e10
+"""s; a stamp beyond the first (1973) is taken for UNIX time, and one beyond the second (2286) for none in seconds."""
+
+HOW = "say time = {other} in the test plan's source or in a TOML beside the file"
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -46,16 +48,24 @@ def read(path: Path, want: Want) -> Recording:
         raise unknown("track", other[0], (NAME,), file=path)
     dialect = Dialect(" ", encoding=encoding_of(head_of(path)), header="none", missing=("nan", "NaN"))
     names = [str(i + 1) for i in range(8)]
-    pieces_of = _rows(path, dialect, names)
+    unit = want.time or "s"
+    pieces_of = (_in_seconds(piece, SECONDS[unit]) for piece in _rows(path, dialect, names))
     first = next(pieces_of, np.zeros((0, 8)))
     epoch = float(first[0, 0]) if len(first) and abs(first[0, 0]) > EPOCH else None
-    if epoch is not None and epoch > 1e14:
-        raise ClearwayError(
-            f'the first stamp is {epoch:.0f}, which is no number of seconds: describe it as a table with time in "ns"',
-            file=path,
-            field="t",
-        )
+    if epoch is not None and epoch > LATEST:
+        fits = next((u for u, by in SECONDS.items() if EPOCH < epoch * by / SECONDS[unit] < LATEST), None)
+        say = f"; in {fits} it is: {HOW.format(other=repr(fits))}" if fits else ""
+        raise ClearwayError(f"the first stamp, {epoch:.0f} s, is no UNIX time{say}", file=path, field="t")
     rows = stacked((_within(piece, epoch or 0.0, want.span) for piece in chain((first,), pieces_of)), 8)
+    must_be(
+        unit,
+        rows[:, 0],
+        rows[:, 1:4],
+        f"{HOW}, or {{unit}} if that is right",
+        file=path,
+        field="t",
+        said=want.time is not None,
+    )
     keep, notes = ordered(rows[:, 0], path, "t")
     rows = rows[keep]
     far = np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 0.02
@@ -64,6 +74,11 @@ def read(path: Path, want: Want) -> Recording:
     orientation, more = orientations(rows[:, 4:], rows[:, 1:4])
     track = Track("pose", "", "", rows[:, 0], np.ascontiguousarray(rows[:, 1:4]), orientation)
     return Recording(path, "tum", tracks={NAME: track}, epoch=epoch, notes=notes + more)
+
+
+def _in_seconds(piece: FloatArray, seconds: float) -> FloatArray:
+    piece[:, 0] *= seconds
+    return piece
 
 
 def _within(piece: FloatArray, epoch: float, span: tuple[float, float] | None) -> FloatArray:

@@ -73,7 +73,7 @@ def findings_in(plan: TestPlan, folder: Path, fresh: Collection[int] | None = No
         try:
             if spec.table is not None:
                 return contents_of(table.read_with(folder / file, folder / spec.table, Want()))
-            return formats.look(folder / file, format=spec.format)
+            return formats.look(folder / file, format=spec.format, time=spec.time)
         except ClearwayError as error:
             return error
 
