@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import pytest
 from hypothesis import settings
 from xdist.scheduler import LoadScopeScheduling
+
+# Both cores have a process of tests already. Before anything loads NumPy; the processes of xdist inherit it.
+os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 
 # A kernel compiles at its first call, which no deadline should count; the same examples every time.
 settings.register_profile("clearway", deadline=None, derandomize=True, print_blob=True)

@@ -205,6 +205,11 @@ def _no_worker(reason: str, out: Path) -> ClearwayError:
     return ClearwayError(f"no worker process can be started: {reason}", file=out)
 
 
+_ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""Linear algebra keeps to the worker's own core, unless the user says otherwise: threads of many workers wait for each other,
+and their number would decide the last bits."""
+
+
 class _Worker:
     """A worker process, seen from its parent.
 
@@ -234,6 +239,7 @@ class _Worker:
                 stdin=subprocess.DEVNULL,
                 stdout=_errors(),  # what a navigator prints is not ours
                 pass_fds=(there.fileno(), beat.fileno(), self._trace.fileno()),
+                env=_ONE_THREAD | os.environ,
                 process_group=0,  # Ctrl-C comes here only; and what it starts ends with it
             )
             self._pulse = Pulse(beat.fileno())
