@@ -8,7 +8,7 @@ results.figure("trajectories", batch="NO")       # a matplotlib figure
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +27,9 @@ from clearway.trials import store
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Rerun", "Results", "open_results", "rerun", "resume", "run", "score"]
+    from clearway.campaigns.watching import Round
+
+__all__ = ["Rerun", "Results", "open_results", "rerun", "resume", "run", "score", "watch"]
 
 
 class Results(store.Results):
@@ -257,6 +259,35 @@ def score(
     folder = free_directory([str(test_plan)]) if out is None else Path(out)
     done = score_plan(Path(test_plan), folder, workers=workers, resume=resume, progress=progress)
     return Results(done.path, done.campaign)
+
+
+def watch(
+    test_plan: str | Path,
+    captures: str | Path,
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    progress: ProgressCallback | None = None,
+) -> Iterator[Round]:
+    """Score recordings as they come in, until every trial of the plan was driven and can be used.
+
+    Args:
+        test_plan: Its file.
+        captures: The folder into which recordings come; which of them is which trial's, the plan's `files` say.
+        out: The results directory, gone on with if it holds results of this plan; None: `results/NAME-OF-THE-PLAN`.
+        workers: How many processes; None: one a core.
+        progress: Called with (done, total, note).
+
+    Yields:
+        Where the day stands: the results so far, the next trial, what has to be repeated.
+
+    Raises:
+        ClearwayError: there is no such folder.
+    """
+    from clearway.campaigns.watching import watch
+
+    folder = Path("results") / Path(test_plan).stem if out is None else Path(out)
+    yield from watch(Path(test_plan), Path(captures), folder, workers=workers, progress=progress)
 
 
 def open_results(path: str | Path) -> Results:

@@ -20,6 +20,9 @@ def score(
             "--resume", help="Go on with the scoring in --out, which was interrupted, or whose plan has grown."
         ),
     ] = False,
+    watch: Annotated[
+        Path | None, typer.Option(help="Score each recording as it comes into this folder; Ctrl-C ends it.")
+    ] = None,
     no_report: Annotated[bool, typer.Option("--no-report", help="Only the results, no page.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -28,6 +31,7 @@ def score(
     A trial whose recording can't be used is aborted, with the reason, and the others are scored; the exit code is then 1.
     """
     from clearway import api
+    from clearway.cli._day import followed
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
     from clearway.reports.selection import BOUNDED, between
@@ -37,7 +41,12 @@ def score(
     if resume and out is None:
         raise ClearwayError("say with --out which results to complete", field="--resume")
     with stoppable(), Progress("trials") as progress:
-        results = api.score(test_plan, out=out, workers=workers, resume=resume, progress=progress)
+        if watch is None:
+            results = api.score(test_plan, out=out, workers=workers, resume=resume, progress=progress)
+        else:
+            again = f"clearway score {test_plan} --watch {watch}" + ("" if out is None else f" --out {out}")
+            rounds = api.watch(test_plan, watch, out=out, workers=workers)
+            results = followed(rounds, again=again, report=not no_report)
     page = None if no_report else results.report()
     confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]
     spoilt = int(any(UNUSABLE in str(reason) for reason in results.trials["reason"].to_pylist()))

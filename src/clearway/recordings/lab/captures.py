@@ -30,7 +30,7 @@ def with_files(plan: TestPlan, folder: Path, unready: Collection[Path] = ()) -> 
     Args:
         plan: The plan.
         folder: Its folder.
-        unready: Files that are still being written, and count as not there.
+        unready: Files (absolute) that are still being written, and count as not there.
 
     Raises:
         ClearwayError: a source's `files` can't be read, or gives a file to two trials.
@@ -154,7 +154,7 @@ def _matching(pattern: str, folder: Path, unready: Collection[Path]) -> list[str
     seen = [
         n
         for n in glob.glob(pattern, root_dir=folder)
-        if not n.endswith(".toml") and not any(folder / n == u for u in unready)
+        if not n.endswith(".toml") and Path(os.path.abspath(folder / n)) not in unready
     ]
     return sorted(seen, key=_natural)
 
