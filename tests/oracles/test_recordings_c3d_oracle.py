@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import warnings
 from pathlib import Path
 
@@ -72,24 +73,53 @@ def test_they_read_our_file_of_more_frames_than_sixteen_bits_count(tmp_path: Pat
         np.testing.assert_allclose(read[:n] / 1000, xyz, atol=1e-7)
 
 
-def test_we_read_what_ezc3d_writes_analog_channels_and_all(tmp_path: Path):
-    made = points()
+def with_channels(file: Path, made: Points) -> None:
+    """By ezc3d: markers at 200 Hz beside three analog channels at 1,000 Hz."""
     data = np.ones((4, len(NAMES), len(made.t)))
     data[:3] = made.xyz.transpose(2, 1, 0) * 1000
-    file = ezc3d.c3d()
-    file["parameters"]["POINT"]["RATE"]["value"] = [200.0]
-    file["parameters"]["POINT"]["LABELS"]["value"] = list(NAMES)
-    file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
-    file["data"]["points"] = data
-    file["parameters"]["ANALOG"]["RATE"]["value"] = [1000.0]
-    file["parameters"]["ANALOG"]["LABELS"]["value"] = ["Fx", "Fy", "Fz"]
-    file["data"]["analogs"] = np.random.default_rng(1).normal(size=(1, 3, 5 * len(made.t)))
-    file.write(str(tmp_path / "a.c3d"))
+    out = ezc3d.c3d()
+    out["parameters"]["POINT"]["RATE"]["value"] = [200.0]
+    out["parameters"]["POINT"]["LABELS"]["value"] = list(NAMES)
+    out["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
+    out["data"]["points"] = data
+    out["parameters"]["ANALOG"]["RATE"]["value"] = [1000.0]
+    out["parameters"]["ANALOG"]["LABELS"]["value"] = ["Fx", "Fy", "Fz"]
+    out["data"]["analogs"] = np.random.default_rng(1).normal(size=(1, 3, 5 * len(made.t)))
+    out.write(str(file))
+
+
+def test_we_read_what_ezc3d_writes_analog_channels_and_all(tmp_path: Path):
+    made = points()
+    with_channels(tmp_path / "a.c3d", made)
     read = ours.read(tmp_path / "a.c3d", Want())
     assert read.points is not None
     assert read.points.names == NAMES
     np.testing.assert_allclose(np.diff(read.points.t), 1 / 200, atol=1e-9)
     np.testing.assert_allclose(read.points.xyz, made.xyz, atol=3e-7)
+
+
+@pytest.mark.parametrize(
+    ("at", "value"), [("header", 12), ("header", 0), ("USED", 4), ("RATE", 200.0), ("RATE", 2000.0)]
+)
+def test_a_count_that_contradicts_the_other_changes_nothing(tmp_path: Path, at: str, value: float):
+    # ezc3d believes the parameters, whatever the header says: of a wrong header its answer is the oracle.
+    made = points(500)
+    file = tmp_path / "a.c3d"
+    with_channels(file, made)
+    data = bytearray(file.read_bytes())
+    if at == "header":
+        struct.pack_into("<H", data, 4, int(value))
+    else:
+        group = data.index(b"ANALOG")
+        place = data.index(at.encode(), group) + len(at) + 4
+        struct.pack_into("<H" if at == "USED" else "<f", data, place, value if at == "RATE" else int(value))
+    file.write_bytes(data)
+    read = ours.read(file, Want())
+    assert read.points is not None
+    np.testing.assert_allclose(read.points.xyz, made.xyz, atol=3e-7)
+    assert any("by the file's size" in note for note in read.notes)
+    if at == "header":
+        np.testing.assert_allclose(read.points.xyz, theirs_by_ezc3d(file)[2] / 1000, atol=1e-9)
 
 
 def test_we_refuse_what_ezc3d_writes_without_a_unit(tmp_path: Path):

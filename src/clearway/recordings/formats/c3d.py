@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
@@ -166,11 +167,6 @@ def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True, up: 
     head = read_head(source, size, path)
     hints = beside.hints(path, Hints)
     notes: list[str] = []
-    used = head.number("POINT:USED")
-    if used is not None and used != head.points:
-        raise ClearwayError(
-            f"says {used:g}, the header {head.points} points a frame: it is damaged", file=path, field="POINT:USED"
-        )
     scale = head.number("POINT:SCALE")
     scale = head.scale if scale is None or scale == 0 else scale
     if not np.isfinite(scale) or scale == 0 or (head.scale and (scale < 0) != (head.scale < 0)):
@@ -180,12 +176,17 @@ def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True, up: 
             file=path,
             field="POINT:SCALE",
         )
+    if scale > 0 and _differ(scale, head.scale):
+        notes.append(f"POINT:SCALE says {scale:g}, the header {head.scale:g}; the parameter was taken")
     rate = head.number("POINT:RATE")
     rate = head.rate if rate is None or rate == 0 else rate
     if not 1e-3 <= rate <= 1e6:
         raise ClearwayError(f"is {rate:g}; it has to be the frames a second", file=path, field="POINT:RATE")
+    if _differ(rate, head.rate):
+        notes.append(f"POINT:RATE says {rate:g} Hz, the header {head.rate:g}; the parameter was taken")
+    head, settled = _agreed(head, rate, 4 if scale < 0 else 2, size, path)
     names, index, said = _names(head)
-    notes += said
+    notes += (*settled, *said)
     metres = 1.0
     try:
         metres = _metres(head, hints.units, path) if names else 1.0
@@ -199,16 +200,71 @@ def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True, up: 
     layout = _Layout(
         head, names, index, 1, 0, rate, metres, scale, turn, start, (), axis.lower().lstrip("+"), axis_said
     )
-    if head.data_block < 2 or start > size:
-        raise ClearwayError(
-            f"its data are said to begin in block {head.data_block}, but it has {size} bytes: it is truncated or damaged",
-            file=path,
-        )
     first, frames, why = _frames(head, layout.stride, size - start, path)
     notes += [n for n in (why, note) if n]
     if first > 1:
         notes.append(f"it begins with frame {first}: t = 0 is frame 1, at {rate:g} frames a second")
     return replace(layout, first=first, frames=frames, notes=tuple(notes))
+
+
+def _differ(parameter: float, header: float) -> bool:
+    """Whether both are given, and are not the same number with the precision of a file's real numbers."""
+    return header > 0 and abs(parameter - header) > 1e-3 * header
+
+
+def _agreed(head: Head, rate: float, width: int, size: int, path: Path) -> tuple[Head, list[str]]:
+    """The header with the number of points and analog values a frame and the first block of data that the file's size
+    bears out, where it and the parameters disagree, and what is to be said of that.
+
+    Args:
+        rate: Frames in a second, Hz.
+        width: Bytes of a value.
+        size: Bytes of the file.
+    """
+    used, channels, analog_rate = (head.number(n) for n in ("POINT:USED", "ANALOG:USED", "ANALOG:RATE"))
+    block = head.number("POINT:DATA_START")
+    points = head.points if used is None or not np.isfinite(used) else int(used)
+    analog = head.analog
+    if channels == 0:
+        analog = 0
+    elif channels and analog_rate and analog_rate > 0 and np.isfinite(channels * analog_rate):
+        analog = int(channels) * max(1, round(analog_rate / rate))
+    # Some programs leave DATA_START empty.
+    starts = [head.data_block] if block is None or not 2 <= block <= size // BLOCK else [head.data_block, int(block)]
+    sides = [("points a frame", head.points, points), ("analog values a frame", head.analog, analog)]
+    sides.append(("the first block of its data", head.data_block, starts[-1]))
+    claims = list(dict.fromkeys(product(*(dict.fromkeys(pair) for _, *pair in sides))))
+    fitting = [claim for claim in claims if len(claims) > 1 and _fits(claim, head, width, size, path)]
+    if len(claims) > 1 and len(fitting) != 1:
+        differences = "; ".join(f"{what}: {a}, by its parameters {b}" for what, a, b in sides if a != b)
+        raise ClearwayError(
+            f"its header and its parameters disagree, and its {size} bytes don't tell which is right: {differences}; it is "
+            "truncated or damaged",
+            file=path,
+        )
+    points, analog, start = (fitting or claims)[0]
+    if start < 2 or (start - 1) * BLOCK > size:
+        raise ClearwayError(
+            f"its data are said to begin in block {start}, but it has {size} bytes: it is truncated or damaged",
+            file=path,
+        )
+    notes = [
+        f"{what}: {a} by its header, {b} by its parameters; {taken} was taken, by the file's size"
+        for (what, a, b), taken in zip(sides, (points, analog, start), strict=True)
+        if a != b
+    ]
+    return replace(head, points=points, analog=analog, data_block=start), notes
+
+
+def _fits(claim: tuple[int, ...], head: Head, width: int, size: int, path: Path) -> bool:
+    """Whether frames of so many points and analog values, from that block on, fill the file to its last block."""
+    points, analog, block = claim
+    stride, left = (4 * points + analog) * width, size - (block - 1) * BLOCK
+    try:
+        _, frames, _ = _frames(head, stride, left, path)
+    except ClearwayError:
+        return False
+    return frames > 0 and 0 <= left - frames * stride < BLOCK
 
 
 def _frames(head: Head, stride: int, left: int, path: Path) -> tuple[int, int, str]:
