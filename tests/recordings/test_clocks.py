@@ -10,7 +10,9 @@ from driven import Knots, driven
 
 from clearway.errors import ClearwayError
 from clearway.recordings.alignment import clocks
-from clearway.recordings.motion.motion import Motion, Quality
+from clearway.recordings.motion.motion import Motion, MotionSpec, Quality
+from clearway.recordings.motion.tracks import motion_of_track
+from clearway.recordings.recording import Track
 
 TRIAL: Knots = [
     (0, 0, 0), (2, 0, 0), (2.6, 0.6, 0), (5, 0.6, 0.1), (7, 0.5, -0.3), (9.5, 0.6, 0.1), (10.4, 0, 0), (11, 0, 0),
@@ -143,3 +145,14 @@ def test_resampling_interpolates_and_keeps_gaps_open() -> None:
     assert got.sigma is not None
     assert got.sigma[known] == pytest.approx(got.t[known, None] * [1, 1])
     assert clocks.resample(m, np.zeros(0)).pose.shape == (0, 3)
+
+
+def test_a_gap_that_was_left_open_is_none_that_a_line_fills():
+    t = np.concatenate((np.arange(0, 1.0, 0.01), np.arange(1.15, 2.0, 0.01)))
+    track = Track("body", "", "", t, np.stack((t, 0 * t, 0 * t), axis=1))
+    for longest, known in ((0.05, False), (0.2, True)):
+        moved = motion_of_track(track, MotionSpec(spline=longest), None)
+        pose = clocks.resample(moved, np.arange(0.5, 1.5, 0.03)).pose
+        within = (np.arange(0.5, 1.5, 0.03) > 0.99) & (np.arange(0.5, 1.5, 0.03) < 1.15)
+        assert np.isfinite(pose[~within, 0]).all()
+        assert np.isfinite(pose[within, 0]).all() == known

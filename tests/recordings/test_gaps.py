@@ -2,9 +2,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
+from clearway.recordings.motion.cleaning import clean
 from clearway.recordings.motion.gaps import fill, runs, seen_in_part, stretches
-from clearway.recordings.motion.motion import Gap
+from clearway.recordings.motion.motion import Gap, MotionSpec
 
 
 def test_runs() -> None:
@@ -80,3 +83,22 @@ def test_hardly_any_samples(n: int) -> None:
     assert filled.gaps == ()
     nothing = fill(np.arange(n) * 0.01, np.full((n, 3), np.nan), 0.2)
     assert len(nothing.gaps) == (n > 0)
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 2**32 - 1), seen=st.floats(0.05, 0.98), longest=st.sampled_from((0.0, 0.05, 0.2, 1.0)))
+def test_what_was_not_seen_is_only_known_within_a_gap_that_is_short_enough(seed: int, seen: float, longest: float):
+    """However few frames show a body, and however unevenly: what a curve says beyond the limit is no pose."""
+    rng = np.random.default_rng(seed)
+    t = np.cumsum(rng.choice((0.01, 0.01, 0.013, 0.3), 300))
+    pose = np.stack((t, np.sin(t), 0.1 * t), axis=1)
+    there = np.repeat(rng.uniform(size=60) < seen, 5)
+    pose[~there] = np.nan
+    done = clean(t, pose, np.full((300, 2), 1e-6), MotionSpec(spline=longest))
+    last = np.maximum.accumulate(np.where(there, t, -np.inf))
+    following = np.minimum.accumulate(np.where(there, t, np.inf)[::-1])[::-1]
+    known = np.isfinite(done.pose).all(axis=1)
+    assert known[there].all()
+    assert ((following - last)[known] <= longest * (1 + 1e-6)).all()
+    spline = [g for g in done.gaps if g.filled]
+    assert all(any(g.start < at < g.end for g in spline) for at in t[known & ~there])

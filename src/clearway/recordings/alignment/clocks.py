@@ -107,13 +107,17 @@ def offset(a: Motion, b: Motion, *, within: tuple[float, float] | None = None) -
 
 
 def resample(motion: Motion, t: FloatArray) -> Motion:
-    """`motion` at `t` (n,) s, increasing: linear between neighbouring samples, NaN in gaps and outside.
+    """`motion` at `t` (n,) s, increasing: linear between neighbouring samples, NaN in the gaps left open and outside.
 
     Between samples farther apart than `HOLE` and three usual steps lies a gap as well.
     """
     at = np.asarray(t, dtype=np.float64)
     sigma = None if motion.sigma is None else _linear(motion.t, motion.sigma, at)
     pose, velocity = _linear(motion.t, motion.pose, at), _linear(motion.t, motion.velocity, at)
+    for gap in motion.quality.gaps:
+        if not gap.filled:  # it may lie between two stamps, which a line would join
+            pose[(at > gap.start) & (at < gap.end)] = np.nan
+            velocity[(at > gap.start) & (at < gap.end)] = np.nan
     rate = 1 / float(np.median(np.diff(at))) if len(at) > 1 else motion.quality.rate
     quality = replace(motion.quality, rate=rate)
     return replace(motion, t=at, pose=pose, velocity=velocity, sigma=sigma, quality=quality, residual=None)
