@@ -239,6 +239,24 @@ def test_what_was_not_measured_is_unknown(tmp_path: Path) -> None:
     np.testing.assert_array_equal(np.isnan(track.orientation).any(axis=1), [False, False, False, True])
 
 
+@pytest.mark.parametrize("ros", [1, 2])
+@pytest.mark.parametrize("variance", [1e155, 1e308, np.inf, np.nan])
+def test_an_absurd_covariance_is_unknown_whatever_its_size(tmp_path: Path, ros: int, variance: float) -> None:
+    kind = "geometry_msgs/msg/PoseWithCovarianceStamped"
+    robot, lines = made_bags.Robot(ros), []
+    for i, places in enumerate(((0, 7, 35), (1,), (7,))):
+        covariance = np.zeros(36)
+        covariance[[0, 7, 35]] = 0.04
+        covariance[[*places]] = variance
+        held = robot.make("geometry_msgs/msg/PoseWithCovariance", robot.pose(1.0, 2.0, 0.0), covariance)
+        lines.append(("/p", kind, START + i, robot.make(kind, robot.header(START + i, "map"), held)))
+    path = tmp_path / ("a.bag" if ros == 1 else "a.mcap")
+    track = read((write_ros1 if ros == 1 else write_mcap)(path, lines)).tracks["/p"]
+    assert track.sigma is not None
+    assert np.isnan(track.sigma[:, 0]).all()
+    np.testing.assert_allclose(track.sigma[:, 1], [np.nan, 0.2, 0.2])
+
+
 def test_a_definition_that_says_something_else_is_refused(tmp_path: Path) -> None:
     path = rewritten(
         write_mcap(tmp_path / "a.mcap", messages(2), enable_crcs=False),

@@ -280,7 +280,7 @@ def _pose(pose: Any) -> tuple[float, ...]:
 def _sigma(covariance: Any) -> tuple[float, float]:
     """Standard uncertainty of position (along the worst direction) and heading; zero, negative or absurd: unknown."""
     a, b, d, yaw = float(covariance[0]), float(covariance[1]), float(covariance[7]), float(covariance[35])
-    variance = (a + d) / 2 + (((a - d) / 2) ** 2 + b * b) ** 0.5 if a > 0 and d > 0 else NAN
+    variance = (a + d) / 2 + math.hypot((a - d) / 2, b) if a > 0 and d > 0 else NAN
     return _root(variance), _root(yaw)
 
 

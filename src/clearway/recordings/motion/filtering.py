@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import fftconvolve, sosfilt
+from scipy.signal import fftconvolve, lfilter, sosfilt
 
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.motion.gaps import runs, usual_step
@@ -118,15 +118,30 @@ def gain(n: int, cutoff: float, rate: float, correlation: float = 0.0) -> FloatA
     """
     if n < 4 or cutoff >= highest(rate) * (1 + 1e-9):
         return np.ones(n)
-    length = min(n, 512, max(8, math.ceil(6 * rate / cutoff)))
-    matrix = lowpass(np.eye(length), cutoff, rate)
-    lag = np.abs(np.subtract.outer(np.arange(length), np.arange(length)))
-    like = correlation**lag if correlation > 0 else np.eye(length)
-    share = ((matrix @ like) * matrix).sum(axis=1)
+    share = _share_left(min(n, 512, max(8, math.ceil(6 * rate / cutoff))), cutoff, rate, correlation)
+    length = len(share)
     out = np.full(n, share[length // 2])
     half = (length + 1) // 2
     out[:half], out[n - half :] = share[:half], share[length - half :]
     return np.asarray(np.minimum(out, 1.0))
+
+
+@lru_cache(maxsize=64)
+def _share_left(length: int, cutoff: float, rate: float, correlation: float) -> FloatArray:
+    """(length,) as `gain`, of a stretch of that length.
+
+    The product with the noise's covariance is taken by recursion: as a product of matrices it is the only one here that
+    wakes the threads of a BLAS, which wait for each other for seconds where the cores are busy.
+    """
+    matrix = lowpass(np.eye(length), cutoff, rate)
+    spread = matrix
+    if correlation > 0:
+        before = lfilter([1.0], [1.0, -correlation], matrix, axis=1)
+        after = lfilter([1.0], [1.0, -correlation], matrix[:, ::-1], axis=1)[:, ::-1]
+        spread = before + after - matrix
+    share: FloatArray = (spread * matrix).sum(axis=1)
+    share.flags.writeable = False
+    return share
 
 
 @dataclass(frozen=True, slots=True)
