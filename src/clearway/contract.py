@@ -33,9 +33,10 @@ class BodyKind(StrEnum):
     FURNITURE = "furniture"
     OBSTACLE = "obstacle"  # placed by the test
     MOVING_OBSTACLE = "moving obstacle"
+    PERSON = "person"  # whether standing or walking
 
 
-PLACED = frozenset({BodyKind.OBSTACLE, BodyKind.MOVING_OBSTACLE})
+PLACED = frozenset({BodyKind.OBSTACLE, BodyKind.MOVING_OBSTACLE, BodyKind.PERSON})
 """What the test puts there; the rest belongs to the floor."""
 
 

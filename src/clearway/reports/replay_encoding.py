@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.contract import BodyKind
+from clearway.contract import PLACED
 from clearway.geometry.compiled import kernel
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Shape
@@ -87,8 +87,8 @@ class Packer:
         return {
             "index": index,
             "robot": self.robots.place(_robot(a.robot, self.known.get(a.robot), a.footprint)),
-            "floor": self.floors.place([_body(b) for b in fixed if b.kind != BodyKind.OBSTACLE]),
-            "obstacles": [_body(b) for b in fixed if b.kind == BodyKind.OBSTACLE],
+            "floor": self.floors.place([_body(b) for b in fixed if b.kind not in PLACED]),
+            "obstacles": [_body(b) for b in fixed if b.kind in PLACED],
             "movingObstacles": [{"name": b.name, **(_shape(b.shape) if b.outlined else CROSS)} for b in moving],
             "legs": [
                 {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from clearway.contract import PLACED, BodyKind
+from clearway.contract import PLACED
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.reports import theme
 from clearway.reports.selection import Row, label, verdict
@@ -124,7 +124,7 @@ def _arena(ax: Axes, trial: Trial, at: int | None = None) -> None:
     k = 0
     for body in trial.attempt.bodies:
         if body.pose is not None:
-            colour = theme.INK if body.kind == BodyKind.OBSTACLE else theme.FIXTURE
+            colour = theme.INK if body.kind in PLACED else theme.FIXTURE
             ax.fill(*theme.outline(body.shape, body.pose).T, facecolor=colour, zorder=3)
             continue
         track = trial.moving_obstacles[:, k]

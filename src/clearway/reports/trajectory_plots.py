@@ -28,7 +28,7 @@ SLIMMEST = 0.42
 """Short side of a panel over its long one, at least."""
 FOOTPRINT_EVERY = 0.6
 """m of path between two footprints drawn."""
-_FILLS = {BodyKind.WALL: theme.FIXTURE, BodyKind.FURNITURE: theme.FURNITURE, BodyKind.OBSTACLE: theme.OBSTACLE}
+_FILLS = {BodyKind.WALL: theme.FIXTURE, BodyKind.FURNITURE: theme.FURNITURE} | dict.fromkeys(PLACED, theme.OBSTACLE)
 
 
 def layout(results: Results, rows: Sequence[Row]) -> Figure:
@@ -47,7 +47,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
             row = next((r for r in chosen if r["gap"] == gap and r["size"] == size), None)
             if row is not None:
                 nested = results.trial(row["trial"]).attempt.bodies
-                _bodies(ax, [b for b in nested if b.kind == BodyKind.OBSTACLE], alpha=0.25 + 0.75 / len(sizes))
+                _bodies(ax, [b for b in nested if b.kind in PLACED], alpha=0.25 + 0.75 / len(sizes))
         _lanes(ax, lanes or [trial])
         for leg in trial.attempt.legs[:1]:
             _robot_at(ax, trial, leg.start)
@@ -79,7 +79,7 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
         assert row is not None
         trial = results.trial(row["trial"])
         _set_up(ax, trial, theme.FIXTURE)
-        _bodies(ax, [b for b in trial.attempt.bodies if b.kind == BodyKind.OBSTACLE])
+        _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
         _tracks(ax, trial)
         ended = "" if row["success"] else f" ({verdict(row)})"
         ax.set_title(f"{key[0]} {key[1]}" if key[1] not in (key[0], "free") else key[0])
@@ -94,7 +94,7 @@ def one_trial(trial: Trial, title: str) -> Figure:
     ax = figure.add_subplot()
     _frame(ax, _around([trial]))
     _set_up(ax, trial, theme.FIXTURE)
-    _bodies(ax, [b for b in trial.attempt.bodies if b.kind == BodyKind.OBSTACLE])
+    _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
     _tracks(ax, trial)
     ax.set_title(title)
     return figure
@@ -157,11 +157,7 @@ def _around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True
     for trial in trials:
         points += [trial.pose[:, :2]] if driven else []
         points += [*(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
-        points += [
-            np.atleast_2d(b.pose[:2])
-            for b in trial.attempt.bodies
-            if b.kind == BodyKind.OBSTACLE and b.pose is not None
-        ]
+        points += [np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind in PLACED and b.pose is not None]
         moving_obstacles.append(trial.moving_obstacles[:, :, :2].reshape(-1, 2))
     inner = np.vstack([np.empty((0, 2)), *points])
     inner = inner[np.isfinite(inner).all(1)]
@@ -231,7 +227,7 @@ def _bodies(ax: Axes, bodies: Iterable[Body], edge: str = theme.OBSTACLE, alpha:
             PolyCollection(shown, facecolors=_FILLS.get(kind, theme.FURNITURE), edgecolors=edge, linewidths=0.5, alpha=alpha, zorder=3),
             autolim=False,
         )  # fmt: skip
-        if kind == BodyKind.OBSTACLE:
+        if kind in PLACED:
             small = np.array([o.mean(0) for o in shown if np.ptp(o, axis=0).max() < 0.1]).reshape(-1, 2)
             ax.plot(*small.T, linestyle="", marker="s", markersize=2.2, color=edge, zorder=7)  # S1 would be lost
 

@@ -60,6 +60,7 @@ _COLOURS = {
     BodyKind.FURNITURE: (0.5, 0.4, 0.3),
     BodyKind.OBSTACLE: (0.9, 0.5, 0.1),
     BodyKind.MOVING_OBSTACLE: (0.8, 0.1, 0.2),
+    BodyKind.PERSON: (0.1, 0.4, 0.8),
 }
 _PLANS = {"plan": "/plan", "global plan": "/plan", "local plan": "/local_plan"}
 

@@ -14,9 +14,9 @@ from clearway.recordings.lab.captures import nobodys
 from clearway.recordings.lab.lab import Lab
 from clearway.recordings.lab.plan_file import WrongPlan, load_test_plan
 from clearway.recordings.lab.recording_checks import Finding, findings_in, references, trial_of
+from clearway.recordings.lab.source_spec import Span
 from clearway.recordings.lab.test_plan import (
     BodySpec,
-    Span,
     TestPlan,
     at,
     by_number,

@@ -19,11 +19,13 @@ from clearway.recordings.alignment import frames
 from clearway.recordings.alignment.frames import Tie
 from clearway.recordings.formats import axes, table
 from clearway.recordings.formats.beside import beside
+from clearway.recordings.lab import wildcards
 from clearway.recordings.lab.plan_file import load_test_plan
+from clearway.recordings.lab.source_spec import StretchSpec
 from clearway.recordings.lab.test_plan import (
     BodySpec,
+    PlacedSpec,
     RecordedTrialSpec,
-    StretchSpec,
     TestPlan,
     seen_from,
     without_coordinates,
@@ -33,7 +35,7 @@ from clearway.recordings.motion.base import Base
 from clearway.recordings.motion.markers import MarkerSet
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.motion.upright import other_axis
-from clearway.recordings.recording import Points, Recording, Track, Want
+from clearway.recordings.recording import Contents, Points, Recording, Track, Want, contents_of
 from clearway.robots import Robot, load_robot
 
 ROBOT = "robot"
@@ -51,6 +53,10 @@ class Lab:
         path: The plan's file.
         plan: What it says, if that was read before; None: it is read now.
 
+    Attributes:
+        plan: What it says.
+        fitted: Of the bodies that stand for several tracks, those that a file held any of, so far.
+
     Raises:
         ClearwayError: the plan is wrong.
     """
@@ -63,6 +69,9 @@ class Lab:
         self._ties: dict[str, Tie] = {}
         self._models: dict[str, dict[str, FloatArray]] = {}
         self._digests: dict[str, str] = {}
+        self.fitted: set[str] = set()
+        self._each: dict[str, BodySpec] = {}
+        self._looked: dict[tuple[str, str], Contents] = {}
         self._motions: dict[tuple[str, bool], tuple[Path, Motion]] = {}
 
     @property
@@ -82,7 +91,22 @@ class Lab:
 
     def body(self, name: str) -> BodySpec:
         """The robot or a body of the plan."""
-        return self.plan.robot if name == ROBOT else self.plan.bodies[name]
+        return self._each.get(name) or (self.plan.robot if name == ROBOT else self.plan.bodies[name])
+
+    def placed(self, spec: RecordedTrialSpec, recordings: Mapping[str, Recording]) -> list[PlacedSpec]:
+        """The obstacles of a trial, of bodies that stand for several each of those that its files hold."""
+        found = []
+        for one in spec.obstacles:
+            body, source = self.body(one.body), self.source_of(one.body)
+            if one.pose is not None or not wildcards.several(body) or source not in recordings:
+                found.append(one)
+                continue
+            for track in wildcards.fitting(self.plan, body, recordings[source].tracks):
+                name = wildcards.called(track, {ROBOT, *self.plan.bodies})
+                self.fitted.add(one.body)
+                self._each[name] = body.model_copy(update={"track": track})
+                found.append(one.model_copy(update={"body": name}))
+        return found
 
     def source_of(self, name: str) -> str:
         """The source that measures the body `name`."""
@@ -128,8 +152,22 @@ class Lab:
         for body in (self.body(name) for name in bodies if self.source_of(name) == source):
             if isinstance(body.markers, str):
                 return Want()
-            names |= set(body.markers or body.coordinates or ()) | ({body.track} if body.track else set())
+            if wildcards.several(body):
+                names |= wildcards.wanted(self.plan, body, self._contents(source, file))
+            else:
+                names |= set(body.markers or body.coordinates or ()) | ({body.track} if body.track else set())
         return Want(names=frozenset(names)) if names else Want()
+
+    def _contents(self, source: str, file: str) -> Contents:
+        """What a file holds, before it is read."""
+        if (source, file) not in self._looked:
+            spec, path = self.plan.sources[source], self.folder / file
+            if spec.table is not None:
+                found = contents_of(table.read_with(path, self.folder / spec.table, Want()))
+            else:
+                found = formats.look(path, format=spec.format, time=spec.time)
+            self._looked = {(source, file): found}
+        return self._looked[source, file]
 
     def raw(self, name: str, recording: Recording, *, tied: bool = True) -> Motion:
         """How the body moved, in its source's frame; `tied`: of its base_link, else of the fitted model or the track."""

@@ -12,6 +12,7 @@ from clearway.reading import read_toml
 from clearway.recordings.lab.captures import with_files
 from clearway.recordings.lab.test_plan import TestPlan, by_number, problems_in
 from clearway.recordings.lab.ticks import with_ticks
+from clearway.recordings.lab.wildcards import with_everyone
 
 
 class WrongPlan(ClearwayError):
@@ -38,7 +39,7 @@ def load_test_plan(path: str | Path, unready: Collection[Path] = ()) -> TestPlan
     """
     file = Path(path)
     try:
-        plan = with_ticks(TestPlan.model_validate(read_toml(file)), file.parent)
+        plan = with_ticks(with_everyone(TestPlan.model_validate(read_toml(file))), file.parent)
         plan = with_files(plan, file.parent, unready)
         _ticks_there(plan, file.parent)
     except ValidationError as error:

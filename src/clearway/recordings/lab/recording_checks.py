@@ -13,7 +13,9 @@ from clearway.recordings import formats
 from clearway.recordings.formats import table
 from clearway.recordings.formats.bag_actions import action_of
 from clearway.recordings.formats.bag_file import SEVERAL
-from clearway.recordings.lab.test_plan import BodySpec, Span, TestPlan, at, source_of, without_coordinates
+from clearway.recordings.lab.source_spec import Span
+from clearway.recordings.lab.test_plan import BodySpec, TestPlan, at, source_of, without_coordinates
+from clearway.recordings.lab.wildcards import several
 from clearway.recordings.motion.markers import resolve
 from clearway.recordings.recording import Contents, Want, contents_of
 
@@ -168,7 +170,7 @@ def _missing(plan: TestPlan, field: str, source: str, held: Contents) -> Iterato
             else:
                 if (lacking := without_coordinates(names, body)) is not None:
                     yield f"{where}.coordinates", ClearwayError(lacking)
-        if body.track is not None and (wrong := _no_track(body.track, held, "track")):
+        if body.track is not None and not several(body) and (wrong := _no_track(body.track, held, "track")):
             yield f"{where}.track", wrong
     frame = plan.sources[source].frame
     if field == f"sources.{source}.frame.file" or (field.startswith("trial.") and frame.file is None):

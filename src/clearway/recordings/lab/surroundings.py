@@ -60,13 +60,15 @@ def obstacles(
     poses: list[FloatArray] = []
     sigmas: list[FloatArray] = []
     told: dict[str, Any] = {}
-    for placed in spec.obstacles:
+    for placed in lab.placed(spec, recordings):
+        person = lab.body(placed.body).kind == "person"
+        still_kind, moving_kind = (BodyKind.PERSON,) * 2 if person else (BodyKind.OBSTACLE, BodyKind.MOVING_OBSTACLE)
         shape, outlined = _shape(lab, placed.body)
         outlines = math.hypot(lab.body(placed.body).outline, lab.plan.robot.outline)
         if placed.pose is not None or not lab.body(placed.body).measured:
             pose = lab.pose(placed.pose) if tied else np.full(3, np.nan)
             sigma = math.hypot(lab.body(placed.body).uncertainty, outlines)
-            standing.append(Body(placed.body, BodyKind.OBSTACLE, shape, pose, sigma, outlined))
+            standing.append(Body(placed.body, still_kind, shape, pose, sigma, outlined))
             continue
         try:
             motion = _measured(lab, placed, recordings, offsets, t)
@@ -78,10 +80,10 @@ def obstacles(
         if (still := _stood(motion)) is not None:
             known = lab.body(placed.body).uncertainty if motion.sigma is None else np.nanmedian(motion.sigma[:, 0])
             sigma = math.hypot(float(known), outlines)
-            standing.append(Body(placed.body, BodyKind.OBSTACLE, shape, still, sigma, outlined, together))
+            standing.append(Body(placed.body, still_kind, shape, still, sigma, outlined, together))
         else:
             visits = _visits(lab, placed.body, recordings)
-            moving.append(Body(placed.body, BodyKind.MOVING_OBSTACLE, shape, None, 0.0, outlined, together, visits))
+            moving.append(Body(placed.body, moving_kind, shape, None, 0.0, outlined, together, visits))
             poses.append(motion.wrapped)
             own = np.full((len(t), 2), np.nan) if motion.sigma is None else motion.sigma
             sigmas.append(np.hypot(own, [outlines, 0.0]))
@@ -93,7 +95,9 @@ def obstacles(
 def _visits(lab: Lab, name: str, recordings: Recordings) -> bool:
     """Whether an obstacle was not there while its source had nothing of it: people walk into a picture and out of it."""
     body = lab.body(name)
-    return recordings[lab.source_of(name)].format == "pedestrians" if body.visits is None else body.visits
+    if body.visits is not None:
+        return body.visits
+    return body.kind == "person" or recordings[lab.source_of(name)].format == "pedestrians"
 
 
 def _measured(lab: Lab, placed: PlacedSpec, recordings: Recordings, offsets: Offsets, t: FloatArray) -> Motion:

@@ -12,27 +12,20 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
-from clearway.quantities import AngleSpread, AngleTolerance, Finite, NonNegative, PoseSpec, Positive, Whole
+from clearway.quantities import AngleTolerance, NonNegative, PoseSpec, Positive, Whole
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
-from clearway.recordings.formats.axes import Axis
+from clearway.recordings.lab.source_spec import Part, Point, SourceSpec, Span, StretchSpec
 from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import RobotBodySpec, ShapeSpec
 from clearway.validation import problems
 
-Point = tuple[Finite, Finite, Finite]
-Span = tuple[Finite, Finite]
 
-
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class TestSpec(_Part):
+class TestSpec(Part):
     """What was tested."""
 
     __test__ = False  # not one of pytest's
@@ -61,7 +54,7 @@ class TestSpec(_Part):
     )
 
 
-class ConditionsSpec(_Part):
+class ConditionsSpec(Part):
     """What a report has to say about a test; of the plan, and of a single trial where it differs."""
 
     place: str = ""
@@ -73,93 +66,23 @@ class ConditionsSpec(_Part):
     capture: str = Field(default="", description="the measuring system")
 
 
-class StretchSpec(_Part):
-    """A stretch of a recording, with what is known of it."""
-
-    file: str
-    span: Span | None = Field(default=None, description="s on the file's clock; default: all of it")
-    pose: str | PoseSpec | None = Field(
-        default=None, description="where base_link was: a pose of [poses], or x, y, theta"
-    )
-
-
-class SurveyedSpec(_Part):
-    """A marker whose place in the map was surveyed."""
-
-    marker: str
-    at: tuple[Finite, Finite] = Field(description="x, y in the map, m")
-
-
-class FrameSpec(_Part):
-    """How a source's frame is tied to the map: by exactly one of these. Without any, the map is not known."""
-
-    same: bool = Field(default=False, description="it is the map's")
-    transform: PoseSpec | None = Field(default=None, description="the source frame's pose in the map: m, m, rad")
-    RENAMED: ClassVar = {"holds": "static_poses"}
-
-    static_poses: tuple[StretchSpec, ...] = Field(default=(), description="the robot at rest on known poses")
-    surveyed: tuple[SurveyedSpec, ...] = Field(default=(), description="markers on known places")
-    file: str | None = Field(default=None, description="where the surveyed markers are seen; default: each trial's own")
-    uncertainty: tuple[NonNegative, AngleSpread] | None = Field(
-        default=None, description="standard uncertainty of a given transform or of known places: m, rad"
-    )
-
-    @model_validator(mode="after")
-    def _one_way(self) -> FrameSpec:
-        ways = sum((self.same, self.transform is not None, bool(self.static_poses), bool(self.surveyed)))
-        if ways > 1:
-            raise ValueError("say one of same, transform, static_poses, surveyed")
-        if any(h.pose is None for h in self.static_poses):
-            raise ValueError("every hold needs the pose that the robot stood on")
-        return self
-
-
-class SourceSpec(_Part):
-    """One kind of file that a trial may have: the capture, the robot's own log."""
-
-    format: str | None = Field(default=None, description="`clearway list formats`; default: as the file looks")
-    table: str | None = Field(default=None, description="for a plain CSV: the TOML that describes its columns")
-    files: str | None = Field(
-        default=None,
-        min_length=1,
-        description="the trials' files: `captures/{configuration}_{repetition}.csv` by what they are, or a folder or `captures/*.csv` "
-        "in the plan's order; a trial whose file is not there was not driven yet",
-    )
-    up: Axis | dict[str, Axis] | None = Field(
-        default=None,
-        description="axis of the file that points up, or of single tracks by their names; default: what the file says, or its "
-        "format's convention",
-    )
-    time: Literal["s", "ms", "us", "ns"] | None = Field(
-        default=None, description="unit of its stamps, where the format has none (tum)"
-    )
-    frame: FrameSpec = FrameSpec()
-    clock: Literal["speed", "epoch", "same"] | Finite = Field(
-        default="speed",
-        description="its clock against the first source's: correlate speeds, both files' dates, the same, or s to add",
-    )
-    estimate: str | None = Field(default=None, description="track that is the robot's own belief of its pose")
-    odometry: str | None = Field(
-        default=None, description="track whose speed the clocks are tied by; default: the estimate"
-    )
-    goals: str | None = Field(
-        default=None,
-        description="topic on which goals were sent, or an action such as /navigate_to_pose: its states also say when the robot "
-        "called each goal reached",
-    )
-    plans: str | None = Field(default=None, description="topic on which the robot's plans were published")
-
-
-class BodySpec(_Part):
+class BodySpec(Part):
     """A thing that was measured or placed: the robot, an obstacle."""
 
     source: str | None = Field(default=None, description="of [sources]; default: the first")
-    shape: ShapeSpec | None = Field(default=None, description="default: of the robot, its footprint; else unknown")
+    kind: Literal["obstacle", "person"] = Field(
+        default="obstacle", description="person: its distance from the robot has indicators of its own"
+    )
+    shape: ShapeSpec | None = Field(
+        default=None, description="default: of the robot, its footprint; of a person, a disc of 0.25 m; else unknown"
+    )
     markers: tuple[str, ...] | str | None = Field(
         default=None, description="its marker set: names, or a prefix ending in `:`"
     )
     track: str | None = Field(
-        default=None, description="instead of markers: a body, topic or `parent->child` of the file"
+        default=None,
+        description="instead of markers: a body, topic or `parent->child` of the file; of an obstacle also `cart*`: every body or topic "
+        "that fits and that no other names",
     )
     coordinates: dict[str, Point] | None = Field(default=None, description="of its markers in base_link, m")
     offset: PoseSpec | None = Field(default=None, description="base_link's pose in the track's frame: m, m, rad")
@@ -183,7 +106,7 @@ class BodySpec(_Part):
     visits: bool | None = Field(
         default=None,
         description="of a moving obstacle: before its first sample and after its last it was not there (true), or was there and "
-        "not seen (false); default: true of people in a file of format `pedestrians`",
+        "not seen (false); default: true of people",
     )
 
     @property
@@ -200,7 +123,7 @@ class BodySpec(_Part):
         return self
 
 
-class LegPlanSpec(_Part):
+class LegPlanSpec(Part):
     """One goal of a trial."""
 
     name: str = Field(min_length=1)
@@ -216,7 +139,7 @@ class LegPlanSpec(_Part):
     reached: bool = Field(default=True, description="whether it ended at its goal; only read where a span is given")
 
 
-class PlacedSpec(_Part):
+class PlacedSpec(Part):
     """An obstacle in one trial."""
 
     body: str = Field(description="of [bodies]")
@@ -248,7 +171,7 @@ class RecordedTrialSpec(ConditionsSpec):
     note: str = ""
 
 
-class TestPlan(_Part):
+class TestPlan(Part):
     """A test plan."""
 
     __test__: ClassVar = False  # it is not one of pytest's, whatever its name
@@ -262,6 +185,15 @@ class TestPlan(_Part):
         description="the first is the measurement, others are tied to it",
     )
     robot: BodySpec = BodySpec()
+    people: str | None = Field(
+        default=None,
+        min_length=1,
+        description="tracks that are people, such as `person*`: all that a trial's file holds are in it; what else is known of them stands "
+        "in [bodies.people]",
+    )
+    movers: str | None = Field(
+        default=None, min_length=1, description="the same of other obstacles; their shape stands in [bodies.movers]"
+    )
     bodies: dict[str, BodySpec] = Field(default_factory=dict, description="obstacles, by name")
     motion: MotionSpec = MotionSpec()
     legs: tuple[LegPlanSpec, ...] = Field(

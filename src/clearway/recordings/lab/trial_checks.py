@@ -10,6 +10,7 @@ from itertools import islice
 from pathlib import Path
 
 from clearway.errors import ClearwayError
+from clearway.recordings.lab import wildcards
 from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.lab import ROBOT, Lab
 from clearway.recordings.lab.recording_checks import Finding
@@ -41,7 +42,7 @@ def _problems(lab: Lab, recorded: Sequence[int]) -> Iterator[Finding]:
     for name in (ROBOT, *lab.plan.bodies):
         source, field = lab.source_of(name), name if name == ROBOT else f"bodies.{name}"
         have = [i for i in recorded if source in lab.files(lab.plan.trials[i]) and _there(lab, name, i)]
-        if not have or source in untied or not lab.body(name).measured:
+        if not have or source in untied or not lab.body(name).measured or wildcards.several(lab.body(name)):
             continue
         found = _tried(have, partial(_raw, lab, name, source), field)
         yield from found
@@ -107,4 +108,12 @@ def problems_of_trials(path: Path, found: Sequence[Finding]) -> list[Finding]:
             one = by_number(error, path)
             before = said.get(str(one))
             said[str(one)] = Finding(one, frozenset({index}) | (before.trials if before else frozenset()))
-    return list(said.values())
+    return [*said.values(), *_unfitted(lab, len(said) < len(recorded))]
+
+
+def _unfitted(lab: Lab, recorded: bool) -> Iterator[Finding]:
+    """Patterns that no track of any recording fits."""
+    for name, body in lab.plan.bodies.items():
+        if recorded and wildcards.several(body) and name not in lab.fitted:
+            field = name if getattr(lab.plan, name, None) == body.track else f"bodies.{name}.track"
+            yield Finding(ClearwayError(f"no recording has a track that fits {body.track!r}", field=field))
