@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import random
 import re
 import shutil
@@ -10,11 +11,11 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from clearway.campaigns import planned
 from clearway.campaigns.checks import check_file
 from clearway.errors import ClearwayError
 from clearway.robots import load_robot
-from clearway.trials.store_results import open_results
-from fault_sections import Count
+from fault_sections import Count, hostile
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -34,7 +35,7 @@ SEEDS = {
     "campaign.json": None,
 }
 """The file that is mutated, by kind."""
-CAMPAIGN = b'{"format": "clearway results", "schema": 5, "trials": 2, "run": {"test_plan": "x"}, "plan": {"suites": ["hospital"]}}'
+CAMPAIGN = json.dumps(hostile.CAMPAIGN).encode()
 
 VALUES = (
     "true", "nan", "inf", "-inf", "0", "-1", "1e300", "-1e300", "1e-300", "1e9", "9223372036854775807", "9" * 30, '""', '"x"',
@@ -129,7 +130,7 @@ MUTATIONS: tuple[Callable[[bytes, random.Random], bytes], ...] = (
 
 
 class Target:
-    """Reads mutated files of every kind as `clearway check` and `open_results` do.
+    """Reads mutated files of every kind as `clearway check` and `clearway run --resume` do.
 
     Args:
         folder: An empty one to lay them out in.
@@ -168,7 +169,7 @@ class Target:
         )
         file.write_bytes(text)
         if kind == "campaign.json":
-            open_results(self._folder)
+            planned(self._folder)
             return []
         return check_file(self._folder / "hall.yaml" if kind == "image" else file, self._robot)
 

@@ -8,13 +8,16 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 from clearway import api  # noqa: F401 - what every command needs is imported before the first is forked
-from clearway.campaigns import checks, conformance  # noqa: F401
+from clearway.campaigns import CampaignPlan, checks, conformance  # noqa: F401
 from clearway.mapping import build_map  # noqa: F401
 from clearway.recordings.exports import export  # noqa: F401
 from clearway.reports import write_report  # noqa: F401
 from clearway.robots import load_robot
+from clearway.scenarios.suites import Selection
+from clearway.trials.store_results import SCHEMA
 from fault_sections import Count
 from fault_sections.confined import command
 
@@ -56,7 +59,10 @@ note = "not recorded"
 """
 KINDS = {"scenario": SCENARIO, "suite": SUITE, "robot": ROBOT, "floor plan": PLAN, "test plan": TEST_PLAN}
 MAP = "image: map.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n"
-CAMPAIGN = {"format": "clearway results", "schema": 5, "trials": 1, "plan": {"suites": ["hospital"]}, "run": {}}
+CAMPAIGN: dict[str, Any] = {
+    "format": "clearway results", "schema": SCHEMA, "trials": 1, "run": {},
+    "plan": CampaignPlan(("hospital",), ("tiago",), selection=Selection(repetitions=1)).to_json(),
+}  # fmt: skip
 
 Attack = tuple[str, str, Callable[[Path], list[str]], tuple[int, ...]]
 """Which fault, its name, what lays out the files and gives the command line, the exit codes that are right."""
@@ -724,6 +730,17 @@ def _maps() -> Iterator[tuple[str, Callable[[Path], list[str]], tuple[int, ...]]
     yield "an honest plain image of 4 million cells", plain, (0,)
 
 
+_WRONG_IN_PLANS: tuple[tuple[str, Any], ...] = (
+    ("selection.repetitions", 10**9), ("selection.repetitions", "x"), ("selection.repetitions", True),
+    ("selection.speeds", ["x"]), ("selection.speeds", [0.6] * 100_000), ("selection.speeds", [k * 1e-6 for k in range(100_000)]),
+    ("selection.seeds", [0, 10**12]), ("selection.seeds", ["a", "b"]), ("selection.seeds", [1]), ("selection.scenarios", [3]),
+    ("selection.batches", [{}]), ("selection.worlds", ["a"]), ("selection.disturbance", "x"), ("selection.floor_plan", 3),
+    ("selection", None), ("robots", [3]), ("robots", [f"r{k}" for k in range(100_000)]), ("navigators", [["a"]]),
+    ("navigators", ["hp-st[without=" + "x" * 100_000 + "]"]), ("setups", [3]), ("suites", ["x" * 100_000]), ("options", [1]),
+    ("options", {"move-base": 3}), ("seed", "x"), ("decision_limit", "x"), ("localisation", 7), ("tracking", [1]), ("map", 3),
+)  # fmt: skip
+
+
 def _campaigns() -> Iterator[tuple[str, Callable[[Path], list[str]]]]:
     good = json.dumps(CAMPAIGN)
     texts: dict[str, str | bytes] = {
@@ -734,18 +751,28 @@ def _campaigns() -> Iterator[tuple[str, Callable[[Path], list[str]]]]:
         "10^18 trials": good.replace('"trials": 1', '"trials": 1000000000000000000'),
         "-1 trials": good.replace('"trials": 1', '"trials": -1'),
         "true as trials": good.replace('"trials": 1', '"trials": true'),
-        "true as schema": good.replace('"schema": 5', '"schema": true'),
+        "true as schema": good.replace(f'"schema": {SCHEMA}', '"schema": true'),
         "NaN": good.replace('"trials": 1', '"trials": NaN'),
         "not UTF-8": b'{"format": "\xff"}',
         "100 MB": good.encode() + b" " * 100_000_000,
         "20 million arrays": b'{"x": [' + b"[]," * 20_000_000 + b"0]}",
-        "a plan of numbers": good.replace('{"suites": ["hospital"]}', '{"suites": 5, "selection": 5}'),
+        "a plan of numbers": json.dumps(CAMPAIGN | {"plan": {"suites": 5, "selection": 5}}),
         "a plan of deep options": good.replace('["hospital"]', "[[[[]]]]"),
+        "95 MB of one text": good[:-1] + ', "x": "' + "x" * (95 << 20) + '\U0001f600"}',
+        "a million long keys": good[:-1]
+        + ', "x": {'
+        + ",".join(f'"{"k" * 80}{n}": 1' for n in range(1_000_000))
+        + "}}",
         "a list": "[]",
         "a run that is a list": good.replace('"run": {}', '"run": [1]'),
         "nothing": "",
         "a surrogate": good.replace("results", "\\ud800"),
     }
+    for field, value in _WRONG_IN_PLANS:
+        plan = json.loads(json.dumps(CAMPAIGN["plan"]))
+        table, _, key = field.rpartition(".")
+        (plan[table] if table else plan)[key] = value
+        texts[f"{field} = {str(value)[:20]}"] = json.dumps(CAMPAIGN | {"plan": plan})
     for name, text in texts.items():
         for verb in (["report", "."], ["run", "--resume", "."], ["rerun", ".", "--trial", "0"]):
 
@@ -837,6 +864,13 @@ def _lines() -> Iterator[tuple[list[str], tuple[int, ...]]]:
         yield ["report", name], REFUSED if name not in ("",) else TAKEN
         yield ["score", name, "--out", "out"], REFUSED
         yield ["map", name, "--out", "out"], REFUSED
+    long = "x" * 5000
+    for line in (
+        [*one[:-3], long], ["map", "hall", "--out", long], ["import", "x.csv", "--out", long], ["protocol", "hospital", "--out", long],
+        ["score", "x.toml", "--out", long], ["run", long], ["map", "hall", "--out", "/proc/x"], ["protocol", "hospital", "--out", "/proc/x"],
+    ):  # fmt: skip
+        yield line, REFUSED
+    yield [*one, "--navigator", "hp-st", "--without", "+".join(["reverse"] * 10_000)], REFUSED
     for name in (
         "hp-st[",
         "hp-st[]",

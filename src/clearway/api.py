@@ -8,6 +8,7 @@ results.figure("trajectories", batch="NO")       # a matplotlib figure
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -304,7 +305,7 @@ def free_directory(suites: Iterable[str]) -> Path:
     """Where results go when nobody says: `results/SUITE`, or `results/SUITE-2` and so on if that is taken."""
     name = "-".join(Path(s).stem for s in suites)
     number, path = 1, Path("results") / name
-    while path.exists():
+    while os.path.exists(path):
         number += 1
         path = Path("results") / f"{name}-{number}"
     return path

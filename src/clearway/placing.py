@@ -55,7 +55,7 @@ def make_folder(folder: Path) -> list[Path]:
         OSError: it can't be made.
     """
     new, at = [], folder
-    while not at.exists():
+    while not os.path.exists(at):
         new.append(at)
         at = at.parent
     folder.mkdir(parents=True, exist_ok=True)

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+from pydantic import TypeAdapter, ValidationError
+
 from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
 from clearway.errors import ClearwayError, shown
 from clearway.geometry.grid import OccupancyGrid
-from clearway.reading.limits import SECONDS, WHOLE
+from clearway.reading.limits import LONGEST_NAME, SECONDS, WHOLE
 from clearway.robots import load_robot, robot_names
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import refuse_many
@@ -69,6 +72,10 @@ class CampaignPlan:
             values = getattr(self, name)
             if len(set(values)) < len(values):
                 raise ClearwayError(f"{next(v for v in values if values.count(v) > 1)!r} stands twice", field=name)
+        if any(len(name) > LONGEST_NAME for name in self.navigators):
+            raise ClearwayError(
+                f"its name, with its options, has more than {LONGEST_NAME} characters", field="navigators"
+            )
         if not self.robots:
             object.__setattr__(self, "robots", _usual_robots(self.suites))
 
@@ -83,15 +90,14 @@ class CampaignPlan:
         Raises:
             ClearwayError: the values are not those of a plan.
         """
-        given = dict(values)
         try:
-            selection: dict[str, Any] = {
-                k: tuple(v) if isinstance(v, list) else v for k, v in given.pop("selection").items()
-            }
-            lists = {k: tuple(given.pop(k)) for k in ("suites", "robots", "navigators", "setups")}
-            return cls(selection=Selection(**selection), **(given | lists))
-        except (KeyError, TypeError, AttributeError, IndexError) as error:
-            raise ClearwayError(f"this is not a campaign's plan: {error}", field="plan") from error
+            return TypeAdapter(cls).validate_json(json.dumps(values), strict=True)
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            raise ClearwayError(
+                f"{shown(first['input'])} is none of a campaign's plan: {first['msg'].lower()}",
+                field=".".join(["plan", *map(str, first["loc"])]),
+            ) from error
 
     def specs(self) -> list[TrialSpec]:
         """Every trial, in the order of the results; of scenarios that are drawn from seeds their outlines.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -51,7 +52,7 @@ def localise_recording(
     """
     path, target = Path(recording), Path(out)
     for file in (target, beside.beside(target)):
-        if file.exists():
+        if os.path.exists(file):
             raise ClearwayError("exists already; nothing is overwritten", file=file)
     floor = load_floor_plan(map)
     if floor.map is None:

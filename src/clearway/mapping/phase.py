@@ -117,24 +117,24 @@ def build_map(
     plan = load_floor_plan(floor_plan)
     start = _start(plan) if plan.a is None else plan.a
     way = plan_tour(plan, start, robot)
-    driver = drive_tour(floor_plan, robot, seed, start, way)
+    with placed(out) as new:  # from the beginning: where it can't be written is seen before the drive
+        driver = drive_tour(floor_plan, robot, seed, start, way)
 
-    mapper = GridMapper(parameters, start, seed, scan_matching=scan_matching)
-    total = len(driver.scans)
-    used = []
-    for k, (odom, scan) in enumerate(zip(driver.odometry, driver.scans, strict=True)):
-        if mapper.add(odom, scan):
-            used.append(k)
-            tell(k, total, "")
-    built = mapper.map()
+        mapper = GridMapper(parameters, start, seed, scan_matching=scan_matching)
+        total = len(driver.scans)
+        used = []
+        for k, (odom, scan) in enumerate(zip(driver.odometry, driver.scans, strict=True)):
+            if mapper.add(odom, scan):
+                used.append(k)
+                tell(k, total, "")
+        built = mapper.map()
 
-    poses = np.array([driver.truth[k] for k in used])
-    farthest, usable = mapper.ranges(driver.scans[0])
-    truth = visible_walls(plan, robot, poses, farthest, usable, parameters.delta)
-    quality = map_quality(built, truth)
-    real = [_usable(driver.scans[k], usable, farthest) for k in used]
-    limit = render(poses, real, driver.scans[0].mount, parameters.delta, parameters.occ_thresh)
-    with placed(out) as new:
+        poses = np.array([driver.truth[k] for k in used])
+        farthest, usable = mapper.ranges(driver.scans[0])
+        truth = visible_walls(plan, robot, poses, farthest, usable, parameters.delta)
+        quality = map_quality(built, truth)
+        real = [_usable(driver.scans[k], usable, farthest) for k in used]
+        limit = render(poses, real, driver.scans[0].mount, parameters.delta, parameters.occ_thresh)
         write_map(new / "map.yaml", built)
     tell(total, total, "")
     moves = np.diff([p[:2] for p in driver.truth], axis=0)

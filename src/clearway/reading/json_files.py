@@ -24,11 +24,13 @@ def read_json(path: str | Path, most: int = limits.JSON) -> Any:
     """
     path = Path(path)
     raw = read_bytes(path, most)
+    if sum(map(raw.count, (b",", b"[", b"{"))) > limits.JSON_ENTRIES:  # before anything is built
+        raise ClearwayError(f"has more than {limits.JSON_ENTRIES:,} entries, the most that are read", file=path)
     try:
         found = json.loads(raw)
     except RecursionError as error:
         raise too_deep(path) from error
     except ValueError as error:
         raise ClearwayError(f"is not JSON: {error}", file=path) from error
-    refuse_monsters(found, path, texts=False)
+    refuse_monsters(found, path, entries=limits.JSON_ENTRIES, texts=False)
     return found

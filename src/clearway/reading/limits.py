@@ -11,14 +11,18 @@ YAML = 64 << 10
 """Bytes of a ROS map's yaml, which has seven lines; PyYAML reads 30 kB/s at worst."""
 BAG_METADATA = 256 << 10
 """Bytes of a ROS 2 bag's metadata.yaml; a topic takes about 0.5 kB."""
-JSON = 16 << 20
-"""Bytes of a results directory's campaign.json; 672 trials have 0.03 MB."""
+JSON = 96 << 20
+"""Bytes of a results directory's campaign.json, which has a line of 85 bytes for each scenario and robot; a million have 85 MB."""
+JSON_ENTRIES = 2_000_000
+"""Values in it, as many commas and brackets as it has."""
 NESTING = 32
 """Tables and arrays within each other, by brackets or by dots; nothing of ours has more than eight."""
 ENTRIES = 250_000
 """Keys and values of a file. A floor plan of 5,000 walls has 40,000."""
 WORD = 100
 """Characters of a number or of a key without quotes; a float64 has no more than 24."""
+LONGEST_NAME = 1000
+"""Characters of a navigator's name with its options, which stands in every row."""
 TEXT = 10_000
 """Characters of a text: a page or two, for a name or a note."""
 WHOLE = 2**63

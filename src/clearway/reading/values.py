@@ -8,13 +8,14 @@ from clearway.errors import ClearwayError
 from clearway.reading.limits import ENTRIES, NESTING, TEXT, WHOLE
 
 
-def refuse_monsters(table: object, file: Path | None, *, texts: bool = True) -> None:
+def refuse_monsters(table: object, file: Path | None, *, entries: int = ENTRIES, texts: bool = True) -> None:
     """Refuse values that nobody means.
 
     Args:
         table: What was read.
         file: Where it was read from.
-        texts: Whether texts are to be short and free of NUL.
+        entries: How many there may be.
+        texts: Whether texts, keys too, are to be short and free of NUL.
 
     Raises:
         ClearwayError: It is nested too deep, has too many entries, or holds a number or a text that is too large.
@@ -25,12 +26,12 @@ def refuse_monsters(table: object, file: Path | None, *, texts: bool = True) -> 
         value, where = waiting.pop()
         if isinstance(value, dict | list):
             count += len(value)
-            if count > ENTRIES:
-                raise ClearwayError(f"has more than {ENTRIES:,} entries, the most that are read", file=file)
+            if count > entries:
+                raise ClearwayError(f"has more than {entries:,} entries, the most that are read", file=file)
             if len(where) >= NESTING:
                 raise _too_deep(file, where)
             for key, inside in value.items() if isinstance(value, dict) else enumerate(value):
-                if isinstance(key, str) and (len(key) > TEXT or "\0" in key):
+                if texts and isinstance(key, str) and (len(key) > TEXT or "\0" in key):
                     raise ClearwayError(f"a key has at most {TEXT:,} characters, and no NUL among them", file=file)
                 waiting.append((inside, (*where, key)))
         elif isinstance(value, int):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from typing import Any
 
@@ -50,6 +50,11 @@ class Selection:
     seeds: tuple[int, int] | None = None
     disturbance: float | None = None
     scenarios: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for one in fields(self):
+            if isinstance(value := getattr(self, one.name), tuple) and one.name != "seeds":
+                object.__setattr__(self, one.name, tuple(dict.fromkeys(value)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -254,7 +254,7 @@ def refuse_results(path: Path) -> None:
     Raises:
         ClearwayError: it does.
     """
-    if not (path / CAMPAIGN).exists():
+    if not os.path.exists(path / CAMPAIGN):
         return
     unfinished = (path / PARTIAL).exists()
     state = "an unfinished campaign" if unfinished else "the results of a campaign"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -73,7 +74,7 @@ def export(
         raise ClearwayError("the trial was not recorded: there is nothing to export", file=path)
     files = _files(trial, to, Path(path), which)
     for file in files.values():
-        if file.exists():
+        if os.path.exists(file):
             raise ClearwayError("is there already; nothing is overwritten: choose another name", file=file)
     with placed(Path(path).parent) as new:
         for what, file in files.items():
@@ -278,8 +279,8 @@ def export_trials(
     if not wanted:
         raise ClearwayError("say which: --trial N, as often as you like, or --all", field="trial")
     out = Path(out)
-    alone = len(wanted) == 1 and not out.is_dir()
-    if not alone and out.exists() and not out.is_dir():
+    alone = len(wanted) == 1 and not os.path.isdir(out)
+    if not alone and os.path.exists(out) and not os.path.isdir(out):
         raise ClearwayError("is a file; several trials go into a folder", file=out)
     files: list[Path] = []
     for done, number in enumerate(wanted):

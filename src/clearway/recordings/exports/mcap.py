@@ -80,7 +80,7 @@ def write_trial(path: Path, trial: Trial, *, scans: bool = True, epoch: float = 
     path = Path(path)
     if not 0 <= epoch + float(trial.t[0] if len(trial.t) else 0.0) < 2**31 - 1e6:
         raise ClearwayError(f"the UNIX time {epoch} s is none that a ROS message can hold", file=path, field="epoch")
-    if path.exists():
+    if os.path.exists(path):
         raise ClearwayError("exists already; name a file or folder that doesn't", file=path)
     with placed(path.parent) as new:
         bag = new / (path.stem if path.suffix == ".mcap" else path.name)

@@ -76,7 +76,7 @@ class System:
             ("rate", 0 < self.rate <= 10_000, "a number of Hz above 0, at most 10000"),
             ("noise", 0 <= self.noise < 1, "m, not below 0 and less than 1"),
             ("gaps", 0 <= self.gaps < 1, "a share, not below 0 and less than 1"),
-            ("swaps", self.swaps >= 0, "a number of times"),
+            ("swaps", 0 <= self.swaps <= 1000, "a number of times, at most 1000"),
             ("lead", 0 <= self.lead <= 3600, "s, from 0 to 3600"),
             ("tail", 0 <= self.tail <= 3600, "s, from 0 to 3600"),
             ("seed", self.seed >= 0, "not below 0"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -161,7 +162,7 @@ def write_motion(motion: Motion, path: Path) -> None:
     names = (*COLUMNS, "residual")[: len(COLUMNS) + len(fitted)]
     values = np.round(np.column_stack([motion.t, motion.wrapped, motion.velocity, *fitted]), 6) + 0.0
     table = pa.table({n: pa.array(values[:, i], from_pandas=True) for i, n in enumerate(names)})
-    if path.exists():
+    if os.path.exists(path):
         raise ClearwayError("is there already; name another folder", file=path)
     with placed(path.parent) as new, open(new / path.name, "wb") as f:
         f.write((",".join(names) + "\n").encode())

@@ -79,7 +79,7 @@ def write_new(path: str | Path, text: str) -> None:
     """
     path = Path(path)
     refuse_existing(path)
-    if not path.parent.is_dir():
+    if not os.path.isdir(path.parent):
         raise ClearwayError("cannot be written: there is no such folder", file=path)
     with placed(path.parent) as new:
         (new / path.name).write_text(text, encoding="utf-8")
