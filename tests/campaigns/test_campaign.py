@@ -189,8 +189,40 @@ def test_a_suite_has_its_usual_robots(tmp_path: Path) -> None:
 def test_a_plan_survives_json() -> None:
     asked = plan("Drives", seed=7, setups=("5 iterations", "1"), options={"a": {"b": [1, 2]}}, map="m.yaml")
     assert CampaignPlan.from_json(json.loads(json.dumps(asked.to_json()))) == asked
-    with pytest.raises(ClearwayError, match="not a campaign's plan"):
-        CampaignPlan.from_json({"suites": ["hospital"]})
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "message"),
+    [
+        ({"suites": 5}, "plan.suites", "5 is none of a campaign's plan"),
+        ({"selection": {"repetitions": True}}, "plan.selection.repetitions", "True is none of"),
+        ({"selection": {"speeds": ["x"]}}, "plan.selection.speeds.0", "'x' is none of"),
+        ({"options": {"move-base": 3}}, "plan.options.move-base", "3 is none of"),
+        ({"worlds": []}, "plan", "'worlds' is no field"),
+        ({"selection": {"obstacles": []}}, "plan.selection", "'obstacles' is no field"),
+        ({"seed": None}, "plan.seed", "None is none of"),
+        ({"navigators": ["hp-st[without=" + "x" * 1000 + "]"]}, "navigators", "more than 1000 characters"),
+    ],
+)
+def test_what_is_no_plan_is_told(change: dict[str, Any], field: str, message: str) -> None:
+    values = json.loads(json.dumps(plan("Drives").to_json()))
+    for key, value in change.items():
+        values[key] = values[key] | value if key == "selection" else value
+    with pytest.raises(ClearwayError, match=message) as told:
+        CampaignPlan.from_json(values)
+    assert told.value.field == field
+
+
+def test_a_plan_misses_nothing() -> None:
+    values = plan("Drives").to_json()
+    for missing in ("seed", "selection"):
+        with pytest.raises(ClearwayError, match=f"'{missing}' is missing"):
+            CampaignPlan.from_json({k: v for k, v in values.items() if k != missing})
+
+
+def test_what_is_selected_twice_runs_once() -> None:
+    twice = CampaignPlan(("barn",), ("jackal",), selection=Selection(worlds=(4, 4), speeds=(0.5, 0.5), repetitions=1))
+    assert len(twice.specs()) == 1
 
 
 def test_the_whole_protocol_is_672_trials() -> None:

@@ -243,6 +243,24 @@ def test_compiling_does_not_count_as_hanging() -> None:
     assert time.perf_counter() - began > 0.05  # or it proves nothing
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_an_alarm_that_python_drops_is_rung_again() -> None:
+    class Lingers:
+        def __del__(self) -> None:
+            time.sleep(0.3)  # what is raised meanwhile is dropped, as in a callback of a weak reference
+
+    class Drops(Recorder):
+        def step(self, observation: Observation) -> Command:
+            Lingers()
+            time.sleep(10.0)
+            return Command(0.0, 0.0)
+
+    pilot = compose(Drops(), Here(), "truth", decision_limit=0.1)
+    start(pilot)
+    with pytest.raises(TookTooLong):
+        pilot.decide(sensing())
+
+
 def arrays(thing: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
     """Every array in it, by the name of its field."""
     if isinstance(thing, np.ndarray):

@@ -180,6 +180,7 @@ class _Watchdog:
 
     def __init__(self) -> None:
         self._seconds = self._began = self._compiled = 0.0
+        self._within = False  # whether the code that it watches is running
 
     def __call__(self, seconds: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:
         """What `function` returns.
@@ -192,14 +193,18 @@ class _Watchdog:
         """
         watched = seconds is not None and threading.current_thread() is threading.main_thread()
         try:
-            if watched:
-                assert seconds is not None
-                self._seconds, self._began, self._compiled = seconds, time.monotonic(), _compiling.seconds()
-                if signal.getsignal(signal.SIGALRM) != self._ring:
-                    signal.signal(signal.SIGALRM, self._ring)
-                signal.setitimer(signal.ITIMER_REAL, seconds)
-            HEARTBEAT.begin(seconds)
-            return function(*arguments)
+            try:
+                self._within = watched
+                if watched:
+                    assert seconds is not None
+                    self._seconds, self._began, self._compiled = seconds, time.monotonic(), _compiling.seconds()
+                    if signal.getsignal(signal.SIGALRM) != self._ring:
+                        signal.signal(signal.SIGALRM, self._ring)
+                    signal.setitimer(signal.ITIMER_REAL, seconds)
+                HEARTBEAT.begin(seconds)
+                return function(*arguments)
+            finally:
+                self._within = False  # first of all: no alarm comes between the end of that and this
         except _Alarm:
             raise TookTooLong(f"took longer than {seconds:g} s {what}") from None
         except (bdb.BdbQuit, SystemExit) as error:
@@ -223,10 +228,13 @@ class _Watchdog:
                 signal.setitimer(signal.ITIMER_REAL, 0.0)
 
     def _ring(self, signum: int, frame: FrameType | None) -> None:
+        if not self._within:
+            return
         taken = time.monotonic() - self._began - (_compiling.seconds() - self._compiled)
+        # again in any case: what is raised within a destructor or a weak reference's callback is dropped by Python
+        signal.setitimer(signal.ITIMER_REAL, max(self._seconds - taken, 0.05))
         if taken > 0.99 * self._seconds and not _compiling.running:
             raise _Alarm
-        signal.setitimer(signal.ITIMER_REAL, max(self._seconds - taken, 0.05))
 
 
 def guarded(limit: float | None, what: str, function: Callable[..., _T], *arguments: Any) -> _T:

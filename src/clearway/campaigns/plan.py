@@ -91,13 +91,23 @@ class CampaignPlan:
             ClearwayError: the values are not those of a plan.
         """
         try:
-            return TypeAdapter(cls).validate_json(json.dumps(values), strict=True)
+            plan = TypeAdapter(cls).validate_json(json.dumps(values), strict=True)
         except ValidationError as error:
             first = error.errors(include_url=False)[0]
             raise ClearwayError(
                 f"{shown(first['input'])} is none of a campaign's plan: {first['msg'].lower()}",
                 field=".".join(["plan", *map(str, first["loc"])]),
             ) from error
+        made = plan.to_json()
+        selection = made["selection"]
+        for where, given, wanted in (
+            ("plan", values, made),
+            ("plan.selection", values.get("selection", {}), selection),
+        ):
+            for key in sorted(wanted.keys() ^ given.keys()):
+                what = "is missing" if key in wanted else "is no field of a campaign's plan"
+                raise ClearwayError(f"{key!r} {what}", field=where)
+        return plan
 
     def specs(self) -> list[TrialSpec]:
         """Every trial, in the order of the results; of scenarios that are drawn from seeds their outlines.

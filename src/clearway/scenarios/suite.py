@@ -20,7 +20,7 @@ class Selection:
     """Which part of a suite to run; an empty tuple or None: all of it, as the suite has it.
 
     A value bars only the tests to which it applies: `gaps=(1.5,)` leaves out other double obstacles, and keeps the
-    single ones, which have no gap.
+    single ones, which have no gap. One that is named twice counts once.
 
     Attributes:
         batches: Names of the batches.
