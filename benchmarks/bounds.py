@@ -23,11 +23,12 @@ from typing import Any
 
 _HELD_OUT = {"scenarios": ["MO-crossing-v0.8-o0.4-r1"]}
 ROWS: dict[str, tuple[str, dict[str, Any]]] = {
-    "polygon": ("hospital-held-out", {"robots": ["hosbot"], "navigators": ["hp-st"], **_HELD_OUT}),
+    "polygon": ("hospital-held-out-blind", {"robots": ["hosbot"], "navigators": ["hp-st"], **_HELD_OUT}),
     "polygon, rivals": (
-        "hospital-held-out",
+        "hospital-held-out-blind",
         {"robots": ["hosbot"], "navigators": ["hp-tmpc", "hl-rrt", "colregs-apf", "move-base"], **_HELD_OUT},
     ),
+    "operator": ("hospital-held-out", {"robots": ["hosbot"], "navigators": ["move-base"], **_HELD_OUT}),
     "disc": (
         "sar-stress",
         {

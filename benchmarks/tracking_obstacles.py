@@ -178,7 +178,7 @@ def main() -> int:
         places[f"arena, {count} obstacles"] = table(series, rescue, [nothing] * seeds, True)
     scenarios = [
         s for seed in range(seeds)
-        for s in load_suite("hospital").build(robot, Selection(batches=("MO",), repetitions=1), seed)
+        for s in load_suite("hospital-blind").build(robot, Selection(batches=("MO",), repetitions=1), seed)
     ]  # fmt: skip
     scenarios = scenarios[: 2 if options.smoke else None]
     series = [list(hospital(s, robot, periods)) for s in scenarios]

@@ -23,6 +23,7 @@ from clearway.campaigns.rerun import rerun as rerun_trial
 from clearway.campaigns.variants import variants
 from clearway.errors import ClearwayError
 from clearway.scenarios.suite import Selection, seed_range
+from clearway.scenarios.suites import with_movers
 from clearway.trials import store
 
 if TYPE_CHECKING:
@@ -100,6 +101,7 @@ def run(
     without: Iterable[str] = (),
     guarantees: Iterable[str] = (),
     disturbance: float | None = None,
+    movers: str | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = None,
     out: str | Path | None = None,
@@ -135,6 +137,8 @@ def run(
             (`hp-st[without=reverse]`).
         guarantees: Modes (`passive`, `none`) in which to run the navigators that have them.
         disturbance: Factor on what disturbs the robot in each scenario; None: as each scenario says.
+        movers: `operator`: who drives a moving obstacle of the hospital protocol looks where it goes, as by default; `blind`:
+            it runs as on rails (the suites `hospital-blind` and `hospital-held-out-blind`).
         options: What a navigator's constructor is given, by the navigator's name.
         workers: How many processes; None: one a core. The results don't depend on it. 0: this one, for a debugger: a
             decision may take as long as it likes, and an error of a navigator is raised.
@@ -159,6 +163,7 @@ def run(
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
         disturbance=disturbance,
     )
+    suites = with_movers(suites, movers)
     folder = free_directory(suites) if out is None else Path(out)
     with pool(workers_of(workers, least=0), folder) as work:
         chosen, given = variants(

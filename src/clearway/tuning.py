@@ -49,3 +49,7 @@ class TunedOn:
         parts += [f"seed {' and '.join(map(str, self.seeds))}"] if self.seeds else []
         parts += [f"with {' and '.join(self.robots)}"] if self.robots else []
         return ", ".join(parts) + (f" ({self.note})" if self.note else "")
+
+
+HOSPITAL = ("hospital", "hospital-blind")
+"""The same tests, the same obstacles in the same places; what was chosen among movers that are blind is no less chosen there."""

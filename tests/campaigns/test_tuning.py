@@ -136,6 +136,7 @@ def test_a_declaration_in_words() -> None:
         "sar-case1, nobody kept which scenarios, with rescue (stand-ins)",
         "sar-case2, nobody kept which scenarios, with rescue (stand-ins)",
         "hospital, in hall, at 0.6 m/s, seed 0, with tiago (horizon and reference speed)",
+        "hospital-blind, in hall, at 0.6 m/s, seed 0, with tiago (horizon and reference speed)",
     ]
     assert said["oracle"] == []
     assert said[f"{HERE}:Drives"] is None

@@ -60,6 +60,10 @@ def run(
     disturbance: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Times what disturbs the robot in each scenario, as in 2.")
     ] = None,
+    movers: Annotated[
+        str | None,
+        typer.Option(help="hospital: operator (who drives them looks, the default) or blind (as on rails, harder)."),
+    ] = None,
     floor_plan: _options.FloorPlanName = None,
     localisation: Annotated[str | None, typer.Option(help="truth, odometry or amcl; default: the scenario's.")] = None,
     map_: Annotated[
@@ -137,6 +141,7 @@ def run(
                 without=without or (),
                 guarantees=guarantees or (),
                 disturbance=disturbance,
+                movers=movers,
                 workers=workers,
                 out=resume or out,
                 resume=resume is not None,

@@ -1,9 +1,10 @@
-"""The suites `hospital` and `hospital-held-out`: the protocol of Rondoni et al. 2024 (paper A), section "Benchmarking
+"""The suites `hospital` and `hospital-held-out`, and both with `-blind`: the protocol of Rondoni et al. 2024 (paper A), section "Benchmarking
 protocol" and Table 1, with the paper's numbers, and with others on which nothing was chosen.
 
 Four batches of growing complexity between A and B, d_AB = 5 m apart, each driven forth and back, three times:
 NO (no obstacle), SO (static), MO (moving), CE (both). With the paper's numbers that makes 9 + 252 + 27 + 48 = 336 trials for
-one robot and navigator. Where the paper leaves something open, the reading chosen stands in DECISIONS.md beside this file.
+one robot and navigator. The moving obstacle is the other robot, which in the paper somebody drives with a joystick; in the suites with
+`-blind` nobody looks where it goes. Where the paper leaves something open, the reading chosen stands in DECISIONS.md beside this file.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -20,6 +21,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.quantities import PoseSpec
 from clearway.robots import Robot, load_robot
+from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import LabelSpec, LegSpec, ObstacleSpec, RobotBodySpec, RunSpec, Scenario, SquareSpec
 from clearway.scenarios.suite import Section, Selection, Suite, draw, scenario_seed
@@ -45,6 +47,8 @@ OVERTAKING_ROOM = 0.2
 """Free space between an overtaking moving obstacle's disc and the robot's, m."""
 TIMING = 0.5
 """A moving obstacle's start varies by this much either way, s."""
+OPERATOR = OperatorSpec()
+"""Who drives the moving obstacles, with a joystick."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +64,7 @@ class Protocol:
         sizes: Edges of the square obstacles, m.
         gaps: Edge-to-edge distances of double obstacles, in multiples of d_base.
         repetitions: How many of each test, unless the selection says otherwise.
+        operator: Who drives the moving obstacles; None: nobody looks, they run as on rails.
     """
 
     floor_plan: str
@@ -70,6 +75,7 @@ class Protocol:
     sizes: tuple[float, ...]
     gaps: tuple[float, ...]
     repetitions: int = 3
+    operator: OperatorSpec | None = OPERATOR
 
 
 PAPER_A = Protocol(
@@ -99,7 +105,7 @@ def build(robot: Robot, selection: Selection, seed: int, protocol: Protocol) -> 
     plan = selection.floor_plan or protocol.floor_plan
     line = _Line(plan)
     return [
-        _scenario(robot, line, plan, test, repetition, seed)
+        _scenario(robot, line, plan, test, repetition, seed, protocol.operator)
         for test in _tests(protocol)
         for repetition in range(1, (selection.repetitions or protocol.repetitions) + 1)
     ]
@@ -149,7 +155,13 @@ def _tests(protocol: Protocol) -> Iterator[tuple[LabelSpec, float]]:
 
 
 def _scenario(
-    robot: Robot, line: _Line, plan: str, test: tuple[LabelSpec, float], repetition: int, seed: int
+    robot: Robot,
+    line: _Line,
+    plan: str,
+    test: tuple[LabelSpec, float],
+    repetition: int,
+    seed: int,
+    operator: OperatorSpec | None,
 ) -> Scenario:
     labels, speed = test
     name = _name(labels, speed, repetition)
@@ -160,7 +172,7 @@ def _scenario(
         start=line.pose(-D_AB / 2, 0.0, 0.0),
         legs=_legs(robot, line, speed),
         speed=speed,
-        obstacles=(*_static(robot, line, labels), *_moving(robot, line, labels, speed, own_seed)),
+        obstacles=(*_static(robot, line, labels), *_moving(robot, line, labels, speed, own_seed, operator)),
         labels=labels.model_copy(update={"repetition": repetition}),
         reference_length=D_AB,
         seed=own_seed,
@@ -189,8 +201,10 @@ def _static(robot: Robot, line: _Line, labels: LabelSpec) -> list[ObstacleSpec]:
     ]
 
 
-def _moving(robot: Robot, line: _Line, labels: LabelSpec, speed: float, seed: int) -> list[ObstacleSpec]:
-    """The other robot's body on its path, once for each scored leg, turned by pi about the midpoint for the way back."""
+def _moving(
+    robot: Robot, line: _Line, labels: LabelSpec, speed: float, seed: int, operator: OperatorSpec | None
+) -> list[ObstacleSpec]:
+    """The other robot on its path, once for each scored leg, turned by pi about the midpoint for the way back."""
     if labels.obstacle_speed is None:
         return []
     other = "hosbot" if robot.name.partition(":")[0] == "tiago" else "tiago"
@@ -201,7 +215,8 @@ def _moving(robot: Robot, line: _Line, labels: LabelSpec, speed: float, seed: in
         timing = TIMING * (2 * draw(seed, f"timing {leg}") - 1)
         where = tuple(line.point(sign * x, sign * y) for x, y in path)
         runs.append(RunSpec(leg=leg, path=where, speed=labels.obstacle_speed, delay=round(after - meeting + timing, 6)))
-    return [ObstacleSpec(name=other, shape=RobotBodySpec(kind="robot", robot=other), runs=tuple(runs))]
+    body = RobotBodySpec(kind="robot", robot=other)
+    return [ObstacleSpec(name=other, shape=body, runs=tuple(runs), behaviour=operator)]
 
 
 Point = tuple[float, float]
@@ -272,9 +287,21 @@ HOSPITAL = _suite(
     PAPER_A,
     (Section.PAPER_A, Section.MANOEUVRING_SPACE),
 )
+BLIND = _suite(
+    "hospital-blind",
+    "Hospital navigation benchmark, blind movers",
+    "Paper A's protocol, made harder: the moving robot runs as on rails, timed to meet the tested one",
+    replace(PAPER_A, operator=None),
+)
 HELD_OUT = _suite(
     "hospital-held-out",
     "Hospital navigation benchmark, held out",
     "Paper A's protocol in the ward with sizes, gaps and speeds between the paper's, on which nothing was chosen",
     BETWEEN,
+)
+HELD_OUT_BLIND = _suite(
+    "hospital-held-out-blind",
+    "Hospital navigation benchmark, held out, blind movers",
+    "The held-out protocol, made harder: the moving robot runs as on rails, timed to meet the tested one",
+    replace(BETWEEN, operator=None),
 )

@@ -30,6 +30,7 @@ from clearway.quantities import (
 )
 from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, POINTS, RUNS, SECONDS
 from clearway.robots import Tolerances, load_robot
+from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
 
 
@@ -133,6 +134,9 @@ class ObstacleSpec(_Part):
     shape: ShapeSpec
     pose: PoseSpec | None = Field(default=None, description="where a static one stands: m, m, rad")
     runs: tuple[RunSpec, ...] = Field(default=(), max_length=RUNS, description="when and where a moving one moves")
+    behaviour: OperatorSpec | None = Field(
+        default=None, description="who drives it along its runs; default: nobody, it runs blindly as on rails"
+    )
     oscillation: OscillationSpec | None = Field(default=None, description="how one moves that is always there")
     motion: MotionSpec | None = Field(default=None, description="how one moves that is always there, less regularly")
 
@@ -148,6 +152,8 @@ class ObstacleSpec(_Part):
                 f"the obstacle {self.name!r} needs one of these: a pose (static), runs (moving), an oscillation (moving),"
                 " a motion (moving)"
             )
+        if self.behaviour is not None and not self.runs:
+            raise ValueError(f"the obstacle {self.name!r} has no runs along which an operator could drive it")
         return self
 
 

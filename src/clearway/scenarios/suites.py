@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, unknown
 from clearway.registry import Registry
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.suite import Selection, Suite, scenario_seed
@@ -20,7 +20,9 @@ SUITES = Registry(
         "barn": "clearway.scenarios.barn:BARN",
         "barn-2022": "clearway.scenarios.barn:BARN_2022",
         "hospital": "clearway.scenarios.hospital:HOSPITAL",
+        "hospital-blind": "clearway.scenarios.hospital:BLIND",
         "hospital-held-out": "clearway.scenarios.hospital:HELD_OUT",
+        "hospital-held-out-blind": "clearway.scenarios.hospital:HELD_OUT_BLIND",
         "sar-case1": "clearway.scenarios.sar:CASE_1",
         "sar-case2": "clearway.scenarios.sar:CASE_2",
         "sar-case3": "clearway.scenarios.sar:CASE_3",
@@ -40,6 +42,23 @@ def suite_names() -> list[str]:
         ClearwayError: two packages register different suites under one name.
     """
     return sorted(SUITES.addresses())
+
+
+def with_movers(suites: Iterable[str], movers: str | None) -> tuple[str, ...]:
+    """The suites whose movers are `operator` (they look, where somebody drives them) or `blind`, of those with these names.
+
+    Raises:
+        ClearwayError: `movers` is another word, or no suite has blind ones.
+    """
+    asked = tuple(suites)
+    if movers in (None, "operator"):
+        return asked
+    if movers != "blind":
+        raise unknown("kind of movers", str(movers), ("operator", "blind"))
+    blind = tuple(f"{name}-blind" if f"{name}-blind" in suite_names() else name for name in asked)
+    if not any(name.endswith("-blind") for name in blind):
+        raise ClearwayError(f"no suite among {', '.join(asked)} has movers that could be blind", field="movers")
+    return blind
 
 
 def load_suite(which: str) -> Suite:

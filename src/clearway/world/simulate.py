@@ -22,6 +22,7 @@ from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Trial
+from clearway.world.behaviours.registry import behaviours_of
 from clearway.world.bodies import bodies_of, moving_obstacles_of
 from clearway.world.goal_and_progress_checker import GoalAndProgressChecker
 from clearway.world.log import Log
@@ -99,7 +100,10 @@ def simulate_in(
         tracking=tracking,
     )  # fmt: skip
     placed = _placed(start, scenario)
-    world = World(robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance)
+    world = World(
+        robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance, behaviours_of(scenario),
+        [leg.name for leg in scenario.legs],
+    )  # fmt: skip
     checker = GoalAndProgressChecker(attempt.legs, scenario.legs, scenario.livelock, world.state)
     task = Task(
         period=robot.period,

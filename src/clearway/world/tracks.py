@@ -3,7 +3,7 @@
 A track is a table of knots (time since the leg began, x, y, theta). Between two knots a body moves on a line at
 constant speed and turns the shorter way; it is absent before its first knot, after its last one, and between a knot
 and one that is NaN. A way along a polyline has two knots at each corner, so that the heading follows the path; any
-other motion arrives as dense knots. A body that oscillates, or moves as one of `scenarios.motions`, keeps its time from the
+other motion arrives as dense knots; of a body that decides they are laid while the trial goes on (`laid`). A body that oscillates, or moves as one of `scenarios.motions`, keeps its time from the
 start of the trial.
 """
 
@@ -29,6 +29,8 @@ KNOT = 0.015
 """Time between the knots of an oscillation, s: a tenth of paper B's sampling time. A line between two of them is off by
 at most (acceleration) x KNOT^2 / 8, 0.03 mm at 1 m/s^2."""
 _NONE: FloatArray = np.zeros((0, 4))
+ROOM = 256
+"""Knots for which there is room in the track of a body that decides, see `laid`."""
 
 
 class Tracks(NamedTuple):
@@ -68,13 +70,19 @@ def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: flo
             )
             raise ClearwayError(problem, field="legs.time_limit")
     parts = [
-        [_knots(o, [r for r in o.runs if r.leg == leg]) if o.lasting is None else _NONE for o in obstacles]
+        [_NONE if o.lasting or o.behaviour else _knots(o, [r for r in o.runs if r.leg == leg]) for o in obstacles]
         for leg in legs
     ]
     for j, obstacle in enumerate(obstacles):
         if obstacle.lasting is not None:
             parts[0][j] = swing(obstacle.lasting, duration)
-    return stack(parts, [o.lasting is not None for o in obstacles])
+        elif obstacle.behaviour is not None:
+            parts[0][j] = np.full((ROOM, 4), np.nan)
+    found = stack(parts, [o.lasting is not None or o.behaviour is not None for o in obstacles])
+    for j, obstacle in enumerate(obstacles):
+        if obstacle.behaviour is not None:
+            found.rows[:, j, 1] = found.rows[:, j, 0]  # nothing is laid yet
+    return found
 
 
 def longest(legs: Sequence[LegSpec]) -> float:

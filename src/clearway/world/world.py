@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -19,10 +19,14 @@ from clearway.robots import Robot
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
 from clearway.world import plant
+from clearway.world.behaviours.behaviour import PERIOD, Behaviour, SeenRobot
 from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
+from clearway.world.laid import Laid, LaidTracks
 from clearway.world.lidar import View, errors_of, hold, scan
 from clearway.world.tracks import Tracks, pose_at
+
+_SAME = 1e-9  # s
 
 
 class World:
@@ -36,6 +40,8 @@ class World:
         tracks: Tracks of the bodies without a pose, in their order.
         seed: Seed of the errors of odometry, lidar and camera, and of the disturbance.
         disturbance: How the ground moves it; None: it does not.
+        behaviours: Who decides for moving bodies, by their place among these.
+        legs: Names of the legs.
 
     Attributes:
         moving_obstacles: (m, 3) poses now of the moving bodies; NaN: absent.
@@ -51,6 +57,8 @@ class World:
         tracks: Tracks,
         seed: int,
         disturbance: DisturbanceSpec | None = None,
+        behaviours: Mapping[int, Behaviour] | None = None,
+        legs: Sequence[str] = (),
     ) -> None:
         self.bodies = tuple(bodies)
         self._still = [b for b in bodies if b.pose is not None]
@@ -77,15 +85,22 @@ class World:
             plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip
+        self._way = np.zeros((plant.steps(robot.period) + 1, 3))
         self._setting = plant.hold(
             plant.Setting(
                 vehicle, plant.Still(still, self._boxes, np.zeros(len(self._still))),
-                plant.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles),
-                np.zeros((plant.steps(robot.period) + 1, 3)),
+                plant.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles), self._way,
             )
         )  # fmt: skip
         self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
-        self._leg = 0
+        self._leg, self._legs = 0, tuple(legs)
+        self._behaviours, self._laid = dict(behaviours or {}), LaidTracks(tracks, self._slack)
+        self._seen, self._decided = SeenRobot(foot, Laid()), 0
+        self._seen.track.lay(0.0, self._state[:3])
+        for m, behaviour in self._behaviours.items():
+            self._laid.add(m, behaviour.speed)
+        self._begin_behaviours(0.0)
+        self._decide_until(0.0)
         self._place_moving(0.0)
         self._camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
@@ -131,6 +146,7 @@ class World:
         self._leg = leg
         self._since[~self._tracks.lasting] = t
         self._slack[:] = 0.0
+        self._begin_behaviours(t)
         self.between.begin_leg()
         self._place_moving(t)
 
@@ -156,11 +172,42 @@ class World:
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
+        before = self._state.copy()
         hit = plant.tick(self._state, v, omega, self._count, self._leg, t, self._setting)
+        if self._behaviours:  # they see where it drives, and decide; then it drives there, among them
+            self._lay_way(t)
+            self._decide_until(t + self._period)
+            self._state[:] = before
+            self._slack[:] = 0.0
+            hit = plant.tick(self._state, v, omega, self._count, self._leg, t, self._setting)
         self._count += 1
         driven = self._period if hit < 0 else float(self._state[plant.ELAPSED])
         self.between.look(self._leg, t, driven)
         return driven, None if hit < 0 else (self._still + self._moving)[hit]
+
+    def _lay_way(self, t: float) -> None:
+        """Let the bodies that decide see where the robot went in the period that began at `t` [s]."""
+        step = self._period / (len(self._way) - 1)
+        for i in range(1, len(self._way)):
+            self._seen.track.lay(t + i * step, self._way[i])
+
+    def _decide_until(self, t: float) -> None:
+        """Every body that decides does so up to time `t` [s], and thereby for a little longer."""
+        while self._decided * PERIOD <= t + _SAME:
+            now, until = self._decided * PERIOD, (self._decided + 1) * PERIOD
+            for m, behaviour in self._behaviours.items():
+                self._laid.lay(m, until, behaviour.step(now, until, (self._seen,)))
+            self._decided += 1
+
+    def _begin_behaviours(self, t: float) -> None:
+        """The leg begins at time `t` [s] for the bodies that decide; who has decided for longer decides anew."""
+        for m, behaviour in self._behaviours.items():
+            pose = behaviour.begin_leg(self._legs[self._leg], t)
+            if pose is not None:
+                self._laid.restart(m, t, pose)
+                until = self._decided * PERIOD
+                if until > t + _SAME:
+                    self._laid.lay(m, until, behaviour.step(t, until, (self._seen,)))
 
     def touching(self) -> Body | None:
         """A body that the robot touches where it stands now, None if there is none."""
@@ -192,15 +239,20 @@ class World:
         return moved / h if math.isfinite(moved) else 0.0
 
     def obstacles_at(self, t: float) -> FloatArray:
-        """(n, 4) x, y, radius [m] and presence (1 or 0) at time `t` [s] of every obstacle of the test, as planned now."""
+        """(n, 4) x, y, radius [m] and presence (1 or 0) at time `t` [s] of every obstacle of the test, as planned now; one
+        that decides moves on as it does now."""
         _, still, moving = self._reach
         rows = [(b.pose[0], b.pose[1], r, 1.0) for b, r in zip(self._still, still, strict=True)
                 if b.kind == BodyKind.OBSTACLE and b.pose is not None]  # fmt: skip
         at = np.empty(3)
-        for (begin, end), since, reach in zip(
-            self._tracks.rows[self._leg].tolist(), self._since.tolist(), moving, strict=True
+        for m, ((begin, end), since, reach) in enumerate(
+            zip(self._tracks.rows[self._leg].tolist(), self._since.tolist(), moving, strict=True)
         ):
-            there = pose_at(self._tracks.knots, begin, end, t - since, at)
+            if m in self._behaviours:
+                at[:2] = self._laid.foreseen(m, t)
+                there = math.isfinite(at[0])
+            else:
+                there = pose_at(self._tracks.knots, begin, end, t - since, at)
             rows.append((at[0], at[1], reach, float(there)))
         return np.array(rows, dtype=np.float64).reshape(-1, 4)
 

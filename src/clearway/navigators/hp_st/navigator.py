@@ -51,7 +51,7 @@ from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.robots import Robot
-from clearway.tuning import TunedOn
+from clearway.tuning import HOSPITAL, TunedOn
 
 REACH = 0.6
 """Share of the goal's distance tolerance within which it plans to come: true poses err."""
@@ -95,8 +95,8 @@ class HpSt:
             TunedOn(suite, ("rescue",), draws=range(100))
             for suite in ("sar-case1", "sar-case2", "sar-case3", "sar-stress")
         ),
-        TunedOn("hospital", ("tiago", "hosbot", "jackal"), "hall", seeds=(3,)),
-        TunedOn("hospital", ("tiago", "hosbot"), "hall", seeds=(7,), note="the cost of nearness"),
+        *(TunedOn(suite, ("tiago", "hosbot", "jackal"), "hall", seeds=(3,)) for suite in HOSPITAL),
+        *(TunedOn(suite, ("tiago", "hosbot"), "hall", seeds=(7,), note="the cost of nearness") for suite in HOSPITAL),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES

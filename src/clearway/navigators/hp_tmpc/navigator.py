@@ -42,7 +42,7 @@ from clearway.navigators.hp_tmpc.parameters import (
     literal_from,
 )
 from clearway.robots import Robot
-from clearway.tuning import TunedOn
+from clearway.tuning import HOSPITAL, TunedOn
 
 _Discs: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, npt.NDArray[np.bool_]]
 """Position, velocity (n, 2), radius, error, moving (n,) of the obstacles."""
@@ -73,7 +73,10 @@ class HpTmpc:
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         *(TunedOn(suite, ("rescue",), draws=range(0), note="stand-ins") for suite in ("sar-case1", "sar-case2")),
-        TunedOn("hospital", ("tiago",), "hall", seeds=(0,), speeds=(0.6,), note="horizon and reference speed"),
+        *(
+            TunedOn(suite, ("tiago",), "hall", seeds=(0,), speeds=(0.6,), note="horizon and reference speed")
+            for suite in HOSPITAL
+        ),
     )
 
     def __init__(

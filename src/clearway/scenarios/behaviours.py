@@ -1,0 +1,38 @@
+"""How a moving obstacle decides while a trial goes on, where it doesn't run on rails: what a scenario says of it.
+
+`clearway.world.behaviours` has what each does.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from clearway.quantities import Distance, NonNegative, Positive, Speed
+
+
+class OperatorSpec(BaseModel):
+    """A person with a joystick, who drives along the path at the set speed, and looks at the tested robot.
+
+    Every number is a stand-in of ours, with its reason in `scenarios/DECISIONS.md`.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    kind: Literal["operator"] = "operator"
+    reaction: float = Field(default=0.3, strict=True, ge=0, le=2, description="how old what the person acts on is, s")
+    stop_short: Distance = Field(default=0.5, description="left between it and what is in its way when it stands, m")
+    beside: Distance = Field(default=0.1, description="what comes nearer to its way than this is in the way, m")
+    foresight: NonNegative = Field(
+        default=1.0, le=10, description="for how long the person takes the robot to drive on as it does, s"
+    )
+    line_keeping: float = Field(
+        default=0.1, strict=True, ge=0, le=1, description="the most that it leaves its path by to either side, m"
+    )
+    patience: Positive = Field(default=3.0, le=3600, description="how long it stands before it backs off, s")
+    backing: Speed = Field(default=0.1, description="speed at which it backs off, m/s")
+    acceleration: Positive = Field(
+        default=1.0, le=100, description="of its base, m/s^2; another robot's own where it is one"
+    )
+    deceleration: Positive = Field(default=1.0, le=100, description="the same of braking, m/s^2")

@@ -1,0 +1,230 @@
+"""A robot on its path, driven by a person with a joystick who sees the tested robot.
+
+The person takes what was seen a reaction time ago, lets it drive on for a while in thought, and slows down so as to stop
+short of it where it comes into the way. Who has stood for long enough backs off slowly, and goes on when the way is free.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from clearway.geometry.angles import wrap
+from clearway.geometry.compiled import kernel
+from clearway.geometry.distance import gap
+from clearway.geometry.motion import ramp
+from clearway.geometry.packing import pack, transform
+from clearway.geometry.shapes import FloatArray, Shape
+from clearway.geometry.streams import stream, uniform
+from clearway.scenarios.behaviours import OperatorSpec
+from clearway.scenarios.scenario import RunSpec
+from clearway.world.behaviours.behaviour import ABSENT, SeenRobot
+
+_GLANCE = 0.1
+"""Time between two looks of which the person makes a velocity, s."""
+_THOUGHTS = 5
+"""Into so many instants the time is cut for which the robot is thought to drive on."""
+_FREE = 0.5
+"""So much further than `stop_short` the way has to be free before one who has backed off goes on, m."""
+_STRIDE = 0.02
+"""Least step along the path when it is looked at, m."""
+_WAVES = ((0.7, 6.0), (0.3, 3.5))
+"""Share of the line keeping, and length [m] of the waves in which a hand strays from a line."""
+
+
+class Operator:
+    """Drives one body along its runs.
+
+    Args:
+        spec: Who drives.
+        shape: The body's.
+        runs: Its runs on each leg, one after another.
+        seed: Of the trial.
+        name: The body's; with the seed it decides how the hand strays.
+    """
+
+    def __init__(
+        self, spec: OperatorSpec, shape: Shape, runs: Mapping[str, Sequence[RunSpec]], seed: int, name: str
+    ) -> None:
+        self._spec, self._runs = spec, runs
+        packed = pack([shape])
+        self._outline, self._rim, self._reach = packed.points, float(packed.radius[0]), float(packed.reach[0])
+        fastest = max((run.speed for on_leg in runs.values() for run in on_leg), default=0.0)
+        self.speed = 1.1 * max(fastest, spec.backing) * math.hypot(1.0, _steepest(spec.line_keeping))
+        key = stream(seed, f"operator {name}")
+        self._phases = np.array([math.tau * uniform(key, 0, i) for i in range(len(_WAVES))])
+        self._waiting: list[tuple[RunSpec, _Path]] = []
+        self._path: _Path | None = None
+        self._s = self._v = self._set_speed = self._stood = 0.0
+        self._backing = False
+
+    def begin_leg(self, leg: str, t: float) -> FloatArray:
+        """The runs of this leg begin, each after its delay."""
+        runs = sorted(self._runs.get(leg, ()), key=lambda run: run.delay)
+        self._waiting = [(run, _Path(run, self._spec.line_keeping, self._phases)) for run in runs]
+        self._began, self._path = t, None
+        return self._start(t)
+
+    def step(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
+        """Drive on from `t` to `until` [s]."""
+        if self._path is None:
+            return self._start(until)
+        wanted = self._wanted(t, robots, until - t)
+        now, spec = self._v, self._spec
+        if now >= 0.0:
+            self._v, mean = ramp(now, wanted, spec.acceleration, spec.deceleration, until - t)
+        else:
+            self._v, mean = ramp(now, wanted, spec.deceleration, spec.acceleration, until - t)
+        self._s = max(self._s + mean * (until - t), 0.0)
+        if self._s >= self._path.length:
+            self._path = None
+            return self._start(until)
+        return self._path.pose(self._s)
+
+    def _start(self, t: float) -> FloatArray:
+        """Begin the next run if it is time [s]; at its set speed, as if it had been under way."""
+        if not self._waiting or t < self._began + self._waiting[0][0].delay:
+            return ABSENT
+        run, self._path = self._waiting.pop(0)
+        self._s = (t - self._began - run.delay) * run.speed
+        self._v = self._set_speed = run.speed
+        self._stood, self._backing = 0.0, False
+        if self._s >= self._path.length:
+            self._path = None
+            return ABSENT
+        return self._path.pose(self._s)
+
+    def _wanted(self, t: float, robots: tuple[SeenRobot, ...], dt: float) -> float:
+        """The speed that the joystick asks for, m/s."""
+        spec, v = self._spec, self._v
+        free = self._free(t, robots, 1.0)
+        self._stood = self._stood + dt if v == 0.0 and free <= spec.stop_short else 0.0
+        if self._stood >= spec.patience:
+            self._backing = True
+        if self._backing and free > spec.stop_short + _FREE:
+            self._backing = False
+        if self._backing:
+            return -_within(spec.backing, self._free(t, robots, -1.0) - spec.stop_short, spec.deceleration)
+        return _within(self._set_speed, free - spec.stop_short, spec.deceleration)
+
+    def _free(self, t: float, robots: tuple[SeenRobot, ...], way: float) -> float:
+        """How far the path is free ahead (way 1) or behind (way -1), as the person has it at time `t` [s], m."""
+        assert self._path is not None
+        spec, path = self._spec, self._path
+        far = self._set_speed**2 / (2.0 * spec.deceleration) + spec.stop_short + _FREE + 1.0
+        for robot in robots:
+            seen = t - spec.reaction
+            now, before = robot.track.at(seen), robot.track.at(seen - _GLANCE)
+            velocity = (now[:2] - before[:2]) / _GLANCE
+            ahead = np.linspace(spec.reaction, spec.reaction + spec.foresight, _THOUGHTS)
+            places = np.column_stack([now[:2] + ahead[:, None] * velocity, np.full(_THOUGHTS, now[2])])
+            far = free_way(
+                path.points, path.along, path.stray, self._phases, self._s, way, far, self._outline, self._rim,
+                robot.shape.points, float(robot.shape.radius[0]), places, spec.beside,
+            )  # fmt: skip
+        return far
+
+
+class _Path:
+    """A run's way points as arrays, and how the hand strays from them.
+
+    Attributes:
+        points: (n, 2) m.
+        along: (n,) length up to each, m.
+        stray: The most that it is left by, m.
+        length: m.
+    """
+
+    def __init__(self, run: RunSpec, stray: float, phases: FloatArray) -> None:
+        points = np.array(run.path, dtype=np.float64)
+        steps = np.hypot(*np.diff(points, axis=0).T)
+        kept = np.concatenate([[True], steps > 0.0])
+        self.points = np.ascontiguousarray(points[kept])
+        self.along = np.concatenate([[0.0], np.cumsum(steps[steps > 0.0])])
+        self.stray, self.length = stray, float(self.along[-1])
+        self._phases = phases
+
+    def pose(self, s: float) -> FloatArray:
+        """(3,) at `s` [m] along it."""
+        out = np.empty(3)
+        pose_on(self.points, self.along, self.stray, self._phases, s, out)
+        return out
+
+
+def _within(speed: float, room: float, deceleration: float) -> float:
+    """The speed [m/s], at most `speed`, from which one stops within `room` [m]."""
+    return min(speed, math.sqrt(2.0 * deceleration * max(room, 0.0)))
+
+
+def _steepest(stray: float) -> float:
+    return stray * sum(share * math.tau / length for share, length in _WAVES)
+
+
+@kernel
+def pose_on(points: FloatArray, along: FloatArray, stray: float, phases: FloatArray, s: float, out: FloatArray) -> None:
+    """Write the pose at `s` [m] along a path to `out` (3,).
+
+    Args:
+        points: (n, 2) of the path, m.
+        along: (n,) length up to each, m.
+        stray: The most that the path is left by, m.
+        phases: (2,) of the waves in which it is, rad.
+    """
+    k = min(max(int(np.searchsorted(along, s, side="right")) - 1, 0), len(along) - 2)
+    span = along[k + 1] - along[k]
+    cx, cy = (points[k + 1, 0] - points[k, 0]) / span, (points[k + 1, 1] - points[k, 1]) / span
+    off, slope = 0.0, 0.0
+    for i in range(2):
+        share, length = _WAVES[i]
+        rate = math.tau / length
+        off += stray * share * math.sin(rate * s + phases[i])
+        slope += stray * share * rate * math.cos(rate * s + phases[i])
+    out[0] = points[k, 0] + (s - along[k]) * cx - off * cy
+    out[1] = points[k, 1] + (s - along[k]) * cy + off * cx
+    out[2] = wrap(math.atan2(cy, cx) + math.atan(slope))
+
+
+@kernel
+def free_way(
+    points: FloatArray, along: FloatArray, stray: float, phases: FloatArray, s: float, way: float, far: float,
+    outline: FloatArray, rim: float, other: FloatArray, other_rim: float, places: FloatArray, beside: float,
+) -> float:  # fmt: skip
+    """How far a body can go along its path until it comes within `beside` [m] of what is thought to be at `places`, m.
+
+    Args:
+        points: As `pose_on` has it.
+        along: As `pose_on` has it.
+        stray: As `pose_on` has it.
+        phases: As `pose_on` has it.
+        s: Where on the path the body is, m.
+        way: 1 for ahead, -1 for backwards.
+        far: How far it looks at most, m.
+        outline: (k, 2) points of the body in its own frame, m.
+        rim: By which they are thickened, m.
+        other: (j, 2) points of the other in its own frame, m.
+        other_rim: By which they are thickened, m.
+        places: (p, 3) poses at which the other may be.
+        beside: What comes nearer is in the way, m.
+    """
+    own, theirs, at = np.empty_like(outline), np.empty_like(other), np.empty(3)
+    pose_on(points, along, stray, phases, s, at)
+    x, y, nose_x, nose_y = at[0], at[1], way * math.cos(at[2]), way * math.sin(at[2])
+    for p in range(len(places)):
+        if (places[p, 0] - x) * nose_x + (places[p, 1] - y) * nose_y < 0.0:
+            continue  # behind it
+        transform(other, places[p, 0], places[p, 1], places[p, 2], theirs)
+        gone = 0.0
+        while gone < far:
+            place = s + way * gone
+            if place < 0.0 or place > along[-1]:
+                break
+            pose_on(points, along, stray, phases, place, at)
+            transform(outline, at[0], at[1], at[2], own)
+            apart = gap(own, rim, theirs, other_rim) - beside
+            if apart <= 0.0:
+                far = gone
+                break
+            gone += max(apart, _STRIDE)
+    return far
