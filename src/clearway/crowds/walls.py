@@ -1,0 +1,90 @@
+"""What stands in a crowd's way: polygons as edges, and where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.crowds.bodies import IntArray
+from clearway.errors import ClearwayError
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+
+class Walls(NamedTuple):
+    """Edges of polygons; what is solid lies to their left. Edge k leads from vertex k to vertex `following[k]`.
+
+    Attributes:
+        vertex: (m, 2) m.
+        direction: (m, 2) unit vector along the edge; zero for that of a single point.
+        length: (m,) m.
+        following: (m,) int64, the next vertex of the same polygon.
+        preceding: (m,) int64, the one before.
+        convex: (m,) bool, whether the solid has a convex corner at the vertex.
+        polygon: (m,) int64, which polygon it belongs to, ascending.
+    """
+
+    vertex: FloatArray
+    direction: FloatArray
+    length: FloatArray
+    following: IntArray
+    preceding: IntArray
+    convex: npt.NDArray[np.bool_]
+    polygon: IntArray
+
+
+def walls_of(polygons: Sequence[npt.ArrayLike]) -> Walls:
+    """`Walls` of polygons (n, 2) in metres, each counter-clockwise around what is solid.
+
+    A polygon around free space (a room seen from inside) is therefore clockwise, two vertices make a wall without
+    thickness, one makes a post.
+
+    Raises:
+        ClearwayError: a polygon is no list of points, holds a number that is not finite, or the same point twice in a row.
+    """
+    arrays = [_checked(k, polygon) for k, polygon in enumerate(polygons)]
+    m = sum(map(len, arrays))
+    walls = Walls(
+        np.empty((m, 2)),
+        np.empty((m, 2)),
+        np.empty(m),
+        np.empty(m, np.int64),
+        np.empty(m, np.int64),
+        np.empty(m, np.bool_),
+        np.repeat(np.arange(len(arrays)), [len(a) for a in arrays]).astype(np.int64),
+    )
+    first = 0
+    for points in arrays:
+        n = len(points)
+        here = slice(first, first + n)
+        after, before = np.roll(points, -1, 0), np.roll(points, 1, 0)
+        length = np.hypot(*(after - points).T)
+        walls.vertex[here], walls.length[here] = points, length
+        walls.direction[here] = (after - points) / np.where(length > 0.0, length, 1.0)[:, None]
+        walls.following[here] = first + (np.arange(n) + 1) % n
+        walls.preceding[here] = first + (np.arange(n) - 1) % n
+        (ax, ay), (bx, by) = (points - before).T, (after - points).T
+        walls.convex[here] = (n <= 2) | (ax * by - ay * bx >= 0.0)
+        first += n
+    return walls
+
+
+def _checked(k: int, polygon: npt.ArrayLike) -> FloatArray:
+    points = np.array(polygon, np.float64)
+    if points.ndim != 2 or points.shape[1] != 2 or not len(points) or not np.isfinite(points).all():
+        raise ClearwayError("not a list of points x, y with finite coordinates", field=f"polygons[{k}]")
+    if len(points) > 1 and (points == np.roll(points, 1, 0)).all(1).any():
+        raise ClearwayError("the same point stands twice in a row", field=f"polygons[{k}]")
+    return points
+
+
+@kernel
+def from_edge(x: float, y: float, k: int, walls: Walls) -> tuple[float, float]:
+    """The vector [m] from the nearest point of edge `k` to (x, y)."""
+    rx, ry = x - walls.vertex[k, 0], y - walls.vertex[k, 1]
+    dx, dy = walls.direction[k, 0], walls.direction[k, 1]
+    along = min(max(rx * dx + ry * dy, 0.0), walls.length[k])
+    return rx - along * dx, ry - along * dy
