@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -34,6 +35,22 @@ def test_a_span_corrects_one_leg_and_leaves_the_others(score: Score) -> None:
     assert told.spans[0] == found.spans[0]
     assert (told.spans[2].start, told.spans[2].end) == (12.5, 17.0)
     assert told.attempt.legs[2].goal == pytest.approx([0.0, 0.0, math.pi])
+
+
+def test_a_goal_that_only_the_tie_is_missing_of_is_not_called_unknown(score: Score) -> None:
+    untied = {"capture": {"format": "table"}}
+    row = score_row(score({}, drive(rest=3.0), sources=untied))
+    why = json.loads(row["not_computable"])
+    assert row["success"] is None
+    for name in ("DE", "OE", "success"):
+        assert "nothing ties the recording to the map, in which the goals are given" in why[name]
+    with pytest.raises(
+        ClearwayError, match=r"nothing ties the recording.*drove 1 times.*give that frame or their spans"
+    ):
+        score({}, sources=untied)
+    names = [{"name": "forth"}, {"name": "turn", "scored": False}, {"name": "back"}]
+    row = score_row(score({}, drive(rest=3.0), sources=untied, legs=names))
+    assert json.loads(row["not_computable"])["DE"] == "the goal of leg forth is unknown"
 
 
 def test_legs_that_overlap_are_refused(score: Score) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -54,6 +55,19 @@ def test_clearance_against_its_uncertainty() -> None:
     (event,) = of(0.607, box(1.0))
     assert event.kind == "contact"
     assert event.t <= 0.5
+
+
+def test_a_long_approach_says_when_it_began() -> None:
+    t = np.arange(0.0, 12.0, 0.05)
+    x = np.where((t > 3) & (t < 9), 0.6, 0.0)  # 3 to 9 s at the box
+    x[np.argmin(np.abs(t - 6.0))] = 0.602  # nearest in the middle
+    pose = np.stack((x, 0 * x, 0 * x), axis=1)
+    n = len(t)
+    (event,) = assess(attempt(Circle(0.3), box(1.0)), t, pose, np.zeros((n, 0, 3)), np.tile([0.003, 0.0], (n, 1, 1)))
+    assert event.t == pytest.approx(6.0, abs=0.06)
+    began, lasted = re.search(r"from ([\d.]+) s for ([\d.]+) s", event.detail).groups()  # type: ignore[union-attr]
+    assert float(began) == pytest.approx(3.0, abs=0.06)
+    assert float(lasted) == pytest.approx(6.0, abs=0.11)
 
 
 def test_the_uncertainty_is_of_both_with_headings_by_the_lever_arm() -> None:

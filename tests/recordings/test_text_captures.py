@@ -154,6 +154,22 @@ def test_a_file_that_was_cut_off_is_read_up_to_there(name: str, tmp_path: Path) 
 
 
 @pytest.mark.parametrize("name", list(FORMATS))
+def test_a_last_line_without_an_end_counts(name: str, tmp_path: Path) -> None:
+    path = written(name, tmp_path)
+    whole = FORMATS[name].read(path, Want())
+    path.write_bytes(path.read_bytes().rstrip(b"\r\n"))
+    back = FORMATS[name].read(path, Want())
+    if whole.points is not None:
+        assert back.points is not None
+        np.testing.assert_array_equal(back.points.xyz, whole.points.xyz)
+    for track, other in zip(back.tracks.values(), whole.tracks.values(), strict=True):
+        np.testing.assert_array_equal(track.position, other.position)
+    assert back.notes == whole.notes
+    path.write_bytes(path.read_bytes() + b"-")  # half a number is none
+    assert any("taken as cut off" in note for note in FORMATS[name].read(path, Want()).notes)
+
+
+@pytest.mark.parametrize("name", list(FORMATS))
 def test_a_header_alone_is_said_to_have_no_frames(name: str, tmp_path: Path) -> None:
     path = written(name, tmp_path)
     lines = path.read_bytes().split(b"\r\n")

@@ -40,6 +40,16 @@ def test_markers_times_and_what_was_not_seen(empty: str, tmp_path: Path) -> None
     assert any("z taken as up" in note for note in found.notes)
 
 
+def test_a_marker_at_zero_was_not_seen(tmp_path: Path) -> None:
+    rows = ROWS.replace("\t7\t8\t9", "\t0\t8\t0").replace("1\t21\t300\t\t\t", "0.000\t-0.0\t0\t0\t0\t0")
+    points = of(HEAD + rows, tmp_path).points
+    assert points is not None
+    assert np.isnan(points.xyz[1]).all()
+    assert points.xyz[2, 1] == pytest.approx([0, 0.008, 0])
+    seen = {e.name: e.count for e in trc.look(tmp_path / "walk.trc").entries}
+    assert seen == {"R.Heel": 2, "V_Mid": 1}
+
+
 def test_times_that_are_no_raster_stay_as_they_are(tmp_path: Path) -> None:
     points = of(HEAD + ROWS.replace("0.013", "0.0142"), tmp_path).points
     assert points is not None

@@ -21,7 +21,8 @@ from clearway.recordings.lab.unplanned import (
     summary,
     write_motion,
 )
-from clearway.recordings.motion.motion import Gap, Motion, Quality
+from clearway.recordings.motion.motion import Gap, Motion, MotionSpec, Quality
+from clearway.recordings.motion.tracks import motion_of_track
 from clearway.recordings.recording import Points, Recording, Track
 
 BODY = np.array([[0.2, 0.1, 0.3], [-0.2, 0.15, 0.4], [0.1, -0.25, 0.5], [-0.1, -0.1, 0.9]])
@@ -187,6 +188,33 @@ def test_csv(tmp_path: Path):
 )  # fmt: skip
 def test_file_names_stay_in_their_folder(name: str, file: str):
     assert file_of("a/run.bag", name) == file
+
+
+def test_the_length_over_an_open_gap_counts_for_no_one():
+    """Whether samples lack there (a bag, poses) or only positions (markers): 3 m were seen of 5."""
+    t = np.arange(0, 10.001, 0.01)
+    pose = np.stack((0.5 * t, 0 * t, 0 * t), axis=1)
+    hidden = (t > 3) & (t < 7)
+    blank = pose.copy()
+    blank[hidden] = np.nan
+    orientation = np.tile((0.0, 0.0, 0.0, 1.0), (len(t), 1))
+    tracks = {
+        "there": Track("body", "", "", t, blank, orientation),
+        "lacking": Track("body", "", "", t[~hidden], pose[~hidden], orientation[~hidden]),
+    }
+    for track in tracks.values():
+        about = summary(motion_of_track(track, MotionSpec(), None))
+        assert about["length"] == pytest.approx(3.0, abs=1e-6)
+        assert about["gaps"]["open"]["count"] == 1
+
+
+def test_what_the_reader_noticed_is_said_too(tmp_path: Path):
+    path = tmp_path / "a.tum"
+    rows = [f"{i / 100:.2f} {i / 200} 0 0 0 0 0 1" for i in range(300)]
+    path.write_text("\n".join([*rows[:100], rows[99], *rows[100:]]) + "\n")
+    (found,) = motions(path)
+    assert found.motion is not None
+    assert any("1 samples had the stamp of the one before; dropped" in note for note in found.motion.notes)
 
 
 @pytest.mark.parametrize(("text", "cutoff"), [("residual", "residual"), ("none", "none"), ("6", 6.0)])

@@ -313,6 +313,11 @@ def test_what_the_page_says_of_an_attempt_without_a_recording(recorded: Results,
     assert facts(history.told) == {"how it ended": "aborted: attempted, not recorded", "note": "drove into the bed"}
 
 
+def test_what_readers_noticed_is_told_once(recorded: Results) -> None:
+    [said] = recordings.reader_notes(Findings(recorded))
+    assert re.fullmatch(r"trials 0, 1, .*: mm scaled to m", said)
+
+
 def test_numbers_of_a_provenance_have_units() -> None:
     told = recordings.tree(
         {"motion": {"robot": {"rate": 50.000000000001, "residual": 0.00060547, "seen": 0.9914, "swapped": 2,

@@ -34,6 +34,8 @@ def score(
     from clearway.cli._day import followed
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError
+    from clearway.reports.findings import Findings
+    from clearway.reports.recordings import reader_notes
     from clearway.reports.selection import BOUNDED, between
     from clearway.reports.text import headline
     from clearway.trials.trial import UNUSABLE
@@ -60,6 +62,8 @@ def score(
     for number, text in enumerate(results.trials["near_tolerance"].to_pylist()):
         if text:
             typer.echo(f"near its tolerance  trial {number}: {text}")
+    for note in reader_notes(Findings(results)):
+        typer.echo(f"read  {note}")
     for number, row in enumerate(results.trials.to_pylist()):
         if known := [f"{name} {text}" for name in BOUNDED if (text := between(row, name))]:
             typer.echo(f"within bounds  trial {number}: {', '.join(known)}")

@@ -42,7 +42,7 @@ def orientation_error(drive: DrivenLeg, whose: Whose = "true") -> float:
     """
     if math.isinf(drive.leg.yaw_tolerance):
         raise NotComputable(f"the heading at the end of leg {drive.leg.name} is free")
-    if not math.isfinite(drive.leg.goal[2]):
+    if not math.isfinite(goal_of(drive)[2]):
         raise NotComputable(f"the goal's heading of leg {drive.leg.name} is unknown")
     heading = float(_end(drive, whose)[2])
     if not math.isfinite(heading):

@@ -12,6 +12,7 @@ from clearway.contract import EventKind
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import NotComputable
 from clearway.trials import Leg, Outcome, Span, Trial
+from clearway.trials.trial import UNTIED
 from clearway.trials.unseen import longest_step
 
 _SAME_INSTANT = 1e-9
@@ -33,6 +34,7 @@ class DrivenLeg:
         sigma: (n, 1 + m, 2) standard uncertainties as a trial has them, or None.
         tie: (n, 2) what the frame's tie to the map makes of them, or None.
         missed: (n - 1,) after which samples a recording has none for too long.
+        untied: Whether its goal is given, and only the tie of the recording to the map is missing.
     """
 
     leg: Leg
@@ -45,6 +47,7 @@ class DrivenLeg:
     sigma: FloatArray | None
     tie: FloatArray | None
     missed: npt.NDArray[np.bool_]
+    untied: bool
 
 
 def begun(trial: Trial) -> tuple[DrivenLeg, ...]:
@@ -214,6 +217,8 @@ def goal_of(drive: DrivenLeg) -> FloatArray:
         NotComputable: nobody knows where it is.
     """
     if not np.isfinite(drive.leg.goal[:2]).all():
+        if drive.untied:
+            raise NotComputable(f"where the goal of leg {drive.leg.name} lies is unknown: {UNTIED}")
         raise NotComputable(f"the goal of leg {drive.leg.name} is unknown")
     return drive.leg.goal
 
@@ -262,4 +267,5 @@ def _cut(trial: Trial, span: Span) -> DrivenLeg:
         None if trial.sigma is None else cut(trial.sigma),
         None if trial.tie is None else cut(trial.tie),
         missed(trial, at),
+        trial.provenance.get("frame") == UNTIED,
     )

@@ -201,6 +201,23 @@ def _remarks(f: Findings, column: str) -> list[Remark]:
     return [Remark(r["trial"], f.planned(r), label(r), tuple(r[column].split("; "))) for r in there]
 
 
+def reader_notes(f: Findings) -> list[str]:
+    """What was noticed or done when the recordings were read, in sentences with the trials' numbers: one for all that differ in
+    their numbers only."""
+    alike: dict[str, list[tuple[int, str]]] = {}
+    for r in recorded(f):
+        for source in _maps(f.provenance(r).get("sources")).values():
+            for note in source.get("notes", ()):
+                alike.setdefault(re.sub(r"\d[\d.]*", "0", str(note)), []).append((r["trial"], str(note)))
+    found = []
+    for same in alike.values():
+        numbers = list(dict.fromkeys(str(n) for n, _ in same))
+        more = f" and {len(numbers) - MOST} more" if len(numbers) > MOST else ""
+        such = " (the first; the others say it of other numbers)" if len({note for _, note in same}) > 1 else ""
+        found.append(f"trial{'s' * (len(numbers) > 1)} {', '.join(numbers[:MOST])}{more}: {same[0][1]}{such}")
+    return found
+
+
 # --- where it came from -----------------------------------------------------------------------------------------------
 
 

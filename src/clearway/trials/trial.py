@@ -18,6 +18,8 @@ from clearway.geometry.shapes import FloatArray, Shape
 from clearway.robots.drive_limits import DriveLimits
 from clearway.tuning import Tuned
 
+UNTIED = "nothing ties the recording to the map, in which the goals are given (frame of the source in the test plan)"
+"""Why the goals of a recorded trial are nowhere although its plan gives them: the `frame` of its provenance."""
 NOT_RECORDED = "not recorded"
 UNUSABLE = "the recording cannot be used"
 """Why an attempt counts of which there is no motion: in its reason, behind what a person noted."""

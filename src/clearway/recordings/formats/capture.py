@@ -296,7 +296,7 @@ def _exact(t: FloatArray, frames: FloatArray, layout: Layout) -> FloatArray:
 
 
 def _short(lines: Lines, layout: Layout, counted: int) -> tuple[str, ...]:
-    cut_off = ("the last line has no end: taken as cut off and left out",) if lines.cut_off else ()
+    cut_off = ("the last line has no end and lacks cells: taken as cut off and left out",) if lines.cut_off else ()
     if layout.promised is None or layout.promised == counted:
         return cut_off
     return (f"the header announces {layout.promised:.0f} frames, there are {counted}", *cut_off)

@@ -53,7 +53,7 @@ class Lines:
         size: How many bytes it has.
         at: Byte offset of the next line.
         number: Number of the line that was read last, from 1.
-        cut_off: Whether a block's last line was left out, as it has no end.
+        cut_off: Whether a block's last line was left out, as it has no end and lacks cells.
     """
 
     def __init__(self, file: Path, binary: IO[bytes], encoding: str) -> None:
@@ -185,14 +185,15 @@ class Block:
 def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArray]:
     """The `wanted` columns of a block, some thousand rows at a time: (r, k), NaN where a cell is empty.
 
-    The block ends at the end of the file or at its first empty line, as it says. A last line without an end may have
-    been cut off in the middle of a number: it is left out, and `lines.cut_off` says so.
+    The block ends at the end of the file or at its first empty line, as it says. A last line without an end counts if
+    it has all its cells; one that lacks some was cut off: it is left out, and `lines.cut_off` says so.
 
     Raises:
         ClearwayError: a cell is no number, or a line has too many or too few; the message names the line.
     """
     lines.back_to(block.start, block.line - 1)
     rest = b""
+    before = b""
     extra: int | None = None
     while piece := lines.binary.read(CHUNK):
         data = rest + piece
@@ -206,10 +207,18 @@ def rows(lines: Lines, block: Block, wanted: Sequence[int]) -> Iterator[FloatArr
             extra = _extra(data, block) if extra is None else extra
             values = _numbers(data, block, extra, wanted, lines)
             lines.at += len(data)
+            before = data[data.rfind(b"\n", 0, -1) + 1 :]
             yield values
         if stop is not None:
             return
-    lines.cut_off = bool(rest.strip(_BLANKS))
+    if not rest.strip(_BLANKS):
+        return
+    if not _whole(rest, before, block):
+        lines.cut_off = True
+        return
+    data = rest + b"\n"
+    yield _numbers(data, block, _extra(data, block) if extra is None else extra, wanted, lines)
+    lines.at += len(rest)
 
 
 def gather(chunks: Iterable[FloatArray], width: int, share: Callable[[], float]) -> FloatArray:
@@ -293,6 +302,13 @@ def _first_empty(data: bytes) -> int | None:
         if _EMPTY.match(data, at):
             return int(at)
     return None
+
+
+def _whole(line: bytes, before: bytes, block: Block) -> bool:
+    """Whether a last line without an end has as many cells as the one `before` it, and a number in the last of them."""
+    row = cells(line.decode("latin-1"), block.separator)
+    usual = len(cells(before.decode("latin-1").rstrip("\r\n"), block.separator)) if before else block.columns
+    return len(row) >= min(block.columns, usual) and (row[-1].lower() in NOTHING or number(row[-1]) is not None)
 
 
 def _extra(data: bytes, block: Block) -> int:

@@ -6,7 +6,8 @@
     Frame#    Time        R.Heel     (2 empty)   L.Heel
               (2 empty)   X1  Y1  Z1             X2  Y2  Z2
 
-separated by tabs (or commas); an empty line may follow. Time is the file's own. Empty cells are markers that weren't seen.
+separated by tabs (or commas); an empty line may follow. Time is the file's own. Empty cells are markers that weren't seen, and
+so are those at 0, 0, 0, as several programs write them.
 Cortex writes trajectories that nobody named behind the named ones, with or without X, Y, Z above them: they are called
 `unlabeled 29`. OpenSim 4.0 shifted the two lines of names by a cell against the numbers, and its examples have the third line
 spread over more tabs than the second.
@@ -161,6 +162,7 @@ def _layout(lines: Lines, up: str) -> Layout:
         promised=frames,
         notes=notes,
         axes=turned,
+        zero=True,
     )
 
 

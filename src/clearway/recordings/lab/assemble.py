@@ -28,7 +28,7 @@ from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
 from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
-from clearway.trials.trial import NOT_RECORDED, UNUSABLE
+from clearway.trials.trial import NOT_RECORDED, UNTIED, UNUSABLE
 
 UNLINKED = (
     "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known, and the path is that "
@@ -94,10 +94,11 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
     zero = float(t[0])
     known = tie is not None
     sent = goals_sent(lab, recordings, offsets, (float(motion.t[0]), float(motion.t[-1])))
+    aimed = sent is not None or any(leg.goal is not None for leg in lab.plan.legs_of(spec))
     linked = lab.linked(ROBOT)
     legs = _legs(lab, spec, sent, tied=known and linked)
     around = obstacles(lab, spec, recordings, offsets, t, tied=known)
-    found = _found(lab, spec, legs, motion, sent)
+    found = _found(lab, spec, legs, motion, sent, untied=aimed and not known)
     spans = tuple(
         Span(f.leg, min(max(f.start - zero, 0.0), t[-1] - zero), min(max(f.end - zero, 0.0), t[-1] - zero), f.reached)
         for f in found
@@ -131,7 +132,7 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
             }
             for name, r in recordings.items()
         },
-        "frame": None if tie is None else tie.note,
+        "frame": tie.note if tie is not None else UNTIED if aimed else None,
         "clock": {name: asdict(o) for name, o in offsets.items()},
         "base_link": "" if linked else UNLINKED,
         "motion": {ROBOT: motion.told} | dict(around.told),
@@ -228,7 +229,7 @@ def _same(a: FloatArray, b: FloatArray) -> bool:
 
 
 def _found(
-    lab: Lab, spec: RecordedTrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None
+    lab: Lab, spec: RecordedTrialSpec, legs: Sequence[Leg], motion: Motion, sent: Goals | None, *, untied: bool
 ) -> list[FoundLeg]:
     """When each leg was driven: as the plan says, else as the robot reported, else as the motion shows."""
     specs = lab.plan.legs_of(spec)
@@ -236,7 +237,8 @@ def _found(
     found = given
     if len(given) < len(specs):
         told = legs_told(legs, sent, motion)
-        searched = find_legs(motion, legs, sent=None if sent is None else sent.t) if told is None else told
+        at = None if sent is None else sent.t
+        searched = find_legs(motion, legs, sent=at, untied=untied) if told is None else told
         found = {f.leg: f for f in searched} | given
     ordered = [found[i] for i in sorted(found)]
     for a, b in pairwise(ordered):

@@ -217,10 +217,11 @@ def _episode(
             )
     i = int(np.argmin(gaps)) if gaps.min() > 0 else int(np.flatnonzero(gaps <= 0)[(gaps <= 0).sum() // 2])
     within = f"+- {expanded[i]:.3f} m (k = 2)" if math.isfinite(expanded[i]) else "of unknown uncertainty"
-    seconds = t[hit[-1]] - t[hit[0]]
+    start, seconds = t[hit[0]], t[hit[-1]] - t[hit[0]]
+    near = f", so near from {start:.2f} s for {seconds:.2f} s" if seconds > 0 else ""
     return Event(
         float(t[hit[i]]), EventKind.POSSIBLE_CONTACT,
-        f"{name}: measured clearance {gaps[i]:.3f} m {within} for {seconds:.2f} s: to be confirmed", index,
+        f"{name}: measured clearance {gaps[i]:.3f} m {within}{near}: to be confirmed", index,
     )  # fmt: skip
 
 

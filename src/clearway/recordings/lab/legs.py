@@ -20,6 +20,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.motion.rests import ARM, Course, Rest, course
 from clearway.trials import Leg
+from clearway.trials.trial import UNTIED
 
 NEAR = 0.5
 """m; a rest so near to a goal, or within 2.5 of its tolerances, is an arrival there."""
@@ -65,7 +66,7 @@ class FoundLeg:
 
 
 def find_legs(
-    motion: Motion, legs: Sequence[Leg], *, rest: float = 2.0, sent: FloatArray | None = None
+    motion: Motion, legs: Sequence[Leg], *, rest: float = 2.0, sent: FloatArray | None = None, untied: bool = False
 ) -> list[FoundLeg]:
     """The legs that were begun, in order; one that was not reached is the last.
 
@@ -74,6 +75,7 @@ def find_legs(
         legs: The trial's legs, goals NaN where unknown.
         rest: s; a rest this long is no pause. It separates legs whose goals are unknown.
         sent: (k,) s on the motion's clock: when goals were sent, if that was recorded. A leg then begins with that.
+        untied: Whether goals are given, and only the motion's tie to the map is missing.
 
     Raises:
         ClearwayError: the robot was hardly seen, or where goals are unknown, what was driven is not as many legs; the
@@ -86,7 +88,7 @@ def find_legs(
     if all(np.isfinite(leg.goal[:2]).all() for leg in legs):
         found = _by_goals(seen, legs, rest)
     else:
-        found = _by_rests(seen, legs, rest)
+        found = _by_rests(seen, legs, rest, untied)
     found = [replace(f, unseen=(_unseen(motion, seen, f.start), _unseen(motion, seen, f.end))) for f in found]
     return found if sent is None else _sent(found, np.sort(np.asarray(sent, dtype=np.float64)))
 
@@ -308,7 +310,7 @@ def _goes(seen: Course, since: float) -> bool:
     return bool(moved + ARM * turned > MOVED)
 
 
-def _by_rests(seen: Course, legs: Sequence[Leg], rest: float) -> list[FoundLeg]:
+def _by_rests(seen: Course, legs: Sequence[Leg], rest: float, untied: bool) -> list[FoundLeg]:
     """Without goals: what lies between long rests."""
     still = [r for r in seen.rests if r.duration >= rest or r.opens or r.closes]
     ends = [*([] if still and still[0].opens else [float(seen.t[0])]), *(r.end for r in still if not r.closes)]
@@ -316,9 +318,10 @@ def _by_rests(seen: Course, legs: Sequence[Leg], rest: float) -> list[FoundLeg]:
     drives = [(a, b) for a, b in zip(ends, stops, strict=True) if b > a and _moved(seen, a, b) > MOVED]
     if len(drives) != len(legs):
         listed = "; ".join(f"{a:.1f} s to {b:.1f} s" for a, b in drives[:8]) or "none"
+        why, give = (UNTIED, "that frame") if untied else ("the goals are unknown", "their goals")
         raise ClearwayError(
-            f"the goals are unknown, and between rests of {rest:g} s and more the robot drove {len(drives)} times "
-            f"({listed}) where the plan has {len(legs)} legs; give their goals or their spans"
+            f"{why}, and between rests of {rest:g} s and more the robot drove {len(drives)} times "
+            f"({listed}) where the plan has {len(legs)} legs; give {give} or their spans"
         )
     rests = {r.start for r in still}
     return [

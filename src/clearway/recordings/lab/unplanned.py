@@ -129,11 +129,14 @@ def _motion(recording: Recording, name: str, members: tuple[str, ...], cleaning:
         track = recording.tracks[name]
         motion = motion_of_track(track, cleaning, None, file=path)
         other = None if recording.up_said else other_axis(track)
-        return motion if other is None else replace(motion, notes=(*motion.notes, _UP.format(*other)))
+        said = () if other is None else (_UP.format(*other),)
+        return replace(motion, notes=(*recording.notes, *motion.notes, *said))
     assert recording.points is not None
     motion = motion_of_markers(recording.points, MarkerSet(members), cleaning, None, file=path)
     return replace(
-        motion, velocity=np.column_stack([_speed(motion), motion.velocity[:, 1]]), notes=(*motion.notes, OWN)
+        motion,
+        velocity=np.column_stack([_speed(motion), motion.velocity[:, 1]]),
+        notes=(*recording.notes, *motion.notes, OWN),
     )
 
 
@@ -170,11 +173,15 @@ def write_motion(motion: Motion, path: Path) -> None:
 
 
 def summary(motion: Motion) -> dict[str, Any]:
-    """What can be said of a motion in a line: SI units; gaps by what they were filled from, with the longest, s."""
+    """What can be said of a motion in a line: SI units; gaps by what they were filled from, with the longest, s. The length is
+    that of what is known: nothing is counted over a gap that was left open, whether samples lack there or positions."""
     at = motion.pose[:, :2]
     seen: Any = np.isfinite(at).all(axis=1)
     steps = np.hypot(*np.diff(at, axis=0).T) if len(at) > 1 else np.zeros(0)
     q = motion.quality
+    for gap in q.gaps:
+        if not gap.filled:
+            steps[(motion.t[:-1] >= gap.start) & (motion.t[1:] <= gap.end)] = np.nan
     return {
         "samples": len(motion.t),
         "start": float(motion.t[0]) if len(motion.t) else None,
