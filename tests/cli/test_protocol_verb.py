@@ -47,6 +47,23 @@ def test_the_sheet_of_a_plan_that_is_there(clearway: Shell, tmp_path: Path):
     assert "--sheet" in clearway.complaint("protocol", plan)
 
 
+def test_the_page_to_tick_on(clearway: Shell, tmp_path: Path):
+    plan, page = tmp_path / "plan.toml", tmp_path / "monday.html"
+    assert clearway("protocol", "hospital", *FEW, "--out", plan, "--ticks", page).code == 0
+    assert tomllib.loads(plan.read_text())["test"]["ticks"] == "monday.json"
+    assert clearway("check", plan).code == 0
+    text = page.read_text()
+    assert (text.count('<li class="trial"'), "Save monday.json" in text, "forth: hosbot from" in text) == (
+        2,
+        True,
+        True,
+    )
+    page.unlink()
+    assert clearway("protocol", plan, "--ticks", page).code == 0
+    assert page.read_text() == text
+    assert "there already" in clearway.complaint("protocol", plan, "--ticks", page)
+
+
 def test_what_is_unknown(clearway: Shell):
     assert "did you mean 'hospital'" in clearway.complaint("protocol", "hopsital")
     assert "known: 0.2, 0.6, 1" in clearway.complaint("protocol", "hospital", "--speed", 0.5)

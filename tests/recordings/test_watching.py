@@ -122,7 +122,19 @@ def test_what_its_writer_has_not_completed_waits(lab: Path):
     (lab / "captures/2.bag.active").write_bytes(b"")
     now = next(watch(lab / "plan.toml", lab / "captures", lab / "out", workers=1, pause=lambda _: None))
     assert (now.done, now.waits) == (0, ("1", "2.bag.active"))
-    assert told(now)[1:3] == ["writing  1", "writing  2.bag.active"]
+    assert told(now)[1:3] == ["waiting  for 1", "waiting  for 2.bag.active"]
+
+
+def test_ticks_may_come_after_the_first_recording(lab: Path):
+    (lab / "ticks.csv").unlink()
+    write(lab / "captures/1.tum", 2.0)
+    rounds = watch(lab / "plan.toml", lab / "captures", lab / "out", workers=1, pause=lambda _: None)
+    now = next(rounds)
+    assert (now.done, now.waits, now.problem) == (1, ("ticks.csv",), "")
+    (lab / "ticks.csv").write_text("trial,touched\n1,x\n", encoding="utf-8")
+    now = next(rounds)
+    assert "1 collision" in told(now)[0]
+    assert now.waits == ()
 
 
 def test_ctrl_c_says_how_to_go_on(lab: Path):

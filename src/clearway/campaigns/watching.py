@@ -11,6 +11,7 @@ from pathlib import Path
 from clearway.campaigns.progress import ProgressCallback
 from clearway.campaigns.scoring import score_plan
 from clearway.errors import ClearwayError
+from clearway.reading import read_toml
 from clearway.recordings.lab.captures import file_names
 from clearway.recordings.lab.plan_file import load_test_plan
 from clearway.recordings.lab.test_plan import TestPlan
@@ -39,7 +40,7 @@ class Round:
         trials: How many the plan has.
         coming: The next trial in words; empty where every one was driven.
         repeat: Trials whose recordings can't be used, by number in the plan, with the reason.
-        waits: Recordings that are there and not complete.
+        waits: Recordings that are there and not complete; the operators' table, if it is not there yet.
         problem: Why nothing could be scored this time; empty where it could.
     """
 
@@ -111,11 +112,7 @@ def _seen(plan: Path, captures: Path, out: Path) -> Seen:
     """What counts: the plan, its ticks, and everything in the folder but the results."""
     aside = Path(os.path.abspath(out))
     files = [plan, *(p for p in captures.rglob("*") if aside not in p.parents and p.is_file())]
-    try:
-        ticks = load_test_plan(plan).test.ticks
-        files += [plan.parent / ticks] if ticks else []
-    except ClearwayError:
-        pass  # it is told when the plan is scored
+    files += [ticks] if (ticks := _ticks(plan)) else []
     found = Seen()
     for file in files:
         try:
@@ -124,6 +121,16 @@ def _seen(plan: Path, captures: Path, out: Path) -> Seen:
             continue  # it went while we looked
         found[file] = about.st_size, about.st_mtime_ns
     return found
+
+
+def _ticks(plan: Path) -> Path | None:
+    """The operators' table, if the plan names one."""
+    try:
+        about = read_toml(plan).get("test")
+    except ClearwayError:
+        return None  # it is told when the plan is scored
+    name = about.get("ticks") if isinstance(about, dict) else None
+    return plan.parent / name if isinstance(name, str) and name else None
 
 
 def _round(
@@ -135,7 +142,11 @@ def _round(
     progress: ProgressCallback | None,
 ) -> Round:
     """Score what is new, beside the files that are still `written`."""
-    unready = {p for file in written | _open(captures) for p in (file, *file.parents) if captures in p.parents}
+    ticks = _ticks(plan)
+    lacking = () if ticks is None or ticks.exists() else (Path(os.path.abspath(ticks)),)
+    unready = {*lacking} | {
+        p for file in written | _open(captures) for p in (file, *file.parents) if captures in p.parents
+    }
     try:
         said = load_test_plan(plan, unready)
     except ClearwayError as error:
@@ -146,7 +157,7 @@ def _round(
             results = score_plan(plan, out, workers=workers, resume=True, unready=unready, progress=progress)
         except ClearwayError as error:
             problem = str(error)
-    waits = tuple(sorted(str(p.relative_to(captures)) for p in unready if p.parent == captures))
+    waits = tuple(sorted(p.name for p in unready if p.parent == captures or p in lacking))
     repeat = {} if results is None else _repeat(results)
     return Round(results, len(said.trials), _coming(said), repeat, waits, problem)
 

@@ -71,7 +71,7 @@ def told(now: Round) -> list[str]:
     if now.results is not None:
         numbers, confirm = now.results.campaign["numbers"], now.results.trials["to_confirm"].to_pylist()
         lines += [f"confirm  no. {n}: {text}" for n, text in zip(numbers, confirm, strict=True) if text]
-    lines += [f"writing  {name}" for name in now.waits]
+    lines += [f"waiting  for {name}" for name in now.waits]
     return [*lines, f"next     {now.coming}" if now.coming else "next     nothing: every trial was driven"]
 
 

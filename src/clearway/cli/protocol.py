@@ -12,7 +12,10 @@ from clearway.cli import _options
 
 def protocol(
     suite: Annotated[
-        str, typer.Argument(help="A suite: a name or a TOML file. A test plan: only its --sheet.", show_default=False)
+        str,
+        typer.Argument(
+            help="A suite: a name or a TOML file. A test plan: only its --sheet and --ticks.", show_default=False
+        ),
     ],
     robot: _options.RobotName = "tiago",
     batches: _options.Batches = None,
@@ -28,19 +31,30 @@ def protocol(
     floor_plan: _options.FloorPlanName = None,
     out: Annotated[Path | None, typer.Option(help="The test plan's file; default: it is printed.")] = None,
     sheet: Annotated[Path | None, typer.Option(help="Write the run sheet, an HTML page to print (A4).")] = None,
+    ticks: Annotated[
+        Path | None,
+        typer.Option(help="Write the sheet as a page on which to tick, in a browser; it saves the ticks as JSON."),
+    ] = None,
 ) -> None:
-    """Write the test plan of a suite for real robots (TOML, to fill in), and its run sheet. Overwrites nothing."""
+    """Write the test plan of a suite for real robots (TOML, to fill in), its run sheet and the page to tick on.
+
+    Overwrites nothing.
+    """
     from clearway.errors import ClearwayError
     from clearway.recordings.lab.plan_file import load_test_plan
     from clearway.recordings.protocol.lab_trials import behind, scenarios
     from clearway.recordings.protocol.protocol import is_plan_file, parsed, refuse_existing, skeleton, write_new
     from clearway.recordings.protocol.run_sheet import sheet_of
+    from clearway.recordings.protocol.tick_page import tick_page
     from clearway.scenarios.suites import Selection
 
-    refuse_existing(out, sheet)
+    refuse_existing(out, sheet, ticks)
     if is_plan_file(suite):
-        if sheet is None or out is not None:
-            raise ClearwayError("is a test plan already; --sheet FILE writes its run sheet", file=suite)
+        if (sheet is None and ticks is None) or out is not None:
+            raise ClearwayError(
+                "is a test plan already; --sheet FILE writes its run sheet, --ticks FILE the page to tick on",
+                file=suite,
+            )
         made = load_test_plan(suite)
         known = behind(made, Path(suite).parent)
     else:
@@ -54,13 +68,19 @@ def protocol(
             repetitions=repetitions,
             floor_plan=floor_plan,
         )
-        text = skeleton(suite, robot, selection, seed=seed, folder=None if out is None else out.parent)
+        folder, table = None if out is None else out.parent, None if ticks is None else f"{ticks.stem}.json"
+        text = skeleton(suite, robot, selection, seed=seed, folder=folder, ticks=table)
         made, known = parsed(text), scenarios(suite, robot, selection, seed)
         if out is None:
             typer.echo(text, nl=False)
         else:
             write_new(out, text)
             typer.echo(f"test plan: {out} ({len(made.trials)} trials)")
+    printed = out is None and not is_plan_file(suite)
     if sheet is not None:
         write_new(sheet, sheet_of(made, known))
-        typer.echo(f"run sheet: {sheet}", err=out is None and not is_plan_file(suite))
+        typer.echo(f"run sheet: {sheet}", err=printed)
+    if ticks is not None:
+        plan = Path(suite) if is_plan_file(suite) else out
+        write_new(ticks, tick_page(made, plan or ticks, known))
+        typer.echo(f"page to tick on: {ticks}", err=printed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def load_test_plan(path: str | Path, unready: Collection[Path] = ()) -> TestPlan
 
     Args:
         path: Its file.
-        unready: Recordings that are still being written, and count as not there.
+        unready: Recordings that are still being written, and count as not there; the operators' table, where it may come later.
 
     Raises:
         WrongPlan: no such file, no TOML, or a field that is wrong; the message names file, field and value.
@@ -41,7 +42,7 @@ def load_test_plan(path: str | Path, unready: Collection[Path] = ()) -> TestPlan
     try:
         plan = with_ticks(with_everyone(TestPlan.model_validate(read_toml(file))), file.parent)
         plan = with_files(plan, file.parent, unready)
-        _ticks_there(plan, file.parent)
+        _ticks_there(plan, file.parent, unready)
     except ValidationError as error:
         raise WrongPlan(problems_in(error, file)) from error
     except ClearwayError as error:
@@ -49,8 +50,9 @@ def load_test_plan(path: str | Path, unready: Collection[Path] = ()) -> TestPlan
     return plan
 
 
-def _ticks_there(plan: TestPlan, folder: Path) -> None:
-    """Nothing, if the operators' table is there, or nothing was recorded yet."""
-    lacking = plan.test.ticks is not None and not (folder / plan.test.ticks).exists()
+def _ticks_there(plan: TestPlan, folder: Path, unready: Collection[Path]) -> None:
+    """Nothing, if the operators' table is there or may come later, or nothing was recorded yet."""
+    table = None if plan.test.ticks is None else folder / plan.test.ticks
+    lacking = table is not None and not table.exists() and Path(os.path.abspath(table)) not in unready
     if lacking and any(plan.files_of(t) for t in plan.trials):
         raise ClearwayError(f"no such file: {plan.test.ticks!r}", field="test.ticks")

@@ -29,6 +29,7 @@ def skeleton(
     *,
     seed: int = 0,
     folder: Path | None = None,
+    ticks: str | None = None,
 ) -> str:
     """The test plan of a suite as TOML: everything that is known before the tests; `load_test_plan` accepts it as it is.
 
@@ -38,6 +39,7 @@ def skeleton(
         selection: Which part of the suite.
         seed: Seed of the suite, which shifts when moving obstacles start.
         folder: Where the plan will stand, if not here; files that it names are written as seen from there.
+        ticks: The operators' table, if there is to be one.
 
     Raises:
         ClearwayError: an unknown suite, robot or selection, or a suite with several floor plans or tolerances.
@@ -51,7 +53,8 @@ def skeleton(
             field="suite",
         )
     said = suite.endswith(".toml") or (selection is not None and selection.floor_plan is not None)
-    return _Writer(load_robot(robot), robot, chosen, floors[0] if said else None, folder or Path()).text(suite)
+    floor = floors[0] if said else None
+    return _Writer(load_robot(robot), robot, chosen, floor, folder or Path(), ticks).text(suite)
 
 
 def parsed(text: str) -> TestPlan:
@@ -89,10 +92,10 @@ class _Writer:
     """Puts a list of scenarios into words and TOML."""
 
     def __init__(
-        self, robot: Robot, robot_name: str, chosen: Sequence[Scenario], floor: str | None, folder: Path
+        self, robot: Robot, name: str, chosen: Sequence[Scenario], floor: str | None, folder: Path, ticks: str | None
     ) -> None:
-        self.robot, self.robot_name, self.scenarios, self.floor = robot, robot_name, chosen, floor
-        self.folder = folder
+        self.robot, self.robot_name, self.scenarios, self.floor = robot, name, chosen, floor
+        self.folder, self.ticks = folder, ticks
         first = chosen[0]
         self.line = Line(first.start, first.legs[0].goal)
         self.poses = _named_poses(chosen)
@@ -137,6 +140,8 @@ class _Writer:
             lines.append('# floor_plan = "lab.yaml"  # or ROS map: what stands in it counts as obstacles')
         else:
             lines.append(f"floor_plan = {_toml(self.file(self.floor))}  # what stands in it counts as obstacles")
+        if self.ticks is not None:
+            lines.append(f"ticks = {_toml(self.ticks)}  # what is ticked on the page of the run sheet")
         lines += [f"xy_tolerance = {_toml(xy)}  # at a goal, m", f"yaw_tolerance = {_toml(yaw)}  # rad"]
         if length is not None:
             lines.append(f"reference_length = {_toml(length)}  # of one leg, m")
@@ -336,6 +341,7 @@ _CAPTURE = """\
 # The measuring system.
 [sources.capture]
 # format = "vicon"  # only where the file isn't recognised; `clearway list formats` shows all
+# files = "captures/{{number:03d}}*"  # instead of a name in each trial: how they are called, or the folder in which they lie
 
 # How the system's own frame lies in the map: three markers on the floor, on A, on B, and 2 m to the left of the middle
 # (from A towards B), recorded once. Fill in the file and the markers' names.

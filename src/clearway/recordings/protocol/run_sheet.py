@@ -100,18 +100,12 @@ def sheet_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> str:
         scenarios: Where the trials come from (`protocol.scenarios`), found again by their labels; they know how moving
             obstacles are to be driven.
     """
-    known = {key(s.labels, s.speed): s for s in scenarios}
     line = _line(plan)
-    plan = _with_names(plan)
-    groups = list(_groups(plan, known, line))
-    environment = Environment(
-        loader=PackageLoader("clearway.recordings.protocol"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
-    )  # fmt: skip
-    return environment.get_template("run_sheet.html").render(
+    return page(
+        "run_sheet.html",
         plan=plan,
         line=line,
-        groups=groups,
+        groups=groups_of(plan, scenarios),
         ticks=TICKS,
         trials=len(plan.trials),
         driving=_driving(plan),
@@ -122,6 +116,26 @@ def sheet_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> str:
         metres=metres,
         poses=_poses(plan, line),
     )
+
+
+def page(template: str, **what: object) -> str:
+    """A page of this room, filled in."""
+    environment = Environment(
+        loader=PackageLoader("clearway.recordings.protocol"), autoescape=True, undefined=StrictUndefined, trim_blocks=True,
+        lstrip_blocks=True,
+    )  # fmt: skip
+    return environment.get_template(template).render(**what)
+
+
+def groups_of(plan: TestPlan, scenarios: Iterable[Scenario] = ()) -> list[Group]:
+    """The trials, those among the same obstacles together.
+
+    Args:
+        plan: The test plan.
+        scenarios: Where the trials come from.
+    """
+    known = {key(s.labels, s.speed): s for s in scenarios}
+    return list(_groups(_with_names(plan), known, _line(plan)))
 
 
 def _with_names(plan: TestPlan) -> TestPlan:
