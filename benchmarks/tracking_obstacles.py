@@ -96,8 +96,8 @@ def hospital(scenario: Scenario, robot: Robot, periods: int) -> Iterator[Step]:
     )
     before = world.moving_obstacles.copy()
     for k in range(periods):
-        t, state = k * robot.period, world.state
-        sensing = Sensing(t, state[5:8], state[8:10], world.sense(), None, GOAL, state[0:3])
+        t = k * robot.period
+        sensing = world.sensing(t, GOAL)
         velocity = (world.moving_obstacles - before)[:, :2] / robot.period
         yield Step(sensing, localiser.update(sensing), world.moving_obstacles[:, :2].copy(), velocity)
         before = world.moving_obstacles.copy()

@@ -101,6 +101,7 @@ def run(
     without: Iterable[str] = (),
     guarantees: Iterable[str] = (),
     disturbance: float | None = None,
+    latency: float | None = None,
     movers: str | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = None,
@@ -137,6 +138,7 @@ def run(
             (`hp-st[without=reverse]`).
         guarantees: Modes (`passive`, `none`) in which to run the navigators that have them.
         disturbance: Factor on what disturbs the robot in each scenario; None: as each scenario says.
+        latency: Factor on how late the robots sense and act; 0: at once; None: as their files say.
         movers: `operator`: who drives a moving obstacle of the hospital protocol looks where it goes, as by default; `blind`:
             it runs as on rails (the suites `hospital-blind` and `hospital-held-out-blind`).
         options: What a navigator's constructor is given, by the navigator's name.
@@ -162,6 +164,7 @@ def run(
         floor_plan=floor_plan,
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
         disturbance=disturbance,
+        latency=latency,
     )
     suites = with_movers(suites, movers)
     folder = free_directory(suites) if out is None else Path(out)

@@ -148,6 +148,21 @@ class Budget:
     seconds: float | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Latency:
+    """How late a robot senses and acts.
+
+    Attributes:
+        sensing: How old what an observation holds is when the navigator gets it, s.
+        command: From a decision until the wheels follow it, s.
+        jitter: The most that either is longer than that, s.
+    """
+
+    sensing: float = 0.0
+    command: float = 0.0
+    jitter: float = 0.0
+
+
 ObstacleOracle: TypeAlias = Callable[[float], FloatArray]
 """For a privileged navigator only: time [s] -> (n, 4) true x, y, radius [m] and presence (1 or 0) of each obstacle."""
 
@@ -165,6 +180,7 @@ class Task:
         budget: How much it may think per control period.
         time_limit: How long each leg may take, s.
         obstacle_oracle: The truth, for privileged navigators only.
+        latency: How late the robot senses and acts, as its maker would have measured it.
     """
 
     period: float
@@ -175,6 +191,7 @@ class Task:
     budget: Budget = field(default_factory=Budget)
     time_limit: float = float("inf")
     obstacle_oracle: ObstacleOracle | None = None
+    latency: Latency = Latency()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -182,7 +199,7 @@ class Sensing:
     """What the robot's sensors gave: raw, before any estimation.
 
     Attributes:
-        t: When, s since the trial began.
+        t: When it was sensed, s since the trial began; with a latency that is a while ago.
         odom_pose: (3,) dead-reckoned pose in the odom frame.
         odom_velocity: (2,) measured v [m/s], omega [rad/s].
         scan: The lidar's sweep, None without a lidar.
@@ -206,7 +223,7 @@ class Observation:
     """What a navigator is told each control period.
 
     Attributes:
-        t: When, s since the trial began.
+        t: When that was which it tells of, s since the trial began: `task.latency.sensing` ago.
         pose: (3,) estimated pose in the map: x, y [m], theta [rad].
         velocity: (2,) estimated v [m/s], omega [rad/s].
         odom_pose: (3,) smooth but drifting pose in the odom frame (a rolling costmap lives there).

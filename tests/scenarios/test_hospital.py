@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,7 +19,7 @@ from clearway.scenarios.check import check_scenario
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.hospital import undisturbed
 from clearway.scenarios.scenario import ObstacleSpec, Scenario
-from clearway.scenarios.suites import Selection, load_suite
+from clearway.scenarios.suites import Selection, load_suite, with_movers
 
 ROBOTS = ("tiago", "hosbot")
 
@@ -243,3 +244,37 @@ def test_a_selection_that_nothing_meets(selection: dict[str, object], message: s
 def test_unknown_suite() -> None:
     with pytest.raises(ClearwayError, match=r"unknown suite 'hospitl'; did you mean 'hospital'\?"):
         load_suite("hospitl")
+
+
+def test_latency_is_scaled_for_every_test() -> None:
+    robot = load_robot("tiago")
+    some = Selection(batches=("NO",), repetitions=1)
+    assert {s.latency for s in load_suite("hospital").build(robot, some)} == {1.0}
+    for factor in (0.0, 2.5):
+        assert {s.latency for s in load_suite("hospital").build(robot, replace(some, latency=factor))} == {factor}
+    for wrong in (-0.1, 101.0, float("nan")):
+        with pytest.raises(ClearwayError, match="no factor on a latency"):
+            load_suite("hospital").build(robot, replace(some, latency=wrong))
+
+
+def test_blind_movers_have_the_same_path_and_timing_and_nobody_who_looks() -> None:
+    robot = load_robot("tiago")
+    some = Selection(batches=("MO", "CE"), repetitions=1)
+    for name in ("hospital", "hospital-held-out"):
+        looks = load_suite(name).build(robot, some)
+        blind = load_suite(*with_movers((name,), "blind")).build(robot, some)
+        assert len(looks) == len(blind) > 0
+        for a, b in zip(looks, blind, strict=True):
+            assert [o.behaviour is not None for o in (*a.obstacles, *b.obstacles)].count(True) == 1
+            driven = next(o for o in a.obstacles if o.behaviour)
+            assert driven.model_copy(update={"behaviour": None}) in b.obstacles
+            assert (a.name, a.seed) == (b.name, b.seed)
+            assert a.labels.suite != b.labels.suite
+
+
+def test_only_the_hospitals_movers_can_be_blind() -> None:
+    assert with_movers(("barn", "hospital"), "blind") == ("barn", "hospital-blind")
+    with pytest.raises(ClearwayError, match="no suite among barn"):
+        with_movers(("barn",), "blind")
+    with pytest.raises(ClearwayError, match="unknown kind of movers 'dumb'"):
+        with_movers(("hospital",), "dumb")

@@ -33,8 +33,8 @@ class Path:
             self.way, self.period = setting.way, setting.vehicle.period
             return hold(setting)
 
-        def spy_tick(state: Any, v: float, omega: float, count: int, leg: int, t: float, held: Any) -> int:
-            hit = tick(state, v, omega, count, leg, t, held)
+        def spy_tick(state: Any, count: int, leg: int, t: float, held: Any) -> int:
+            hit = tick(state, count, leg, t, held)
             n = len(self.way) - 1
             h = self.period / n
             for i in range(n + 1):

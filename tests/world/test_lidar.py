@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from worlds import body, make_robot
 
+from clearway.contract import Goal
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, rectangle
 from clearway.trials import Body
@@ -20,6 +21,7 @@ LIDAR = {
     "mount": (0.1, 0.0, 0.0),
 }  # fmt: skip
 INCREMENT = 2.0 / (BEAMS - 1)
+NOWHERE = Goal(np.zeros(3), 0.1, 0.1)
 AROUND = [body(Circle(4.0), 0.1, 0.0)]
 """Seen from inside: 4 m away wherever a beam goes."""
 
@@ -29,7 +31,7 @@ def sweeps(bodies: Sequence[Body], seed: int = 1, n: int = 200, **errors: float)
     world = World(make_robot(lidar=LIDAR | errors), np.zeros(3), 1.0, bodies, tracks([], ["leg"]), seed)
     rows = []
     for t in range(n):
-        scan = world.sense()
+        scan = world.sensing(0.1 * t, NOWHERE).scan
         assert scan is not None
         rows.append(scan.ranges)
         world.advance(0.0, 0.0, 0.1 * t)

@@ -60,6 +60,9 @@ def run(
     disturbance: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Times what disturbs the robot in each scenario, as in 2.")
     ] = None,
+    latency: Annotated[
+        float | None, typer.Option(metavar="FACTOR", help="Times how late the robot senses and acts; 0: at once.")
+    ] = None,
     movers: Annotated[
         str | None,
         typer.Option(help="hospital: operator (who drives them looks, the default) or blind (as on rails, harder)."),
@@ -141,6 +144,7 @@ def run(
                 without=without or (),
                 guarantees=guarantees or (),
                 disturbance=disturbance,
+                latency=latency,
                 movers=movers,
                 workers=workers,
                 out=resume or out,

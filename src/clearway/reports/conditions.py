@@ -57,6 +57,7 @@ def vehicle(f: Findings, name: str) -> Facts:
             f"{1000 * o.rotation_per_radian:g} mrad/√rad"
         )
         facts.append(("wheel odometry", noise))
+        facts.append(("latency", _latency(f, robot)))
     t, told = robot.tolerances, robot.planner_tolerances
     facts += [
         ("control period", f"{robot.period:g} s"),
@@ -64,6 +65,17 @@ def vehicle(f: Findings, name: str) -> Facts:
         ("tolerances at the goal, of the planner", f"{told.xy:g} m, {told.yaw:g} rad"),
     ]
     return facts
+
+
+def _latency(f: Findings, robot: Robot) -> str:
+    factor = _dict(_dict(f.results.campaign.get("plan")).get("selection")).get("latency")
+    factor = 1.0 if factor is None else float(factor)
+    late = robot.latency
+    if not factor * (late.sensing + late.command + late.jitter):
+        return "none: senses and acts at once"
+    parts = [f"sensing {factor * late.sensing:g} s", f"command {factor * late.command:g} s"]
+    parts += [f"up to {factor * late.jitter:g} s more of either"] if late.jitter else []
+    return ", ".join(parts) + (f" ({factor:g} times what its file says)" if factor != 1.0 else "")
 
 
 def test(f: Findings) -> Facts:

@@ -38,6 +38,9 @@ from clearway.robots.drive_limits import DriveLimits
 from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
 
+Delay = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=2)]
+"""s; what is later than that nobody can drive with."""
+
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
@@ -163,6 +166,18 @@ class Odometry(_Part):
         return math.hypot(self.scale * v, noise_v), math.hypot(self.turning * omega, self.curvature * v, noise_w)
 
 
+class LatencySpec(_Part):
+    """How late the robot senses and acts. A test may scale all of it (`--latency`)."""
+
+    sensing: Delay = Field(
+        default=0.0, description="how old a scan, an odometry message and a picture are when the navigator gets them, s"
+    )
+    command: Delay = Field(default=0.0, description="from the decision until the wheels follow it, s")
+    jitter: Delay = Field(
+        default=0.0, description="the most that either is longer than that, drawn evenly for each message, s"
+    )
+
+
 class Tolerances(_Part):
     """What a test judges the end of a leg by."""
 
@@ -193,6 +208,7 @@ class Robot(_Part):
     lidar: Lidar | None = None
     camera: Camera | None = Field(default=None, description="sees obstacles as discs; default: none")
     odometry: Odometry
+    latency: LatencySpec = LatencySpec()
     tolerances: Tolerances = Field(description="what a test judges the end of a leg by")
     goal_checker: GoalChecker = Field(
         default=GoalChecker(),

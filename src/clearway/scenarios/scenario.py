@@ -237,6 +237,9 @@ class Scenario(_Part):
         default="kalman", description="how the robot follows obstacles, unless the run says otherwise"
     )
     disturbance: DisturbanceSpec | None = Field(default=None, description="of the robot's motion; default: none")
+    latency: NonNegative = Field(
+        default=1.0, le=100, description="factor on the robot's latency: 0 for a world without, 1 as its file has it"
+    )
     optimal: OptimalSpec | None = Field(
         default=None, description="the best that is possible, where somebody has searched"
     )

@@ -36,6 +36,7 @@ class Selection:
             a, a + 1, ..., b - 1.
         disturbance: Factor on each scenario's disturbance.
         scenarios: Names of scenarios; a suite that has none of them gives no scenario.
+        latency: Factor on the robot's latency in each scenario; 0: a world without.
     """
 
     batches: tuple[str, ...] = ()
@@ -50,6 +51,7 @@ class Selection:
     seeds: tuple[int, int] | None = None
     disturbance: float | None = None
     scenarios: tuple[str, ...] = ()
+    latency: float | None = None
 
     def __post_init__(self) -> None:
         for one in fields(self):
@@ -185,6 +187,11 @@ class Suite:
             raise ClearwayError(
                 f"{factor:g} is no factor on a disturbance: 0 for none, 1 as it is, 2 for twice", field="disturbance"
             )
+        if chosen.latency is not None and not 0.0 <= chosen.latency <= 100.0:
+            raise ClearwayError(
+                f"{chosen.latency:g} is no factor on a latency: 0 for none, 1 as the robot's file has it, at most 100",
+                field="latency",
+            )
         make = self.make
         if outlines and chosen.seeds is not None and self.generator is not None:
             make = self.generator.outlines
@@ -196,6 +203,8 @@ class Suite:
         kept = [s for s in named if _selects(chosen, s)]
         if not kept:
             raise ClearwayError(f"no scenario of the suite {self.name!r} has all that is selected together")
+        if chosen.latency is not None:
+            kept = [s.model_copy(update={"latency": chosen.latency}) for s in kept]
         return kept if chosen.disturbance is None else [_disturbed(s, chosen.disturbance, self.name) for s in kept]
 
 

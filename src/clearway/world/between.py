@@ -125,7 +125,7 @@ def _far(
     held: Held[Setting], leg: int, t: float, driven: float, pivot: float, reach: FloatArray, nearest: FloatArray
 ) -> bool:
     """Whether nothing can have come near enough, by where all were when the period began and how fast they are."""
-    vehicle, _, moving, way = held.value
+    vehicle, _, moving, _, way = held.value
     own = 0.0
     h = vehicle.period / steps(vehicle.period)
     for i in range(math.ceil(driven / h - 1e-6)):
@@ -150,7 +150,7 @@ def _far(
 @kernel
 def _times(held: Held[Setting], leg: int, t: float, driven: float) -> FloatArray:
     """Times since the period began at which anything may turn: the ends of the plant's steps, and the knots of the tracks."""
-    vehicle, _, moving, _ = held.value
+    vehicle, _, moving, _, _ = held.value
     n = steps(vehicle.period)
     h = vehicle.period / n
     knots = moving.tracks.knots
@@ -178,7 +178,7 @@ def _places(
     held: Held[Setting], leg: int, t: float, pivot: float, times: FloatArray, poses: FloatArray, moving: FloatArray
 ) -> None:
     """Where all were at `times` (c,): into `poses` (c, 3) of base_link and `moving` (c, m, 3)."""
-    vehicle, _, bodies, way = held.value
+    vehicle, _, bodies, _, way = held.value
     n = steps(vehicle.period)
     h = vehicle.period / n
     for i, s in enumerate(times):

@@ -167,6 +167,8 @@ class Setting(NamedTuple):
         vehicle: The robot.
         still: What stands.
         moving: What moves.
+        commands: (k, 3) what the base follows in the period that begins: since when, s after the period began, from 0 on and
+            rising, inf where there is no more; forward speed, m/s; yaw rate, rad/s.
         way: (n + 1, 3) where the robot was at the ends of the last period's n steps, map frame; written in each period,
             after a contact only as far as it came.
     """
@@ -174,6 +176,7 @@ class Setting(NamedTuple):
     vehicle: Vehicle
     still: Still
     moving: Moving
+    commands: FloatArray
     way: FloatArray
 
 
@@ -226,13 +229,11 @@ def steps(period: float) -> int:
 
 
 @kernel
-def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: float, held: Held[Setting]) -> int:
-    """Drive for one control period, or until contact.
+def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting]) -> int:
+    """Drive for one control period, or until contact, as the commands say.
 
     Args:
         state: (STATE,), updated; ELAPSED is the time driven.
-        v: Commanded forward speed, m/s.
-        omega: Commanded yaw rate, rad/s.
         count: Number of control periods so far.
         leg: The leg whose tracks count.
         t: Time now, s.
@@ -240,18 +241,16 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
     Returns:
         -1, or the body that was touched: the static ones count first, then the moving ones.
     """
-    vehicle, still, moving, way = held.value
+    vehicle, still, moving, commands, way = held.value
     period, limits, errors, odometry_key = vehicle.period, vehicle.limits, vehicle.errors, vehicle.odometry_key
     bounds, slack, speed = vehicle.bounds, moving.slack, moving.tracks.speed
     n = steps(period)
     h = period / n
-    v_goal = min(max(v, limits.v_min), limits.v_max)
-    w_goal = min(max(omega, -limits.omega_max), limits.omega_max)
     noise_v, noise_w = 0.0, 0.0
     hit = -1
     done = 0.0
     push = np.zeros(5)
-    at_rest = v_goal == 0.0 and w_goal == 0.0 and state[V] == 0.0 and state[OMEGA] == 0.0
+    at_rest = state[V] == 0.0 and state[OMEGA] == 0.0 and _stands(commands)
     if bounds[:4].max() > 0.0 and (bounds[4] > 0.0 or not at_rest):
         disturb(bounds, vehicle.disturbance_key, count, push)
     push[:3] /= period
@@ -261,8 +260,7 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
     way[0] = state[:3]
     for i in range(n):
         v0, w0 = state[V], state[OMEGA]
-        v1, driven = ramp(v0, v_goal, limits.acceleration, limits.deceleration, h)
-        w1, steered = ramp(w0, w_goal, limits.angular_acceleration, limits.angular_deceleration, h)
+        v1, driven, w1, steered = _follow(commands, limits, v0, w0, i * h, h)
         vm, wm = driven + push[3], steered + push[4]
         advance = abs(vm) + drift
         rate = advance + (abs(wm) + abs(push[2])) * vehicle.reach
@@ -284,8 +282,7 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
         nx, ny, nt = arc(nx, ny, nt, vm, wm, until)
         if hit >= 0:  # in the midst of the step; without limits the base is at its command at once
             passed = max(until, _INSTANT)
-            v1, _ = ramp(v0, v_goal, limits.acceleration, limits.deceleration, passed)
-            w1, _ = ramp(w0, w_goal, limits.angular_acceleration, limits.angular_deceleration, passed)
+            v1, _, w1, _ = _follow(commands, limits, v0, w0, i * h, passed)
         state[V], state[OMEGA] = v1, w1
         state[ODOMETER] += rate * until
         done += until
@@ -315,6 +312,39 @@ def tick(state: FloatArray, v: float, omega: float, count: int, leg: int, t: flo
         first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
         pose_at(tracks.knots, first, last, t - since[m] + (done if hit >= 0 else period), poses[m])
     return hit
+
+
+@kernel
+def _stands(commands: FloatArray) -> bool:
+    """Whether the base is to stand for the whole period."""
+    for row in range(len(commands)):
+        if commands[row, 0] < math.inf and (commands[row, 1] != 0.0 or commands[row, 2] != 0.0):
+            return False
+    return True
+
+
+@kernel
+def _follow(
+    commands: FloatArray, limits: DriveLimits, v: float, omega: float, begin: float, duration: float
+) -> tuple[float, float, float, float]:
+    """v [m/s] and its mean, omega [rad/s] and its mean, at the end of the `duration` that begins at `begin` [s] of a period."""
+    row = 0
+    while row + 1 < len(commands) and commands[row + 1, 0] <= begin:
+        row += 1
+    end, now, way, turned = begin + duration, begin, 0.0, 0.0
+    while True:
+        last = row + 1 == len(commands) or commands[row + 1, 0] >= end
+        span = (duration if now == begin else end - now) if last else commands[row + 1, 0] - now
+        v_goal = min(max(commands[row, 1], limits.v_min), limits.v_max)
+        w_goal = min(max(commands[row, 2], -limits.omega_max), limits.omega_max)
+        v, mean = ramp(v, v_goal, limits.acceleration, limits.deceleration, span)
+        omega, turn = ramp(omega, w_goal, limits.angular_acceleration, limits.angular_deceleration, span)
+        if last and now == begin:
+            return v, mean, omega, turn
+        way, turned = way + mean * span, turned + turn * span
+        if last:
+            return v, way / duration, omega, turned / duration
+        row, now = row + 1, commands[row + 1, 0]
 
 
 @kernel

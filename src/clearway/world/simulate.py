@@ -12,7 +12,7 @@ from time import perf_counter
 
 import numpy as np
 
-from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Sensing, Task
+from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Task
 from clearway.foreign import said, traced
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.read_only import read_only
@@ -102,7 +102,7 @@ def simulate_in(
     placed = _placed(start, scenario)
     world = World(
         robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance, behaviours_of(scenario),
-        [leg.name for leg in scenario.legs],
+        [leg.name for leg in scenario.legs], scenario.latency,
     )  # fmt: skip
     checker = GoalAndProgressChecker(attempt.legs, scenario.legs, scenario.livelock, world.state)
     task = Task(
@@ -114,6 +114,7 @@ def simulate_in(
         budget=budget or Budget(),
         time_limit=max(leg.time_limit for leg in scenario.legs),
         obstacle_oracle=world.obstacles_at if privileged else None,
+        latency=world.latency,
     )
     drive = _Drive(world, checker, pilot, robot, raise_errors)
     outcome = drive.to_the_end(task, np.random.default_rng([scenario.seed, *b"pilot"]))
@@ -163,9 +164,8 @@ class _Drive:
             return self._failed(0.0, error, estimate, command)
         while True:
             t = count * period
-            now, told = world.state, world.state  # two copies: what the pilot does to its own is its affair
-            leg = checker.leg
-            sensing = Sensing(t, told[5:8], told[8:10], world.sense(), world.look(), checker.goal, told[0:3])
+            now, leg = world.state, checker.leg
+            sensing = world.sensing(t, checker.goal)
             before = perf_counter()
             try:
                 decision = decide(sensing)

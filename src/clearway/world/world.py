@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from clearway.contract import BodyKind, Obstacles, Scan
+from clearway.contract import BodyKind, Goal, Latency, Obstacles, Scan, Sensing
 from clearway.geometry.distance import clearance
 from clearway.geometry.held import Held
 from clearway.geometry.packing import boxes, pack, place
@@ -23,6 +23,7 @@ from clearway.world.behaviours.behaviour import PERIOD, Behaviour, SeenRobot
 from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
 from clearway.world.laid import Laid, LaidTracks
+from clearway.world.latency import Delays, Past
 from clearway.world.lidar import View, errors_of, hold, scan
 from clearway.world.tracks import Tracks, pose_at
 
@@ -42,9 +43,11 @@ class World:
         disturbance: How the ground moves it; None: it does not.
         behaviours: Who decides for moving bodies, by their place among these.
         legs: Names of the legs.
+        latency: Factor on the robot's latency.
 
     Attributes:
         moving_obstacles: (m, 3) poses now of the moving bodies; NaN: absent.
+        latency: How late the robot senses and acts.
         between: What was where between the ends of the periods.
     """
 
@@ -59,6 +62,7 @@ class World:
         disturbance: DisturbanceSpec | None = None,
         behaviours: Mapping[int, Behaviour] | None = None,
         legs: Sequence[str] = (),
+        latency: float = 1.0,
     ) -> None:
         self.bodies = tuple(bodies)
         self._still = [b for b in bodies if b.pose is not None]
@@ -68,6 +72,11 @@ class World:
         self._state = np.zeros(plant.STATE)
         self._state[:3] = self._shifted(start, self._pivot)
         self._count = 0
+        late = robot.latency
+        self.latency = Latency(latency * late.sensing, latency * late.command, latency * late.jitter)
+        self._delays = Delays(self.latency, robot.period, seed)
+        self._past = Past(self.latency.sensing + self.latency.jitter, robot.period)
+        self._commands = np.full((self._delays.rows, 3), math.inf)
 
         foot = pack([robot.shape])
         foot = place(foot, np.array([[-self._pivot, 0.0, 0.0]]))
@@ -80,6 +89,7 @@ class World:
         self._boxes = boxes(still)
         self._slack, self._since = np.zeros(len(self._moving)), np.zeros(len(self._moving))
         self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
+        self._sensed_obstacles = self.moving_obstacles.copy()
         vehicle = plant.Vehicle(
             robot.period, robot.limits(speed), plant.odometry_errors(robot.odometry, key), key,
             plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
@@ -89,11 +99,11 @@ class World:
         self._setting = plant.hold(
             plant.Setting(
                 vehicle, plant.Still(still, self._boxes, np.zeros(len(self._still))),
-                plant.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles), self._way,
+                plant.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles), self._commands, self._way,
             )
         )  # fmt: skip
         self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
-        self._leg, self._legs = 0, tuple(legs)
+        self._leg, self._legs, self._leg_began = 0, tuple(legs), 0.0
         self._behaviours, self._laid = dict(behaviours or {}), LaidTracks(tracks, self._slack)
         self._seen, self._decided = SeenRobot(foot, Laid()), 0
         self._seen.track.lay(0.0, self._state[:3])
@@ -101,7 +111,7 @@ class World:
             self._laid.add(m, behaviour.speed)
         self._begin_behaviours(0.0)
         self._decide_until(0.0)
-        self._place_moving(0.0)
+        self._place_moving(0.0, self.moving_obstacles)
         self._camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
@@ -120,7 +130,7 @@ class World:
                     key=key,
                     still=scene([b.shape for b in self._still], poses),
                     movable=scene([b.shape for b in self._moving]),
-                    poses=self.moving_obstacles,
+                    poses=self._sensed_obstacles,
                 )
             )
             self._beams = lidar.beams
@@ -143,28 +153,44 @@ class World:
 
     def begin_leg(self, leg: int, t: float) -> None:
         """From `t` [s] on the moving bodies follow their tracks of leg `leg`."""
-        self._leg = leg
+        self._leg, self._leg_began = leg, t
         self._since[~self._tracks.lasting] = t
         self._slack[:] = 0.0
         self._begin_behaviours(t)
         self.between.begin_leg()
-        self._place_moving(t)
+        self._place_moving(t, self.moving_obstacles)
 
-    def sense(self) -> Scan | None:
-        """The lidar's sweep from here; None without a lidar."""
+    def sensing(self, t: float, goal: Goal) -> Sensing:
+        """What arrives of the sensors at time `t` [s], which is now."""
+        state, moving, stamp = self.state, self._sensed_obstacles, self._delays.stamp(t, self._count)
+        self._past.add(t, state.copy(), self.moving_obstacles)
+        inner = self._state[:3]
+        if stamp >= t:
+            stamp = t
+            moving[:] = self.moving_obstacles
+        else:
+            state, moving[:] = self._past.at(stamp)
+            inner = self._shifted(state[:3], self._pivot)
+            if stamp >= self._leg_began:
+                self._place_moving(stamp, moving)
+        return Sensing(
+            stamp, state[5:8], state[8:10], self._sweep(inner), self._picture(state), goal, state[0:3].copy()
+        )
+
+    def _sweep(self, inner: FloatArray) -> Scan | None:
+        """The lidar's sweep where the point that the base turns about has the pose `inner` (3,); None without a lidar."""
         if self._view is None:
             return None
-        x, y, theta = self._state[0:3].tolist()
+        x, y, theta = inner.tolist()
         ranges = np.empty(self._beams)
         scan(ranges, x, y, theta, self._count, self._view)
         return Scan(ranges, *self._about)
 
-    def look(self) -> Obstacles | None:
-        """What the camera sees from here; None without a camera."""
+    def _picture(self, state: FloatArray) -> Obstacles | None:
+        """What the camera sees from `state` (10,); None without a camera."""
         if self._camera is None:
             return None
-        x, y, _ = self._shifted(self._state[0:3], -self._pivot).tolist()
-        return self._camera.look(x, y, self.moving_obstacles, self._count)
+        return self._camera.look(float(state[0]), float(state[1]), self._sensed_obstacles, self._count)
 
     def advance(self, v: float, omega: float, t: float) -> tuple[float, Body | None]:
         """Drive on command (v [m/s], omega [rad/s]) from time `t` [s] for one control period, or until contact.
@@ -172,14 +198,16 @@ class World:
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
+        self._delays.send(t, self._count, v, omega)
+        self._delays.fill(self._commands, t, self._period)
         before = self._state.copy()
-        hit = plant.tick(self._state, v, omega, self._count, self._leg, t, self._setting)
+        hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
         if self._behaviours:  # they see where it drives, and decide; then it drives there, among them
             self._lay_way(t)
             self._decide_until(t + self._period)
             self._state[:] = before
             self._slack[:] = 0.0
-            hit = plant.tick(self._state, v, omega, self._count, self._leg, t, self._setting)
+            hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
         self._count += 1
         driven = self._period if hit < 0 else float(self._state[plant.ELAPSED])
         self.between.look(self._leg, t, driven)
@@ -256,7 +284,8 @@ class World:
             rows.append((at[0], at[1], reach, float(there)))
         return np.array(rows, dtype=np.float64).reshape(-1, 4)
 
-    def _place_moving(self, t: float) -> None:
+    def _place_moving(self, t: float, out: FloatArray) -> None:
+        """Write where the moving bodies are at time `t` [s] of this leg to `out` (m, 3)."""
         for m in range(len(self._moving)):
             begin, end = self._tracks.rows[self._leg, m].tolist()
-            pose_at(self._tracks.knots, begin, end, t - self._since[m], self.moving_obstacles[m])
+            pose_at(self._tracks.knots, begin, end, t - self._since[m], out[m])
