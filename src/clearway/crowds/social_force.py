@@ -1,0 +1,236 @@
+"""The social force model: people are driven to where they want to go, and by what is around them.
+
+Helbing, Molnár 1995 ("Social force model for pedestrian dynamics") in the form of Moussaïd, Perozo, Garnier, Helbing, Theraulaz
+2010 ("The walking behaviour of pedestrian social groups and its impact on crowd dynamics"), whose interaction between two is that
+of Moussaïd et al. 2009 ("Experimental study of the behavioural mechanisms underlying self-organization in human crowds"). Forces are
+per mass, so accelerations. They are summed as whole multiples of 2^-40 m/s^2: in which order bodies are listed changes no bit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.crowds.bodies import Bodies, IntArray, Wishes, sweep
+from clearway.crowds.walls import Walls, from_edge
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+
+
+class SocialForce(NamedTuple):
+    """Parameters, of which those without another source are Moussaïd et al. 2010's.
+
+    Attributes:
+        relaxation: tau, in which the wanted velocity is approached, s.
+        strength: A, of the interaction between two, m/s^2 (2009).
+        span: gamma: the interaction falls by 1/e on gamma times the length of D, m (2009).
+        foresight: lambda, weight of the relative velocity in D, s/m (2009).
+        turning: n, how narrow the range of directions is in which one turns aside (2009).
+        slowing: n', the same for slowing down (2009).
+        wall_strength: a, m/s^2.
+        wall_span: b, on which a wall's force falls by 1/e, m.
+        gaze: beta_1, of slowing down so that the others of the group are seen, 1/s per rad.
+        attraction: beta_2, to the centre of a group that is stretched, m/s^2.
+        repulsion: beta_3, between those of a group, m/s^2.
+        sight: how far to each side one sees without slowing down, rad.
+        apart: d_0, nearer than which those of a group repel each other, m.
+        breadth: of two people, shoulder to shoulder, m: distances are between centres, less what two bodies are broader.
+        reach: bodies farther away are overlooked, m; inf: none is.
+    """
+
+    relaxation: float
+    strength: float
+    span: float
+    foresight: float
+    turning: float
+    slowing: float
+    wall_strength: float
+    wall_span: float
+    gaze: float
+    attraction: float
+    repulsion: float
+    sight: float
+    apart: float
+    breadth: float
+    reach: float
+
+
+MOUSSAID = SocialForce(
+    0.5, 4.5, 0.35, 2.0, 2.0, 3.0, 3.0, 0.1, 4.0, 3.0, 1.0, 0.5 * math.pi, 0.8, 0.6, math.inf
+)  # fmt: skip
+"""The model as published. `breadth` is ours."""
+
+QUANTUM = 2.0**-40
+_LARGEST = 1e5
+"""No single force is larger, m/s^2: so that sums of whole multiples of `QUANTUM` stay within 64 bits."""
+_FAINT = 16.0
+"""What has fallen by 1/e so often counts as nothing: less than 1e-6 m/s^2."""
+
+
+@kernel
+def velocities(
+    bodies: Bodies, wishes: Wishes, group: IntArray, model: SocialForce, walls: Walls, period: float
+) -> FloatArray:
+    """(k, 2) the velocity [m/s] of each decider a `period` [s] later, at most its v_max.
+
+    Args:
+        group: (n,) int64, to which group each body belongs; negative: to none.
+    """
+    chosen = forces(bodies, wishes, group, model, walls)
+    for a in range(chosen.shape[0]):
+        i, v_max = wishes.who[a], wishes.v_max[a]
+        for c in range(2):
+            driving = (wishes.velocity[a, c] - bodies.velocity[i, c]) / model.relaxation
+            chosen[a, c] = bodies.velocity[i, c] + (chosen[a, c] + driving) * period
+        speed = math.sqrt(chosen[a, 0] * chosen[a, 0] + chosen[a, 1] * chosen[a, 1])
+        if speed > v_max:
+            chosen[a] *= v_max / speed
+    return chosen
+
+
+@kernel
+def forces(bodies: Bodies, wishes: Wishes, group: IntArray, model: SocialForce, walls: Walls) -> FloatArray:
+    """(k, 2) what acts on each decider but for its own drive, m/s^2: others, walls, its group."""
+    k = wishes.who.shape[0]
+    total = np.zeros((k, 2), np.int64)
+    _add_others(bodies, wishes, model, total)
+    for a in range(k):
+        i = wishes.who[a]
+        _add_walls(bodies.position[i, 0], bodies.position[i, 1], bodies.radius[i], walls, model, total[a])
+        if group[i] >= 0:
+            _add_group(i, bodies, group, model, total[a])
+    return total * QUANTUM
+
+
+@kernel
+def _add_others(bodies: Bodies, wishes: Wishes, model: SocialForce, total: IntArray) -> None:
+    """Add the forces between every two to `total` (k, 2). What acts on one of two is the opposite of what acts on the other."""
+    n = bodies.radius.shape[0]
+    order = sweep(bodies.position).order
+    x, y, vx, vy = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    radius, layer, sees, decider = np.empty(n), np.empty(n, np.int64), np.zeros(n, np.int64), np.full(n, -1)
+    for a in range(wishes.who.shape[0]):
+        decider[wishes.who[a]] = a
+    for k in range(n):  # from left to right
+        i = order[k]
+        x[k], y[k] = bodies.position[i, 0], bodies.position[i, 1]
+        vx[k], vy[k] = bodies.velocity[i, 0], bodies.velocity[i, 1]
+        radius[k], layer[k] = bodies.radius[i], bodies.layer[i]
+        if decider[i] >= 0:
+            sees[k] = wishes.sees[decider[i]]
+    for k in range(n):
+        a, qx, qy = decider[order[k]], 0, 0
+        for m in range(k + 1, n):
+            rx = x[m] - x[k]
+            if rx > model.reach:
+                break
+            on_k, on_m = layer[m] & sees[k] != 0, layer[k] & sees[m] != 0
+            if not (on_k or on_m):
+                continue
+            fx, fy = interaction(rx, y[m] - y[k], vx[k] - vx[m], vy[k] - vy[m], radius[k] + radius[m], model)
+            if fx == 0.0 and fy == 0.0:
+                continue
+            px, py = _quanta(fx), _quanta(fy)
+            if on_k:
+                qx += px
+                qy += py
+            if on_m:
+                b = decider[order[m]]
+                total[b, 0] -= px
+                total[b, 1] -= py
+        if a >= 0:
+            total[a, 0] += qx
+            total[a, 1] += qy
+
+
+@kernel
+def interaction(rx: float, ry: float, vx: float, vy: float, radii: float, model: SocialForce) -> tuple[float, float]:
+    """What somebody feels by somebody else, m/s^2: slower along D, the relative velocity and the direction to the other in one, and
+    aside (Moussaïd et al. 2009, equations 3 to 6).
+
+    Args:
+        rx: Where the other is, from here, m.
+        ry: The same along y.
+        vx: Own velocity less the other's, m/s.
+        vy: The same along y.
+        radii: Sum of both, m.
+    """
+    centres = math.sqrt(rx * rx + ry * ry)
+    if centres == 0.0 or centres > model.reach:
+        return 0.0, 0.0
+    dx, dy = model.foresight * vx + rx / centres, model.foresight * vy + ry / centres
+    length = math.sqrt(dx * dx + dy * dy)
+    span = model.span * length
+    distance = centres - max(radii - model.breadth, 0.0)
+    if distance >= _FAINT * span:
+        return 0.0, 0.0
+    near, along, least = distance / span, dx * rx + dy * ry, min(model.turning, model.slowing) * span
+    if near + 2.0 * least * least * (1.0 - along / (length * centres)) >= _FAINT:  # 2 (1 - cos theta) <= theta^2
+        return 0.0, 0.0
+    across = dx * ry - dy * rx
+    theta = math.atan2(across, along)  # from D to the direction in which the other is
+    slower = model.strength * math.exp(-near - (model.slowing * span * theta) ** 2) / length
+    aside = model.strength * math.exp(-near - (model.turning * span * theta) ** 2) / length
+    if across <= 0.0:
+        aside = 0.0 if across == 0.0 else -aside
+    return -slower * dx + aside * dy, -slower * dy - aside * dx
+
+
+@kernel
+def _add_walls(x: float, y: float, radius: float, walls: Walls, model: SocialForce, total: IntArray) -> None:
+    """Add what walls do to a disc at (x, y): each polygon by its nearest point."""
+    edges = walls.length.shape[0]
+    k = 0
+    while k < edges:
+        polygon, best, bx, by = walls.polygon[k], math.inf, 0.0, 0.0
+        while k < edges and walls.polygon[k] == polygon:
+            dx, dy = from_edge(x, y, k, walls)
+            d = dx * dx + dy * dy
+            if d < best:
+                best, bx, by = d, dx, dy
+            k += 1
+        d = math.sqrt(best)
+        if d - radius < 2.0 * _FAINT * model.wall_span and d > 0.0:  # those of many posts add up
+            force = model.wall_strength * math.exp((radius - d) / model.wall_span) / d
+            total[0] += _quanta(force * bx)
+            total[1] += _quanta(force * by)
+
+
+@kernel
+def _add_group(i: int, bodies: Bodies, group: IntArray, model: SocialForce, total: IntArray) -> None:
+    """Add what its group does to body `i`."""
+    x, y, size = bodies.position[i, 0], bodies.position[i, 1], 0
+    cx, cy = 0, 0
+    for j in range(group.shape[0]):
+        if group[j] != group[i] or j == i:
+            continue
+        size += 1
+        rx, ry = bodies.position[j, 0] - x, bodies.position[j, 1] - y
+        cx += _quanta(rx)
+        cy += _quanta(ry)
+        d = math.sqrt(rx * rx + ry * ry)
+        if 0.0 < d < model.apart:
+            total[0] -= _quanta(model.repulsion * rx / d)
+            total[1] -= _quanta(model.repulsion * ry / d)
+    if size == 0:
+        return
+    ox, oy = cx * QUANTUM / size, cy * QUANTUM / size  # to the centre of the others
+    away = math.sqrt(ox * ox + oy * oy)
+    if away == 0.0:
+        return
+    if away * size / (size + 1) > 0.5 * size:  # from the centre of all
+        total[0] += _quanta(model.attraction * ox / away)
+        total[1] += _quanta(model.attraction * oy / away)
+    vx, vy = bodies.velocity[i, 0], bodies.velocity[i, 1]
+    turn = abs(math.atan2(vx * oy - vy * ox, vx * ox + vy * oy)) - model.sight
+    if turn > 0.0:
+        total[0] -= _quanta(model.gaze * turn * vx)
+        total[1] -= _quanta(model.gaze * turn * vy)
+
+
+@kernel
+def _quanta(value: float) -> int:
+    """`value` in whole multiples of `QUANTUM`."""
+    return int(np.rint(min(max(value, -_LARGEST), _LARGEST) / QUANTUM))
