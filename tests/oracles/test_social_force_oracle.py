@@ -1,7 +1,7 @@
 """The social force model against PySocialForce (independent software, MIT), step by step, and where the two differ.
 
 PySocialForce takes the angle between two directions without wrapping it: who sees somebody across its own -x axis gets
-another force there, so those are left out. See DECISIONS.md in `clearway/crowds/`.
+another force there, so those are left out. See `src/clearway/crowds/DECISIONS.md`.
 """
 
 from __future__ import annotations

@@ -101,7 +101,7 @@ def forces(bodies: Bodies, wishes: Wishes, group: IntArray, model: SocialForce, 
         _add_walls(bodies.position[i, 0], bodies.position[i, 1], bodies.radius[i], walls, model, total[a])
         if group[i] >= 0:
             _add_group(i, bodies, group, model, total[a])
-    return total * QUANTUM
+    return total.astype(np.float64) * QUANTUM
 
 
 @kernel
