@@ -151,6 +151,21 @@ def test_ctrl_c_says_how_to_go_on(lab: Path):
     assert "next" in (lab / "out/live.html").read_text(encoding="utf-8")
 
 
+def test_a_recording_that_ends_too_early_is_asked_about(lab: Path):
+    text = PLAN.replace("[[trial]]\nspeed = 0.5\n", 'legs = [{ name = "a", goal = [2.0, 0.0, 0.0] }]\n[[trial]]\n')
+    text = text.replace("test.ticks", "test.xy_tolerance = 0.1\ntest.ticks")
+    (lab / "plan.toml").write_text(text, encoding="utf-8")
+    write(lab / "captures/2.tum", 2.0)
+    rounds = day(
+        lab,
+        lambda: write(lab / "captures/1.tum", 1.0),
+        lambda: (lab / "ticks.csv").write_text("trial,aborted\n1,x\n", encoding="utf-8"),
+    )
+    assert [list(r.unclear) for r in rounds] == [[], [1], []]
+    assert told(rounds[1])[1].startswith("unclear  no. 1: leg a was not finished; tick why")
+    assert [r.finished for r in rounds] == [False, False, True]
+
+
 def test_no_such_folder(tmp_path: Path):
     with pytest.raises(ClearwayError, match="no such folder"):
         next(watch(tmp_path / "plan.toml", tmp_path / "captures", tmp_path / "out"))

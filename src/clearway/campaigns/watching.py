@@ -14,10 +14,10 @@ from clearway.errors import ClearwayError
 from clearway.reading import read_toml
 from clearway.recordings.lab.captures import file_names
 from clearway.recordings.lab.plan_file import load_test_plan
-from clearway.recordings.lab.test_plan import TestPlan
+from clearway.recordings.lab.test_plan import RecordedTrialSpec, TestPlan
 from clearway.recordings.protocol.lab_trials import setting
 from clearway.trials.store import Results
-from clearway.trials.trial import UNUSABLE
+from clearway.trials.trial import UNUSABLE, Outcome
 
 LOOK = 1.0
 """s between two looks; a file that did not change from one to the next is whole."""
@@ -40,6 +40,7 @@ class Round:
         trials: How many the plan has.
         coming: The next trial in words; empty where every one was driven.
         repeat: Trials whose recordings can't be used, by number in the plan, with the reason.
+        unclear: Trials whose recordings end before their goals while nobody said why, by number, with what is known.
         waits: Recordings that are there and not complete; the operators' table, if it is not there yet.
         problem: Why nothing could be scored this time; empty where it could.
     """
@@ -48,6 +49,7 @@ class Round:
     trials: int
     coming: str
     repeat: dict[int, str]
+    unclear: dict[int, str]
     waits: tuple[str, ...] = ()
     problem: str = ""
 
@@ -58,8 +60,8 @@ class Round:
 
     @property
     def finished(self) -> bool:
-        """Whether all were driven, and none has to be repeated."""
-        return not (self.coming or self.repeat or self.problem)
+        """Whether all were driven, none has to be repeated, and nothing is waited for."""
+        return not (self.coming or self.repeat or self.unclear or self.waits or self.problem)
 
 
 def watch(
@@ -150,7 +152,7 @@ def _round(
     try:
         said = load_test_plan(plan, unready)
     except ClearwayError as error:
-        return Round(None, 0, "", {}, problem=str(error))
+        return Round(None, 0, "", {}, {}, problem=str(error))
     results, problem = None, ""
     if any(t.attempted or said.files_of(t) for t in said.trials):
         try:
@@ -158,8 +160,10 @@ def _round(
         except ClearwayError as error:
             problem = str(error)
     waits = tuple(sorted(p.name for p in unready if p.parent == captures or p in lacking))
-    repeat = {} if results is None else _repeat(results)
-    return Round(results, len(said.trials), _coming(said), repeat, waits, problem)
+    short = {} if results is None else _short(results)
+    repeat = {n: why for n, why in short.items() if UNUSABLE in why}
+    unclear = {n: why for n, why in short.items() if n not in repeat and not _explained(said.trials[n - 1])}
+    return Round(results, len(said.trials), _coming(said), repeat, unclear, waits, problem)
 
 
 def _open(captures: Path) -> set[Path]:
@@ -180,7 +184,12 @@ def _coming(plan: TestPlan) -> str:
     return ""
 
 
-def _repeat(results: Results) -> dict[int, str]:
-    numbers = results.campaign["numbers"]
-    reasons = results.trials["reason"].to_pylist()
-    return {n: str(r) for n, r in zip(numbers, reasons, strict=True) if UNUSABLE in str(r)}
+def _short(results: Results) -> dict[int, str]:
+    """Why recorded trials did not get to their goals, by number in the plan, but for collisions and time limits."""
+    numbers, rows = results.campaign["numbers"], results.trials.select(["outcome", "reason"]).to_pylist()
+    return {n: str(r["reason"]) for n, r in zip(numbers, rows, strict=True) if r["outcome"] == Outcome.ABORTED}
+
+
+def _explained(trial: RecordedTrialSpec) -> bool:
+    """Whether somebody said why a trial ended, or that it was not recorded."""
+    return trial.stopped or trial.intervention or trial.aborted or not trial.file

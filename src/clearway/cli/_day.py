@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import time
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -20,6 +21,8 @@ PAGE = "live.html"
 """Beside the report."""
 REFRESH = 3
 """s after which the page is loaded anew."""
+SHARE = 10
+"""How many times as long as it took the report is not written again: recordings that come in would wait."""
 
 
 def followed(rounds: Iterator[Round], *, again: str, report: bool) -> Results:
@@ -47,6 +50,7 @@ def _told_to_the_end(rounds: Iterator[Round], *, report: bool) -> Round:
     from clearway import api
 
     page: Path | None = None
+    due = 0.0
     for last in rounds:
         lines = told(last)
         if page is None and last.results is not None:
@@ -57,8 +61,9 @@ def _told_to_the_end(rounds: Iterator[Round], *, report: bool) -> Round:
                 (new / PAGE).write_text(page_of(told(last), finished=last.finished, report=report), encoding="utf-8")
         for line in lines:
             typer.echo(line, err=True)
-        if last.results is not None and report and not last.finished:  # the last one is written with the results
-            api.open_results(last.results.path).report()
+        if last.results is not None and report and not last.finished and (began := time.monotonic()) >= due:
+            api.open_results(last.results.path).report()  # the last one is written with the results
+            due = time.monotonic() + SHARE * (time.monotonic() - began)
     return last
 
 
@@ -68,6 +73,10 @@ def told(now: Round) -> list[str]:
         return [f"problem  {now.problem}", *([f"next     {now.coming}"] if now.coming else [])]
     lines = [f"scored   {now.done} of {now.trials}{_ended(now)}"]
     lines += [f"repeat   no. {number}: {why}" for number, why in now.repeat.items()]
+    lines += [
+        f"unclear  no. {n}: {why}; tick why (aborted, stopped, person helped), or repeat it"
+        for n, why in now.unclear.items()
+    ]
     if now.results is not None:
         numbers, confirm = now.results.campaign["numbers"], now.results.trials["to_confirm"].to_pylist()
         lines += [f"confirm  no. {n}: {text}" for n, text in zip(numbers, confirm, strict=True) if text]
