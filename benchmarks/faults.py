@@ -3,6 +3,7 @@
 python benchmarks/faults.py                        # everything
 python benchmarks/faults.py --only hostile         # hostile files and command lines
 python benchmarks/faults.py --only fuzz --tries 100000
+python benchmarks/faults.py --only recordings --tries 100000   # of every format, read and cleaned
 python benchmarks/faults.py --only plans --tries 1000   # broken test plans: what passes `check` and fails `score`
 python benchmarks/faults.py --only navigators      # navigators that misbehave
 python benchmarks/faults.py --only damages         # results directories that were damaged
@@ -16,11 +17,12 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from fault_sections import Count, damages, fuzz, hostile, kills, navigators, plans
+from fault_sections import Count, damages, fuzz, hostile, kills, navigators, plans, recordings
 
 SECTIONS: dict[str, Callable[[argparse.Namespace], list[Count]]] = {
     "hostile": lambda asked: hostile.measure(asked.smoke),
     "fuzz": lambda asked: fuzz.measure(200 if asked.smoke else asked.tries, asked.seed),
+    "recordings": lambda asked: recordings.measure(100 if asked.smoke else asked.tries, asked.seed),
     "plans": lambda asked: plans.measure(30 if asked.smoke else asked.tries, asked.seed),
     "navigators": lambda asked: navigators.measure(asked.smoke),
     "kills": lambda asked: kills.measure(asked.smoke),

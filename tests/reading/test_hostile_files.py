@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 from clearway.campaigns.checks import check_file
+from clearway.recordings.formats import formats
 from clearway.robots import load_robot
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
@@ -19,6 +20,7 @@ def sections(monkeypatch: pytest.MonkeyPatch) -> Any:
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     import fault_sections.fuzz
     import fault_sections.hostile
+    import fault_sections.recordings
 
     return fault_sections
 
@@ -27,6 +29,20 @@ def test_mutated_files_are_read_or_refused(sections: Any, tmp_path: Path) -> Non
     target = sections.fuzz.Target(tmp_path)
     wrong = {f"{kind} {seed}": target.try_one(kind, seed) for kind, seed in sections.fuzz.drawn(320, seed=10**6)}
     assert {name: what for name, what in wrong.items() if what} == {}
+
+
+def test_mutated_recordings_are_read_or_refused(sections: Any, tmp_path: Path) -> None:
+    recordings = sections.recordings
+    target = recordings.Target(tmp_path)
+    wrong = {f"{kind} {seed}": target.try_one(kind, seed) for kind, seed in recordings.drawn(138, seed=10**6)}
+    assert {name: what for name, what in wrong.items() if what} == {}
+
+
+def test_what_is_mutated_is_a_recording_of_every_format(sections: Any, tmp_path: Path) -> None:
+    found = sections.recordings.good(tmp_path)
+    assert {r.format for r in found.values()} >= formats().keys() - {"motive-z-up", "trc-y-up"}
+    for kind, recording in found.items():
+        assert recording.points is not None or recording.tracks, kind
 
 
 def test_hostile_files_are_told(sections: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

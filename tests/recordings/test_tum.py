@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from text_captures import capture, damaged, nothing_but_clearway_errors
 
 from clearway.errors import ClearwayError
+from clearway.recordings import formats
 from clearway.recordings.formats import tum
 from clearway.recordings.recording import Track, Want
 
@@ -156,3 +157,14 @@ def test_without_a_track_there_is_nothing_to_write(tmp_path: Path):
 @given(data=st.data())
 def test_whatever_the_file_holds_nothing_but_our_own_error_comes_out(tmp_path: Path, data: st.DataObject):
     nothing_but_clearway_errors(tum.FORMATS[0], tmp_path / "f.tum", data.draw(damaged(LINES.encode() * 2)))
+
+
+def test_what_nobody_can_have_measured_is_unseen(tmp_path: Path) -> None:
+    rows = [f"{i / 100:.2f} {i / 200} 0 0 0 0 0 1" for i in range(300)]
+    rows[100] = "1.00 1e200 0 0 0 0 0 1"
+    rows[101] = "1.01 0.505 0 -3e9 0 0 0 1"
+    (tmp_path / "a.tum").write_text("\n".join(rows) + "\n")
+    found = formats.read(tmp_path / "a.tum")
+    position = found.tracks["trajectory"].position
+    assert np.flatnonzero(np.isnan(position).any(axis=1)).tolist() == [100, 101]
+    assert "trajectory: 2 samples beyond 1e+09 m; taken as unseen" in found.notes

@@ -8,7 +8,7 @@ guess and never the last value held.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.shapes import FloatArray
+
+FARTHEST, LARGEST_TWIST = 1e9, 1e6
+"""m, and m/s or rad/s: a number beyond is none that anybody measured."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,6 +171,38 @@ class Want:
     def has(self, name: str) -> bool:
         """Whether `name` is wanted."""
         return self.names is None or name in self.names
+
+
+def believable(recording: Recording) -> Recording:
+    """The recording with positions and twists as unseen that nobody can have measured: of damaged bytes, or of a filter that
+    diverged."""
+    notes: list[str] = []
+
+    def kept(values: FloatArray, most: float, what: str) -> FloatArray:
+        flat = values.ravel()
+        # NaN doesn't count in these, and nothing as large as the recording is made where all is well
+        if not flat.size or (np.fmax.reduce(flat) <= most and np.fmin.reduce(flat) >= -most):
+            return values
+        wrong: Any = (np.abs(values) > most).any(axis=-1)
+        if not wrong.any():
+            return values
+        notes.append(
+            f"{what}: {int(wrong.sum())} samples beyond {most:g} {'m' if most == FARTHEST else 'm/s or rad/s'}; taken as unseen"
+        )
+        return np.where(wrong[..., None], np.nan, values)
+
+    points = recording.points
+    if points is not None:
+        points = replace(points, xyz=kept(points.xyz, FARTHEST, "markers"))
+    tracks = {
+        name: replace(
+            track,
+            position=kept(track.position, FARTHEST, name),
+            twist=None if track.twist is None else kept(track.twist, LARGEST_TWIST, f"twist of {name}"),
+        )
+        for name, track in recording.tracks.items()
+    }
+    return replace(recording, points=points, tracks=tracks, notes=(*recording.notes, *notes)) if notes else recording
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.recordings.recording import FARTHEST
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 """Units of time that stamps are written in."""
@@ -67,7 +68,7 @@ def _motion(t: FloatArray, position: FloatArray | None) -> tuple[float, float]:
     """How fast something usually is when it is fast, m/s, and by how much it moved, m; 0 where nobody knows."""
     if position is None:
         return 0.0, 0.0
-    seen = np.isfinite(position).all(axis=1)
+    seen = (np.abs(position) <= FARTHEST).all(axis=1)
     order = np.argsort(t[seen], kind="stable")
     at, where = t[seen][order], position[seen][order]
     apart = max(1, len(at) // 200)

@@ -19,7 +19,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.reading import opened, take
 from clearway.recordings.formats import axes, beside, table
 from clearway.recordings.formats.format import HEAD, Format
-from clearway.recordings.recording import Contents, Recording, Want, contents_of
+from clearway.recordings.recording import Contents, Recording, Want, believable, contents_of
 from clearway.registry import Registry
 
 MODULES = (
@@ -84,7 +84,7 @@ def read(path: str | Path, want: Want | None = None, *, format: str | None = Non
     asked = _as_said(_named(path), chosen, want or Want())
     if asked.time is not None and chosen.name not in UNTIMED:
         raise ClearwayError(f"a file of format {chosen.name!r} says its times itself", file=path, field="time")
-    recording = chosen.read(_named(path), asked)
+    recording = believable(chosen.read(_named(path), asked))
     return recording if asked.up is None else replace(axes.turned(recording, asked.up), up_said=True)
 
 

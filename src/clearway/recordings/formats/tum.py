@@ -34,8 +34,9 @@ def sniff(path: Path, head: bytes) -> bool:
     rows = [line.split() for line in lines]
     if not rows or any(len(r) != 8 or not all(is_number(w) for w in r) for r in rows):
         return False
-    norms = np.linalg.norm(np.array(rows, dtype=np.float64)[:, 4:], axis=1)
-    return bool((np.abs(norms - 1) < 0.02).mean() > 0.5)
+    with np.errstate(all="ignore"):
+        norms = np.linalg.norm(np.array(rows, dtype=np.float64)[:, 4:], axis=1)
+        return bool((np.abs(norms - 1) < 0.02).mean() > 0.5)
 
 
 def read(path: Path, want: Want) -> Recording:
@@ -68,7 +69,8 @@ def read(path: Path, want: Want) -> Recording:
     )
     keep, notes = ordered(rows[:, 0], path, "t")
     rows = rows[keep]
-    far = np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 0.02
+    with np.errstate(over="ignore"):
+        far = np.abs(np.linalg.norm(rows[:, 4:], axis=1) - 1) > 0.02
     if len(rows) and (far & rows[:, 4:].any(axis=1)).mean() > 0.5:
         raise ClearwayError("its last four columns are no unit quaternions: it is no TUM trajectory", file=path)
     orientation, more = orientations(rows[:, 4:], rows[:, 1:4])

@@ -124,6 +124,7 @@ def _filter(
     for (a, b), rest in rests.items():
         blurred = np.stack([filtering.averaged(c, t[a:b], 1 / cutoff) for c in variance[a:b].T], axis=1)
         grown = (1 + correlation) / (1 - correlation)
+        blurred = np.maximum(blurred, 0.0)  # a running mean falls below zero by rounding
         left = blurred * filtering.gain(b - a, cutoff, rate, correlation)[:, None] + lost
         for c, d in rest:
             left[c:d] = variance[a + c : a + d].mean(axis=0) * min(1.0, grown / (d - c))

@@ -119,6 +119,6 @@ def _bridge(
     freedom = max(len(rows) - 4, 1)
     scatter = ((values - powers @ cubic) ** 2).sum(axis=0) / freedom
     q = np.linalg.lstsq(powers.T @ powers, inside.T, rcond=None)[0]
-    leverage = np.einsum("ij,ji->i", inside, q)
+    leverage = np.maximum(np.einsum("ij,ji->i", inside, q), 0.0)  # below zero by rounding alone
     filled = inside @ cubic
     return filled, leverage[:, None] * scatter + (filled - inside[:, :3] @ square) ** 2
