@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import resource
 import select
 import signal
@@ -21,6 +22,8 @@ MEMORY = 1 << 30
 """Bytes that a command may take beyond what the imports have taken."""
 SAID = 20_000
 """Characters of output that are kept."""
+SENTENCE = re.compile(r"clearway: [^\n]+\n|Usage: [^\n]+\n(Try [^\n]+\n)?\nError: [^\n]+\n")
+"""All that a command says that refuses: a sentence, after how it is used where it was its words that are wrong."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,20 +42,24 @@ class Ended:
     seconds: float
     echo: int
 
-    def wrong(self, codes: Sequence[int] = (1, 2)) -> str | None:
-        """What is wrong with that end, if an exit code of `codes` and a sentence or two are right."""
+    def wrong(self, codes: Sequence[int] = (2,)) -> str | None:
+        """What is wrong with that end, if an exit code of `codes` and, with code 2, one sentence are right."""
         if self.code is None:
             return f"no end within {WAIT:g} s"
         if self.code in (-signal.SIGXCPU, -signal.SIGKILL):
             return f"no end within {SECONDS} s of processor time, or killed"
         if "Traceback (most recent call last)" in self.said:
             return f"traceback: {self.said.strip().splitlines()[-1][:200]}"
+        if "not enough memory" in self.said:
+            return f"{MEMORY >> 20} MB are not enough"
         if self.code not in codes:
             return f"exit code {self.code}: {self.said.strip()[-200:]}"
         if len(self.said) > 8000 + 2 * self.echo:
             return f"{len(self.said)} characters of output"
-        if 2 in codes and self.code and not self.said.strip():
+        if self.code == 1 and not self.said.strip():
             return "not a word"
+        if self.code == 2 and not SENTENCE.fullmatch(self.said):
+            return f"not one sentence: {self.said.strip()[:300]!r}"
         return None
 
 

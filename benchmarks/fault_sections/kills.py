@@ -1,7 +1,8 @@
 """A campaign killed in every way, at every stage, and gone on with: it has to end in the same bytes, with nothing left running.
 
 Killed are the process, its group, and one of its workers, by TERM, KILL, INT and HUP: while it starts, while it compiles
-(with an empty cache), while trials run, while the results are put together, and while the report is written.
+(with an empty cache), while trials run, while the results are put together, and while the report is written. How long the
+last process lived on is told with each.
 """
 
 from __future__ import annotations
@@ -53,14 +54,18 @@ def measure(smoke: bool) -> list[Count]:
                         "worker",
                     ):
                         continue
-                    wrong = _wrong(folder, stage, whom, number, wanted)
-                    print(f"{stage}, {whom}, {number.name}: {wrong or 'survived'}", file=sys.stderr, flush=True)
+                    wrong, lived = _wrong(folder, stage, whom, number, wanted)
+                    after = "" if whom == "worker" else f", the last process gone after {lived:.2f} s"
+                    print(f"{stage}, {whom}, {number.name}: {wrong or 'survived'}{after}", file=sys.stderr, flush=True)
                     count.add(f"{whom}, {number.name}", wrong)
             counts.append(count)
     return counts
 
 
-def _wrong(folder: Path, stage: str, whom: str, number: signal.Signals, wanted: dict[str, bytes]) -> str | None:
+def _wrong(
+    folder: Path, stage: str, whom: str, number: signal.Signals, wanted: dict[str, bytes]
+) -> tuple[str | None, float]:
+    """What went wrong, and how long processes lived on, s."""
     out = folder / "out"
     shutil.rmtree(out, ignore_errors=True)
     (folder / "cache").mkdir(exist_ok=True)
@@ -86,12 +91,17 @@ def _wrong(folder: Path, stage: str, whom: str, number: signal.Signals, wanted: 
         process.wait()  # another worker takes over
     while (left := session(process.pid)) and time.monotonic() - began < SECONDS:
         time.sleep(0.02)
+    lived = time.monotonic() - began
     for pid in left:
         os.kill(pid, signal.SIGKILL)
     process.wait()
     shutil.rmtree(folder / "cache", ignore_errors=True)
     if left and whom != "worker":
-        return f"left running after {SECONDS:g} s: {left}"
+        return f"left running after {SECONDS:g} s: {left}", lived
+    return _resumed_wrong(out, wanted), lived
+
+
+def _resumed_wrong(out: Path, wanted: dict[str, bytes]) -> str | None:
     going_on = ["run", "--resume", str(out), "--workers", "2"] if (out / "campaign.json").exists() else None
     done = subprocess.run([*CLEARWAY, *(going_on or [*CAMPAIGN, "--out", str(out)])], capture_output=True, text=True)
     if done.returncode:

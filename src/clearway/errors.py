@@ -38,7 +38,8 @@ class ClearwayError(Exception):
         self.problem, self.file, self.field = problem, None if file is None else str(file), field
         where = ": ".join(_cut(part, LONGEST // 10) for part in (self.file, field) if part)
         text = _cut(problem, LONGEST)
-        super().__init__(_printable(f"{where}: {text}" if where else text))
+        where, text = _printable(where, but=""), _printable(text, but="\n")
+        super().__init__(f"{where}: {text}" if where else text)
 
 
 def shown(value: object) -> str:
@@ -65,6 +66,6 @@ def _cut(text: str, most: int) -> str:
     return text if len(text) <= most else f"{text[: most * 2 // 3]} ... {text[-most // 4 :]}"
 
 
-def _printable(text: str) -> str:
-    """Without characters that would steer a terminal; a new line stays."""
-    return "".join(c if c.isprintable() or c == "\n" else repr(c)[1:-1] for c in text)
+def _printable(text: str, but: str) -> str:
+    """Without characters that would steer a terminal, `but` those."""
+    return "".join(c if c.isprintable() or c in but else repr(c)[1:-1] for c in text)

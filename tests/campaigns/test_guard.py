@@ -17,7 +17,7 @@ from typing import Any
 import misbehaving_navigators as misbehaving
 import numpy as np
 import pytest
-from pool_calls import meet, stood_in
+from pool_calls import die, meet, stood_in
 from test_campaign import contents, family, left_over, wait_for
 
 from clearway.campaigns import CampaignPlan, run_campaign
@@ -255,6 +255,17 @@ def test_the_pool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert told.value.field == "refuse"
 
 
+def test_a_call_is_given_up_with_the_second_worker_that_dies_with_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.syspath_prepend(str(FILE.parent))
+    once, always = tmp_path / "once", tmp_path / "always"
+    with pool(1, tmp_path) as work:
+        found = list(work.each(die, [(str(once), 1), (str(always), 9)], fallen=stood_in))
+    assert found == [2, f"{always}: was ended by SIGKILL"]
+    assert always.stat().st_size == 2
+
+
 def test_as_many_workers_as_there_can_be(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made, hired = pools._Worker, itertools.count()
 
@@ -348,6 +359,28 @@ def test_workers_end_with_their_parent(tmp_path: Path, number: int, after: float
         time.sleep(0.005)
     time.sleep(after)
     process.send_signal(number)
+    process.wait()
+    began = time.monotonic()
+    assert left_over(process.pid) == []
+    assert time.monotonic() - began < 5.0
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to look for left-over processes")
+def test_workers_that_compile_end_with_their_parent(tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-c", STARTS.format(folder=str(FILE.parent)), str(tmp_path / "out")],
+        env=os.environ | {"NUMBA_CACHE_DIR": str(cache)}, start_new_session=True,
+    )  # fmt: skip
+    alone = compiled = 0
+    while compiled == alone:  # by the parent, until there are others
+        assert process.poll() is None
+        time.sleep(0.01)
+        compiled = len(list(cache.rglob("*.nbc")))
+        if len(family(process.pid)) < 2:
+            alone = compiled
+    process.terminate()
     process.wait()
     began = time.monotonic()
     assert left_over(process.pid) == []

@@ -97,6 +97,10 @@ def test_yaml_beyond_what_is_read(tmp_path: Path, text: str, said: str) -> None:
         ("9" * 5000, "is not JSON"),
         ("99999999999999999999", "between -2^63 and 2^63 - 1"),
         (f"[{'0,' * 2_000_001}0]", "more than 2,000,000 entries"),
+        (
+            f'"{"x" * (limits.JSON // 4)}\U0001f600"',
+            "larger than the 24 MB that are read of such a file with characters beyond",
+        ),
         ("{", "is not JSON"),
         (b'"\xff"', "is not JSON"),
     ],
@@ -166,3 +170,4 @@ def test_a_message_shows_little_of_a_large_value() -> None:
     told = str(ClearwayError("x" * 10**6 + "\x1b[31m\0", file="y" * 10**6, field="z" * 10**6))
     assert len(told) < 2 * LONGEST
     assert told.isprintable()
+    assert str(ClearwayError("no such file", file="a\nb", field="c\nd")) == r"a\nb: c\nd: no such file"

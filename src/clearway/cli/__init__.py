@@ -86,3 +86,6 @@ def main() -> None:
     except ClearwayError as error:
         typer.echo(f"clearway: {error}", err=True)
         sys.exit(2)
+    except MemoryError:
+        typer.echo("clearway: there is not enough memory for this", err=True)
+        sys.exit(2)

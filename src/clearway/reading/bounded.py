@@ -58,7 +58,7 @@ def read_bytes(path: Path, most: int) -> bytes:
     with opened(path) as file:
         found = take(file, most + 1)
     if len(found) > most:
-        raise ClearwayError(f"is larger than the {_size(most)} that are read of such a file", file=path)
+        raise ClearwayError(f"is larger than the {size(most)} that are read of such a file", file=path)
     return found
 
 
@@ -82,5 +82,6 @@ def _why(error: OSError | ValueError) -> str:
     return f"cannot be read: {error.strerror or error}"
 
 
-def _size(count: int) -> str:
+def size(count: int) -> str:
+    """So many bytes, in words."""
     return f"{count >> 20} MB" if count >= 1 << 20 else f"{count >> 10} kB"
