@@ -135,7 +135,8 @@ def test_options_beside_resume_are_not_ignored(clearway: Shell, tmp_path: Path, 
         (("--decision-limit", "-1"), "decision_limit: -1 s is no limit on a decision"),
         (("--floor-plan", ""), "'' is the name of no floor plan"),
         (("--map", "x" * 5000), "File name too long"),
-        (("--navigator", f"hp-st[x={'9' * 5000}]"), "x: unknown key"),
+        (("--navigator", f"hp-st[x={'9' * 900}]"), "x: unknown key"),
+        (("--navigator", f"hp-st[x={'9' * 5000}]"), "has more than 1000 characters"),
     ],
 )
 def test_what_nobody_can_mean_is_refused(clearway: Shell, tmp_path: Path, words: tuple[str, ...], said: str) -> None:
