@@ -199,7 +199,7 @@ class Sensing:
     """What the robot's sensors gave: raw, before any estimation.
 
     Attributes:
-        t: When it was sensed, s since the trial began; with a latency that is a while ago.
+        t: When it was sensed, s since the trial began; with a latency that is a while ago, at first before the trial.
         odom_pose: (3,) dead-reckoned pose in the odom frame.
         odom_velocity: (2,) measured v [m/s], omega [rad/s].
         scan: The lidar's sweep, None without a lidar.

@@ -18,7 +18,7 @@ from clearway.navigators.hp_st import HpSt, HpStForesight
 from clearway.navigators.hp_st.decision import STATUSES
 from clearway.navigators.registry import make_navigator
 from clearway.perception import make_localiser, make_tracker
-from clearway.robots import load_robot
+from clearway.robots import LatencySpec, load_robot
 from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Outcome, Trial
@@ -60,6 +60,20 @@ def test_whole_trials(suite: str, index: int, guarantee: str) -> None:
 @pytest.mark.parametrize("suite", ["sar-case1", "sar-case2", "sar-case3", "sar-stress"])
 def test_nothing_is_said_while_the_assumptions_hold(suite: str, index: int, guarantee: str) -> None:
     assert said(trial(suite, index, guarantee), "assumption") == set()
+
+
+@pytest.mark.parametrize("latency", [{"sensing": 0.05}, {"sensing": 0.037, "command": 0.15}, {"command": 0.1}])
+@pytest.mark.parametrize(("suite", "index"), [("sar-stress", 0), ("sar-stress", 3), ("sar-case2", 1)])
+def test_one_that_senses_and_acts_late_keeps_the_guarantee(suite: str, index: int, latency: dict[str, float]) -> None:
+    robot = RESCUE.model_copy(update={"latency": LatencySpec(**latency)})
+    navigator = HpSt("passive")
+    pilot = compose(navigator, make_localiser("truth", robot), "truth", tracker=make_tracker("difference", robot))
+    scenario = load_suite(suite).build(robot, Selection())[index]
+    ran = simulate(scenario, robot, pilot, navigator="hp-st", localisation="truth", map=None)
+    assert ran.velocity is not None
+    assert np.abs(ran.velocity[:, 0]).max() > 0.5 * ran.attempt.speed_limit  # it has driven
+    assert all(text.endswith("assumed at most 0.0000") for text in said(ran, "assumption"))
+    assert all(text.endswith("robot at 0.000 m/s") for text in said(ran, "contact"))
 
 
 def test_the_same_seed_the_same_trial() -> None:

@@ -14,8 +14,10 @@ from hypothesis import strategies as st
 from clearway.contract import Command, Decision, Sensing, Task
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
-from clearway.robots import DriveLimits, Odometry, Robot, load_robot
+from clearway.navigators.hp_st.tube import drive
+from clearway.robots import DriveLimits, LatencySpec, Odometry, Robot, load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.world import simulate_in
 from clearway.world.tracks import stack
@@ -35,12 +37,12 @@ class Wanderer:
     """A pilot that drives at random and watches."""
 
     def __init__(self, assumed: FloatArray, robot: Robot, seed: int) -> None:
-        self.limits = robot.limits()
-        self.watch = AssumptionMonitor(self.limits, robot.period, assumed, np.zeros(3), robot.odometry)
+        self.limits, self.robot, self.assumed, self.velocity = robot.limits(), robot, assumed, np.zeros(2)
         self.rng, self.texts, self.count = np.random.default_rng(seed), list[str](), 0
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
-        self.watch.reset()
+        self.ahead = Ahead(task.latency, self.limits)
+        self.watch = AssumptionMonitor(self.limits, robot.period, self.assumed, np.zeros(3), robot.odometry, self.ahead)
 
     def decide(self, sensing: Sensing) -> Decision:
         texts = self.watch.seen(sensing.t, sensing.truth, sensing.odom_velocity)
@@ -48,13 +50,18 @@ class Wanderer:
             self.wish = self.rng.uniform(-1, 1, 2) * (1.5, 2.0) * (self.rng.random() > 0.3)
         self.count += 1
         self.watch.told(sensing.t, sensing.truth, *self.wish)
+        self.ahead.decided(sensing.t, self.velocity, *self.wish)
+        now = np.concatenate((sensing.truth, self.velocity))
+        self.velocity = drive(now, self.wish[None], self.limits, self.robot.period).velocities[1]
         self.texts += texts
         return Decision(Command(*self.wish, violated=texts), sensing.truth)
 
 
-def wander(name: str, factor: float, seed: int) -> list[str]:
+def wander(name: str, factor: float, seed: int, **latency: float) -> list[str]:
     """What a AssumptionMonitor says of 30 s in the real plant, disturbed `factor` times as strongly as it assumes."""
     robot, assumed = load_robot(name), ROBOTS[name]
+    if latency:
+        robot = robot.model_copy(update={"latency": LatencySpec(**latency)})
     keys = ("position", "heading", "velocity", "turn")
     disturbance: dict[str, Any] = dict(zip(keys, (factor * assumed[:4]).tolist(), strict=True)) | {"at_rest": False}
     scenario = Scenario.model_validate(
@@ -73,6 +80,16 @@ def wander(name: str, factor: float, seed: int) -> list[str]:
 @pytest.mark.parametrize("name", ROBOTS)
 def test_nothing_is_said_while_the_assumptions_hold(name: str) -> None:
     assert [wander(name, 1.0, seed) for seed in range(3)] == [[], [], []]
+
+
+@pytest.mark.parametrize("name", ["rescue", "tiago", "hosbot"])
+@pytest.mark.parametrize("latency", [{"sensing": 0.1}, {"command": 0.13}, {"sensing": 0.237, "command": 0.05}])
+def test_nor_is_anything_said_of_one_that_senses_and_acts_late(name: str, latency: dict[str, float]) -> None:
+    assert [wander(name, 1.0, seed, **latency) for seed in range(2)] == [[], []]
+
+
+def test_twice_the_disturbance_is_said_of_a_late_one_too() -> None:
+    assert len(wander("rescue", 2.0, 5, sensing=0.1, command=0.05)) > 20
 
 
 def test_twice_the_disturbance_is_said() -> None:

@@ -40,7 +40,7 @@ class Path:
             for i in range(n + 1):
                 at = min(i * h, float(state[plant.ELAPSED]))
                 self.t.append(t + at)
-                self.pose.append(self.way[i].copy())
+                self.pose.append(self.way[i, :3].copy())
                 if at < i * h:
                     break
             return int(hit)

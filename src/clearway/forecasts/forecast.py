@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -39,3 +40,38 @@ class Forecast(NamedTuple):
     speed: FloatArray
     identity: npt.NDArray[np.int64]
     age: FloatArray
+
+
+def later(forecast: Forecast, time: float, acceleration: float) -> Forecast:
+    """The forecast from `time` [s] on: at the instants time, time + step, ... of it, as far as they go.
+
+    Between two instants places, errors and discs lie on lines; a disc grows by what an obstacle may leave its chord by.
+
+    Args:
+        forecast: From now on; returned as it is where `time` is 0.
+        time: Not below 0, s.
+        acceleration: Bound on that of the obstacles, m/s^2; inf: the bound of their speed alone counts.
+    """
+    if time <= 0.0:
+        return forecast
+    step = forecast.step
+    whole = math.floor(time / step + 1e-9)
+    share = max(time / step - whole, 0.0)
+    count = forecast.reach.shape[1] - whole - (1 if share > 1e-9 else 0)
+
+    def at(values: FloatArray, axis: int) -> FloatArray:
+        first = np.take(values, np.arange(whole, whole + count), axis)
+        if share <= 1e-9:
+            return np.ascontiguousarray(first)
+        second = np.take(values, np.arange(whole + 1, whole + 1 + count), axis)
+        return np.ascontiguousarray((1.0 - share) * first + share * second)
+
+    bow = np.zeros(len(forecast.speed))
+    if share > 1e-9:
+        bow = 2.0 * forecast.speed * step * share * (1.0 - share)
+        if math.isfinite(acceleration):
+            bow = np.minimum(bow, 0.5 * acceleration * step * step * share * (1.0 - share))
+    return forecast._replace(
+        path=at(forecast.path, 2), sigma=at(forecast.sigma, 2), centre=at(forecast.centre, 1),
+        reach=at(forecast.reach, 1) + bow[:, None],
+    )  # fmt: skip

@@ -34,6 +34,9 @@ EDGE = 0.15
 """rad: a body whose centre lies within this of the edge of the view may have left it."""
 LATCH = 1.0
 """s for which a body that was seen to move is still one that moves."""
+PART = 5.0
+"""A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
+that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
 
 
 class Bodies(NamedTuple):
@@ -151,7 +154,11 @@ class BodyFollower:
         self._past: deque[_Past] = deque()
         self._ids = np.empty(0, dtype=np.int64)
         self._state, self._spread = np.empty((0, 4)), np.empty((0, 3))
-        self._radius, self._seen, self._moved = np.empty(0), np.empty(0), np.empty(0)
+        self._radius, self._seen = np.empty(0), np.empty(0)
+        self._moved, self._shown = (
+            np.empty(0),
+            np.empty(0),
+        )  # when it last counted as moving, and when it last showed so
         self._largest = np.empty(0)  # radius that each body has shown
         self._signs = np.empty(0, dtype=np.int64)  # periods in a row with signs of motion
 
@@ -236,7 +243,7 @@ class BodyFollower:
                 v, vv = state[i, 2:].copy(), spread[i, 2]
                 kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + 0.25 * hidden * hidden)
                 state[i, 2:], spread[i, 1], spread[i, 2] = v, 0.0, vv  # the part's motion is not the body's
-                if before[i] - self._moved[i] <= LATCH:
+                if before[i] - self._moved[i] <= LATCH and t - self._shown[i] <= PART:
                     self._moved[i] = t  # of a part one can't tell that it stands
                 continue
             grown = abs(found.circle[j, 2] - self._radius[i])
@@ -264,6 +271,7 @@ class BodyFollower:
         self._largest = np.concatenate((self._largest[keep], np.zeros(more)))
         self._seen = np.concatenate((self._seen[keep], np.full(more, t)))
         self._moved = np.concatenate((self._moved[keep], np.full(more, -math.inf)))
+        self._shown = np.concatenate((self._shown[keep], np.full(more, -math.inf)))
         self._signs = np.concatenate((self._signs[keep], np.zeros(more, dtype=np.int64)))
         return at
 
@@ -279,7 +287,7 @@ class BodyFollower:
             gone = self._shares(past.points, past.body, scan, returns.sensor, margin, slack)
             sign |= (arrived >= SHARE) | (gone >= SHARE)
         self._signs = np.where(sign, self._signs + 1, 0)
-        self._moved[self._signs >= PERSISTENCE] = t
+        self._moved[self._signs >= PERSISTENCE] = self._shown[self._signs >= PERSISTENCE] = t
 
     def _doubt(self, a: FloatArray, b: FloatArray) -> tuple[float, float]:
         """How far beyond a place a beam must go, and how far to either side [rad], for the odometry's error (3 sigma)

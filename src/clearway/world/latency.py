@@ -20,36 +20,54 @@ _SAME = 1e-12  # s
 
 
 class Past:
-    """Where all were at the instants of the last decisions.
+    """Where all were of late.
 
     Args:
         reach: How far back anybody asks, s.
         period: From a decision to the next, s.
+        state: (10,) the robot's, as the plant has it, before anything moved.
     """
 
-    def __init__(self, reach: float, period: float) -> None:
-        self._kept: deque[tuple[float, FloatArray, FloatArray]] = deque(maxlen=math.ceil(reach / period) + 2)
+    def __init__(self, reach: float, period: float, state: FloatArray) -> None:
+        most = math.ceil(reach / period) + 1 if reach > 0.0 else 0
+        self._driven: deque[tuple[float, float, FloatArray, FloatArray]] = deque(maxlen=most)
+        self._moving: deque[tuple[float, FloatArray]] = deque(maxlen=most + 1)
+        self._first = state[:10].copy()
 
-    def add(self, t: float, state: FloatArray, moving: FloatArray) -> None:
-        """At time `t` [s], later than all before: the robot's `state` as `World.state` has it, and poses (m, 3)."""
-        self._kept.append((t, state, moving.copy()))
+    def drive(self, t: float, period: float, way: FloatArray, state: FloatArray) -> None:
+        """In the `period` [s] from time `t` [s] on the robot drove along `way` (n + 1, 8), as `plant.Setting` has it, until
+        its state was `state`."""
+        if self._driven.maxlen:
+            self._driven.append((t, period, way.copy(), state[8:10] - state[3:5]))
 
-    def at(self, t: float) -> tuple[FloatArray, FloatArray]:
-        """The robot's state (10,) and the moving bodies' poses (m, 3) at time `t` [s]: between two instants each moves
-        on evenly, the robot and its odometry on arcs; NaN where a body was absent at either."""
-        begin = end = self._kept[0]
-        for end in self._kept:
-            if end[0] >= t:
+    def see(self, t: float, moving: FloatArray) -> None:
+        """At time `t` [s] the moving bodies had these poses (m, 3)."""
+        self._moving.append((t, moving.copy()))
+
+    def state(self, t: float) -> FloatArray:
+        """(10,) the robot's state at time `t` [s]; its measured velocities err as they do over that period."""
+        for begin, period, way, error in self._driven:
+            if t > begin + period:
+                continue
+            h = period / (len(way) - 1)
+            i = min(max(int((t - begin) / h), 0), len(way) - 2)
+            a, b, share = way[i], way[i + 1], min(max((t - begin) / h - i, 0.0), 1.0)
+            state = np.empty(10)
+            state[:8] = a + share * (b - a)
+            for k in (0, 5):  # the true pose, the dead-reckoned one
+                state[k : k + 3] = between(a[k : k + 3], b[k : k + 3], share)
+            state[8:10] = state[3:5] + error
+            return state
+        return self._first.copy()
+
+    def seen(self, t: float) -> FloatArray:
+        """(m, 3) the moving bodies' poses at the last decision not after time `t` [s]."""
+        found = self._moving[0][1]
+        for at, moving in self._moving:
+            if at > t:
                 break
-            begin = end
-        span = end[0] - begin[0]
-        share = (t - begin[0]) / span if span > 0.0 else 0.0
-        state = begin[1] + share * (end[1] - begin[1])
-        for k in (0, 5):  # the true pose, the dead-reckoned one
-            state[k : k + 3] = between(begin[1][k : k + 3], end[1][k : k + 3], share)
-        moving = begin[2] + share * (end[2] - begin[2])
-        moving[:, 2] = [wrap(a + share * wrap(b - a)) for a, b in zip(begin[2][:, 2], end[2][:, 2], strict=True)]
-        return state, moving
+            found = moving
+        return found
 
 
 def between(a: FloatArray, b: FloatArray, share: float) -> FloatArray:
@@ -77,7 +95,7 @@ class Delays:
     def __init__(self, latency: Latency, period: float, seed: int) -> None:
         self.rows = 2 + math.ceil((latency.command + latency.jitter) / period)
         self._latency, self._key = latency, stream(seed, "latency")
-        self._sensed = self._followed = 0.0
+        self._sensed, self._followed = -math.inf, 0.0
         self._sent: list[tuple[float, float, float]] = [(-math.inf, 0.0, 0.0)]
 
     def stamp(self, t: float, count: int) -> float:

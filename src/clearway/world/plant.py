@@ -39,6 +39,7 @@ _LOOK = 0.1  # m: nearer than this to a body's box, its true outline is measured
 # the state of a robot, a row of float64
 X, Y, THETA, V, OMEGA = 0, 1, 2, 3, 4
 ODOM_X, ODOM_Y, ODOM_THETA, ODOM_V, ODOM_OMEGA = 5, 6, 7, 8, 9
+WAY = 8  # so many of them have a value at each step; measured velocities are those of a whole period
 ODOMETER, NEXT_CHECK, ELAPSED = 10, 11, 12  # m; the first reading at which a static body must be looked at; s
 STATE = 13
 
@@ -169,8 +170,8 @@ class Setting(NamedTuple):
         moving: What moves.
         commands: (k, 3) what the base follows in the period that begins: since when, s after the period began, from 0 on and
             rising, inf where there is no more; forward speed, m/s; yaw rate, rad/s.
-        way: (n + 1, 3) where the robot was at the ends of the last period's n steps, map frame; written in each period,
-            after a contact only as far as it came.
+        way: (n + 1, 8) what the robot's first eight states were at the ends of the last period's n steps; written in each
+            period, after a contact only as far as it came.
     """
 
     vehicle: Vehicle
@@ -257,7 +258,7 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
     drift = math.hypot(push[0], push[1])
     nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
     room = _Room(np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3))
-    way[0] = state[:3]
+    way[0] = state[:WAY]
     for i in range(n):
         v0, w0 = state[V], state[OMEGA]
         v1, driven, w1, steered = _follow(commands, limits, v0, w0, i * h, h)
@@ -278,7 +279,6 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
                 until, hit = s, len(still.due) + m
 
         state[X], state[Y], state[THETA] = _displaced(step, until)
-        way[i + 1] = state[:3]
         nx, ny, nt = arc(nx, ny, nt, vm, wm, until)
         if hit >= 0:  # in the midst of the step; without limits the base is at its command at once
             passed = max(until, _INSTANT)
@@ -297,6 +297,7 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
         )
         noise_v += e_v
         noise_w += e_w
+        way[i + 1] = state[:WAY]
         if hit >= 0:
             break
     state[ELAPSED] = done

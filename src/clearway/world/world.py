@@ -75,7 +75,7 @@ class World:
         late = robot.latency
         self.latency = Latency(latency * late.sensing, latency * late.command, latency * late.jitter)
         self._delays = Delays(self.latency, robot.period, seed)
-        self._past = Past(self.latency.sensing + self.latency.jitter, robot.period)
+        self._past = Past(self.latency.sensing + self.latency.jitter, robot.period, self._state)
         self._commands = np.full((self._delays.rows, 3), math.inf)
 
         foot = pack([robot.shape])
@@ -95,7 +95,8 @@ class World:
             plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip
-        self._way = np.zeros((plant.steps(robot.period) + 1, 3))
+        self._way = np.zeros((plant.steps(robot.period) + 1, plant.WAY))
+        self._way[:] = self._state[: plant.WAY]
         self._setting = plant.hold(
             plant.Setting(
                 vehicle, plant.Still(still, self._boxes, np.zeros(len(self._still))),
@@ -162,26 +163,27 @@ class World:
 
     def sensing(self, t: float, goal: Goal) -> Sensing:
         """What arrives of the sensors at time `t` [s], which is now."""
-        state, moving, stamp = self.state, self._sensed_obstacles, self._delays.stamp(t, self._count)
-        self._past.add(t, state.copy(), self.moving_obstacles)
-        inner = self._state[:3]
+        inner, moving, stamp = self._state[:10], self._sensed_obstacles, self._delays.stamp(t, self._count)
+        self._past.see(t, self.moving_obstacles)
         if stamp >= t:
             stamp = t
             moving[:] = self.moving_obstacles
         else:
-            state, moving[:] = self._past.at(stamp)
-            inner = self._shifted(state[:3], self._pivot)
+            inner = self._past.state(stamp)
             if stamp >= self._leg_began:
                 self._place_moving(stamp, moving)
+            else:
+                moving[:] = self._past.seen(stamp)
+        state = self._shifted(inner, -self._pivot)
         return Sensing(
             stamp, state[5:8], state[8:10], self._sweep(inner), self._picture(state), goal, state[0:3].copy()
         )
 
     def _sweep(self, inner: FloatArray) -> Scan | None:
-        """The lidar's sweep where the point that the base turns about has the pose `inner` (3,); None without a lidar."""
+        """The lidar's sweep from `inner` (10,), the state of the point that the base turns about; None without a lidar."""
         if self._view is None:
             return None
-        x, y, theta = inner.tolist()
+        x, y, theta = inner[:3].tolist()
         ranges = np.empty(self._beams)
         scan(ranges, x, y, theta, self._count, self._view)
         return Scan(ranges, *self._about)
@@ -209,6 +211,7 @@ class World:
             self._slack[:] = 0.0
             hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
         self._count += 1
+        self._past.drive(t, self._period, self._way, self._state)
         driven = self._period if hit < 0 else float(self._state[plant.ELAPSED])
         self.between.look(self._leg, t, driven)
         return driven, None if hit < 0 else (self._still + self._moving)[hit]
@@ -217,7 +220,7 @@ class World:
         """Let the bodies that decide see where the robot went in the period that began at `t` [s]."""
         step = self._period / (len(self._way) - 1)
         for i in range(1, len(self._way)):
-            self._seen.track.lay(t + i * step, self._way[i])
+            self._seen.track.lay(t + i * step, self._way[i, :3])
 
     def _decide_until(self, t: float) -> None:
         """Every body that decides does so up to time `t` [s], and thereby for a little longer."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.hp_st.tube import drive
 from clearway.robots import Odometry
 from clearway.robots.drive_limits import DriveLimits
@@ -33,11 +34,19 @@ class AssumptionMonitor:
         disturbance: (5,) bounds, see `tube.tube`.
         start: (3,) bounds on the error of the perceived pose, see `tube.tube`.
         odometry: How the measured velocities err.
+        ahead: What was commanded before, where it is followed late or told late; None: at once.
     """
 
     def __init__(
-        self, limits: DriveLimits, period: float, disturbance: FloatArray, start: FloatArray, odometry: Odometry
+        self,
+        limits: DriveLimits,
+        period: float,
+        disturbance: FloatArray,
+        start: FloatArray,
+        odometry: Odometry,
+        ahead: Ahead | None = None,
     ) -> None:
+        self._ahead = ahead if ahead is not None and ahead.time > 0.0 else None
         self.limits, self.period, self.odometry = limits, period, odometry
         self.disturbance, self.start = disturbance, start
         self.reset()
@@ -58,14 +67,14 @@ class AssumptionMonitor:
         """What `pose` (3,) and `velocity` (2,) at time `t` show to be untrue, one text each; nothing before `told`."""
         if self._pose is None:
             return ()
-        state = np.concatenate([self._pose, self._velocity])
-        plan = drive(state, np.array([self._command], dtype=np.float64), self.limits, self.period)
-        off = math.hypot(pose[0] - plan.states[1, 0], pose[1] - plan.states[1, 1])
-        turned = abs(turn_between(plan.states[1, 2], pose[2]))
-        most, most_turned = self._bounds(plan.inputs[0], plan.swings[0])
-        told, self._velocity, self._pose = self._velocity, plan.velocities[1], None
-        v, omega = np.maximum(np.abs(told), np.abs(self._velocity)).tolist()
-        self._rested = not (told.any() or plan.inputs.any() or plan.swings.any())
+        told = self._velocity
+        expected, self._velocity, inputs, swings = self._expected(self._pose, t)
+        v, omega = self._fastest(told, t)
+        off = math.hypot(pose[0] - expected[0], pose[1] - expected[1])
+        turned = abs(turn_between(expected[2], pose[2]))
+        most, most_turned = self._bounds(inputs, swings)
+        self._pose = None
+        self._rested = not (told.any() or inputs.any() or swings.any())
         if abs(t - self._t - self.period) > ROUNDING + 1e-6 * self.period:
             return (f"period: {t - self._t:.4g} s since the last command, assumed {self.period:.4g} s",)
         texts = []
@@ -82,6 +91,25 @@ class AssumptionMonitor:
                     f" within {allowed:.4f}"
                 )
         return tuple(texts)
+
+    def _expected(self, pose: FloatArray, t: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Where the robot should be at time `t` [s] if it was at `pose` (3,), how fast (2,), how fast it drove (2,), and by how
+        much that changed (2,)."""
+        if self._ahead is not None:
+            way = self._ahead.way(pose, self._t, t)
+            return way.pose, way.velocity, np.maximum(np.abs(way.low), np.abs(way.high)), way.high - way.low
+        state = np.concatenate([pose, self._velocity])
+        plan = drive(state, np.array([self._command], dtype=np.float64), self.limits, self.period)
+        return plan.states[1], plan.velocities[1], plan.inputs[0], plan.swings[0]
+
+    def _fastest(self, before: FloatArray, t: float) -> tuple[float, float]:
+        """How fast it drove at most where the velocities that are told at time `t` [s] may have been measured, from `before`
+        (2,) on; what is told late was measured in a period that goes on beyond."""
+        most = np.maximum(np.abs(before), np.abs(self._velocity))
+        if self._ahead is not None:
+            way = self._ahead.way(np.zeros(3), self._t - self.period, t + self.period)
+            most = np.maximum(most, np.maximum(np.abs(way.low), np.abs(way.high)))
+        return float(most[0]), float(most[1])
 
     def _bounds(self, inputs: FloatArray, swings: FloatArray) -> tuple[float, float]:
         """How far the perceived pose may be from the end of the arc of `inputs` (2,), in metres and radians."""

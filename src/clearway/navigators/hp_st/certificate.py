@@ -39,12 +39,16 @@ class Rules(NamedTuple):
             that is outside already may come no farther out.
         sight: The sector about the present pose in which everything has been perceived.
         unseen: Speed at which something unperceived may come from beyond the sector's rim, in m/s.
+        looked: How long before the plan begins that look was, in seconds.
+        eye: (3,) the pose from which that look was, in the plan's frame; NaN: where the plan begins.
     """
 
     acceleration: float
     area: FloatArray
     sight: Sight
     unseen: float
+    looked: float = 0.0
+    eye: FloatArray = np.full(3, math.nan)
 
 
 class Safety(NamedTuple):
@@ -104,7 +108,7 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
     t = _leaves(plan, tube, period, rules.area)
     if t < first:
         which, first = AREA, t
-    t = _beyond(plan, tube, period, body, rules.sight, rules.unseen)
+    t = _beyond(plan, tube, period, body, rules)
     if t < first:
         which, first = UNSEEN, t
     return Verdict(which == CLEAR, which, first)
@@ -257,7 +261,7 @@ def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
 
 
 @kernel
-def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: Sight, unseen: float) -> float:
+def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, rules: Rules) -> float:
     """When the robot may first touch what nobody has seen, or drives where it doesn't look; s, at the start of that
     period; inf: not.
 
@@ -265,7 +269,10 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: Sight
     is at the rim at any time. What is beside the sector may touch the robot already, as part of its own outline lies
     there: all that can be asked is that it doesn't drive that way.
     """
+    sight, unseen = rules.sight, rules.unseen
     x0, y0, theta = plan.states[0, 0], plan.states[0, 1], plan.states[0, 2]
+    if math.isfinite(rules.eye[0]):
+        x0, y0, theta = rules.eye[0], rules.eye[1], rules.eye[2]
     x = x0 + math.cos(theta) * sight.x - math.sin(theta) * sight.y
     y = y0 + math.sin(theta) * sight.x + math.cos(theta) * sight.y
     shifted = tube.radius[0] + body.circumscribed + min(2.0, tube.heading[0]) * math.hypot(sight.x, sight.y)
@@ -275,20 +282,21 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, sight: Sight
         out = max(before, after) + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period) + tube.around[j]
         out += shifted
         still = stands(plan, j)
-        if not out < sight.range - (0.0 if still else unseen * (j + 1) * period):
+        if not out < sight.range - (0.0 if still else unseen * ((j + 1) * period + rules.looked)):
             return j * period
-        if not still and not _looks(plan, j, sight, tube.turned[j]):
+        if not still and not _looks(plan, j, theta, sight, tube.turned[j]):
             return j * period
     return math.inf
 
 
 @kernel
-def _looks(plan: Plan, j: int, sight: Sight, doubt: float) -> bool:
-    """Whether the way that is driven in period `j` leads where the robot looks now; the heading errs by `doubt` [rad]."""
+def _looks(plan: Plan, j: int, theta: float, sight: Sight, doubt: float) -> bool:
+    """Whether the way that is driven in period `j` leads where the robot looked with the heading `theta` [rad]; the heading
+    errs by `doubt` [rad]."""
     first = last = plan.inputs[j, 0]
     if plan.swings[j, 0] > 0.0:
         first, last = plan.velocities[j, 0], plan.velocities[j + 1, 0]
-    for heading in (plan.states[j, 2] - plan.states[0, 2], plan.states[j + 1, 2] - plan.states[0, 2]):
+    for heading in (plan.states[j, 2] - theta, plan.states[j + 1, 2] - theta):
         if max(first, last) > 0.0 and not sees(sight, heading, doubt):
             return False
         if min(first, last) < 0.0 and not sees(sight, heading + math.pi, doubt):

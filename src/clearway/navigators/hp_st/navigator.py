@@ -12,12 +12,13 @@ import numpy as np
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
-from clearway.forecasts.forecast import Forecast
+from clearway.forecasts.forecast import Forecast, later
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.angles import wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.ahead import Ahead, blurred
 from clearway.navigators.common.arrival import BEGIN, Approach
 from clearway.navigators.common.inputs import area_of, finite
 from clearway.navigators.common.motion import stop_and_turn
@@ -153,15 +154,18 @@ class HpSt:
              float(p.disturbed_at_rest))
         )  # fmt: skip
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
-        self._rules = Rules(p.obstacle_acceleration, self._area, sight, p.unseen_speed)
-        self._safety = Safety(limits, task.period, disturbance, start)
-        self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry)
+        self._ahead = Ahead(task.latency, limits)
+        late = self._ahead.time
+        self._rules = Rules(p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan))
+        later_error = blurred(start, disturbance, late, task.period, limits.fastest)
+        self._safety = Safety(limits, task.period, disturbance, later_error)
+        self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry, self._ahead)
         self._looks = SightMonitor(sight, p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
             constant_velocity_only="forecast" in without, velocities=robot.camera is None,
         )  # fmt: skip
-        self._forecaster = self._make_forecaster(task, known, periods)
+        self._forecaster = self._make_forecaster(task, known, periods + math.ceil(late / task.period - 1e-9))
         self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(2))
         self._goal: Goal | None = None
         self._field: Field | None = None
@@ -180,7 +184,7 @@ class HpSt:
         return Forecaster(parameters, task.period, task.period, count)
 
     def step(self, observation: Observation) -> Command:
-        """Decide for one control period.
+        """Decide for one control period: for the instant from which on it is followed.
 
         Raises:
             ValueError: The pose or the goal is not finite.
@@ -199,8 +203,13 @@ class HpSt:
             self._approach.reset(observation.goal)
             memory.age[1] = 0.0
         violated = self._watch.seen(observation.t, pose, observation.velocity)
-        self._forecast, more = self._forecaster.update(observation.t, seen)
-        violated += self._looks.seen(observation.t, pose, seen, self._forecast)
+        now, more = self._forecaster.update(observation.t, seen)
+        violated += self._looks.seen(observation.t, pose, seen, now)
+        perceived = pose
+        if self._ahead.time > 0.0:
+            given, pose = self._ahead.pose(observation.t, given), self._ahead.pose(observation.t, pose)
+            self._rules = self._rules._replace(eye=perceived)
+        self._forecast = later(now, self._ahead.time, self._p.obstacle_acceleration)
         arrived = self._approach.reached(given, memory.velocity)
         if self._approach.stopping:
             v, omega, status = self._turn(self._approach.turn, pose)
@@ -215,8 +224,10 @@ class HpSt:
             status = STATUSES[decision.status]
         moved = memory.velocity.any() or v != 0.0 or omega != 0.0
         memory.age[0] = 0.0 if moved else memory.age[0] + 1.0
+        before = memory.velocity.copy()
         memory.velocity[:] = self._drive(pose, v, omega).velocities[1]
-        self._watch.told(observation.t, pose, v, omega)
+        self._ahead.decided(observation.t, before, v, omega)
+        self._watch.told(observation.t, perceived, v, omega)
         return Command(v, omega, arrived, status=status, cut=cut, violated=violated + more)
 
     def _think(self, costs: SearchCosts, pose: FloatArray, began: float) -> Decision:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.geometry.streams import stream
+from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.inputs import area_of, finite, perception_radius
 from clearway.navigators.common.motion import stop_and_turn
@@ -119,6 +120,7 @@ class HpTmpc:
         self._iterations = task.budget.iterations
         self._goal: Goal | None = None
         self._decision, self._approach = None, Approach(robot.limits(task.speed_limit), task.period)
+        self._ahead = Ahead(task.latency, self._settings.limits)
         self._planned: Reference | None = None
         self._discs: _Discs | None = None
         self.correction, self.spectral_radius = 0.0, 0.0
@@ -126,11 +128,17 @@ class HpTmpc:
             self._load()
 
     def step(self, observation: Observation) -> Command:
-        """Decide for one control period.
+        """Decide for one control period: for the instant from which on it is followed.
 
         Raises:
             ValueError: the pose or the goal is not finite.
         """
+        before = self._memory.input.copy()
+        command = self._decide(observation)
+        self._ahead.decided(observation.t, before, *self._memory.input)
+        return command
+
+    def _decide(self, observation: Observation) -> Command:
         pose, goal = finite("pose", observation.pose), finite("goal.pose", observation.goal.pose)
         if observation.goal is not self._goal:
             first, self._goal = self._goal is None, observation.goal
@@ -138,10 +146,11 @@ class HpTmpc:
             self._approach.reset(observation.goal)
             if first:
                 self._memory.input[:] = np.nan_to_num(observation.velocity, posinf=0.0, neginf=0.0)
+        pose = self._ahead.pose(observation.t, pose)
         arrived = self._approach.reached(pose, self._memory.input)
         if self._approach.stopping:
             return self._turn(self._approach.turn, arrived)
-        discs = self._discs = _arrays(observation)
+        discs = self._discs = _arrays(observation, self._ahead.time)
         draw, self._stopped = self._rng.random(), False
         if self._solver == "gauss-newton" and self._seconds is None:
             budget = BUDGET if self._iterations is None else self._iterations
@@ -226,12 +235,14 @@ class HpTmpc:
         return Command(float(v), float(rate), arrived, status=self._approach.status)
 
 
-def _arrays(observation: Observation) -> _Discs:
-    """The obstacles in types that the kernels are compiled for (a read-only array would be another one)."""
+def _arrays(observation: Observation, ahead: float) -> _Discs:
+    """The obstacles, moved on by `ahead` [s], in types that the kernels are compiled for (a read-only array would be another one)."""
     seen = observation.obstacles
     if seen is None or len(seen) == 0:
         return np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0, np.bool_)
     position, velocity = np.array(seen.position, np.float64), np.array(seen.velocity, np.float64)
+    if ahead > 0.0:
+        position[seen.moving] += ahead * np.nan_to_num(velocity[seen.moving])
     radius, error = np.array(seen.radius, np.float64), np.array(seen.error, np.float64)
     return position, velocity, radius, error, np.array(seen.moving, np.bool_)
 

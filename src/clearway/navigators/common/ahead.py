@@ -1,0 +1,143 @@
+"""Where the robot will be when what is decided now takes effect: what a robot with a known latency decides for.
+
+What a navigator is told is `sensing` old, and what it commands is followed `command` later. In between the base follows
+commands that were given before. So its pose is rolled on by these, as far as its limits say; what pushes it besides
+nobody knows, but by how much at most (`blurred`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.contract import Latency
+from clearway.geometry.compiled import kernel
+from clearway.geometry.motion import arc, ramp
+from clearway.geometry.shapes import FloatArray
+from clearway.robots.drive_limits import DriveLimits
+
+_STEP = 0.01  # s, within which a base is taken to keep its mean speed
+_SAME = 1e-9  # s
+_KEPT = 0.5  # s, for which it is known what was followed before the time that is told of
+
+
+class Way(NamedTuple):
+    """How the base moves for a while.
+
+    Attributes:
+        pose: (3,) at its end.
+        velocity: (2,) v [m/s] and omega [rad/s] at its end.
+        low: (2,) the least of each on the way.
+        high: (2,) the most of each on the way.
+    """
+
+    pose: FloatArray
+    velocity: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+class Ahead:
+    """Remembers what was commanded.
+
+    Args:
+        latency: Of the robot.
+        limits: Of its base.
+
+    Attributes:
+        time: From what is told to the instant at which a decision of now is followed, s.
+    """
+
+    def __init__(self, latency: Latency, limits: DriveLimits) -> None:
+        self.time = latency.sensing + latency.command
+        self._limits = limits
+        rest = np.zeros(2)
+        self._given: deque[tuple[float, FloatArray, FloatArray]] = deque([(-math.inf, rest, rest)])
+
+    def decided(self, t: float, velocity: FloatArray, v: float, omega: float) -> None:
+        """On what was told of time `t` [s] a command was given; the base will move at `velocity` (2,) when it is followed."""
+        if self.time > 0.0:
+            self._given.append((t + self.time, velocity.copy(), np.array((v, omega))))
+
+    def pose(self, t: float, pose: FloatArray) -> FloatArray:
+        """(3,) where a robot that is told to be at `pose` at time `t` [s] will be when a decision of now is followed."""
+        if self.time == 0.0:
+            return pose
+        while len(self._given) > 1 and self._given[1][0] <= t - _KEPT:
+            self._given.popleft()
+        return self.way(pose, t, t + self.time).pose
+
+    def way(self, pose: FloatArray, begin: float, end: float) -> Way:
+        """How the base moves from `pose` (3,) at time `begin` until `end` [s], by what was commanded before."""
+        at, velocity = np.array(pose, np.float64), np.zeros(2)
+        if end <= begin + _SAME:
+            return Way(at, velocity, velocity.copy(), velocity.copy())
+        low, high = np.full(2, math.inf), np.full(2, -math.inf)
+        rows = list(self._given)
+        for k, (since, first, command) in enumerate(rows):
+            until = rows[k + 1][0] if k + 1 < len(rows) else math.inf
+            if until <= begin + _SAME or since >= end - _SAME:
+                continue
+            a, b = max(since, begin), min(until, end)
+            velocity = first.copy()
+            follow(at, velocity, low, high, command, self._limits, a - since if since > -math.inf else 0.0, b - a)
+        return Way(at, velocity, low, high)
+
+
+@kernel
+def follow(
+    pose: FloatArray, velocity: FloatArray, low: FloatArray, high: FloatArray, command: FloatArray, limits: DriveLimits,
+    since: float, duration: float,
+) -> None:  # fmt: skip
+    """Move `pose` (3,) and `velocity` (2,) on for `duration` [s] of a command that has been followed for `since` [s].
+
+    Args:
+        pose: Updated.
+        velocity: (2,) when the command was first followed; updated to that at the end.
+        low: (2,) lowered to the least velocities on the way.
+        high: (2,) raised to the greatest.
+        command: (2,) v [m/s] and omega [rad/s].
+        limits: Of the base.
+        since: See above.
+        duration: See above.
+    """
+    v_goal = min(max(command[0], limits.v_min), limits.v_max)
+    w_goal = min(max(command[1], -limits.omega_max), limits.omega_max)
+    v, omega = velocity[0], velocity[1]
+    if since > 0.0:
+        v, _ = ramp(v, v_goal, limits.acceleration, limits.deceleration, since)
+        omega, _ = ramp(omega, w_goal, limits.angular_acceleration, limits.angular_deceleration, since)
+    n = max(1, math.ceil(duration / _STEP - 1e-9))
+    h = duration / n
+    for _ in range(n):
+        low[0], low[1] = min(low[0], v), min(low[1], omega)
+        high[0], high[1] = max(high[0], v), max(high[1], omega)
+        v, driven = ramp(v, v_goal, limits.acceleration, limits.deceleration, h)
+        omega, turned = ramp(omega, w_goal, limits.angular_acceleration, limits.angular_deceleration, h)
+        pose[0], pose[1], pose[2] = arc(pose[0], pose[1], pose[2], driven, turned, h)
+    low[0], low[1] = min(low[0], v), min(low[1], omega)
+    high[0], high[1] = max(high[0], v), max(high[1], omega)
+    velocity[0], velocity[1] = v, omega
+
+
+def blurred(start: FloatArray, disturbance: FloatArray, time: float, period: float, speed: float) -> FloatArray:
+    """(3,) bounds on |x|, |y| [m] and |theta| [rad] of a pose's error after it has been rolled on for `time` [s].
+
+    Args:
+        start: (3,) the same of the perceived pose.
+        disturbance: (5,) bounds for each control period: displacement [m] and turn [rad], deviation of v [m/s] and omega
+            [rad/s]; the last does not count, as if it also moved a robot that stands.
+        time: For how long, s.
+        period: Control period, s.
+        speed: The most that the robot drives at, m/s.
+    """
+    if time <= 0.0:
+        return start
+    periods = math.ceil(time / period - 1e-9) + 1  # as many are touched
+    position, heading, slip, spin = disturbance[:4].tolist()
+    turned = start[2] + periods * heading + time * spin
+    moved = periods * position + time * slip + time * (speed + slip) * turned
+    return np.array((start[0] + moved, start[1] + moved, turned))
