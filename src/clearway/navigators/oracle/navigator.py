@@ -82,6 +82,7 @@ class Oracle:
             ValueError: the pose is not finite.
         """
         pose, goal, t = finite("pose", observation.pose), observation.goal, observation.t
+        t += self._task.latency.sensing  # it plans on what is true now
         if goal is not self._goal:
             self._goal, self._way, self._sought, self._scenes = goal, None, -math.inf, []
             self._approach.reset(goal)
