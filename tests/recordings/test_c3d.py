@@ -324,6 +324,24 @@ def test_where_the_size_of_the_file_does_not_decide_either_it_is_refused(tmp_pat
         c3d.look(file)
 
 
+@pytest.mark.parametrize("header", [0, 20, 24, 60])
+@pytest.mark.parametrize("lacking", ["ANALOG:RATE", "ANALOG:USED"])
+def test_parameters_that_do_not_say_how_many_values_a_frame_has(tmp_path: Path, header: int, lacking: str):
+    made = capture(n=300)
+    file = tmp_path / "a.c3d"
+    if lacking == "ANALOG:RATE":  # as many channels as values then
+        contradicting(file, made, header=header, used=24, rate=0.0)
+    else:  # nothing says that there are any: there are none
+        write(file, made)
+        data = bytearray(file.read_bytes().replace(b"ANALOG", b"ANALOX"))
+        struct.pack_into("<H", data, 4, header)
+        file.write_bytes(data)
+    read = c3d.read(file, Want())
+    assert read.points is not None
+    assert made.points is not None
+    np.testing.assert_allclose(read.points.xyz, made.points.xyz, atol=3e-7)
+
+
 def test_points_and_the_begin_of_the_data_are_told_by_the_size_too(tmp_path: Path):
     file, made = tmp_path / "a.c3d", capture(n=300)
     assert made.points is not None

@@ -221,14 +221,12 @@ def _agreed(head: Head, rate: float, width: int, size: int, path: Path) -> tuple
         width: Bytes of a value.
         size: Bytes of the file.
     """
-    used, channels, analog_rate = (head.number(n) for n in ("POINT:USED", "ANALOG:USED", "ANALOG:RATE"))
-    block = head.number("POINT:DATA_START")
+    used, block = head.number("POINT:USED"), head.number("POINT:DATA_START")
     points = head.points if used is None or not np.isfinite(used) else int(used)
-    analog = head.analog
-    if channels == 0:
-        analog = 0
-    elif channels and analog_rate and analog_rate > 0 and np.isfinite(channels * analog_rate):
-        analog = int(channels) * max(1, round(analog_rate / rate))
+    analog = _analog(head, rate)
+    if analog is None:  # a header that is wrong is believed no more where only no channels at all fit
+        fit = [_fits((points, n, head.data_block), head, width, size, path) for n in (head.analog, 0)]
+        analog = 0 if fit == [False, True] else head.analog
     # Some programs leave DATA_START empty.
     starts = [head.data_block] if block is None or not 2 <= block <= size // BLOCK else [head.data_block, int(block)]
     sides = [("points a frame", head.points, points), ("analog values a frame", head.analog, analog)]
@@ -254,6 +252,16 @@ def _agreed(head: Head, rate: float, width: int, size: int, path: Path) -> tuple
         if a != b
     ]
     return replace(head, points=points, analog=analog, data_block=start), notes
+
+
+def _analog(head: Head, rate: float) -> int | None:
+    """Analog values a frame, by the parameters; None if they don't say."""
+    channels, analog_rate = head.number("ANALOG:USED"), head.number("ANALOG:RATE")
+    if channels is None or not np.isfinite(channels):
+        return None
+    if analog_rate and 0 < analog_rate < np.inf:
+        return int(channels) * max(1, round(analog_rate / rate))
+    return int(channels) * max(1, head.samples)
 
 
 def _fits(claim: tuple[int, ...], head: Head, width: int, size: int, path: Path) -> bool:

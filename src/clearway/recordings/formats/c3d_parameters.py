@@ -55,6 +55,7 @@ class Head:
         scale: What an integer in the data is worth, in the file's unit of length; negative: the data are real numbers.
         data_block: Block in which the data begin, counted from 1.
         rate: Frames in a second, Hz.
+        samples: Samples of an analog channel in a frame.
         parameters: The parameters by `GROUP:NAME`.
     """
 
@@ -66,6 +67,7 @@ class Head:
     scale: float
     data_block: int
     rate: float
+    samples: int = 0
     parameters: Mapping[str, Parameter] = field(default_factory=dict)
 
     def texts(self, name: str) -> tuple[str, ...]:
@@ -167,6 +169,7 @@ def read_head(source: BinaryIO, size: int, file: object) -> Head:
         scale=scale,
         data_block=int(counts[8]),
         rate=rate,
+        samples=int(counts[9]),
         parameters=_parameters(section, processor),
     )
 
