@@ -21,6 +21,11 @@ PRESETS = {
     "hosbot": ["vendor", "literal", "melodic", "rollout"],
     "jackal": ["hardware"],
     "rescue": ["unlimited", "lidar", "fast"],
+    "turtlebot3-waffle": [],
+    "turtlebot4": ["full"],
+    "mir100": ["trajectory"],
+    "husky": ["replan", "trajectory"],
+    "whill": [],
 }
 
 
@@ -40,18 +45,18 @@ def file_of(name: str) -> dict[str, Any]:
     return tomllib.loads((resources.files("clearway.robots") / f"{name}.toml").read_text("utf-8"))
 
 
-def test_the_four_robots_ship() -> None:
-    assert robot_names() == ["hosbot", "jackal", "rescue", "tiago"]
+def test_the_robots_ship() -> None:
+    assert robot_names() == sorted(PRESETS)
 
 
-@pytest.mark.parametrize("name", ["hosbot", "jackal", "rescue", "tiago"])
+@pytest.mark.parametrize("name", sorted(PRESETS))
 def test_every_value_has_a_source(name: str) -> None:
     robot = load_robot(name)
     table = {k: v for k, v in file_of(name).items() if k not in ("name", "title", "sources")}
     assert [f for f in leaves(table) if robot.source(f) is None] == []
 
 
-@pytest.mark.parametrize("name", ["hosbot", "jackal", "rescue", "tiago"])
+@pytest.mark.parametrize("name", sorted(PRESETS))
 def test_every_source_belongs_to_a_value(name: str) -> None:
     table = file_of(name)
     fields = list(leaves(table))
@@ -59,7 +64,7 @@ def test_every_source_belongs_to_a_value(name: str) -> None:
     assert stray == []
 
 
-@pytest.mark.parametrize("name", ["hosbot", "jackal", "rescue", "tiago"])
+@pytest.mark.parametrize("name", sorted(PRESETS))
 def test_sources_are_named_in_full(name: str) -> None:
     for text in file_of(name)["sources"].values():
         assert not text.startswith("the same")
@@ -167,3 +172,29 @@ def test_unknown_robot_and_preset_name_what_exists() -> None:
         load_robot("tiagoo")
     with pytest.raises(ClearwayError, match=r"unknown preset 'vendors'; did you mean 'vendor'\?"):
         load_robot("hosbot:vendors")
+
+
+def test_robots_that_people_own_start_from_rest_within_their_planners_least_speeds() -> None:
+    """Else `dwa_local_planner` drops every sample and the robot never moves."""
+    for name in ("turtlebot3-waffle", "turtlebot4", "mir100", "husky", "whill"):
+        robot = load_robot(name)
+        dwa = Parameters.read(robot).DWAPlannerROS
+        starts = (
+            dwa.acc_lim_x * robot.period >= dwa.min_vel_trans or dwa.acc_lim_theta * robot.period >= dwa.min_vel_theta
+        )
+        assert starts, name
+
+
+def test_the_planners_of_the_robots_that_people_own_are_told_no_more_than_the_base_can() -> None:
+    for name in ("turtlebot3-waffle", "turtlebot4", "mir100", "husky", "whill"):
+        robot = load_robot(name)
+        dwa = Parameters.read(robot).DWAPlannerROS
+        assert dwa.max_vel_x <= robot.drive.v_max
+        # the chair turns at 0.8 rad/s at most, its user's file leaves the planner's default
+        assert dwa.max_vel_theta <= robot.drive.omega_max or name == "whill"
+
+
+def test_a_body_lies_within_what_its_planner_believes_or_sticks_out_by_little() -> None:
+    for name in ("turtlebot3-waffle", "turtlebot4", "mir100", "husky"):
+        robot = load_robot(name)
+        assert circumscribed_radius(robot.shape) <= circumscribed_radius(robot.planner_shape) + 0.001

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Annotated
+import math
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from clearway.cli._options import Json, tell
+
+if TYPE_CHECKING:
+    from clearway.robots import Robot
 
 
 def list_(
@@ -26,9 +30,9 @@ def list_(
     from clearway.scenarios.floorplan import load_floor_plan
     from clearway.scenarios.suites import load_suite, suite_names
 
-    tables: dict[str, Callable[[], dict[str, str]]] = {
+    tables: dict[str, Callable[[], Mapping[str, Any]]] = {
         "suites": lambda: {n: load_suite(n).title for n in suite_names()},
-        "robots": lambda: {n: load_robot(n).title for n in robot_names()},
+        "robots": lambda: {n: _robot(load_robot(n)) for n in robot_names()},
         "floor-plans": lambda: {n: load_floor_plan(n).title for n in floor_plan_names()},
         "navigators": lambda: {n: (navigator_class(n).__doc__ or "").partition("\n")[0] for n in navigator_names()},
         "indicators": lambda: {n: f"{i.title} [{i.unit}]" if i.unit else i.title for n, i in INDICATORS.items()},
@@ -44,6 +48,26 @@ def list_(
         return
     for kind, rows in chosen.items():
         typer.echo(kind)
-        width = max(map(len, rows), default=0)
-        for name, title in rows.items():
-            typer.echo(f"  {name:<{width}}  {title}".rstrip())
+        lines = [(name, *(about.values() if isinstance(about, dict) else (about,))) for name, about in rows.items()]
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        for line in lines:
+            typer.echo("  " + "  ".join(f"{cell:<{w}}" for cell, w in zip(line, widths, strict=True)).rstrip())
+
+
+def _robot(robot: Robot) -> dict[str, str]:
+    """What is told of a robot: its title, its drive, the length and width of what touches, its lidar."""
+    from clearway.geometry.shapes import Circle
+
+    shape, lidar = robot.shape, robot.lidar
+    if isinstance(shape, Circle):
+        size = f"{2 * shape.radius:.2f} m round"
+    else:
+        length, width = (max(along) - min(along) for along in zip(*shape.vertices, strict=True))
+        size = f"{length:.2f} x {width:.2f} m"
+    if lidar is None:
+        seen = "no lidar"
+    else:
+        span = math.degrees(lidar.angle_max - lidar.angle_min)
+        around = span * lidar.beams > 359.9 * (lidar.beams - 1)  # the last beam is a step short of the first
+        seen = f"lidar of {360.0 if around else span:.0f} degrees, {lidar.beams} beams, {lidar.range_max:g} m"
+    return {"title": robot.title, "drive": "differential", "size": size, "lidar": seen}
