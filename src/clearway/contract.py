@@ -53,6 +53,7 @@ class EventKind(StrEnum):
     ERROR = "error"
     POSSIBLE_CONTACT = "possible contact"  # a measured clearance of zero within its uncertainty: a person must look
     NEAR_MISS = "near miss"  # one that a person has denied
+    INTERVENTION = "intervention"  # a person had to help
     UNSEEN_DEPARTURE = "unseen departure"  # the start of a leg that had to be found and did not show
     UNSEEN_ARRIVAL = "unseen arrival"
 

@@ -16,7 +16,8 @@ from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import INDICATORS, score_row
 from clearway.trials import Body, Event, Outcome
 
-NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut"}
+PEOPLE = {"person_distance", "personal_time", "intimate_time", "person_ttc"}
+NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut"} | PEOPLE
 SPEEDS = {"TCS", "TCS_5", "TCS_20", "TCS_U", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
 
 

@@ -82,11 +82,12 @@ def test_a_day_is_ticked_kept_and_saved(page: Path, browser: Any):
     assert stand(browser) == "2 of 3 driven, 1 touched; next: no. 3"
     start = rows[0]["start"]
     assert rows == [
-        {"trial": 1, "start": start, "touched": "no"},
-        {"trial": 2, "touched": "yes", "person helped": "yes", "remark": f"caught at the sill {EVIL}"},
+        {"trial": 1, "person helped": "no", "start": start, "touched": "no"},
+        {"trial": 2, "person helped": "yes", "touched": "yes", "remark": f"caught at the sill {EVIL}"},
     ]
     one, two, three = load_test_plan(page.parent / "plan.toml").trials
     assert (one.contact, one.start, one.intervention) == (False, start, False)
+    assert [t.helped for t in (one, two, three)] == [0, 1, None]
     assert (two.contact, two.intervention, two.note) == (True, True, f"caught at the sill {EVIL}")
     assert three.contact is None
     assert browser.title.startswith("Ticks: own")

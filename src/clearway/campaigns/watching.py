@@ -192,4 +192,4 @@ def _short(results: Results) -> dict[int, str]:
 
 def _explained(trial: RecordedTrialSpec) -> bool:
     """Whether somebody said why a trial ended, or that it was not recorded."""
-    return trial.stopped or trial.intervention or trial.aborted or not trial.file
+    return trial.stopped or bool(trial.helped) or trial.aborted or not trial.file

@@ -15,6 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.indicators import (
     barn,
     clearance,
+    comfort,
     completion_time,
     cruise,
     driven_uncertainty,
@@ -43,7 +44,7 @@ class _Indicators(Mapping[str, Indicator]):
     @cached_property
     def _known(self) -> dict[str, Indicator]:
         families = (
-            success, completion_time, path_length, goal_error, clearance, cruise, space, barn, optimal, uncertainty,
+            success, completion_time, path_length, goal_error, clearance, comfort, cruise, space, barn, optimal, uncertainty,
             driven_uncertainty,
         )  # fmt: skip
         own = {indicator.name: indicator for family in families for indicator in family.ALL}

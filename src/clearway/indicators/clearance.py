@@ -218,6 +218,12 @@ def _unseen(trial: Trial, parts: Sequence[Scene], ways: tuple[Way, Sequence[Way]
     return least
 
 
+def unseen_clearance(trial: Trial, parts: Sequence[Scene], kinds: Iterable[str] | None) -> float:
+    """How near the robot can have come on its legs to a body of these kinds while one of the two was not seen, m; inf: both were."""
+    assert trial.attempt.footprint is not None
+    return _unseen(trial, parts, _ways(trial, kinds, trial.attempt.footprint))
+
+
 def _ways(trial: Trial, kinds: Iterable[str] | None, footprint: Shape) -> tuple[Way, list[Way]]:
     bodies = body_ways(trial.attempt, trial.t, trial.moving_obstacles)
     wanted = [w for w, b in zip(bodies, trial.attempt.bodies, strict=True) if kinds is None or b.kind in kinds]
@@ -228,8 +234,7 @@ def _bounds(trial: Trial, kinds: Iterable[str] | None) -> tuple[float, float]:
     """Between what two distances the smallest one edge to edge lies, m; they are the same where it is known."""
     parts = scenes(refined(trial), kinds)
     most = min(map(_seen, parts))
-    assert trial.attempt.footprint is not None
-    least = min(most, _unseen(trial, parts, _ways(trial, kinds, trial.attempt.footprint)))
+    least = min(most, unseen_clearance(trial, parts, kinds))
     return (0.0, 0.0) if most < TOUCH or _confirmed(trial, kinds) else (least, most)
 
 
@@ -242,11 +247,11 @@ def _known(trial: Trial, least: float, most: float) -> float:
     if most > 0:
         finished(trial)  # else it would be an upper bound only
     if least < most:
-        raise NotComputable(_lost(trial))
+        raise NotComputable(lost(trial))
     return most
 
 
-def _lost(trial: Trial) -> str:
+def lost(trial: Trial) -> str:
     """What was not seen of what MDO needs."""
     for drive in begun(trial):
         try:
@@ -261,7 +266,12 @@ def _lost(trial: Trial) -> str:
     return "something was not seen"
 
 
-def _edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
+def edge_to_edge(trial: Trial, kinds: Iterable[str] | None) -> float:
+    """Smallest distance edge to edge from a body of these kinds (None: of any), m.
+
+    Raises:
+        NotComputable: there is none, or it is not known how near the robot came.
+    """
     return _known(trial, *_bounds(trial, kinds))
 
 
@@ -290,13 +300,13 @@ def _confirmed(trial: Trial, kinds: Iterable[str] | None) -> bool:
 @measure
 def minimum_distance(trial: Trial) -> float:
     """Smallest distance edge to edge from an obstacle that the test placed, m."""
-    return _edge_to_edge(trial, PLACED)
+    return edge_to_edge(trial, PLACED)
 
 
 @measure
 def minimum_distance_walls(trial: Trial) -> float:
     """Smallest distance edge to edge from anything that can be hit, m."""
-    return _edge_to_edge(trial, None)
+    return edge_to_edge(trial, None)
 
 
 @measure

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from operator import attrgetter
 
 from clearway.contract import EventKind
-from clearway.indicators import clearance, cruise, path_length
+from clearway.indicators import clearance, cruise, incidents, path_length
 from clearway.indicators.avoidable import avoidable
 from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.column import Column, Kind
@@ -113,6 +113,16 @@ COLUMNS = (
         "how often an assumption of the navigator's guarantee was seen to be untrue (events `assumption`)", _violations,
     ),
     _attempted("source", Kind.WORD, "simulated or recorded"),
+    Column(
+        "contacts", Kind.COUNT, "how often the robot touched something; null where neither a person nor the geometry tells",
+        incidents.contacts,
+    ),
+    Column("first_contact", Kind.NUMBER, "when it first did, as far as that is known", incidents.first_contact, "s"),
+    Column(
+        "interventions", Kind.COUNT, "how often a person had to help; null where nobody said, and of simulations",
+        incidents.interventions,
+    ),
+    Column("first_intervention", Kind.NUMBER, "when one first did, as far as that is known", incidents.first_intervention, "s"),
     Column(
         "legs_by_motion", Kind.BOOLEAN,
         "whether a recording's legs were found by the robot's motion, not by goals or given spans; see CT",

@@ -23,6 +23,10 @@ UNTIED = "nothing ties the recording to the map, in which the goals are given (f
 NOT_RECORDED = "not recorded"
 UNUSABLE = "the recording cannot be used"
 """Why an attempt counts of which there is no motion: in its reason, behind what a person noted."""
+OBSERVED = "observed by the operator"
+"""What is said of a contact of which nobody said when it was."""
+TOUCHED, HELPED = "touched", "helped"
+"""In a recording's provenance: whether the operator saw a contact (None: not said), how often a person helped (None: not said)."""
 
 
 class Outcome(StrEnum):

@@ -20,6 +20,7 @@ from clearway.recordings.lab import contacts
 from clearway.recordings.lab.actions import legs_told
 from clearway.recordings.lab.lab import ROBOT, Lab, cut
 from clearway.recordings.lab.legs import FoundLeg, find_legs
+from clearway.recordings.lab.outcome import going_on, outcome_of, unseen_ends
 from clearway.recordings.lab.robot_log import goals_sent, offset_of, own_view
 from clearway.recordings.lab.surroundings import fixtures, obstacles
 from clearway.recordings.lab.test_plan import LegPlanSpec, RecordedTrialSpec, by_number
@@ -27,15 +28,13 @@ from clearway.recordings.lab.unseen import unseen_contacts
 from clearway.recordings.motion.motion import Motion
 from clearway.recordings.recording import Goals
 from clearway.scenarios.suites import load_suite, suite_names
-from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
-from clearway.trials.trial import NOT_RECORDED, UNTIED, UNUSABLE
+from clearway.trials import Attempt, Body, Event, Labels, Leg, Snapshot, Span, Trial
+from clearway.trials.trial import HELPED, NOT_RECORDED, TOUCHED, UNTIED, UNUSABLE
 
 UNLINKED = (
     "the markers are not tied to base_link: heading, footprint and the distance to a goal are not known, and the path is that "
     "of the markers' middle"
 )
-UNDER_WAY = 0.05
-"""m/s; a robot that is faster has not stopped."""
 SAME = (0.1, 0.2)
 """m, rad: a goal that was sent and one of the plan, or the one sent before, that differ by less are one."""
 
@@ -117,8 +116,10 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
         *events,
         *unseen_contacts(attempt, t - zero, pose, around.moving_obstacles, sigma, _tested(found, t)),
     )
-    events = (*sorted(events, key=lambda e: e.t), *(e for f in found for e in _unseen(legs[f.leg], f, zero)))
-    outcome, reason, events = _outcome(spec, legs, spans, events, float(t[-1] - zero), going=_going(motion))
+    events = (*sorted(events, key=lambda e: e.t), *(e for f in found for e in unseen_ends(legs[f.leg], f, zero)))
+    outcome, reason, events = outcome_of(
+        spec, legs, spans, events, float(t[-1] - zero), zero=zero, going=going_on(motion)
+    )
     estimates, shown = own_view(lab, recordings, offsets, t)
     told = {
         "clearway": _version(),
@@ -139,6 +140,8 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
         "legs": [f"{legs[f.leg].name}: {f.why}" for f in found],
         "conditions": _conditions(lab, spec),
         "start": spec.start,
+        TOUCHED: spec.touched,
+        HELPED: spec.helped,
         "note": spec.note,
     }
     return Trial(
@@ -164,7 +167,8 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
 def _unrecorded(lab: Lab, spec: RecordedTrialSpec, why: str = "") -> Trial:
     """Attempted, but nothing was recorded, or nothing that can be used: it counts, and says only that it happened, and why."""
     legs = _legs(lab, spec, None, tied=True)
-    outcome, reason, events = _outcome(spec, legs, (), (), 0.0)
+    timeless = {"contact": spec.touched, "contact_at": (), "intervention": bool(spec.helped), "intervention_at": ()}
+    outcome, reason, events = outcome_of(spec.model_copy(update=timeless), legs, (), (), 0.0)
     return Trial(
         attempt=_attempt(lab, spec, legs, (), 1 / lab.plan.test.rate),
         t=np.zeros(1),
@@ -183,6 +187,8 @@ def _unrecorded(lab: Lab, spec: RecordedTrialSpec, why: str = "") -> Trial:
             "test_plan": lab.path.name,
             "conditions": _conditions(lab, spec),
             "start": spec.start,
+            TOUCHED: spec.touched,
+            HELPED: spec.helped,
             "note": spec.note,
         },
     )
@@ -313,80 +319,6 @@ def _attempt(
         limits=robot.limits(spec.speed) if robot is not None and spec.speed is not None else None,
         source="recorded",
     )
-
-
-def _outcome(
-    spec: RecordedTrialSpec,
-    legs: Sequence[Leg],
-    spans: Sequence[Span],
-    events: tuple[Event, ...],
-    end: float,
-    *,
-    going: bool = False,
-) -> tuple[Outcome, str, tuple[Event, ...]]:
-    """How the attempt ended, why, and its events with what the operator saw; `going`: the robot was when the record ended."""
-    if spec.contact is False:  # somebody stood beside it and saw none; overlap that was measured has to be explained
-        events = tuple(_denied(e) for e in events)
-    touched = [e for e in events if e.kind == EventKind.CONTACT]
-    if spec.contact and not touched:
-        possible = [e for e in events if e.kind == EventKind.POSSIBLE_CONTACT]
-        when, body = (possible[0].t, possible[0].body) if possible else (end, None)
-        touched = [Event(when, EventKind.CONTACT, "observed by the operator", body)]
-        events = (*events, *touched)
-    if touched:
-        return Outcome.COLLISION, touched[0].detail, events
-    for happened, words in (
-        (spec.stopped, "emergency stop"),
-        (spec.intervention, "a person had to help"),
-        (spec.aborted, "aborted by the operator"),
-    ):
-        if happened:
-            return Outcome.ABORTED, words, events
-    for span in spans:
-        leg = legs[span.leg]
-        if span.end - span.start > leg.time_limit:
-            return Outcome.TIMEOUT, f"leg {leg.name} took {span.end - span.start:.1f} s of {leg.time_limit:g} s", events
-    reached = {span.leg for span in spans if span.reached}
-    for i, leg in enumerate(legs):
-        if i not in reached:
-            if not (spans and going):
-                return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
-            reason = f"leg {leg.name}: the recording ends at {end:.1f} s, while the robot moves"
-            said = f"{reason}; give all of it, or say what happened (aborted, stopped, intervention)"
-            return Outcome.ABORTED, reason, (*events, Event(end, EventKind.UNSEEN_ARRIVAL, said))
-    return Outcome.REACHED, "", events
-
-
-def _going(motion: Motion) -> bool:
-    """Whether the robot moves when the record ends: over its last half second."""
-    last = motion.t >= motion.t[-1] - 0.5
-    seen = motion.pose[last][np.isfinite(motion.pose[last, :2]).all(axis=1), :2]
-    return len(seen) > 1 and float(np.hypot(*(seen[-1] - seen[0]))) > UNDER_WAY * 0.5
-
-
-def _unseen(leg: Leg, found: FoundLeg, zero: float) -> list[Event]:
-    """What did not show of when a leg began and ended."""
-    events = []
-    for at, gap, kind, what in (
-        (found.start, found.unseen[0], EventKind.UNSEEN_DEPARTURE, "start"),
-        (found.end, found.unseen[1], EventKind.UNSEEN_ARRIVAL, "end"),
-    ):
-        if gap:
-            said = f"leg {leg.name}: the robot was not seen for {gap:.1f} s about its {what}; give its span"
-            events.append(Event(at - zero, kind, said))
-    if not found.rested and not found.unseen[1]:
-        said = f"leg {leg.name} ended without a rest; give its span, or the goals that were sent"
-        events.append(Event(found.end - zero, EventKind.UNSEEN_ARRIVAL, said))
-    return events
-
-
-def _denied(event: Event) -> Event:
-    """What becomes of a measured contact of which the operator saw nothing."""
-    kind = {
-        EventKind.CONTACT: EventKind.POSSIBLE_CONTACT,
-        EventKind.POSSIBLE_CONTACT: EventKind.NEAR_MISS,
-    }.get(event.kind, event.kind)
-    return event if kind is event.kind else Event(event.t, kind, f"{event.detail}; the operator saw none", event.body)
 
 
 def _conditions(lab: Lab, spec: RecordedTrialSpec) -> dict[str, str]:

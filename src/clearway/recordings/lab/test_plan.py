@@ -16,7 +16,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
-from clearway.quantities import AngleTolerance, NonNegative, PoseSpec, Positive, Whole
+from clearway.quantities import AngleTolerance, Finite, NonNegative, PoseSpec, Positive, Whole
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
 from clearway.recordings.lab.source_spec import Part, Point, SourceSpec, Span, StretchSpec
 from clearway.recordings.motion.motion import MotionSpec
@@ -164,11 +164,33 @@ class RecordedTrialSpec(ConditionsSpec):
     obstacles: tuple[PlacedSpec, ...] = Field(default=(), max_length=OBSTACLES)
     legs: tuple[LegPlanSpec, ...] = Field(default=(), max_length=LEGS, description="default: the plan's")
     contact: bool | None = Field(default=None, description="observed by the operator; default: not said")
+    contact_at: tuple[Finite, ...] = Field(
+        default=(), max_length=LEGS, description="when it touched something, s on the first source's clock"
+    )
     intervention: bool = Field(default=False, description="a person had to help")
+    intervention_at: tuple[Finite, ...] = Field(default=(), max_length=LEGS, description="when, the same")
     stopped: bool = Field(default=False, description="emergency stop")
     aborted: bool = False
     start: str = Field(default="", description="when it was started, as the operator noted it")
     note: str = ""
+
+    @property
+    def touched(self) -> bool | None:
+        """Whether it touched something, as the operator saw it; None: not said."""
+        return True if self.contact_at else self.contact
+
+    @property
+    def helped(self) -> int | None:
+        """How often a person helped; None: not said."""
+        said = self.intervention or "intervention" in self.model_fields_set
+        return len(self.intervention_at) or (int(self.intervention) if said else None)
+
+    @model_validator(mode="after")
+    def _agree(self) -> RecordedTrialSpec:
+        for name in ("contact", "intervention"):
+            if name in self.model_fields_set and getattr(self, name) is False and getattr(self, f"{name}_at"):
+                raise ValueError(f"{name} is false, and {name}_at says when there was one")
+        return self
 
 
 class TestPlan(Part):

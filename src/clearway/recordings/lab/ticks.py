@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,10 @@ COLUMNS = {
 """Headings, in small letters, and the trial's field that each is."""
 YES, NO = ("x", "yes", "y", "true", "1", "\u2713", "\u2714"), ("no", "n", "false", "0")
 TEXTS = ("start", "file", "note")
+TIMED = ("contact", "intervention")
+NUMBER = r"\d+(?:\.\d+)?"
+TIMES = rf"{NUMBER} ?s(?:[;,] ?{NUMBER} ?s)*"
+"""When it was instead of yes, s on the first source's clock: `12.5 s; 31 s`."""
 
 
 def with_ticks(plan: TestPlan, folder: Path) -> TestPlan:
@@ -103,8 +108,14 @@ def _ticked(trial: RecordedTrialSpec, cells: Mapping[str, str], file: Path, line
             said[name] = f"{trial.note}; {text}" if name == "note" and trial.note else text
         elif text.lower() in (*YES, *NO):
             said[name] = text.lower() in YES
+        elif name in TIMED and re.fullmatch(TIMES, text):
+            said |= {name: True, f"{name}_at": tuple(float(n) for n in re.findall(NUMBER, text))}
         else:
-            raise ClearwayError(f"{text!r} is neither yes (x, 1) nor no (0)", file=file, field=f"{line}: {name}")
+            raise ClearwayError(
+                f"{text!r} is neither yes (x, 1) nor no (0){', nor when it was, as 12.5 s' if name in TIMED else ''}",
+                file=file,
+                field=f"{line}: {name}",
+            )
     for name in ("contact", "intervention", "stopped", "aborted"):
         own = getattr(trial, name)
         if name in said and own is not None and own != said[name] and (own or name == "contact"):

@@ -1,0 +1,166 @@
+"""How near the robot came to people, for how long, and how short of running into them it was: by the zones of Hall 1966.
+
+All of it from outline to outline, as MDO is: a wide robot must not come nearer than a narrow one. Only bodies of the kind
+`person` count, recorded or simulated, over the scored legs.
+
+`person_ttc` is the time to collision: how long it would be, at each sample, until the outlines touch if both went on as they
+do, the robot without turning. While nobody is on such a course it is infinite; without any such sample there is none.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.contract import BodyKind
+from clearway.geometry.distance import min_clearance
+from clearway.geometry.shapes import Circle, FloatArray, Shape, circumscribed_radius
+from clearway.indicators.clearance import TOUCH, Scene, edge_to_edge, lost, scenes, unseen_clearance
+from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
+from clearway.indicators.legs import finished, known_rows
+from clearway.trials import Trial
+
+PEOPLE = frozenset({BodyKind.PERSON})
+INTIMATE, PERSONAL = 0.45, 1.2
+"""m; how far a person's intimate and personal zones reach (Hall 1966: 1.5 and 4 feet)."""
+_FAR = 1e3
+"""m; so far away is whoever is not there."""
+
+
+def _among(trial: Trial, kinds: frozenset[BodyKind] = PEOPLE) -> list[Scene]:
+    """The legs, all driven to their ends, with the people.
+
+    Raises:
+        NotComputable: nobody was there, a leg was not finished, or something is not known that is needed.
+    """
+    if not any(body.kind in kinds for body in trial.attempt.bodies):
+        raise NotComputable("nobody was there")
+    finished(trial)
+    return scenes(trial, kinds)
+
+
+@measure
+def person_distance(trial: Trial) -> float:
+    """Smallest distance between the outlines of the robot and of a person, m."""
+    _among(trial)
+    return edge_to_edge(trial, PEOPLE)
+
+
+def _within(zone: float) -> Measure:
+    @measure
+    def time_within(trial: Trial) -> float:
+        """For how long the nearest person was nearer than `zone`, s."""
+        parts = _among(trial)
+        if unseen_clearance(trial, parts, PEOPLE) < zone:
+            raise NotComputable(lost(trial))
+        return sum(_below(zone, scene) for scene in parts)
+
+    return time_within
+
+
+def _below(zone: float, scene: Scene) -> float:
+    """For how long a person was nearer than `zone` [m] on a leg, s; between samples the distance is taken to change evenly."""
+    seconds = 0.0
+    for run in scene.runs():
+        d = min_clearance(scene.footprint, scene.path[run], scene.bodies, scene.moving_obstacles[run])
+        d = np.minimum(d, _FAR)
+        low, high = np.minimum(d[:-1], d[1:]), np.maximum(d[:-1], d[1:])
+        share = np.clip((zone - low) / np.maximum(high - low, 1e-12), 0.0, 1.0)
+        seconds += float((share * np.diff(scene.drive.t[run])).sum())
+    return seconds
+
+
+@measure
+def person_ttc(trial: Trial) -> float:
+    """Smallest time to collision with a person, s."""
+    parts = _among(trial)
+    if unseen_clearance(trial, parts, PEOPLE) <= TOUCH:
+        raise NotComputable(lost(trial))
+    least = min((float(t.min()) for scene in parts for t in _times(scene) if len(t)), default=math.inf)
+    if math.isinf(least):
+        raise NotComputable("no collision course with a person")
+    return least
+
+
+def _times(scene: Scene) -> Iterator[FloatArray]:
+    """For each person and stretch in which both were seen: (n,) time to collision at each sample, s, inf on no such course."""
+    fixed = [body for body in scene.bodies if body.pose is not None]
+    moving = [body for body in scene.bodies if body.pose is None]
+    for run in scene.runs():
+        t, path = scene.drive.t[run], scene.path[run]
+        if len(t) < 2:
+            continue
+        v = np.gradient(path[:, :2], t, axis=0)
+        for body in fixed:
+            assert body.pose is not None
+            yield _until(scene.footprint, path, body.pose[:2] - path[:, :2], -v, body.shape)
+        for k, body in enumerate(moving):
+            at = scene.moving_obstacles[run, k, :2]
+            for there in _stretches(known_rows(at)):
+                w = np.gradient(at[there], t[there], axis=0) - v[there]
+                yield _until(scene.footprint, path[there], at[there] - path[there, :2], w, body.shape)
+
+
+def _stretches(known: npt.NDArray[np.bool_]) -> list[slice]:
+    """Where at least two in a row are known."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]])))
+    return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a > 1]
+
+
+def _until(footprint: Shape, path: FloatArray, at: FloatArray, v: FloatArray, shape: Shape) -> FloatArray:
+    """(n,) s until a disc around `shape` touches the footprint; `at` and `v`: its place [m] and velocity [m/s] against the robot's
+    (n, 2), along the map's axes."""
+    cos, sin = np.cos(path[:, 2]), np.sin(path[:, 2])
+    x, w = (np.stack([cos * a[:, 0] + sin * a[:, 1], cos * a[:, 1] - sin * a[:, 0]], axis=1) for a in (at, v))
+    radius = circumscribed_radius(shape)
+    if isinstance(footprint, Circle):
+        return _to_disc(x, w, footprint.radius + radius)
+    corners = footprint.array
+    least = np.full(len(x), math.inf)
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        least = np.minimum(least, np.minimum(_to_disc(x - a, w, radius), _to_edge(x - a, w, b - a, radius)))
+    return least
+
+
+def _to_disc(x: FloatArray, w: FloatArray, radius: float) -> FloatArray:
+    """(n,) s until points at `x` [m] that move with `w` [m/s], both (n, 2), are within `radius` [m] of the origin."""
+    a, b, c = (w**2).sum(axis=1), (x * w).sum(axis=1), (x**2).sum(axis=1) - radius**2
+    root = b**2 - a * c
+    meets = (root >= 0) & (b < 0) & (a > 0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = np.where(meets, c / (-b + np.sqrt(np.maximum(root, 0.0))), math.inf)
+    return np.where(c <= 0, 0.0, found)
+
+
+def _to_edge(x: FloatArray, w: FloatArray, edge: FloatArray, radius: float) -> FloatArray:
+    """The same until they are within `radius` of the straight line from the origin to `edge` (2,), met beside it."""
+    length = float(np.hypot(*edge))
+    along, across = edge / length, np.array([-edge[1], edge[0]]) / length
+    far, closing = x @ across, w @ across
+    side = np.where(far >= 0, 1.0, -1.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.where(side * closing < 0, (radius - side * far) / (side * closing), math.inf)
+    t = np.where(side * far <= radius, 0.0, t)
+    with np.errstate(invalid="ignore"):
+        met = x @ along + (w @ along) * t
+    return np.where(np.isfinite(t) & (met >= 0) & (met <= length), t, math.inf)
+
+
+_HALL = "Hall 1966, outline to outline"
+
+ALL = (
+    Indicator("person_distance", "smallest distance from a person", "m", _HALL, "higher", person_distance),
+    Indicator("personal_time", "time within 1.2 m of a person", "s", _HALL, "lower", _within(PERSONAL)),
+    Indicator("intimate_time", "time within 0.45 m of a person", "s", _HALL, "lower", _within(INTIMATE)),
+    Indicator(
+        "person_ttc",
+        "smallest time to collision with a person",
+        "s",
+        "Clearway, constant velocities",
+        "higher",
+        person_ttc,
+    ),
+)

@@ -1,0 +1,35 @@
+"""Contacts and interventions of a trial: how many, and when the first was. None: nobody knows."""
+
+from __future__ import annotations
+
+from clearway.contract import EventKind
+from clearway.indicators.clearance import minimum_distance
+from clearway.trials import Trial
+from clearway.trials.trial import HELPED, OBSERVED, TOUCHED
+
+
+def contacts(trial: Trial) -> int | None:
+    """How often the robot touched something. None of a recording where neither a person nor the geometry tells: a possible contact
+    that is to be confirmed, or no clearance from obstacles and nobody's word."""
+    known = sum(event.kind == EventKind.CONTACT for event in trial.events)
+    if known or trial.attempt.source == "simulated" or trial.provenance.get(TOUCHED) is False:
+        return known
+    possible = any(event.kind == EventKind.POSSIBLE_CONTACT for event in trial.events)
+    return 0 if not possible and minimum_distance(trial).value is not None else None
+
+
+def first_contact(trial: Trial) -> float | None:
+    """When the first of them was whose time is known, s since the trial began."""
+    timed = [e.t for e in trial.events if e.kind == EventKind.CONTACT and (e.detail != OBSERVED or e.body is not None)]
+    return min(timed, default=None)
+
+
+def interventions(trial: Trial) -> int | None:
+    """How often a person had to help. None where nobody said, and of simulations, in which nobody can."""
+    count = trial.provenance.get(HELPED)
+    return count if isinstance(count, int) else None
+
+
+def first_intervention(trial: Trial) -> float | None:
+    """When the first of them was whose time is known, s since the trial began."""
+    return min((e.t for e in trial.events if e.kind == EventKind.INTERVENTION), default=None)
