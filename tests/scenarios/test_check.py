@@ -68,6 +68,50 @@ def problems(folder: Path, old: str = "", new: str = "", room: str = ROOM, robot
     return [str(e).removeprefix(f"{folder / 'mine.toml'}: ") for e in found]
 
 
+PERSON = """
+[[people]]
+name = "ann"
+start = [2.0, 3.0]
+route = [{ at = [8.0, 3.0] }]
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("", "", None),
+        ("[2.0, 3.0]", "[0.1, 3.0]", "people.0.start: 'ann' at (0.1, 3) would stand in 'west'"),
+        ("[2.0, 3.0]", "[2.0, 9.0]", "people.0.start: 'ann' at (2, 9) is outside the floor plan 'room' (x -0.2 to 10.2, y -0.2 to 4.2)"),
+        ("[2.0, 3.0]", "[1.3, 1.0]", "people.0.start: 'ann' at (1.3, 1) would stand in 'tiago'"),
+        ("[8.0, 3.0]", "[9.9, 3.0]", "people.0.route.0.at: 'ann' at (9.9, 3) would stand in 'east'"),
+        ('"ann"', '"box"', "an obstacle and a person have the name 'box'"),
+        ("[2.0, 3.0]", "[2.0, inf]", "people.0.start.1: inf is wrong: input should be a finite number"),
+        ('start = [2.0', 'reaction = -1.0\nstart = [2.0', "people.0.reaction: -1.0 is wrong: input should be greater than or equal to 0"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_people(tmp_path: Path, old: str, new: str, message: str | None) -> None:
+    person = PERSON.replace(old, new, 1) if old else PERSON
+    (tmp_path / "room.toml").write_text(ROOM)
+    (tmp_path / "mine.toml").write_text(SCENARIO + person)
+    found = [str(e).removeprefix(f"{tmp_path / 'mine.toml'}: ") for e in check_file(tmp_path / "mine.toml")]
+    assert found[:1] == ([] if message is None else [message])
+
+
+def test_a_person_who_fits_through_no_door_and_two_in_one_place(tmp_path: Path) -> None:
+    (tmp_path / "room.toml").write_text(ROOM)
+    wide = PERSON.replace('"ann"', '"bed"').replace("start", "radius = 1.0\nstart").replace(" 3.0]", " 2.8]")
+    (tmp_path / "mine.toml").write_text(SCENARIO + wide + PERSON)
+    found = "\n".join(map(str, check_file(tmp_path / "mine.toml")))
+    assert "people.0.route.0.at: 'bed' is 2.00 m wide, but the widest way there is about" in found
+    assert "people.1.start: 'ann' at (2, 3) would stand in 'bed'" in found
+
+
+def test_too_many_people(tmp_path: Path) -> None:
+    (tmp_path / "room.toml").write_text(ROOM)
+    (tmp_path / "mine.toml").write_text(SCENARIO + "".join(PERSON.replace("ann", f"p{k}") for k in range(501)))
+    assert "at most 500 items" in "\n".join(map(str, check_file(tmp_path / "mine.toml")))
+
+
 def test_a_sound_scenario(tmp_path: Path) -> None:
     assert problems(tmp_path) == []
     assert problems(tmp_path, robot="hosbot") == []

@@ -14,6 +14,7 @@ from clearway.robots import Robot
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Body, Trial
 from clearway.world import simulate_in
+from clearway.world.bodies import bodies_of
 from clearway.world.tracks import Tracks, stack, tracks
 
 DRIVE = {
@@ -92,3 +93,15 @@ def run(
     return simulate_in(
         bodies, way, scenario, robot or make_robot(), pilot, navigator="test", localisation="truth", **more
     )
+
+
+def run_among(walls: Sequence[Body], pilot: Pilot, scenario: Scenario, robot: Robot) -> Trial:
+    """A trial of `scenario` with its people, among `walls`, wherever its floor plan is."""
+    way = tracks(
+        [o for o in scenario.obstacles if o.pose is None],
+        [leg.name for leg in scenario.legs],
+        0.0,
+        len(scenario.people),
+    )
+    bodies = [*walls, *bodies_of((), scenario)]
+    return simulate_in(bodies, way, scenario, robot, pilot, navigator="test", localisation="truth")

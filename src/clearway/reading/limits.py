@@ -62,6 +62,8 @@ RECTANGLES = 50_000
 """Of the occupied cells of a map that serves as a floor plan. A map that a robot built of a hospital has 2,000."""
 OBSTACLES = 1_000
 """Of a scenario."""
+PEOPLE = 500
+"""Of a scenario."""
 LEGS = 1_000
 """Of a scenario or of a recorded trial."""
 POINTS = 10_000

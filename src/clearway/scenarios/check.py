@@ -13,7 +13,7 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance, min_clearance
 from clearway.geometry.oscillator import trajectory
-from clearway.geometry.shapes import FloatArray, Shape, circumscribed_radius, inscribed_radius, rectangle
+from clearway.geometry.shapes import Circle, FloatArray, Shape, circumscribed_radius, inscribed_radius, rectangle
 from clearway.quantities import PoseSpec
 from clearway.reading import read_toml
 from clearway.reading.limits import DRAWN
@@ -97,6 +97,7 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
         found += _swinging(scenario, robot, fixtures, work)
     except ClearwayError as error:
         return [*found, error]
+    found += _people(scenario, robot, plan, standing)
     found += _time_limits(scenario, robot, starts)
     if fits:
         found += _ways(scenario, robot, plan, starts, standing.members)
@@ -268,6 +269,39 @@ def _time_limits(scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec]) -
                 f"{leg.time_limit:g} s can't do: the straight way takes {least:.1f} s at {speed:g} m/s",
                 field=f"legs.{i}.time_limit",
             )
+
+
+def _people(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
+    """Where people start and go: inside of the plan, with room to stand, on ways that they fit through."""
+    bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing.members)
+    placed: list[tuple[str, Shape, FloatArray]] = [(robot.name, robot.shape, np.array(scenario.start))]
+    for i, person in enumerate(scenario.people):
+        shape, places = Circle(person.radius), [person.start, *(stop.at for stop in person.route)]
+        fields = [f"people.{i}.start", *(f"people.{i}.route.{k}.at" for k in range(len(person.route)))]
+        fits = True
+        for field, place in zip(fields, places, strict=True):
+            pose, what = (*place, 0.0), f"{person.name!r} at {_at((*place, 0.0))}"
+            hit = None if not _inside(pose, plan) else _first_hit(shape, np.array(pose), standing)
+            if not _inside(pose, plan):
+                yield ClearwayError(f"{what} is outside the floor plan {_extent(plan)}", field=field)
+            elif hit:
+                yield ClearwayError(f"{what} would stand in {hit!r}", field=field)
+            fits = fits and hit is None and _inside(pose, plan)
+        start = np.array((*person.start, 0.0))
+        for name, other, at in placed:
+            if clearance(shape, start, other, at) <= 0.0:
+                yield ClearwayError(
+                    f"{person.name!r} at {_at((*person.start, 0.0))} would stand in {name!r}", field=fields[0]
+                )
+                break
+        placed.append((person.name, shape, start))
+        widths = _widest(bodies, plan.bounds, tuple(places), person.radius) if fits and person.route else ()
+        for field, width in zip(fields[1:], widths, strict=False):
+            if width is not None:
+                yield ClearwayError(
+                    f"{person.name!r} is {2 * person.radius:.2f} m wide, but the widest way there is about {width:.2f} m",
+                    field=field,
+                )
 
 
 def _ways(

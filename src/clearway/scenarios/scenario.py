@@ -28,10 +28,11 @@ from clearway.quantities import (
     Vertices,
     Whole,
 )
-from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, POINTS, RUNS, SECONDS
+from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, PEOPLE, POINTS, RUNS, SECONDS
 from clearway.robots import Tolerances, load_robot
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
+from clearway.scenarios.people import PersonSpec
 
 
 class _Part(BaseModel):
@@ -228,6 +229,7 @@ class Scenario(_Part):
     legs: tuple[LegSpec, ...] = Field(min_length=1, max_length=LEGS, description="goals, one after another")
     speed: Speed = Field(description="set speed, caps the robot's, m/s")
     obstacles: tuple[ObstacleSpec, ...] = Field(default=(), max_length=OBSTACLES)
+    people: tuple[PersonSpec, ...] = Field(default=(), max_length=PEOPLE, description="who walks there")
     labels: LabelSpec = LabelSpec()
     reference_length: Length | None = Field(default=None, description="of one leg, m: paper A's d_AB, BARN's path")
     localisation: Literal["truth", "odometry", "amcl"] = Field(
@@ -261,9 +263,12 @@ class Scenario(_Part):
     @model_validator(mode="after")
     def _consistent(self) -> Scenario:
         legs = [leg.name for leg in self.legs]
-        for kind, names in (("leg", legs), ("obstacle", [o.name for o in self.obstacles])):
+        obstacles, people = [o.name for o in self.obstacles], [p.name for p in self.people]
+        for kind, names in (("legs", legs), ("obstacles", obstacles), ("people", people)):
             if twice := sorted({n for n in names if names.count(n) > 1}):
-                raise ValueError(f"two {kind}s have the name {twice[0]!r}")
+                raise ValueError(f"two {kind} have the name {twice[0]!r}")
+        if both := sorted(set(obstacles) & set(people)):
+            raise ValueError(f"an obstacle and a person have the name {both[0]!r}")
         for obstacle in self.obstacles:
             for run in obstacle.runs:
                 if run.leg not in legs:

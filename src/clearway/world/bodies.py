@@ -7,15 +7,17 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.contract import BodyKind
+from clearway.geometry.shapes import Circle
 from clearway.scenarios.plan import Fixture
 from clearway.scenarios.scenario import ObstacleSpec, Scenario
 from clearway.trials import Body
 
 
 def bodies_of(fixtures: Sequence[Fixture], scenario: Scenario) -> tuple[Body, ...]:
-    """Everything that the robot can hit: the plan's fixtures, then the scenario's obstacles in their order."""
+    """Everything that the robot can hit: the plan's fixtures, the scenario's obstacles in their order, its people in theirs."""
     fixed = [Body(f.name, BodyKind(f.kind), f.shape, np.array(f.pose, dtype=np.float64)) for f in fixtures]
-    return (*fixed, *(_body(o) for o in scenario.obstacles))
+    people = [Body(p.name, BodyKind.PERSON, Circle(p.radius), None) for p in scenario.people]
+    return (*fixed, *(_body(o) for o in scenario.obstacles), *people)
 
 
 def moving_obstacles_of(scenario: Scenario) -> tuple[ObstacleSpec, ...]:

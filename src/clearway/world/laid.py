@@ -67,6 +67,10 @@ class LaidTracks:
         self._laid[body] = Laid(self._tracks.knots[begin : begin + ROOM])
         self._tracks.speed[body] = speed
 
+    def __contains__(self, body: int) -> bool:
+        """Whether moving body `body` decides."""
+        return body in self._laid
+
     def lay(self, body: int, t: float, pose: FloatArray) -> None:
         """At time `t` [s] it will be at `pose` (3,)."""
         laid = self._laid[body]

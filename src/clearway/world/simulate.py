@@ -66,7 +66,9 @@ def simulate(
         ClearwayError: the scenario can't be built.
     """
     plan = load_floor_plan(scenario.floor_plan)
-    way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], longest(scenario.legs))
+    way = tracks(
+        moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], longest(scenario.legs), len(scenario.people)
+    )
     return simulate_in(
         bodies_of(plan.fixtures, scenario), way, scenario, robot, pilot, navigator=navigator, localisation=localisation,
         map=map, area=plan.area, privileged=privileged, budget=budget, setup=setup, tracking=tracking,
@@ -101,7 +103,7 @@ def simulate_in(
     )  # fmt: skip
     placed = _placed(start, scenario)
     world = World(
-        robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance, behaviours_of(scenario),
+        robot, placed, scenario.speed, bodies, tracks, scenario.seed, scenario.disturbance, behaviours_of(scenario, bodies),
         [leg.name for leg in scenario.legs], scenario.latency,
     )  # fmt: skip
     checker = GoalAndProgressChecker(attempt.legs, scenario.legs, scenario.livelock, world.state)

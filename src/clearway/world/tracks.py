@@ -49,11 +49,12 @@ class Tracks(NamedTuple):
     lasting: npt.NDArray[np.bool_]
 
 
-def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: float = 0.0) -> Tracks:
+def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: float = 0.0, deciders: int = 0) -> Tracks:
     """The tracks of the moving ones among `obstacles` in the legs with these names.
 
     Args:
         duration: How long the trial may take, s; that far an oscillation is laid out.
+        deciders: So many bodies more, after the obstacles, decide.
 
     Raises:
         ClearwayError: a run is for a leg that doesn't exist, two runs of an obstacle overlap in time, or something
@@ -78,10 +79,12 @@ def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: flo
             parts[0][j] = swing(obstacle.lasting, duration)
         elif obstacle.behaviour is not None:
             parts[0][j] = np.full((ROOM, 4), np.nan)
-    found = stack(parts, [o.lasting is not None or o.behaviour is not None for o in obstacles])
-    for j, obstacle in enumerate(obstacles):
-        if obstacle.behaviour is not None:
-            found.rows[:, j, 1] = found.rows[:, j, 0]  # nothing is laid yet
+    for k, part in enumerate(parts):
+        part += [np.full((ROOM, 4), np.nan) if k == 0 else _NONE for _ in range(deciders)]
+    decides = [*(o.behaviour is not None for o in obstacles), *(True for _ in range(deciders))]
+    lasts = [*(o.lasting is not None for o in obstacles), *(False for _ in range(deciders))]
+    found = stack(parts, [a or b for a, b in zip(decides, lasts, strict=True)])
+    found.rows[:, decides, 1] = found.rows[:, decides, 0]  # nothing is laid yet
     return found
 
 
@@ -189,6 +192,17 @@ def pose_at(knots: FloatArray, begin: int, end: int, t: float, out: FloatArray) 
     else:
         on_line(knots, low, t, out)
     return math.isfinite(out[0])
+
+
+@kernel
+def place(tracks: Tracks, leg: int, since: FloatArray, t: float, out: FloatArray) -> None:
+    """Write the poses of all bodies at time `t` [s] of leg number `leg` to `out` (m, 3), NaN where one is absent.
+
+    Args:
+        since: (m,) when the clock of each began, s.
+    """
+    for m in range(len(since)):
+        pose_at(tracks.knots, tracks.rows[leg, m, 0], tracks.rows[leg, m, 1], t - since[m], out[m])
 
 
 @kernel

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -19,15 +19,14 @@ from clearway.robots import Robot
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
 from clearway.world import plant
-from clearway.world.behaviours.behaviour import PERIOD, Behaviour, SeenRobot
+from clearway.world.behaviours.behaviour import Behaviour
 from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
-from clearway.world.laid import Laid, LaidTracks
+from clearway.world.deciders import Deciders
 from clearway.world.latency import Delays, Past
 from clearway.world.lidar import View, errors_of, hold, scan
 from clearway.world.tracks import Tracks, pose_at
-
-_SAME = 1e-9  # s
+from clearway.world.tracks import place as place_all
 
 
 class World:
@@ -41,7 +40,7 @@ class World:
         tracks: Tracks of the bodies without a pose, in their order.
         seed: Seed of the errors of odometry, lidar and camera, and of the disturbance.
         disturbance: How the ground moves it; None: it does not.
-        behaviours: Who decides for moving bodies, by their place among these.
+        behaviours: Who decides for moving bodies.
         legs: Names of the legs.
         latency: Factor on the robot's latency.
 
@@ -60,7 +59,7 @@ class World:
         tracks: Tracks,
         seed: int,
         disturbance: DisturbanceSpec | None = None,
-        behaviours: Mapping[int, Behaviour] | None = None,
+        behaviours: Sequence[Behaviour] = (),
         legs: Sequence[str] = (),
         latency: float = 1.0,
     ) -> None:
@@ -104,14 +103,9 @@ class World:
             )
         )  # fmt: skip
         self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
-        self._leg, self._legs, self._leg_began = 0, tuple(legs), 0.0
-        self._behaviours, self._laid = dict(behaviours or {}), LaidTracks(tracks, self._slack)
-        self._seen, self._decided = SeenRobot(foot, Laid()), 0
-        self._seen.track.lay(0.0, self._state[:3])
-        for m, behaviour in self._behaviours.items():
-            self._laid.add(m, behaviour.speed)
-        self._begin_behaviours(0.0)
-        self._decide_until(0.0)
+        self._leg, self._leg_began = 0, 0.0
+        self._deciders = Deciders(behaviours, tracks, self._slack, self._since, foot, legs)
+        self._deciders.start(self._state[:3])
         self._place_moving(0.0, self.moving_obstacles)
         self._camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
@@ -157,7 +151,7 @@ class World:
         self._leg, self._leg_began = leg, t
         self._since[~self._tracks.lasting] = t
         self._slack[:] = 0.0
-        self._begin_behaviours(t)
+        self._deciders.begin_leg(leg, t)
         self.between.begin_leg()
         self._place_moving(t, self.moving_obstacles)
 
@@ -204,9 +198,9 @@ class World:
         self._delays.fill(self._commands, t, self._period)
         before = self._state.copy()
         hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
-        if self._behaviours:  # they see where it drives, and decide; then it drives there, among them
-            self._lay_way(t)
-            self._decide_until(t + self._period)
+        if self._deciders:  # they see where it drives, and decide; then it drives there, among them
+            self._deciders.see(t, self._period, self._way)
+            self._deciders.decide_until(t + self._period)
             self._state[:] = before
             self._slack[:] = 0.0
             hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
@@ -215,30 +209,6 @@ class World:
         driven = self._period if hit < 0 else float(self._state[plant.ELAPSED])
         self.between.look(self._leg, t, driven)
         return driven, None if hit < 0 else (self._still + self._moving)[hit]
-
-    def _lay_way(self, t: float) -> None:
-        """Let the bodies that decide see where the robot went in the period that began at `t` [s]."""
-        step = self._period / (len(self._way) - 1)
-        for i in range(1, len(self._way)):
-            self._seen.track.lay(t + i * step, self._way[i, :3])
-
-    def _decide_until(self, t: float) -> None:
-        """Every body that decides does so up to time `t` [s], and thereby for a little longer."""
-        while self._decided * PERIOD <= t + _SAME:
-            now, until = self._decided * PERIOD, (self._decided + 1) * PERIOD
-            for m, behaviour in self._behaviours.items():
-                self._laid.lay(m, until, behaviour.step(now, until, (self._seen,)))
-            self._decided += 1
-
-    def _begin_behaviours(self, t: float) -> None:
-        """The leg begins at time `t` [s] for the bodies that decide; who has decided for longer decides anew."""
-        for m, behaviour in self._behaviours.items():
-            pose = behaviour.begin_leg(self._legs[self._leg], t)
-            if pose is not None:
-                self._laid.restart(m, t, pose)
-                until = self._decided * PERIOD
-                if until > t + _SAME:
-                    self._laid.lay(m, until, behaviour.step(t, until, (self._seen,)))
 
     def touching(self) -> Body | None:
         """A body that the robot touches where it stands now, None if there is none."""
@@ -279,8 +249,8 @@ class World:
         for m, ((begin, end), since, reach) in enumerate(
             zip(self._tracks.rows[self._leg].tolist(), self._since.tolist(), moving, strict=True)
         ):
-            if m in self._behaviours:
-                at[:2] = self._laid.foreseen(m, t)
+            if m in self._deciders:
+                at[:2] = self._deciders.foreseen(m, t)
                 there = math.isfinite(at[0])
             else:
                 there = pose_at(self._tracks.knots, begin, end, t - since, at)
@@ -289,6 +259,4 @@ class World:
 
     def _place_moving(self, t: float, out: FloatArray) -> None:
         """Write where the moving bodies are at time `t` [s] of this leg to `out` (m, 3)."""
-        for m in range(len(self._moving)):
-            begin, end = self._tracks.rows[self._leg, m].tolist()
-            pose_at(self._tracks.knots, begin, end, t - self._since[m], out[m])
+        place_all(self._tracks, self._leg, self._since, t, out)

@@ -33,21 +33,38 @@ class SeenRobot:
     track: Laid
 
 
-class Behaviour(Protocol):
-    """Decides for one body.
+@dataclass(frozen=True, slots=True, eq=False)
+class Scene:
+    """What is there when behaviours decide.
 
     Attributes:
-        speed: The most that it ever moves at, m/s.
+        moving: (m, 3) poses of all moving bodies, map frame; NaN where one is absent.
+        before: (m, 3) the same `PERIOD` ago.
+        robots: The robots that drive there.
     """
 
-    speed: float
+    moving: FloatArray
+    before: FloatArray
+    robots: tuple[SeenRobot, ...]
+
+
+class Behaviour(Protocol):
+    """Decides for one or several bodies.
+
+    Attributes:
+        members: Which of the moving bodies these are, by their places among them.
+        speed: (n,) the most that each ever moves at, m/s.
+    """
+
+    members: tuple[int, ...]
+    speed: FloatArray
 
     def begin_leg(self, leg: str, t: float) -> FloatArray | None:
-        """At time `t` [s] the tested robot begins the leg of this name.
+        """At time `t` [s] the tested robot begins the leg of this name; the first at time 0.
 
         Returns:
-            (3,) where the body is from now on, NaN if it isn't there; None: the legs don't concern it.
+            (n, 3) where the bodies are from now on, NaN where one isn't there; None: the legs don't concern them.
         """
 
-    def step(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
-        """Decide at time `t` [s]: the pose (3,) at time `until`, NaN for none, with nothing known of what comes after `t`."""
+    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
+        """Decide at time `t` [s]: the poses (n, 3) at time `until`, NaN for none, with nothing known of what comes after `t`."""

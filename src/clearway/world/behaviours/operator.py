@@ -20,7 +20,7 @@ from clearway.geometry.shapes import FloatArray, Shape
 from clearway.geometry.streams import stream, uniform
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.scenario import RunSpec
-from clearway.world.behaviours.behaviour import ABSENT, SeenRobot
+from clearway.world.behaviours.behaviour import ABSENT, Scene, SeenRobot
 
 _GLANCE = 0.1
 """Time between two looks of which the person makes a velocity, s."""
@@ -42,17 +42,19 @@ class Operator:
         shape: The body's.
         runs: Its runs on each leg, one after another.
         seed: Of the trial.
+        member: Which of the moving bodies it is.
         name: The body's; with the seed it decides how the hand strays.
     """
 
     def __init__(
-        self, spec: OperatorSpec, shape: Shape, runs: Mapping[str, Sequence[RunSpec]], seed: int, name: str
+        self, spec: OperatorSpec, shape: Shape, runs: Mapping[str, Sequence[RunSpec]], seed: int, member: int, name: str
     ) -> None:
+        self.members: tuple[int, ...] = (member,)
         self._spec, self._runs = spec, runs
         packed = pack([shape])
         self._outline, self._rim, self._reach = packed.points, float(packed.radius[0]), float(packed.reach[0])
         fastest = max((run.speed for on_leg in runs.values() for run in on_leg), default=0.0)
-        self.speed = 1.1 * max(fastest, spec.backing) * math.hypot(1.0, _steepest(spec.line_keeping))
+        self.speed = np.full(1, 1.1 * max(fastest, spec.backing) * math.hypot(1.0, _steepest(spec.line_keeping)))
         key = stream(seed, f"operator {name}")
         self._phases = np.array([math.tau * uniform(key, 0, i) for i in range(len(_WAVES))])
         self._waiting: list[tuple[RunSpec, _Path]] = []
@@ -65,10 +67,13 @@ class Operator:
         runs = sorted(self._runs.get(leg, ()), key=lambda run: run.delay)
         self._waiting = [(run, _Path(run, self._spec.line_keeping, self._phases)) for run in runs]
         self._began, self._path = t, None
-        return self._start(t)
+        return self._start(t)[None]
 
-    def step(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
+    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
         """Drive on from `t` to `until` [s]."""
+        return self._next(t, until, scene.robots)[None]
+
+    def _next(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
         if self._path is None:
             return self._start(until)
         wanted = self._wanted(t, robots, until - t)

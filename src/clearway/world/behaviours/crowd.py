@@ -1,0 +1,246 @@
+"""People who walk along routes and keep out of each other's way by one rule: ORCA, or social forces.
+
+All of a crowd decide at once, each by what it sees: the others where they are, robots where they were a reaction time ago, on as
+they drove then. Ways round what stands come from the floor; the rule keeps the shoulders off it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from clearway.crowds import orca, social_force
+from clearway.crowds.bodies import Bodies, Wishes
+from clearway.crowds.walls import Walls
+from clearway.geometry.angles import wrap
+from clearway.geometry.shapes import FloatArray
+from clearway.geometry.streams import normal, stream, uniform
+from clearway.scenarios.people import PersonSpec
+from clearway.world.behaviours.behaviour import PERIOD, Scene
+from clearway.world.behaviours.floor_ways import FloorWays
+
+MEAN_SPEED, SPREAD = 1.34, 0.26
+"""Of pedestrians, m/s (Weidmann 1993)."""
+FASTER = 1.3
+"""The most that a person hurries, of the preferred speed (Helbing, Molnár 1995)."""
+ARRIVED = 0.3
+"""So near to a place of the route the next one is walked to, m."""
+STOPPING = 1.0
+"""Who comes to stay somewhere slows down so as to be there in no less than this, s."""
+BESIDE = 0.1
+"""A person leaves a robot so much room beyond its circumscribed disc where there is, m."""
+HELD_UP, PATIENCE, SIDESTEP, ASIDE = 0.3, 1.0, 1.0, 2.0
+"""Who comes no faster than this share of the preferred speed for so long, s, heads so far to the right, rad, for so long, s:
+those who give way to each other exactly would stand for ever."""
+STRAYING = 0.02
+"""By how much a person's course errs at most, rad: two who want exactly through each other would stand for ever."""
+TURNING = 4.0
+"""The most that a person turns, rad/s; and nobody turns who walks slower than `STEPPING` [m/s]."""
+STEPPING = 0.1
+_GLANCE = 0.1  # s, between two looks at a robot of which its velocity is made
+
+Rule = Callable[[Bodies, Wishes], FloatArray]
+"""From everything that moves and who wants what to the next velocities (k, 2), m/s."""
+
+
+def orca_rule(walls: Walls, count: int) -> Rule:
+    """ORCA for a crowd of `count`, as CrowdNav sets it for people: ten neighbours within 10 m, 5 s ahead."""
+    care = orca.Care(np.full(count, 10.0), np.full(count, 10, np.int64), np.full(count, 5.0), np.full(count, 1.0))
+    return lambda bodies, wishes: orca.velocities(bodies, wishes, care, walls, PERIOD)
+
+
+def social_force_rule(walls: Walls, groups: Sequence[int], others: int) -> Rule:
+    """Social forces as Moussaïd et al. 2010 have them, for people of these groups among `others` more bodies."""
+    group = np.concatenate([np.array(groups, np.int64), np.full(others, -1, np.int64)])
+    return lambda bodies, wishes: social_force.velocities(
+        bodies, wishes, group[: len(bodies.radius)], social_force.MOUSSAID, walls, PERIOD
+    )
+
+
+@dataclass(slots=True, eq=False)
+class _Person:
+    """Where one is on the route.
+
+    Attributes:
+        spec: Who it is.
+        speed: Preferred, m/s.
+        key: Of what is drawn for this person.
+        ways: Across the floor, for one of this size.
+        stop: To which place of the route, as a number.
+        until: Stands until this time, s.
+        moved: When it last came on, s.
+        aside: Heads to the right until this time, s.
+        held: The place (x, y) where the person stays while it does not walk, m.
+    """
+
+    spec: PersonSpec
+    speed: float
+    key: np.uint64
+    ways: FloorWays
+    held: tuple[float, float]
+    stop: int = 0
+    until: float = -math.inf
+    moved: float = 0.0
+    aside: float = -math.inf
+
+    def wish(self, t: float, count: int, x: float, y: float, pace: float) -> tuple[float, float]:
+        """The velocity (m/s) that it would walk at alone, at (x, y) [m] at time `t` [s], the decision number `count`; `pace`:
+        how fast it walks now, m/s."""
+        route = self.spec.route
+        while self.stop < len(route) and t >= self.until and math.dist(route[self.stop].at, (x, y)) <= ARRIVED:
+            self.held, self.until = route[self.stop].at, t + route[self.stop].wait
+            self.stop += 1
+            if self.stop == len(route) and self.spec.loop:
+                self.stop = 0
+                break
+        walks = self.stop < len(route) and t >= self.until
+        place = route[self.stop].at if walks else self.held
+        goal = np.array(place)
+        tx, ty = self.ways.target(self.ways.tree(goal), x, y, goal)
+        stays = not walks or route[self.stop].wait > 0.0 or (self.stop == len(route) - 1 and not self.spec.loop)
+        left = math.hypot(tx - x, ty - y)
+        speed = min(self.speed, left / STOPPING) if stays and (tx, ty) == place else self.speed
+        course = math.atan2(ty - y, tx - x) + STRAYING * (2.0 * uniform(self.key, 1, count) - 1.0)
+        if pace >= HELD_UP * speed:
+            self.moved = t
+        elif t > self.moved + PATIENCE:
+            self.aside = t + ASIDE
+        if t < self.aside:
+            course -= SIDESTEP
+        return speed * math.cos(course), speed * math.sin(course)
+
+
+class Walkers:
+    """A crowd that walks by one rule.
+
+    Args:
+        members: Which of the moving bodies they are.
+        people: Who they are.
+        radius: (m,) of all moving bodies, m, as discs.
+        decides: (m,) which of these decide, and so avoid in turn.
+        rule: By which they walk; it is given the moving bodies, then the robots.
+        ways: Across the floor, for each of them.
+        seed: Of the trial.
+    """
+
+    def __init__(
+        self, members: Sequence[int], people: Sequence[PersonSpec], radius: FloatArray, decides: Sequence[bool],
+        rule: Rule, ways: Sequence[FloorWays], seed: int,
+    ) -> None:  # fmt: skip
+        self.members, self._rule, self._radius = tuple(members), rule, radius
+        self._share = np.where(np.array(decides, np.bool_), 0.5, 1.0)
+        self._people = [
+            _Person(p, speed_of(p, seed), stream(seed, f"person {p.name}"), w, p.start)
+            for p, w in zip(people, ways, strict=True)
+        ]
+        preferred = np.array([p.speed for p in self._people])
+        self.speed = FASTER * preferred
+        self._at = np.array([(*p.start, _course(p)) for p in people], np.float64)
+        self._velocity = np.zeros((len(people), 2))
+        self._reactions = sorted({p.reaction for p in people if p.sees_robots})
+        self._sees = np.array([1 | (2 << self._reactions.index(p.reaction) if p.sees_robots else 0) for p in people])
+        self._count = 0
+
+    def begin_leg(self, leg: str, t: float) -> FloatArray | None:
+        """They appear at time 0, and mind no legs."""
+        return self._at.copy() if t == 0.0 else None
+
+    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
+        """Walk on from `t` to `until` [s]."""
+        who, dt = np.array(self.members, np.int64), until - t
+        pace = np.hypot(*self._velocity.T).tolist()
+        wished = [
+            p.wish(t, self._count, x, y, v)
+            for p, (x, y, _), v in zip(self._people, self._at.tolist(), pace, strict=True)
+        ]
+        chosen = self._rule(self._bodies(t, scene), Wishes(who, np.array(wished), self.speed, self._sees))
+        self._count += 1
+        for k, person in enumerate(self._people):
+            step = chosen[k] * dt
+            here, there = (person.ways.room_at(*(self._at[k, :2] + s)) for s in (np.zeros(2), step))
+            if there < min(here, 0.6 * person.spec.radius):  # never into what stands, whatever pushes
+                chosen[k] = 0.0
+            self._at[k, :2] += chosen[k] * dt
+            if math.hypot(*chosen[k]) > STEPPING:
+                turn = wrap(math.atan2(chosen[k, 1], chosen[k, 0]) - self._at[k, 2])
+                self._at[k, 2] = wrap(self._at[k, 2] + min(max(turn, -TURNING * dt), TURNING * dt))
+        self._velocity = chosen
+        return self._at.copy()
+
+    def _bodies(self, t: float, scene: Scene) -> Bodies:
+        """Everything that moves: the moving bodies, then each robot once for each reaction time."""
+        there = np.isfinite(scene.moving[:, 0])
+        position = np.where(there[:, None], scene.moving[:, :2], 1e6)  # who is absent is far away
+        velocity = np.nan_to_num((scene.moving[:, :2] - scene.before[:, :2]) / PERIOD)
+        velocity[list(self.members)] = self._velocity
+        seen, moved, radius, layer = [position], [velocity], [self._radius], [np.ones(len(position), np.int64)]
+        for k, reaction in enumerate(self._reactions):
+            for robot in scene.robots:
+                now, before = robot.track.at(t - reaction), robot.track.at(t - reaction - _GLANCE)
+                v = (now[:2] - before[:2]) / _GLANCE
+                seen.append((now[:2] + reaction * v)[None])
+                moved.append(v[None])
+                radius.append(robot.shape.reach + BESIDE)
+                layer.append(np.array([2 << k], np.int64))
+        share = np.concatenate([self._share, np.ones(len(seen) - 1)])  # nobody counts on a robot to step aside
+        return Bodies(np.concatenate(seen), np.concatenate(moved), np.concatenate(radius), np.concatenate(layer), share)
+
+
+class Still:
+    """Somebody who stands, and may step aside for a robot that comes near: half a metre across its course.
+
+    Args:
+        member: Which of the moving bodies it is.
+        person: Who.
+    """
+
+    ASIDE, PACE = 0.5, 0.5  # m, m/s
+
+    def __init__(self, member: int, person: PersonSpec) -> None:
+        self.members: tuple[int, ...] = (member,)
+        self._person, self.speed = person, np.full(1, self.PACE)
+        self._at = np.array((*person.start, 0.0))
+        self._aside: FloatArray | None = None
+
+    def begin_leg(self, leg: str, t: float) -> FloatArray | None:
+        """It is there from time 0 on, and minds no legs."""
+        return self._at[None].copy() if t == 0.0 else None
+
+    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
+        """Stand, or step aside, from `t` to `until` [s]."""
+        spec = self._person
+        if self._aside is None and spec.yields_at is not None and spec.sees_robots:
+            for robot in scene.robots:
+                now, before = robot.track.at(t - spec.reaction), robot.track.at(t - spec.reaction - _GLANCE)
+                course, away = now[:2] - before[:2], self._at[:2] - now[:2]
+                near = math.hypot(*away) - float(robot.shape.reach[0]) - spec.radius
+                if near < spec.yields_at and float(course @ away) > 0.0:
+                    across = np.array((-course[1], course[0])) / math.hypot(*course)
+                    side = 1.0 if float(across @ away) >= 0.0 else -1.0
+                    self._aside = self._at[:2] + side * self.ASIDE * across
+        if self._aside is not None:
+            left = self._aside - self._at[:2]
+            share = min(1.0, self.PACE * (until - t) / max(math.hypot(*left), 1e-9))
+            self._at[:2] += share * left
+        return self._at[None].copy()
+
+
+def speed_of(person: PersonSpec, seed: int) -> float:
+    """The speed that a person prefers, m/s: the scenario's, or drawn from the seed of the trial."""
+    if person.speed is not None:
+        return person.speed
+    key = stream(seed, f"person {person.name}")
+    drawn = (normal(key, 0, k) for k in itertools.count())
+    return MEAN_SPEED + SPREAD * next(z for z in drawn if abs(z) <= 2.0)
+
+
+def _course(person: PersonSpec) -> float:
+    """Where a person looks at first: to the first place of the route."""
+    if not person.route:
+        return 0.0
+    (x, y), (gx, gy) = person.start, person.route[0].at
+    return math.atan2(gy - y, gx - x)

@@ -1,0 +1,201 @@
+"""People who walk, by ORCA or by social forces, and people who stand."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from worlds import Pilot, body, constant, make_robot, make_scenario, run_among
+
+from clearway.contract import BodyKind
+from clearway.geometry.shapes import FloatArray, rectangle
+from clearway.scenarios.people import PersonSpec
+from clearway.trials import Body, Outcome, Trial
+from clearway.world.behaviours.crowd import speed_of
+from clearway.world.behaviours.floor_ways import FloorWays
+
+RULES = ("orca", "social-force")
+AWAY = (0.0, -20.0, 0.0)
+WALL = [body(rectangle(0.2, 6.0), 0.0, 3.6, name="left"), body(rectangle(0.2, 6.0), 0.0, -3.6, name="right")]
+"""A wall along y with a door of 1.2 m at the origin."""
+
+
+def walker(
+    name: str, start: tuple[float, float], *route: tuple[float, float], wait: float = 0.0, **more: Any
+) -> dict[str, Any]:
+    return {"name": name, "start": start, "route": [{"at": p, "wait": wait} for p in route], "speed": 1.2} | more
+
+
+def watch(
+    people: Sequence[dict[str, Any]], seconds: float = 15.0, start: Any = AWAY, pilot: Pilot | None = None,
+    walls: Sequence[Body] = (), seed: int = 5, **robot: Any,
+) -> Trial:  # fmt: skip
+    legs = [{"name": "forth", "goal": (99.0, 0.0, 0.0), "time_limit": seconds}]
+    scenario = make_scenario(people=people, start=start, legs=legs, seed=seed)
+    return run_among(walls, pilot or constant(0.0), scenario, make_robot(**robot))
+
+
+def nearest(trial: Trial) -> float:
+    """The least distance of two people's middles, m."""
+    m = trial.moving_obstacles
+    pairs = itertools.combinations(range(m.shape[1]), 2)
+    return min(float(np.hypot(*(m[:, i, :2] - m[:, j, :2]).T).min()) for i, j in pairs)
+
+
+def ends(trial: Trial, people: Sequence[dict[str, Any]]) -> FloatArray:
+    """How far everybody is from the last place of the route at the end, m."""
+    goals = np.array([p["route"][-1]["at"] for p in people])
+    return np.hypot(*(trial.moving_obstacles[-1, :, :2] - goals).T)
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_who_walks_alone_walks_straight_at_the_preferred_speed_and_stays_there(rule: str) -> None:
+    people = [walker("ann", (-4.0, 0.0), (4.0, 0.0), behaviour=rule)]
+    trial = watch(people)
+    way = trial.moving_obstacles[:, 0]
+    assert np.hypot(*np.diff(way[20:55, :2], axis=0).T) == pytest.approx(0.12, abs=2e-3)
+    assert np.abs(way[:, 1]).max() < 0.15
+    assert ends(trial, people)[0] < 0.05
+    assert trial.attempt.bodies[0].kind is BodyKind.PERSON
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_eight_who_want_through_each_other_arrive_and_nobody_walks_through_anybody(rule: str) -> None:
+    at = [(5.0 * math.cos(math.tau * k / 8), 5.0 * math.sin(math.tau * k / 8)) for k in range(8)]
+    people = [walker(f"p{k}", p, (-p[0], -p[1]), behaviour=rule) for k, p in enumerate(at)]
+    trial = watch(people, 30.0)
+    assert ends(trial, people).max() < 0.3
+    assert nearest(trial) > (0.49 if rule == "orca" else 0.3)  # forces are soft: shoulders touch
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_crowd_uses_the_door_and_nobody_comes_through_the_wall(rule: str) -> None:
+    people = [
+        walker(f"p{k}", (-3.0 - 0.8 * (k % 3), -1.0 + 0.9 * (k // 3)), (3.0, -2.0 + 0.8 * k), behaviour=rule)
+        for k in range(6)
+    ]
+    trial = watch(people, 25.0, walls=WALL)
+    m = trial.moving_obstacles
+    assert (m[-1, :, 0] > 1.5).all()
+    within = np.abs(m[..., 0]) < 0.1
+    assert np.abs(m[..., 1][within]).max() < 0.6 - 0.1
+    assert within.any()
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_a_robot_that_stands_is_walked_around_by_who_sees_it_and_run_into_by_who_does_not(rule: str) -> None:
+    person = walker("ann", (-4.0, 0.05), (4.0, 0.0), behaviour=rule)
+    seen = watch([person], start=(0.0, 0.0, 0.0))
+    assert seen.outcome is Outcome.TIMEOUT
+    assert ends(seen, [person])[0] < 0.1
+    blind = watch([person | {"sees_robots": False}], start=(0.0, 0.0, 0.0))
+    assert blind.outcome is Outcome.COLLISION
+    assert blind.reason == "contact with person 'ann'"
+
+
+def test_who_sees_nobody_walks_the_same_whatever_the_robot_does() -> None:
+    person = walker("ann", (-4.0, 1.0), (4.0, 1.0), sees_robots=False)
+    still, drives = watch([person]), watch([person], start=(-4.0, -3.0, 0.0), pilot=constant(0.8, 0.3))
+    n = min(len(still.t), len(drives.t))
+    assert np.array_equal(still.moving_obstacles[:n], drives.moving_obstacles[:n])
+
+
+def test_the_order_in_a_file_changes_nothing_but_the_order() -> None:
+    people = [walker(f"p{k}", (-4.0, 0.6 * k), (4.0, 1.2 - 0.6 * k), behaviour="social-force") for k in range(3)]
+    one, other = watch(people, 8.0), watch(people[::-1], 8.0)
+    assert other.moving_obstacles[:, ::-1] == pytest.approx(one.moving_obstacles, abs=1e-9)
+
+
+def test_a_route_with_waits_that_begins_anew() -> None:
+    person = walker("ann", (0.0, 0.0), (3.0, 0.0), (0.0, 0.0), wait=2.0, loop=True)
+    x, t = watch([person], 25.0).moving_obstacles[:, 0, 0], np.arange(251) * 0.1
+    far, near = t[x > 2.9], t[(x < 0.1) & (t > 5.0)]
+    assert np.diff(far).max() > 5.0  # it came twice
+    stood = far[far < 10.0]
+    assert stood[-1] - stood[0] == pytest.approx(2.0, abs=0.7)
+    assert near.size
+
+
+def test_a_group_stays_together() -> None:
+    def spread(group: str) -> float:
+        people = [
+            walker(f"p{k}", (-6.0, y), (6.0, 2.0 * y), group=group, speed=1.0 + 0.1 * k)
+            for k, y in enumerate((-0.5, 0.5))
+        ]
+        m = watch(people, 9.0).moving_obstacles
+        return float(np.hypot(*(m[60:, 0, :2] - m[60:, 1, :2]).T).mean())
+
+    assert spread("friends") < 0.8 * spread("")
+
+
+def test_preferred_speeds_are_drawn_from_what_is_published() -> None:
+    drawn = [speed_of(PersonSpec(name=f"p{k}", start=(0.0, 0.0)), 3) for k in range(2000)]
+    assert np.mean(drawn) == pytest.approx(1.34, abs=0.02)
+    assert np.std(drawn) == pytest.approx(0.26 * 0.88, abs=0.02)  # cut at two standard deviations
+    assert 0.82 <= min(drawn) < max(drawn) <= 1.86
+    assert (
+        speed_of(PersonSpec(name="p0", start=(9.0, 9.0)), 3)
+        == drawn[0]
+        != speed_of(PersonSpec(name="p0", start=(0.0, 0.0)), 4)
+    )
+
+
+@pytest.mark.parametrize(("yields", "outcome"), [(0.6, Outcome.TIMEOUT), (None, Outcome.COLLISION)])
+def test_who_stands_steps_aside_or_does_not(yields: float | None, outcome: Outcome) -> None:
+    stands = {"name": "ann", "start": (2.0, 0.1), "behaviour": "still", "yields_at": yields}
+    trial = watch([stands], 6.0, start=(0.0, 0.0, 0.0), pilot=constant(0.3))
+    assert trial.outcome is outcome
+    assert np.ptp(trial.moving_obstacles[:, 0, :2], axis=0).max() == pytest.approx(0.5 if yields else 0.0, abs=1e-6)
+
+
+@settings(max_examples=15)
+@given(seed=st.integers(0, 999), rule=st.sampled_from(RULES), v=st.floats(-0.8, 0.8), omega=st.floats(-1.0, 1.0))
+def test_no_contact_with_the_robot_is_missed(seed: int, rule: str, v: float, omega: float) -> None:
+    rng = np.random.default_rng(seed)
+    places = rng.uniform(-3.0, 3.0, (6, 2, 2)).round(3).tolist()
+    people = [walker(f"p{k}", tuple(a), tuple(b), behaviour=rule, sees_robots=False) for k, (a, b) in enumerate(places)
+              if math.hypot(*a) > 0.6]  # fmt: skip
+    trial = watch(people, 8.0, start=(0.0, 0.0, 0.0), pilot=constant(v, omega), seed=seed)
+    fine = np.arange(0.0, trial.t[-1], 1e-3)
+    x, y = (np.interp(fine, trial.t, trial.pose[:, k]) for k in (0, 1))
+    for k in range(len(people)):
+        px, py = (np.interp(fine, trial.t, trial.moving_obstacles[:, k, c]) for c in (0, 1))
+        apart = np.hypot(px - x, py - y) - 0.5
+        assert (apart[:-1] > -8e-3).all()  # a line between samples of 0.1 s is off by so much
+
+
+def test_ways_across_a_floor_lead_through_doors_and_tell_where_there_is_none() -> None:
+    standing = [(w.shape, w.pose) for w in WALL if w.pose is not None]
+    ways = FloorWays(standing, (-5.0, -7.0, 5.0, 7.0), 0.25)
+    goal = np.array((3.0, 3.0))
+    at = np.array((-3.0, 3.0))
+    came = [at]
+    for _ in range(200):
+        target = np.array(ways.target(ways.tree(goal), *at, goal))
+        step = target - at
+        at = at + step * min(1.0, 0.1 / max(float(np.hypot(*step)), 1e-9))
+        came.append(at)
+    way = np.array(came)
+    assert np.hypot(*(way[-1] - goal)) < 1e-6
+    assert np.abs(way[np.abs(way[:, 0]) < 0.1, 1]).max() < 0.5
+    assert np.hypot(*np.diff(way, axis=0).T).sum() < 1.05 * 2 * math.hypot(3.0, 2.6)
+    wide = FloorWays(standing, (-5.0, -7.0, 5.0, 6.0), 0.9)
+    assert ways.reaches((-3.0, 3.0), (3.0, 3.0))
+    assert not wide.reaches((-3.0, 3.0), (3.0, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [({"speed": 0.0}, "greater"), ({"radius": 3.0}, "less"), ({"behaviour": "walks"}, "orca"), ({"reaction": -1.0}, "greater"),
+     ({"route": [{"at": (0.0, 0.0), "wait": -1.0}]}, "greater"), ({"nonsense": 1}, "nonsense"), ({"name": ""}, "least 1")],
+)  # fmt: skip
+def test_what_nobody_can_mean_is_refused(change: dict[str, Any], word: str) -> None:
+    with pytest.raises(ValidationError, match=word):
+        make_scenario(people=[walker("ann", (0.0, 0.0)) | change])
