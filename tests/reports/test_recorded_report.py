@@ -24,6 +24,7 @@ from recorded_results import (
 )
 from synthetic_results import glide
 
+from clearway.contract import BodyKind
 from clearway.geometry.shapes import Circle
 from clearway.reports import conditions, figure, outcomes, recordings, write_replay, write_report
 from clearway.reports.findings import Findings
@@ -264,6 +265,15 @@ def test_clearance_over_time_from_people_who_look_nowhere(crossing: Trial) -> No
     )
     assert clearance_over_time(looking).mean() > 0.5  # type: ignore[union-attr]
     np.testing.assert_allclose(clearance_over_time(nowhere), clearance_over_time(looking), atol=1e-9)  # type: ignore[arg-type]
+
+
+def test_the_replay_knows_people_from_things(crossing: Trial) -> None:
+    people = tuple(replace(b, kind=BodyKind.PERSON) if b.pose is None else b for b in crossing.attempt.bodies)
+    round_ = [isinstance(b.shape, Circle) for b in people if b.pose is None]
+    assert round_
+    packed = Packer().pack(replace(crossing, attempt=replace(crossing.attempt, bodies=people)), 0, {})
+    assert [m.get("person", False) for m in packed["movingObstacles"]] == round_
+    assert not any("person" in m for m in Packer().pack(crossing, 0, {})["movingObstacles"])
 
 
 def test_what_the_replay_is_given_of_a_recording(crossing: Trial) -> None:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.contract import PLACED
+from clearway.contract import PLACED, BodyKind
 from clearway.geometry.compiled import kernel
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Shape
@@ -89,7 +89,7 @@ class Packer:
             "robot": self.robots.place(_robot(a.robot, self.known.get(a.robot), a.footprint)),
             "floor": self.floors.place([_body(b) for b in fixed if b.kind not in PLACED]),
             "obstacles": [_body(b) for b in fixed if b.kind in PLACED],
-            "movingObstacles": [{"name": b.name, **(_shape(b.shape) if b.outlined else CROSS)} for b in moving],
+            "movingObstacles": [_moving(b) for b in moving],
             "legs": [
                 {
                     "name": leg.name,
@@ -261,6 +261,14 @@ def _shape(shape: Shape) -> dict[str, Any]:
     if isinstance(shape, Circle):
         return {"r": round(shape.radius, 4)}
     return {"p": [[round(x, 4), round(y, 4)] for x, y in shape.vertices]}
+
+
+def _moving(body: Body) -> dict[str, Any]:
+    """A moving body: its name and outline, and whether it is a person whose shoulders the disc is around."""
+    if not body.outlined:
+        return {"name": body.name, **CROSS}
+    person = {"person": True} if body.kind is BodyKind.PERSON and isinstance(body.shape, Circle) else {}
+    return {"name": body.name, **_shape(body.shape), **person}
 
 
 def _body(body: Body) -> dict[str, Any]:

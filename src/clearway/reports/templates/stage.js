@@ -47,6 +47,18 @@ const Stage = (() => {
     if (stroke) { g.strokeStyle = stroke; g.stroke(); }
   }
 
+  // Somebody from above: shoulders across the heading, the head before them; around it the disc that can be touched.
+  function person(g, v, shape, at, colour, head) {
+    const r = Math.max(shape.r * v.scale, 2);
+    g.save();
+    g.translate(v.x(at[0]), v.y(at[1]));
+    g.strokeStyle = colour; g.lineWidth = 1; g.beginPath(); g.arc(0, 0, r, 0, 7); g.stroke();
+    if (Number.isFinite(at[2])) g.rotate(-at[2]);
+    g.fillStyle = colour; g.beginPath(); g.ellipse(0, 0, 0.5 * r, 0.95 * r, 0, 0, 7); g.fill();
+    g.fillStyle = head; g.beginPath(); g.arc(0.18 * r, 0, 0.4 * r, 0, 7); g.fill();
+    g.restore();
+  }
+
   function track(g, v, xs, ys, from, to) {
     g.beginPath();
     let down = false;
@@ -93,7 +105,8 @@ const Stage = (() => {
       g.strokeStyle = c.moving; g.lineWidth = 1.5; g.setLineDash([2, 4]);
       if (options.path) track(g, v, s[`m${m}x`], s[`m${m}y`], 0, i);
       g.setLineDash([]);
-      if (at) { g.globalAlpha = 0.85; body(g, v, obstacle, at, c.moving, c.moving); g.globalAlpha = 1; }
+      if (at && obstacle.person) person(g, v, obstacle, at, c.moving, c.ink);
+      else if (at) { g.globalAlpha = 0.85; body(g, v, obstacle, at, c.moving, c.moving); g.globalAlpha = 1; }
     });
     if (options.estimate && now.estimate) {
       g.strokeStyle = c.estimate; g.lineWidth = 1.5; g.setLineDash([3, 3]);
