@@ -101,7 +101,8 @@ def hospital(scenario: Scenario, robot: Robot, periods: int) -> Iterator[Step]:
         velocity = (world.moving_obstacles - before)[:, :2] / robot.period
         yield Step(sensing, localiser.update(sensing), world.moving_obstacles[:, :2].copy(), velocity)
         before = world.moving_obstacles.copy()
-        if world.advance(0.25, 0.6 * math.sin(0.8 * t), t)[1] is not None:
+        world.send(0.25, 0.6 * math.sin(0.8 * t), t)
+        if world.advance(t)[1] is not None:
             return
 
 

@@ -131,8 +131,8 @@ def run(
         localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
         map: The ROS map (yaml) that a robot built; None: the true one.
         tracking: How obstacles are followed, `difference` or `kalman`; None: as each scenario says.
-        setups: How much a navigator may think per decision: `1`, `2` (paper B's), `0.15 s` (wall clock) or
-            `400 iterations`; several are run side by side; empty: no bound.
+        setups: How much a navigator may think per decision: `1`, `2` (paper B's), `0.15 s` (wall clock),
+            `400 iterations`, or `real-time` (time passes while it thinks, and what it commands is followed as much later); several are run side by side; empty: no bound.
         decision_limit: Wall clock after which a decision counts as hung, s; None: never.
         without: Ingredients to leave out: beside each navigator that knows one, the variant without it is run too
             (`hp-st[without=reverse]`).

@@ -28,6 +28,13 @@ def test_what_it_means(text: str, name: str, budget: Budget) -> None:
     assert read_thinking_budget(name) == setup
 
 
+@pytest.mark.parametrize("text", ["real-time", "real time", " real-time "])
+def test_real_time_has_no_bound_and_depends_on_the_machine(text: str) -> None:
+    setup = read_thinking_budget(text)
+    assert (setup.name, setup.budget, setup.real_time, setup.clocked) == ("real time", Budget(), True, True)
+    assert [read_thinking_budget(t).clocked for t in ("2", "400 iterations", "1")] == [False, False, True]
+
+
 @pytest.mark.parametrize(
     "text", ["", "3", "0 s", "-1s", "nan s", "inf s", "1e9 s", "1.5 iterations", ". s", "0.15", "1 ms"]
 )

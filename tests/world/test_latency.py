@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -12,7 +14,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, moving_obstacle, run
 
-from clearway.contract import Command, Latency, Sensing
+from clearway.contract import Command, Decision, Latency, Sensing
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import Circle
 from clearway.trials import Outcome, Trial
@@ -165,3 +167,52 @@ def test_late_brakes_are_late() -> None:
 def test_what_can_not_be_meant_is_refused(change: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
         make_robot(latency=change)
+
+
+class Thinker(Pilot):
+    """Takes so long for its k-th decision, by a clock that nothing else moves; notes the stamps of what it was asked about."""
+
+    def __init__(self, seconds: Callable[[int], float], rule: Callable[[Sensing], Command]) -> None:
+        super().__init__(rule)
+        self.now, self._seconds = 0.0, seconds
+
+    def decide(self, sensing: Sensing) -> Decision:
+        self.now += self._seconds(len(self.seen))
+        return super().decide(sensing)
+
+
+def real(pilot: Thinker, monkeypatch: pytest.MonkeyPatch, *, real_time: bool = True) -> Trial:
+    monkeypatch.setattr(import_module("clearway.world.simulate"), "perf_counter", lambda: pilot.now)
+    legs = [FAR[0] | {"time_limit": 2.0}]
+    return run(pilot, (), make_scenario(legs=legs, speed=1.0), make_robot(drive=AT_ONCE), real_time=real_time)
+
+
+def test_in_real_time_a_command_is_followed_as_late_as_it_was_decided(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From its second decision on it takes 35 ms for a period of 100: a step of its command arrives by so much later."""
+    pilot = Thinker(lambda k: 0.035, lambda s: Command(0.2 if s.t < 0.95 else 0.8, 0.0))
+    trial = real(pilot, monkeypatch)
+    assert [s.t for s in pilot.seen] == pytest.approx(trial.t)
+    k = int(np.argmin(np.abs(trial.t - 1.1)))
+    assert trial.pose[k, 0] - trial.pose[k - 1, 0] == pytest.approx(0.035 * 0.2 + 0.065 * 0.8, abs=1e-9)
+
+
+def test_who_thinks_for_longer_than_a_period_misses_the_next_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    pilot = Thinker(lambda k: 0.26 if k == 3 else 0.0, lambda s: Command(s.t, 0.0))
+    trial = real(pilot, monkeypatch)
+    gaps = np.diff([s.t for s in pilot.seen])
+    assert gaps[:3] == pytest.approx(0.1)
+    assert gaps[3] == pytest.approx(0.3)
+    assert gaps[4:] == pytest.approx(0.1)
+    assert trial.command[3:6, 0] == pytest.approx(0.3)  # what it is at; it is followed from 0.56 s on
+    assert trial.velocity is not None
+    assert trial.velocity[5, 0] == pytest.approx(0.2)
+    assert trial.pose[6, 0] - trial.pose[5, 0] == pytest.approx(0.06 * 0.2 + 0.04 * 0.3, abs=1e-9)
+    assert trial.timing["decide_overrun"] > 0.0
+
+
+def test_the_first_decision_may_load_code_and_out_of_real_time_nobody_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of 5 s for the first decision nothing shows; nor of any without real time."""
+    loads, slow, quick = (Thinker(lambda k, s=s: s[k == 0], swerves) for s in ((0.0, 5.0), (0.5, 0.5), (0.0, 0.0)))
+    expected = real(quick, monkeypatch).pose
+    assert np.array_equal(real(loads, monkeypatch).pose, expected)
+    assert np.array_equal(real(slow, monkeypatch, real_time=False).pose, expected)

@@ -34,7 +34,7 @@ def sweeps(bodies: Sequence[Body], seed: int = 1, n: int = 200, **errors: float)
         scan = world.sensing(0.1 * t, NOWHERE).scan
         assert scan is not None
         rows.append(scan.ranges)
-        world.advance(0.0, 0.0, 0.1 * t)
+        world.advance(0.1 * t)
     return np.array(rows)
 
 

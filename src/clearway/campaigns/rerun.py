@@ -199,8 +199,8 @@ def _remarks(then: Mapping[str, Any], asked: Mapping[str, Any], spec: TrialSpec)
     tuned = (c["robots"][robot][_TUNED] for c in (then, asked))
     if (differs := first_in_json(f"robots.{robot}.{_TUNED}", *tuned)) is not None:
         found.append(f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}")
-    if spec.setup.budget.seconds is not None:
-        found.append(f"the set-up {spec.setup.name!r} bounds decisions by wall clock: no two runs have the same bits")
+    if spec.setup.clocked:
+        found.append(f"the set-up {spec.setup.name!r} goes by wall clock: no two runs have the same bits")
     return tuple(found)
 
 

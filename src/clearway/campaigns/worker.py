@@ -128,8 +128,9 @@ def run_trial(plan: CampaignPlan, spec: TrialSpec, known: Known, raise_errors: b
         navigator = guarded(prepare_limit(limit), "to be made", partial(make_navigator, spec.navigator, **options))
         pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=limit)
         trial = simulate(
-            spec.scenario, robot, pilot, map=granted, budget=budget, raise_errors=raise_errors, **_about(spec, known)
-        )
+            spec.scenario, robot, pilot, map=granted, budget=budget, real_time=spec.setup.real_time,
+            raise_errors=raise_errors, **_about(spec, known),
+        )  # fmt: skip
     except Exception as error:
         if raise_errors:
             raise

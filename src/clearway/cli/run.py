@@ -78,9 +78,13 @@ def run(
     setups: Annotated[
         list[str] | None,
         typer.Option(
-            "--setup", help="Thinking per decision: 1 (0.15 s) or 2 (no bound) as in paper B, 0.1s, 400iterations."
+            "--setup",
+            help="Thinking per decision: 1 (0.15 s) or 2 (no bound) as in paper B, 0.1s, 400iterations, real-time.",
         ),
     ] = None,
+    real_time: Annotated[
+        bool, typer.Option("--real-time", help="Time passes while a navigator thinks: as --setup real-time.")
+    ] = False,
     budget: Annotated[float | None, typer.Option(help="Seconds of wall clock a decision; as --setup SECONDSs.")] = None,
     decision_limit: Annotated[
         float, typer.Option(help="Seconds of wall clock after which a navigator's decision counts as hung.")
@@ -139,7 +143,11 @@ def run(
                 localisation=localisation,
                 map=map_,
                 tracking=tracking,
-                setups=[*(setups or ()), *([f"{budget!r}s"] if budget is not None else [])],
+                setups=[
+                    *(setups or ()),
+                    *([f"{budget!r}s"] if budget is not None else []),
+                    *(["real-time"] if real_time else []),
+                ],
                 decision_limit=decision_limit,
                 without=without or (),
                 guarantees=guarantees or (),

@@ -172,9 +172,9 @@ def deviations(f: Findings) -> list[str]:
     for system in f.systems:
         if stricter := _as_printed(f, system):
             found.append(stricter)
-    if clocked := [s for s in distinct(f.rows, "setup") if s == "1" or s.endswith(" s")]:
+    if clocked := [s for s in distinct(f.rows, "setup") if s in ("1", "real time") or s.endswith(" s")]:
         found.append(
-            f"Set-up {', '.join(clocked)}: bounded by wall clock, so these trials depend on the machine and are not the same each time."
+            f"Set-up {', '.join(clocked)}: it goes by wall clock, so these trials depend on the machine and are not the same each time."
         )
     if len(kinds := distinct(f.rows, "localisation")) > 1 or kinds not in (["amcl"], ["odometry"], ["recorded"]):
         found.append(f"Localisation: {', '.join(kinds)}.")

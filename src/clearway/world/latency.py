@@ -93,7 +93,7 @@ class Delays:
     """
 
     def __init__(self, latency: Latency, period: float, seed: int) -> None:
-        self.rows = 2 + math.ceil((latency.command + latency.jitter) / period)
+        self.rows = 4 + math.ceil((latency.command + latency.jitter) / period)
         self._latency, self._key = latency, stream(seed, "latency")
         self._sensed, self._followed = -math.inf, 0.0
         self._sent: list[tuple[float, float, float]] = [(-math.inf, 0.0, 0.0)]

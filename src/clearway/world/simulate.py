@@ -29,6 +29,7 @@ from clearway.world.log import Log
 from clearway.world.tracks import Tracks, longest, tracks
 from clearway.world.world import World
 
+_SAME = 1e-9  # s
 SHARP = 0.005
 """Relative error up to which a clairvoyant's limit is one to compare with."""
 
@@ -43,6 +44,7 @@ def simulate(
     map: OccupancyGrid | None,
     privileged: bool = False,
     budget: Budget | None = None,
+    real_time: bool = False,
     setup: str | None = None,
     tracking: str = "",
     raise_errors: bool = False,
@@ -55,6 +57,8 @@ def simulate(
         map: What the robot is told of the floor, None for nothing.
         privileged: Whether it is told the truth about the obstacles' future.
         budget: Budget of a decision; default: none.
+        real_time: Whether time passes while the pilot thinks: its command is followed as much later, and until it has
+            decided it is not asked again. The first decision counts as instant: it may load or compile code.
         setup: Name of the budget, for the record.
         tracking: Name of what follows obstacles, for the record.
         raise_errors: Whether an error of the pilot is raised, as a debugger needs it.
@@ -71,7 +75,7 @@ def simulate(
     )
     return simulate_in(
         bodies_of(plan.fixtures, scenario), way, scenario, robot, pilot, navigator=navigator, localisation=localisation,
-        map=map, area=plan.area, privileged=privileged, budget=budget, setup=setup, tracking=tracking,
+        map=map, area=plan.area, privileged=privileged, budget=budget, real_time=real_time, setup=setup, tracking=tracking,
         raise_errors=raise_errors,
     )  # fmt: skip
 
@@ -89,6 +93,7 @@ def simulate_in(
     area: tuple[float, float, float, float] | None = None,
     privileged: bool = False,
     budget: Budget | None = None,
+    real_time: bool = False,
     setup: str | None = None,
     tracking: str = "",
     raise_errors: bool = False,
@@ -118,7 +123,7 @@ def simulate_in(
         obstacle_oracle=world.obstacles_at if privileged else None,
         latency=world.latency,
     )
-    drive = _Drive(world, checker, pilot, robot, raise_errors)
+    drive = _Drive(world, checker, pilot, robot, raise_errors, real_time)
     outcome = drive.to_the_end(task, np.random.default_rng([scenario.seed, *b"pilot"]))
     columns = drive.log.columns()
     if task.budget == Budget() and not columns["cut"].any():
@@ -141,10 +146,16 @@ class _Drive:
     """The loop over control periods, and what it leaves behind."""
 
     def __init__(
-        self, world: World, checker: GoalAndProgressChecker, pilot: Pilot, robot: Robot, raise_errors: bool
+        self,
+        world: World,
+        checker: GoalAndProgressChecker,
+        pilot: Pilot,
+        robot: Robot,
+        raise_errors: bool,
+        real_time: bool = False,
     ) -> None:
         self._world, self._checker, self._pilot, self._robot = world, checker, pilot, robot
-        self._raise_errors = raise_errors
+        self._raise_errors, self._real_time = raise_errors, real_time
         self.log = Log(len(world.moving_obstacles))
         self.snapshots: list[Snapshot] = []
         self.thinking: list[float] = []
@@ -154,7 +165,8 @@ class _Drive:
         world, checker, log, thinking = self._world, self._checker, self.log, self.thinking
         decide, period = self._pilot.decide, self._robot.period
         estimate, command, leg = task.start, Command(0.0, 0.0), 0
-        count, t, status = 0, 0.0, ""
+        count, t, status, called = 0, 0.0, "", False
+        busy = 0.0  # until then the pilot thinks
         touched = world.touching()
         if touched is not None:
             return self._contact(0.0, touched, estimate, command, " where it was placed")
@@ -167,32 +179,37 @@ class _Drive:
         while True:
             t = count * period
             now, leg = world.state, checker.leg
-            sensing = world.sensing(t, checker.goal)
-            before = perf_counter()
-            try:
-                decision = decide(sensing)
-                thinking.append(perf_counter() - before)
-                estimate, command = _sound(decision, estimate)
-            except Exception as error:
-                if self._raise_errors:
-                    raise
-                return self._failed(t, error, estimate, command)
-            if decision.diagnostics is not None:
-                self.snapshots.append(Snapshot(t, decision.diagnostics))
-            if command.status != status:
-                status = command.status
-                checker.events.append(Event(t, EventKind.STATUS, status))
-            checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
-            called = checker.called(estimate, command)
-            if called:
-                command = replace(command, v=0.0, omega=0.0)
+            asked = t >= busy - _SAME
+            if asked:
+                sensing = world.sensing(t, checker.goal)
+                before = perf_counter()
+                try:
+                    decision = decide(sensing)
+                    thinking.append(perf_counter() - before)
+                    estimate, command = _sound(decision, estimate)
+                except Exception as error:
+                    if self._raise_errors:
+                        raise
+                    return self._failed(t, error, estimate, command)
+                if self._real_time and len(thinking) > 1:
+                    busy = t + thinking[-1]
+                if decision.diagnostics is not None:
+                    self.snapshots.append(Snapshot(t, decision.diagnostics))
+                if command.status != status:
+                    status = command.status
+                    checker.events.append(Event(t, EventKind.STATUS, status))
+                checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
+                called = checker.called(estimate, command)
+                if called:
+                    command = replace(command, v=0.0, omega=0.0)
+                world.send(command.v, command.omega, t, max(busy - t, 0.0))
             log.add(t, now[:5], estimate, command, leg, world.moving_obstacles)
             outcome = checker.judge(t, now, called, command.gave_up)
             if outcome is not None:
                 return outcome
             if checker.leg != leg:
                 world.begin_leg(checker.leg, t)
-            driven, touched = world.advance(command.v, command.omega, t)
+            driven, touched = world.advance(t)
             if touched is not None:
                 return self._contact(t + driven, touched, estimate, command)
             count += 1

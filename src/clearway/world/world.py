@@ -188,13 +188,16 @@ class World:
             return None
         return self._camera.look(float(state[0]), float(state[1]), self._sensed_obstacles, self._count)
 
-    def advance(self, v: float, omega: float, t: float) -> tuple[float, Body | None]:
-        """Drive on command (v [m/s], omega [rad/s]) from time `t` [s] for one control period, or until contact.
+    def send(self, v: float, omega: float, t: float, late: float = 0.0) -> None:
+        """Command v [m/s] and omega [rad/s] at time `t` [s], or so much later [s]."""
+        self._delays.send(t + late, self._count, v, omega)
+
+    def advance(self, t: float) -> tuple[float, Body | None]:
+        """Drive on what was commanded from time `t` [s] for one control period, or until contact.
 
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
-        self._delays.send(t, self._count, v, omega)
         self._delays.fill(self._commands, t, self._period)
         before = self._state.copy()
         hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
