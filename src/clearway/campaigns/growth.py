@@ -58,9 +58,9 @@ def _grown(old: Mapping[str, Any], new: Mapping[str, Any]) -> bool:
 
 
 def _scored(plan: Mapping[str, Any]) -> dict[str, Any]:
-    """A plan without how its files and ticks are found: of these each trial tells by itself."""
+    """A plan without how its files, videos and ticks are found: of these each trial tells by itself."""
     sources = {name: {**source, "files": None} for name, source in plan["sources"].items()}
-    return {**plan, "sources": sources, "test": {**plan["test"], "ticks": None}}
+    return {**plan, "sources": sources, "video": None, "test": {**plan["test"], "ticks": None}}
 
 
 def _files(spec: Mapping[str, Any]) -> set[str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 import json
+import os
 import re
 import zlib
 from collections import Counter
@@ -14,6 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from markupsafe import Markup
 
@@ -201,7 +203,20 @@ def _packed(f: Findings, packer: Packer, row: Row, trial: Trial) -> dict[str, An
         if (number := f.planned(row)) is not None:
             facts["in the test plan"] = f"no. {number}"
     packed = packer.pack(trial, row["trial"], facts)
+    if (video := _video(f, trial)) is not None:
+        packed["video"] = video
     return packed | {"title": _option(f, row), "verdict": verdict(row), "success": bool(row["success"])}
+
+
+def _video(f: Findings, trial: Trial) -> tuple[str, float] | None:
+    """The trial's video as a page of the report links to it, and where in it the trial begins, s; None without one."""
+    told = trial.provenance.get("video")
+    if not isinstance(told, Mapping) or not isinstance(told.get("start"), int | float):
+        return None
+    plan = f.results.campaign.get("run", {}).get("test_plan")
+    file = Path(os.path.abspath(str(plan))).parent / str(told.get("file")) if plan else Path(str(told.get("file")))
+    page = Path(os.path.abspath(f.results.path)) / "report"
+    return quote(os.path.relpath(file, page) if plan else str(file)), float(told["start"])
 
 
 def _unknown(row: Row, name: str, why: Mapping[str, str]) -> str:

@@ -144,6 +144,8 @@ def _recorded(lab: Lab, spec: RecordedTrialSpec) -> Trial:
         HELPED: spec.helped,
         "note": spec.note,
     }
+    if spec.video:  # s of the video at which the trial begins
+        told["video"] = {"file": spec.video, "start": zero + (spec.video_offset or 0.0)}
     return Trial(
         attempt=attempt,
         t=t - zero,

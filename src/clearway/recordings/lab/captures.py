@@ -35,6 +35,7 @@ def with_files(plan: TestPlan, folder: Path, unready: Collection[Path] = ()) -> 
     Raises:
         ClearwayError: a source's `files` can't be read, or gives a file to two trials.
     """
+    plan = _with_videos(plan, folder, unready)
     patterns = {name: source.files for name, source in plan.sources.items() if source.files is not None}
     if not patterns:
         return plan
@@ -47,6 +48,26 @@ def with_files(plan: TestPlan, folder: Path, unready: Collection[Path] = ()) -> 
         )
     trials = tuple(_filled(plan, i, {n: f[i] for n, f in found.items() if i in f}) for i in range(len(plan.trials)))
     return plan.model_copy(update={"trials": trials})
+
+
+def _with_videos(plan: TestPlan, folder: Path, unready: Collection[Path]) -> TestPlan:
+    """The plan with the videos of its trials, as far as they are there, and where in them the first source's clock begins."""
+    if plan.video is None:
+        return plan
+    field = "video.files"
+    places = _named(plan, plan.video.files, field)
+    if places is None:
+        raise ClearwayError(f"{plan.video.files!r} says nothing of trials; such as 'video/{{number}}.mp4'", field=field)
+    found = _there(places, folder, unready, field)
+    trials = []
+    for i, trial in enumerate(plan.trials):
+        said = {"video": trial.video or found.get(i, "")}
+        trials.append(
+            trial.model_copy(
+                update=said | ({} if trial.video_offset is not None else {"video_offset": plan.video.offset})
+            )
+        )
+    return plan.model_copy(update={"trials": tuple(trials)})
 
 
 def file_names(plan: TestPlan) -> list[str]:

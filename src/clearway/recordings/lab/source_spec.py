@@ -58,6 +58,16 @@ class FrameSpec(Part):
         return self
 
 
+class VideoSpec(Part):
+    """Videos of the trials: the page's events link to their moments in them."""
+
+    files: str = Field(
+        min_length=1,
+        description="what they are called, by what the trials are: `video/{number:03d}.mp4`; one that is not there is none",
+    )
+    offset: Finite = Field(default=0.0, description="s of a video at which the first source's clock is at 0")
+
+
 class SourceSpec(Part):
     """One kind of file that a trial may have: the capture, the robot's own log."""
 

@@ -18,7 +18,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
 from clearway.quantities import AngleTolerance, Finite, NonNegative, PoseSpec, Positive, Whole
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
-from clearway.recordings.lab.source_spec import Part, Point, SourceSpec, Span, StretchSpec
+from clearway.recordings.lab.source_spec import Part, Point, SourceSpec, Span, StretchSpec, VideoSpec
 from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import RobotBodySpec, ShapeSpec
@@ -151,6 +151,8 @@ class RecordedTrialSpec(ConditionsSpec):
 
     file: str = Field(default="", description="of the first source")
     files: dict[str, str] = Field(default_factory=dict, description="of other sources, by name")
+    video: str = Field(default="", description="its file; default: as [video] says")
+    video_offset: Finite | None = Field(default=None, description="as of [video], where it differs, s")
     span: Span | None = Field(default=None, description="of the trial in the first file, s; default: all of it")
     attempted: bool = Field(default=True, description="false: not yet done; a file makes it attempted")
     recorded: bool = Field(default=True, description="false: it was driven and has no file, not even of a folder's")
@@ -206,6 +208,7 @@ class TestPlan(Part):
         min_length=1,
         description="the first is the measurement, others are tied to it",
     )
+    video: VideoSpec | None = None
     robot: BodySpec = BodySpec()
     people: str | None = Field(
         default=None,

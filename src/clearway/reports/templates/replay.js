@@ -116,7 +116,13 @@ const Replay = (() => {
       const item = document.createElement("li"), button = document.createElement("button");
       button.type = "button"; button.textContent = `${t.toFixed(1)} s  ${kind}`; button.title = detail[0];
       button.addEventListener("click", () => { play(false); seek(t); });
-      item.append(button); events.append(item);
+      item.append(button);
+      if (trial.video) {
+        const [file, start] = trial.video, link = document.createElement("a");
+        link.href = `${file}#t=${Math.max(0, start + t).toFixed(1)}`; link.target = "_blank"; link.textContent = "video";
+        item.append(" ", link);
+      }
+      events.append(item);
     }
     $("no-events").hidden = trial.events.length > 0;
   }
