@@ -14,7 +14,7 @@ from clearway.crowds.walls import walls_of
 
 FAINT = 1e-5
 """What is left out where it is faint, m/s^2: that of each other one is less than 1e-6."""
-POLYGONS = [[(-6, -6), (6, -6), (6, -6.5), (-6, -6.5)], [(3, 0), (4, 1)], [(-3, 2)]]
+POLYGONS = [[(-6, -6.5), (6, -6.5), (6, -6), (-6, -6)], [(3, 0), (4, 1)], [(-3, 2)]]
 ALONE = np.full(40, -1)
 
 
@@ -46,6 +46,20 @@ def test_two_that_meet_turn_to_their_own_sides_and_slow_down():
     )
     assert f[0] == pytest.approx(-f[1], abs=1e-12)
     assert f[0, 0] < 0.0 < f[0, 1]
+
+
+def test_both_sides_of_a_corridor_are_felt_and_a_corner_once():
+    """A room seen from inside is one polygon, clockwise: between its long walls all is even; its corner is felt from both walls."""
+    wishes = wishes_of([(0, 0)])
+    room = walls_of([[(0, 0), (0, 2), (9, 2), (9, 0)]])
+    assert forces(bodies_of([(4.5, 1.0)]), wishes, ALONE[:1], MOUSSAID, room) == pytest.approx(
+        np.zeros((1, 2)), abs=1e-9
+    )
+    corner = forces(bodies_of([(0.4, 0.4)]), wishes, ALONE[:1], MOUSSAID, room)[0]
+    assert corner == pytest.approx(np.full(2, 3.0 * np.exp(-1.5)), abs=1e-5)
+    post = walls_of([[(0, 0), (-1, 1), (-2, -2), (1, -1)]])  # its corner, from outside
+    away = forces(bodies_of([(0.3, 0.3)]), wishes, ALONE[:1], MOUSSAID, post)[0]
+    assert np.hypot(*away) == pytest.approx(3.0 * np.exp((0.25 - 0.3 * np.sqrt(2)) / 0.1), rel=1e-6)
 
 
 def test_a_broad_body_is_felt_from_its_edge():

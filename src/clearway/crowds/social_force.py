@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.crowds.bodies import Bodies, IntArray, Wishes, sweep
-from clearway.crowds.walls import Walls, from_edge
+from clearway.crowds.walls import Walls
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
@@ -180,22 +180,30 @@ def interaction(rx: float, ry: float, vx: float, vy: float, radii: float, model:
 
 @kernel
 def _add_walls(x: float, y: float, radius: float, walls: Walls, model: SocialForce, total: IntArray) -> None:
-    """Add what walls do to a disc at (x, y): each polygon by its nearest point."""
-    edges = walls.length.shape[0]
-    k = 0
-    while k < edges:
-        polygon, best, bx, by = walls.polygon[k], math.inf, 0.0, 0.0
-        while k < edges and walls.polygon[k] == polygon:
-            dx, dy = from_edge(x, y, k, walls)
-            d = dx * dx + dy * dy
-            if d < best:
-                best, bx, by = d, dx, dy
-            k += 1
-        d = math.sqrt(best)
-        if d - radius < 2.0 * _FAINT * model.wall_span and d > 0.0:  # those of many posts add up
-            force = model.wall_strength * math.exp((radius - d) / model.wall_span) / d
-            total[0] += _quanta(force * bx)
-            total[1] += _quanta(force * by)
+    """Add what walls do to a disc at (x, y): each place of a wall to which it is nearer than to those beside it."""
+    span, count = model.wall_span, walls.length.shape[0]
+    reach = radius + 2.0 * _FAINT * span  # twice: those of many posts add up
+    for k in range(count):
+        rx, ry = x - walls.vertex[k, 0], y - walls.vertex[k, 1]
+        dx, dy = walls.direction[k, 0], walls.direction[k, 1]
+        side = dx * ry - dy * rx
+        if abs(side) >= reach:
+            continue
+        along = rx * dx + ry * dy
+        if along <= 0.0:  # the corner, if the edge before ends there as well
+            before = walls.preceding[k]
+            px, py = x - walls.vertex[before, 0], y - walls.vertex[before, 1]
+            if px * walls.direction[before, 0] + py * walls.direction[before, 1] < walls.length[before]:
+                continue
+        elif along >= walls.length[k] or side > 0.0:
+            continue
+        else:
+            rx, ry = -side * dy, side * dx
+        d = math.sqrt(rx * rx + ry * ry)
+        if 0.0 < d < reach:
+            force = model.wall_strength * math.exp((radius - d) / span) / d
+            total[0] += _quanta(force * rx)
+            total[1] += _quanta(force * ry)
 
 
 @kernel

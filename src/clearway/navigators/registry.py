@@ -27,6 +27,8 @@ NAVIGATORS = Registry(
         "hl-rrt": "clearway.navigators.hl_rrt:HlRrt",
         "colregs-apf": "clearway.navigators.colregs_apf:ColregsApf",
         "colregs-apf-retuned": "clearway.navigators.colregs_apf:RetunedColregsApf",
+        "orca": "clearway.navigators.orca:Orca",
+        "social-force": "clearway.navigators.social_force:SocialForceNavigator",
         "oracle": "clearway.navigators.oracle:Oracle",
     },
 )

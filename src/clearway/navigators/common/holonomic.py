@@ -1,0 +1,44 @@
+"""How a differential drive follows a velocity that it can't take up at once.
+
+Alonso-Mora, Breitenmoser, Rufli, Beardsley, Siegwart 2013 ("Optimal reciprocal collision avoidance for multiple non-holonomic
+robots"): for a time T it drives the arc at whose end it heads along the velocity, at the speed that brings it as near as can be to
+where the velocity would have brought it. What it is off then is the tracking error; that bounds which velocities may be asked of it.
+"""
+
+from __future__ import annotations
+
+import math
+
+from clearway.geometry.angles import turn_between
+from clearway.geometry.compiled import kernel
+
+
+@kernel
+def turning_time(turn: float, time: float, omega_max: float) -> float:
+    """How long the arc takes, s: `time` T, or as long as the base needs to `turn` [rad]."""
+    return max(time, abs(turn) / omega_max)
+
+
+@kernel
+def tracking_error(speed: float, turn: float, time: float, omega_max: float) -> float:
+    """How far, m, a base gets off a velocity of `speed` [m/s] at the angle `turn` [rad] to its heading.
+
+    Up to 90 degrees it is what the best speed along the arc leaves; beyond, the base turns on the spot meanwhile.
+    """
+    way = speed * turning_time(turn, time, omega_max)
+    return way * abs(math.sin(0.5 * turn)) if abs(turn) <= 0.5 * math.pi else way
+
+
+@kernel
+def follow(vx: float, vy: float, theta: float, time: float, v_max: float, omega_max: float) -> tuple[float, float]:
+    """v [m/s] and omega [rad/s] of a base that heads for `theta` [rad] and is to go at (vx, vy) [m/s]."""
+    speed = math.sqrt(vx * vx + vy * vy)
+    if speed == 0.0:
+        return 0.0, 0.0
+    turn = turn_between(theta, math.atan2(vy, vx))
+    omega = turn / turning_time(turn, time, omega_max)
+    if abs(turn) > 0.5 * math.pi:
+        return 0.0, omega
+    if abs(turn) > 1e-4:
+        speed *= 0.5 * turn * math.sin(turn) / (1.0 - math.cos(turn))
+    return min(speed, v_max), omega

@@ -1,0 +1,114 @@
+"""What somebody who knows only its neighbourhood needs besides: the way to its goal on the map, and past what stands."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from clearway.contract import Goal, Obstacles, Task
+from clearway.crowds.bodies import Bodies
+from clearway.crowds.ways import COMFORT, Room, Ways, room_of, way_point, ways_to, with_discs
+from clearway.geometry.grid import FREE, OccupancyGrid
+from clearway.geometry.shapes import FloatArray
+from clearway.robots import DriveLimits
+
+REPLAN = 1.0
+"""How long a way holds, s: by then something else may be known to stand in it."""
+
+_AROUND, _CELL = 4.0, 0.1  # without a map: free cells, so far around start and goal, m
+
+
+class Seen(NamedTuple):
+    """Perceived obstacles, less what is not finite and what the map shows anyway.
+
+    Attributes:
+        discs: (n, 5) x, y [m], vx, vy [m/s], radius with its error [m].
+        moving: (n,) bool.
+    """
+
+    discs: FloatArray
+    moving: np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+
+def seen(obstacles: Obstacles | None, mapped: bool) -> Seen:
+    """What is `Seen` of `obstacles`.
+
+    Args:
+        mapped: Whether the map shows structure; trackers then tell of that with a velocity known to be 0.
+    """
+    if obstacles is None or not len(obstacles):
+        return Seen(np.empty((0, 5)), np.empty(0, np.bool_))
+    discs = np.column_stack(
+        (
+            obstacles.position,
+            np.nan_to_num(obstacles.velocity, nan=0.0, posinf=0.0, neginf=0.0),
+            obstacles.radius + np.nan_to_num(obstacles.error, nan=0.0, posinf=0.0),
+        )
+    )
+    good = np.isfinite(discs).all(1) & (discs[:, 4] >= 0.0)
+    if mapped:
+        good &= obstacles.moving | (obstacles.velocity_error != 0.0)
+    return Seen(np.ascontiguousarray(discs[good]), obstacles.moving[good])
+
+
+def with_others(pose: FloatArray, velocity: FloatArray, radius: float, others: Seen, share: float) -> Bodies:
+    """The robot, a disc of `radius` [m] that drives at `velocity` (2,), v and omega, and all that it sees; it is the first.
+
+    Args:
+        share: Of avoiding what moves, as it falls to the robot; all of it does for what stands.
+    """
+    heading = np.array((math.cos(pose[2]), math.sin(pose[2])))
+    n = len(others.discs) + 1
+    return Bodies(
+        np.vstack((pose[:2], others.discs[:, :2])),
+        np.vstack((velocity[0] * heading, others.discs[:, 2:4])),
+        np.concatenate(((radius,), others.discs[:, 4])),
+        np.ones(n, np.int64),
+        np.concatenate(((share,), np.where(others.moving, share, 1.0))),
+    )
+
+
+class Route:
+    """The way to a goal: on the task's map, around what stands.
+
+    Args:
+        task: Whose map and area hold; without a map all is free.
+        radius: Of the robot, m.
+        limits: Of its base.
+        ahead: How far along the way it looks for the point to head for, m.
+    """
+
+    def __init__(self, task: Task, radius: float, limits: DriveLimits, ahead: float) -> None:
+        self._task, self._radius, self._limits, self._ahead = task, radius, limits, ahead
+        self._room: Room | None = None
+        self._ways: Ways | None = None
+        self._goal: Goal | None = None
+        self._next = -math.inf
+
+    def wish(self, t: float, pose: FloatArray, goal: Goal, others: Seen) -> tuple[FloatArray, FloatArray]:
+        """The point to head for (2,), and the velocity (2,) [m/s] there, slower where the goal is near; zero: there is no way."""
+        if goal is not self._goal:
+            self._goal, self._next, self._room = goal, -math.inf, None
+        if self._ways is None or t >= self._next:
+            if self._room is None:
+                self._room = room_of(self._task.map or self._open(pose, goal))
+            standing = others.discs[~others.moving][:, (0, 1, 4)]
+            room = with_discs(self._room, np.ascontiguousarray(standing), self._radius + COMFORT)
+            self._ways = ways_to(np.array(goal.pose[:2], np.float64), room, self._radius)
+            self._next = t + REPLAN - 1e-6
+        x, y, left = way_point(self._ways, float(pose[0]), float(pose[1]), self._ahead)
+        point = np.array((x, y))
+        away = math.hypot(x - pose[0], y - pose[1])
+        if not left < math.inf or away < 1e-9:
+            return point, np.zeros(2)
+        speed = min(self._limits.v_max, math.sqrt(2.0 * min(self._limits.deceleration, 1e6) * left))
+        return point, (point - pose[:2]) * (speed / away)
+
+    def _open(self, pose: FloatArray, goal: Goal) -> OccupancyGrid:
+        """A map without walls."""
+        ends = np.array((pose[:2], goal.pose[:2]))
+        x0, y0, x1, y1 = self._task.area or (*(ends.min(0) - _AROUND), *(ends.max(0) + _AROUND))
+        size = (math.ceil((y1 - y0) / _CELL) + 1, math.ceil((x1 - x0) / _CELL) + 1)
+        return OccupancyGrid(np.full(size, FREE, np.int8), _CELL, (float(x0), float(y0)))
