@@ -22,7 +22,7 @@ from fault_sections import Count
 from fault_sections.navigators import FILE, session
 
 SECONDS = 5.0
-"""Within which the last worker has to be gone."""
+"""Within which the last process has to be gone, the time in which it only waited for a core left out."""
 SIGNALS = (signal.SIGTERM, signal.SIGKILL, signal.SIGINT, signal.SIGHUP)
 WHOM = ("parent", "group", "worker")
 
@@ -86,12 +86,14 @@ def _wrong(
             os.kill(workers[0], number)
     except ProcessLookupError:
         pass  # it was done sooner
-    began = time.monotonic()
     if whom == "worker":
         process.wait()  # another worker takes over
-    while (left := session(process.pid)) and time.monotonic() - began < SECONDS:
+    began, waited = time.monotonic(), _waited(process.pid)
+    lived = starved = 0.0
+    while (left := session(process.pid)) and lived < SECONDS:
         time.sleep(0.02)
-    lived = time.monotonic() - began
+        starved = max(starved, _waited(process.pid) - waited)
+        lived = time.monotonic() - began - starved
     for pid in left:
         os.kill(pid, signal.SIGKILL)
     process.wait()
@@ -99,6 +101,14 @@ def _wrong(
     if left and whom != "worker":
         return f"left running after {SECONDS:g} s: {left}", lived
     return _resumed_wrong(out, wanted), lived
+
+
+def _waited(pid: int) -> float:
+    """How long a process has been ready to run, and no core was free, s; 0 once it is gone."""
+    try:
+        return int(Path(f"/proc/{pid}/schedstat").read_text().split()[1]) * 1e-9
+    except (OSError, IndexError):
+        return 0.0
 
 
 def _resumed_wrong(out: Path, wanted: dict[str, bytes]) -> str | None:

@@ -1,8 +1,8 @@
 """Navigators that misbehave, each in a campaign of two beside one that doesn't.
 
 Survived is what ends in results in which the other navigator's trial is as it is without a misbehaving one, or, where it
-is seen before anything runs, in one sentence; within a minute and a half (`PATIENCE` has who may take longer), and with
-nothing left running.
+is seen before anything runs, in one sentence; within five minutes (`PATIENCE` has who may take longer), and with nothing left
+running.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from typing import Any
 from fault_sections import Count
 
 FILE = Path(__file__).parents[2] / "tests/campaigns/misbehaving_navigators.py"
-SECONDS = 90.0
+SECONDS = 300.0
+"""That a campaign may take, on a machine that has other work too; alone it is some 10 s."""
 PATIENCE = {"CompilesForEver": 900.0}
 """s for those for whom that is not enough: only what goes on between two compilations counts as the navigator's time."""
 

@@ -107,7 +107,7 @@ def build_map(
         Where the map lies, and how good it is.
 
     Raises:
-        ClearwayError: no such plan, no lidar, a wrong parameter, or the robot can't drive there.
+        ClearwayError: no such plan, no lidar, a wrong parameter, the robot can't drive there, or `out` can't be written.
     """
     begun = perf_counter()
     tell: Tell = progress or _silent
