@@ -93,7 +93,7 @@ def _wrong(
     while (left := session(process.pid)) and lived < SECONDS:
         time.sleep(0.02)
         starved = max(starved, _waited(process.pid) - waited)
-        lived = time.monotonic() - began - starved
+        lived = max(0.0, time.monotonic() - began - starved)
     for pid in left:
         os.kill(pid, signal.SIGKILL)
     process.wait()
