@@ -206,7 +206,7 @@ def test_the_conditions_of_the_test_are_told(results: Results) -> None:
     assert facts["set-ups (thinking a decision)"] == "1, 2"
     assert facts["floor surface"] == "rough: it moves the robot by at most 0.02 m and 0.02 rad a control period"
     assert facts["map given to the robot"] == "none"
-    assert any(line.startswith("Set-up 1: bounded by wall clock") for line in conditions.deviations(f))
+    assert any(line.startswith("Set-up 1: it goes by wall clock") for line in conditions.deviations(f))
 
 
 def test_figures_and_the_page(results: Results, page: Path) -> None:

@@ -23,6 +23,7 @@ SUITES = Registry(
         "hospital-blind": "clearway.scenarios.hospital:BLIND",
         "hospital-held-out": "clearway.scenarios.hospital:HELD_OUT",
         "hospital-held-out-blind": "clearway.scenarios.hospital:HELD_OUT_BLIND",
+        "people": "clearway.scenarios.people_scenes:PEOPLE",
         "sar-case1": "clearway.scenarios.sar:CASE_1",
         "sar-case2": "clearway.scenarios.sar:CASE_2",
         "sar-case3": "clearway.scenarios.sar:CASE_3",

@@ -33,6 +33,8 @@ STOPPING = 1.0
 """Who comes to stay somewhere slows down so as to be there in no less than this, s."""
 BESIDE = 0.1
 """A person leaves a robot so much room beyond its circumscribed disc where there is, m."""
+TOUCH = 0.03
+"""Nearer than this nobody walks up to a robot's disc, m."""
 HELD_UP, PATIENCE, SIDESTEP, ASIDE = 0.3, 1.0, 1.0, 2.0
 """Who comes no faster than this share of the preferred speed for so long, s, heads so far to the right, rad, for so long, s:
 those who give way to each other exactly would stand for ever."""
@@ -157,9 +159,11 @@ class Walkers:
             p.wish(t, self._count, x, y, v)
             for p, (x, y, _), v in zip(self._people, self._at.tolist(), pace, strict=True)
         ]
-        chosen = self._rule(self._bodies(t, scene), Wishes(who, np.array(wished), self.speed, self._sees))
+        bodies = self._bodies(t, scene)
+        chosen = self._rule(bodies, Wishes(who, np.array(wished), self.speed, self._sees))
         self._count += 1
         for k, person in enumerate(self._people):
+            self._hold_off(k, chosen[k], bodies, dt)
             step = chosen[k] * dt
             here, there = (person.ways.room_at(*(self._at[k, :2] + s)) for s in (np.zeros(2), step))
             if there < min(here, 0.6 * person.spec.radius):  # never into what stands, whatever pushes
@@ -170,6 +174,18 @@ class Walkers:
                 self._at[k, 2] = wrap(self._at[k, 2] + min(max(turn, -TURNING * dt), TURNING * dt))
         self._velocity = chosen
         return self._at.copy()
+
+    def _hold_off(self, k: int, velocity: FloatArray, bodies: Bodies, dt: float) -> None:
+        """Take from the `velocity` (2,) of person `k` what would bring it up against a robot that it sees, whatever pushes."""
+        for j in range(len(self._radius), len(bodies.radius)):
+            if not self._sees[k] & bodies.layer[j]:
+                continue
+            to = bodies.position[j] - self._at[k, :2]
+            apart = math.hypot(*to)
+            most = (apart - self._people[k].spec.radius - bodies.radius[j] + BESIDE - TOUCH) / dt
+            onto = float(velocity @ to) / max(apart, 1e-9)
+            if onto > max(most, 0.0):
+                velocity -= (onto - max(most, 0.0)) / max(apart, 1e-9) * to
 
     def _bodies(self, t: float, scene: Scene) -> Bodies:
         """Everything that moves: the moving bodies, then each robot once for each reaction time."""

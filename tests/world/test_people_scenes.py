@@ -1,0 +1,53 @@
+"""The suite `people`: its scenes are sound, and people walk them as its words say."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from worlds import constant
+
+from clearway.robots import load_robot
+from clearway.scenarios.check import check_scenario
+from clearway.scenarios.people_scenes import PEOPLE, SCENES
+from clearway.scenarios.suites import Selection
+from clearway.trials import Outcome
+from clearway.world import simulate
+
+BUILT = {s.labels.configuration: s for s in PEOPLE.build(load_robot("tiago"), Selection(repetitions=1))}
+
+
+@pytest.mark.parametrize("robot", PEOPLE.robots)
+def test_every_scene_is_sound_and_says_what_is_expected(robot: str) -> None:
+    ready = load_robot(robot)
+    for scenario in PEOPLE.build(ready, Selection(repetitions=1)):
+        assert [str(problem) for problem in check_scenario(scenario, ready)] == []
+    assert all(scene.course.endswith(".") and "robot" in scene.course.lower() for scene in SCENES)
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_past_a_robot_that_stands_at_its_start_everybody_gets_where_they_want(name: str) -> None:
+    scenario = BUILT[name].model_copy(update={"legs": (BUILT[name].legs[0].model_copy(update={"time_limit": 45.0}),)})
+    trial = simulate(
+        scenario, load_robot("tiago"), constant(0.0), navigator="stands", localisation="truth", map=None
+    )  # fmt: skip
+    assert trial.outcome is Outcome.TIMEOUT  # nobody has touched it
+    m = trial.moving_obstacles
+    people = range(m.shape[1] - len(scenario.people), m.shape[1])
+    for k, person in zip(people, scenario.people, strict=True):
+        assert np.hypot(*(m[-1, k, :2] - person.route[-1].at)) < 1.2, person.name  # a group stands as it likes
+    for a, b in itertools.combinations(people, 2):
+        assert np.hypot(*(m[:, a, :2] - m[:, b, :2]).T).min() > 0.25  # shoulders may touch, nobody walks through
+    if name == "bed":
+        assert np.isnan(m[-1, 0]).all()  # it has come out of the corridor
+
+
+def test_repetitions_differ_and_seeds_decide() -> None:
+    robot = load_robot("tiago")
+    some = Selection(configurations=("crossing",))
+    one, two, _ = PEOPLE.build(robot, some)
+    assert one.people[0].route[0].wait != two.people[0].route[0].wait
+    assert abs(one.people[0].route[0].wait - 4.0) <= 0.5
+    assert PEOPLE.build(robot, some)[0] == one
+    assert PEOPLE.build(robot, some, 1)[0].people != one.people
