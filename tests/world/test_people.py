@@ -19,7 +19,6 @@ from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
 from clearway.world.behaviours.crowd import speed_of
-from clearway.world.behaviours.floor_ways import FloorWays
 
 RULES = ("orca", "social-force")
 AWAY = (0.0, -20.0, 0.0)
@@ -169,26 +168,6 @@ def test_no_contact_with_the_robot_is_missed(seed: int, rule: str, v: float, ome
         px, py = (np.interp(fine, trial.t, trial.moving_obstacles[:, k, c]) for c in (0, 1))
         apart = np.hypot(px - x, py - y) - 0.5
         assert (apart[:-1] > -8e-3).all()  # a line between samples of 0.1 s is off by so much
-
-
-def test_ways_across_a_floor_lead_through_doors_and_tell_where_there_is_none() -> None:
-    standing = [(w.shape, w.pose) for w in WALL if w.pose is not None]
-    ways = FloorWays(standing, (-5.0, -7.0, 5.0, 7.0), 0.25)
-    goal = np.array((3.0, 3.0))
-    at = np.array((-3.0, 3.0))
-    came = [at]
-    for _ in range(200):
-        target = np.array(ways.target(ways.tree(goal), *at, goal))
-        step = target - at
-        at = at + step * min(1.0, 0.1 / max(float(np.hypot(*step)), 1e-9))
-        came.append(at)
-    way = np.array(came)
-    assert np.hypot(*(way[-1] - goal)) < 1e-6
-    assert np.abs(way[np.abs(way[:, 0]) < 0.1, 1]).max() < 0.5
-    assert np.hypot(*np.diff(way, axis=0).T).sum() < 1.05 * 2 * math.hypot(3.0, 2.6)
-    wide = FloorWays(standing, (-5.0, -7.0, 5.0, 6.0), 0.9)
-    assert ways.reaches((-3.0, 3.0), (3.0, 3.0))
-    assert not wide.reaches((-3.0, 3.0), (3.0, 3.0))
 
 
 @pytest.mark.parametrize(

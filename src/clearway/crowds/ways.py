@@ -174,6 +174,13 @@ def way_point(ways: Ways, x: float, y: float, ahead: float) -> tuple[float, floa
 
 
 @kernel
+def room_at(room: Room, x: float, y: float) -> float:
+    """How much room there is at (x, y) [m], up to a cell."""
+    r, c = _cell(x, y, room)
+    return float(room.clearance[r, c])
+
+
+@kernel
 def in_sight(ways: Ways, x: float, y: float, px: float, py: float) -> bool:
     """Whether one that starts at (x, y) gets straight to (px, py) with no less room than its radius, or than it has there."""
     clearance, h = ways.room.clearance, ways.room.resolution

@@ -16,15 +16,17 @@ import numpy as np
 from clearway.crowds import orca, social_force
 from clearway.crowds.bodies import Bodies, Wishes
 from clearway.crowds.walls import Walls
+from clearway.crowds.ways import Room, Ways, room_at, way_point, ways_to
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, stream, uniform
 from clearway.scenarios.people import PersonSpec
 from clearway.world.behaviours.behaviour import PERIOD, Scene
-from clearway.world.behaviours.floor_ways import FloorWays
 
 MEAN_SPEED, SPREAD = 1.34, 0.26
 """Of pedestrians, m/s (Weidmann 1993)."""
+AHEAD = 4.0
+"""How far along the way a person looks for the place to head for, m."""
 FASTER = 1.3
 """The most that a person hurries, of the preferred speed (Helbing, Molnár 1995)."""
 ARRIVED = 0.3
@@ -71,7 +73,7 @@ class _Person:
         spec: Who it is.
         speed: Preferred, m/s.
         key: Of what is drawn for this person.
-        ways: Across the floor, for one of this size.
+        ways: To each place of the route.
         stop: To which place of the route, as a number.
         until: Stands until this time, s.
         moved: When it last came on, s.
@@ -82,7 +84,7 @@ class _Person:
     spec: PersonSpec
     speed: float
     key: np.uint64
-    ways: FloorWays
+    ways: dict[tuple[float, float], Ways]
     held: tuple[float, float]
     stop: int = 0
     until: float = -math.inf
@@ -101,8 +103,7 @@ class _Person:
                 break
         walks = self.stop < len(route) and t >= self.until
         place = route[self.stop].at if walks else self.held
-        goal = np.array(place)
-        tx, ty = self.ways.target(self.ways.tree(goal), x, y, goal)
+        tx, ty, _ = way_point(self.ways[place], x, y, AHEAD)
         stays = not walks or route[self.stop].wait > 0.0 or (self.stop == len(route) - 1 and not self.spec.loop)
         left = math.hypot(tx - x, ty - y)
         speed = min(self.speed, left / STOPPING) if stays and (tx, ty) == place else self.speed
@@ -125,20 +126,29 @@ class Walkers:
         radius: (m,) of all moving bodies, m, as discs.
         decides: (m,) which of these decide, and so avoid in turn.
         rule: By which they walk; it is given the moving bodies, then the robots.
-        ways: Across the floor, for each of them.
+        room: Where what stands leaves how much.
         seed: Of the trial.
     """
 
     def __init__(
         self, members: Sequence[int], people: Sequence[PersonSpec], radius: FloatArray, decides: Sequence[bool],
-        rule: Rule, ways: Sequence[FloorWays], seed: int,
+        rule: Rule, room: Room, seed: int,
     ) -> None:  # fmt: skip
         self.members, self._rule, self._radius = tuple(members), rule, radius
         self._share = np.where(np.array(decides, np.bool_), 0.5, 1.0)
+        self._room = room
+        found: dict[tuple[float, tuple[float, float]], Ways] = {}  # for all of one size one grid a place
+        for p in people:
+            for at in (p.start, *(stop.at for stop in p.route)):
+                if (p.radius, at) not in found:
+                    found[p.radius, at] = ways_to(np.array(at), room, p.radius)
         self._people = [
-            _Person(p, speed_of(p, seed), stream(seed, f"person {p.name}"), w, p.start)
-            for p, w in zip(people, ways, strict=True)
-        ]
+            _Person(
+                p, speed_of(p, seed), stream(seed, f"person {p.name}"),
+                {at: ways for (radius, at), ways in found.items() if radius == p.radius}, p.start,
+            )
+            for p in people
+        ]  # fmt: skip
         preferred = np.array([p.speed for p in self._people])
         self.speed = FASTER * preferred
         self._at = np.array([(*p.start, _course(p)) for p in people], np.float64)
@@ -165,7 +175,7 @@ class Walkers:
         for k, person in enumerate(self._people):
             self._hold_off(k, chosen[k], bodies, dt)
             step = chosen[k] * dt
-            here, there = (person.ways.room_at(*(self._at[k, :2] + s)) for s in (np.zeros(2), step))
+            here, there = (room_at(self._room, *(self._at[k, :2] + s)) for s in (np.zeros(2), step))
             if there < min(here, 0.6 * person.spec.radius):  # never into what stands, whatever pushes
                 chosen[k] = 0.0
             self._at[k, :2] += chosen[k] * dt

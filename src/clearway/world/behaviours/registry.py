@@ -8,8 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.crowds.walls import walls_of
+from clearway.crowds.ways import Room, room_of
+from clearway.geometry.grid import FREE, OCCUPIED, OccupancyGrid
 from clearway.geometry.packing import pack
-from clearway.geometry.rasterise import outline
+from clearway.geometry.rasterise import outline, rasterise
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.robots import load_robot
 from clearway.scenarios.behaviours import OperatorSpec
@@ -18,9 +20,10 @@ from clearway.scenarios.scenario import ObstacleSpec, RobotBodySpec, Scenario
 from clearway.trials import Body
 from clearway.world.behaviours.behaviour import Behaviour
 from clearway.world.behaviours.crowd import Still, Walkers, orca_rule, social_force_rule
-from clearway.world.behaviours.floor_ways import FloorWays
 from clearway.world.behaviours.operator import Operator
 
+CELL = 0.1
+"""Edge of the cells of people's floor, m."""
 MARGIN = 2.0
 """People's floor ends so far beyond everything that stands and everywhere that they go, m."""
 
@@ -54,7 +57,7 @@ def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> l
     radius = pack([b.shape for b in bodies if b.pose is None]).reach
     decides = [*driven, *(True for _ in people)]
     walls = walls_of([_ground(*body) for body in standing])
-    ways = floor_ways(people, standing)
+    room = _room(people, standing)
     groups = {name: k for k, name in enumerate(dict.fromkeys(p.group for p in people if p.group))}
     group_of = [*(-1 for _ in driven), *(groups.get(p.group, -1) for p in people)]
     found: list[Behaviour] = [Still(first + i, p) for i, p in enumerate(people) if p.behaviour == "still"]
@@ -65,17 +68,19 @@ def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> l
         reactions = len({people[i].reaction for i in of})
         rule = orca_rule(walls, len(of)) if name == "orca" else social_force_rule(walls, group_of, reactions)
         members, walkers = [first + i for i in of], [people[i] for i in of]
-        found.append(Walkers(members, walkers, radius, decides, rule, [ways[p.radius] for p in walkers], scenario.seed))
+        found.append(Walkers(members, walkers, radius, decides, rule, room, scenario.seed))
     return found
 
 
-def floor_ways(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArray]]) -> dict[float, FloorWays]:
-    """The ways across a floor for `people` of each size among them, past what stands."""
+def _room(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArray]]) -> Room:
+    """The room that what stands leaves, everywhere that `people` go and a little beyond."""
     places = np.array([q for p in people for q in (p.start, *(stop.at for stop in p.route))])
-    corners = [outline(shape, pose) for shape, pose in standing]
-    everything = np.concatenate([places, *corners])
-    low, high = (everything.min(axis=0) - MARGIN).tolist(), (everything.max(axis=0) + MARGIN).tolist()
-    return {r: FloorWays(standing, (*low, *high), r) for r in sorted({p.radius for p in people})}
+    everything = np.concatenate([places, *(outline(shape, pose) for shape, pose in standing)])
+    low, high = everything.min(axis=0) - MARGIN, everything.max(axis=0) + MARGIN
+    columns, rows = (np.ceil((high - low) / CELL).astype(int) + 1).tolist()
+    origin = float(low[0]), float(low[1])
+    taken = rasterise(standing, (rows, columns), CELL, origin)
+    return room_of(OccupancyGrid(np.where(taken, OCCUPIED, FREE).astype(np.int8), CELL, origin), CELL)
 
 
 def _ground(shape: Shape, pose: FloatArray) -> FloatArray:
