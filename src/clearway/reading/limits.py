@@ -64,6 +64,8 @@ OBSTACLES = 1_000
 """Of a scenario."""
 PEOPLE = 500
 """Of a scenario."""
+STOPS = 100
+"""Of a person's route."""
 LEGS = 1_000
 """Of a scenario or of a recorded trial."""
 POINTS = 10_000

@@ -275,6 +275,7 @@ def _people(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) 
     """Where people start and go: inside of the plan, with room to stand, on ways that they fit through."""
     bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing.members)
     placed: list[tuple[str, Shape, FloatArray]] = [(robot.name, robot.shape, np.array(scenario.start))]
+    going: dict[float, list[tuple[int, list[tuple[float, float]]]]] = {}
     for i, person in enumerate(scenario.people):
         shape, places = Circle(person.radius), [person.start, *(stop.at for stop in person.route)]
         fields = [f"people.{i}.start", *(f"people.{i}.route.{k}.at" for k in range(len(person.route)))]
@@ -295,13 +296,19 @@ def _people(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) 
                 )
                 break
         placed.append((person.name, shape, start))
-        widths = _widest(bodies, plan.bounds, tuple(places), person.radius) if fits and person.route else ()
-        for field, width in zip(fields[1:], widths, strict=False):
-            if width is not None:
-                yield ClearwayError(
-                    f"{person.name!r} is {2 * person.radius:.2f} m wide, but the widest way there is about {width:.2f} m",
-                    field=field,
-                )
+        if fits and person.route:
+            going.setdefault(math.floor(person.radius / CELL) * CELL, []).append((i, places))
+    for radius, some in going.items():  # once for all of about one size, in their favour
+        every = tuple(place for _, places in some for place in places)
+        widths = iter((None, *_widest(bodies, plan.bounds, every, radius)))
+        for i, places in some:
+            for k, width in enumerate(itertools.islice(widths, len(places))):
+                if k and width is not None:
+                    person = scenario.people[i]
+                    yield ClearwayError(
+                        f"{person.name!r} is {2 * person.radius:.2f} m wide, but the widest way there is about {width:.2f} m",
+                        field=f"people.{i}.route.{k - 1}.at",
+                    )
 
 
 def _ways(

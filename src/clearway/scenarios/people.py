@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from clearway.quantities import NonNegative, Point, Positive
-from clearway.reading.limits import POINTS
+from clearway.reading.limits import STOPS
 
 Behaviour = Literal["orca", "social-force", "still"]
 
@@ -32,7 +32,7 @@ class PersonSpec(_Part):
     name: str = Field(min_length=1, description="unique in its scenario")
     start: Point = Field(description="where the person is at time 0, m")
     route: tuple[StopSpec, ...] = Field(
-        default=(), max_length=POINTS, description="places, one after another, on ways round what stands; empty: stays"
+        default=(), max_length=STOPS, description="places, one after another, on ways round what stands; empty: stays"
     )
     loop: bool = Field(default=False, description="whether the route begins anew after its last place")
     speed: Annotated[float, Field(strict=True, gt=0, le=5)] | None = Field(

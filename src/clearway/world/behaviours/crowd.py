@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -73,7 +74,7 @@ class _Person:
         spec: Who it is.
         speed: Preferred, m/s.
         key: Of what is drawn for this person.
-        ways: To each place of the route.
+        ways: To a place (x, y) [m], for somebody of a radius [m].
         stop: To which place of the route, as a number.
         until: Stands until this time, s.
         moved: When it last came on, s.
@@ -84,7 +85,7 @@ class _Person:
     spec: PersonSpec
     speed: float
     key: np.uint64
-    ways: dict[tuple[float, float], Ways]
+    ways: Callable[[tuple[float, float], float], Ways]
     held: tuple[float, float]
     stop: int = 0
     until: float = -math.inf
@@ -103,7 +104,7 @@ class _Person:
                 break
         walks = self.stop < len(route) and t >= self.until
         place = route[self.stop].at if walks else self.held
-        tx, ty, _ = way_point(self.ways[place], x, y, AHEAD)
+        tx, ty, _ = way_point(self.ways(place, self.spec.radius), x, y, AHEAD)
         stays = not walks or route[self.stop].wait > 0.0 or (self.stop == len(route) - 1 and not self.spec.loop)
         left = math.hypot(tx - x, ty - y)
         speed = min(self.speed, left / STOPPING) if stays and (tx, ty) == place else self.speed
@@ -137,18 +138,8 @@ class Walkers:
         self.members, self._rule, self._radius = tuple(members), rule, radius
         self._share = np.where(np.array(decides, np.bool_), 0.5, 1.0)
         self._room = room
-        found: dict[tuple[float, tuple[float, float]], Ways] = {}  # for all of one size one grid a place
-        for p in people:
-            for at in (p.start, *(stop.at for stop in p.route)):
-                if (p.radius, at) not in found:
-                    found[p.radius, at] = ways_to(np.array(at), room, p.radius)
-        self._people = [
-            _Person(
-                p, speed_of(p, seed), stream(seed, f"person {p.name}"),
-                {at: ways for (radius, at), ways in found.items() if radius == p.radius}, p.start,
-            )
-            for p in people
-        ]  # fmt: skip
+        ways = lru_cache(2 * len(people))(lambda place, radius: ways_to(np.array(place), room, radius))
+        self._people = [_Person(p, speed_of(p, seed), stream(seed, f"person {p.name}"), ways, p.start) for p in people]
         preferred = np.array([p.speed for p in self._people])
         self.speed = FASTER * preferred
         self._at = np.array([(*p.start, _course(p)) for p in people], np.float64)
