@@ -42,7 +42,8 @@ class Past:
 
     def see(self, t: float, moving: FloatArray) -> None:
         """At time `t` [s] the moving bodies had these poses (m, 3)."""
-        self._moving.append((t, moving.copy()))
+        if self._driven.maxlen:
+            self._moving.append((t, moving.copy()))
 
     def state(self, t: float) -> FloatArray:
         """(10,) the robot's state at time `t` [s]; its measured velocities err as they do over that period."""
@@ -96,6 +97,7 @@ class Delays:
         self.rows = 4 + math.ceil((latency.command + latency.jitter) / period)
         self._latency, self._key = latency, stream(seed, "latency")
         self._sensed, self._followed = -math.inf, 0.0
+        self._several = True
         self._sent: list[tuple[float, float, float]] = [(-math.inf, 0.0, 0.0)]
 
     def stamp(self, t: float, count: int) -> float:
@@ -112,8 +114,10 @@ class Delays:
         """Write into `commands` (k, 3), as `plant.Setting` has it, what is followed in the `period` [s] from `t` [s] on."""
         while len(self._sent) > 1 and self._sent[1][0] <= t + _SAME:
             del self._sent[0]
-        commands[:, 0] = math.inf
-        commands[0] = 0.0, *self._sent[0][1:]
+        if self._several:
+            commands[1:, 0] = math.inf
+        commands[0, 0], commands[0, 1], commands[0, 2] = 0.0, self._sent[0][1], self._sent[0][2]
+        self._several = len(self._sent) > 1
         for row, (since, v, omega) in zip(commands[1:], self._sent[1:], strict=False):
             if since < t + period - _SAME:
                 row[:] = since - t, v, omega

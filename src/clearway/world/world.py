@@ -199,7 +199,7 @@ class World:
             The time driven [s], and the body that was touched, if any.
         """
         self._delays.fill(self._commands, t, self._period)
-        before = self._state.copy()
+        before = self._state.copy() if self._deciders else self._state
         hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
         if self._deciders:  # they see where it drives, and decide; then it drives there, among them
             self._deciders.see(t, self._period, self._way)
