@@ -111,27 +111,33 @@ def _add_others(bodies: Bodies, wishes: Wishes, model: SocialForce, total: IntAr
     order = sweep(bodies.position).order
     x, y, vx, vy = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     radius, layer, sees, decider = np.empty(n), np.empty(n, np.int64), np.zeros(n, np.int64), np.full(n, -1)
+    faint = np.empty(n)
     for a in range(wishes.who.shape[0]):
         decider[wishes.who[a]] = a
+    fastest = broadest = 0.0
     for k in range(n):  # from left to right
         i = order[k]
         x[k], y[k] = bodies.position[i, 0], bodies.position[i, 1]
         vx[k], vy[k] = bodies.velocity[i, 0], bodies.velocity[i, 1]
         radius[k], layer[k] = bodies.radius[i], bodies.layer[i]
+        fastest, broadest = max(fastest, math.sqrt(vx[k] * vx[k] + vy[k] * vy[k])), max(broadest, radius[k])
         if decider[i] >= 0:
             sees[k] = wishes.sees[decider[i]]
+    near, dx, dy = np.empty(n), np.empty(n), np.empty(n)
     for k in range(n):
+        speed = math.sqrt(vx[k] * vx[k] + vy[k] * vy[k])
+        reach = _FAINT * model.span * (1.0 + model.foresight * (speed + fastest)) + radius[k] + broadest
+        end = np.searchsorted(x, x[k] + min(reach, model.reach), side="right")
+        _relate(k, end, x, y, vx, vy, radius, model, near, dx, dy, faint)
         a, qx, qy = decider[order[k]], 0, 0
-        for m in range(k + 1, n):
-            rx = x[m] - x[k]
-            if rx > model.reach:
-                break
+        for m in range(k + 1, end):
             on_k, on_m = layer[m] & sees[k] != 0, layer[k] & sees[m] != 0
-            if not (on_k or on_m):
+            if not (on_k or on_m) or not faint[m] < _FAINT:
                 continue
-            fx, fy = interaction(rx, y[m] - y[k], vx[k] - vx[m], vy[k] - vy[m], radius[k] + radius[m], model)
-            if fx == 0.0 and fy == 0.0:
+            rx, ry = x[m] - x[k], y[m] - y[k]
+            if rx * rx + ry * ry > model.reach * model.reach:
                 continue
+            fx, fy = _interaction(rx, ry, dx[m], dy[m], near[m], model)
             px, py = _quanta(fx), _quanta(fy)
             if on_k:
                 qx += px
@@ -146,33 +152,39 @@ def _add_others(bodies: Bodies, wishes: Wishes, model: SocialForce, total: IntAr
 
 
 @kernel
-def interaction(rx: float, ry: float, vx: float, vy: float, radii: float, model: SocialForce) -> tuple[float, float]:
-    """What somebody feels by somebody else, m/s^2: slower along D, the relative velocity and the direction to the other in one, and
-    aside (Moussaïd et al. 2009, equations 3 to 6).
+def _relate(
+    k: int, end: int, x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatArray, radius: FloatArray,
+    model: SocialForce, near: FloatArray, dx: FloatArray, dy: FloatArray, faint: FloatArray,
+) -> None:  # fmt: skip
+    """Write how `k` sees each of the next, up to `end`: D, d / B, and how often the force has fallen by 1/e at least.
 
-    Args:
-        rx: Where the other is, from here, m.
-        ry: The same along y.
-        vx: Own velocity less the other's, m/s.
-        vy: The same along y.
-        radii: Sum of both, m.
+    A loop without branches, which the compiler makes work on several at once; 2 (1 - cos theta) is at most theta^2. All is
+    NaN for who is in the same place.
     """
-    centres = math.sqrt(rx * rx + ry * ry)
-    if centres == 0.0 or centres > model.reach:
-        return 0.0, 0.0
-    dx, dy = model.foresight * vx + rx / centres, model.foresight * vy + ry / centres
-    length = math.sqrt(dx * dx + dy * dy)
-    span = model.span * length
-    distance = centres - max(radii - model.breadth, 0.0)
-    if distance >= _FAINT * span:
-        return 0.0, 0.0
-    near, along, least = distance / span, dx * rx + dy * ry, min(model.turning, model.slowing) * span
-    if near + 2.0 * least * least * (1.0 - along / (length * centres)) >= _FAINT:  # 2 (1 - cos theta) <= theta^2
-        return 0.0, 0.0
-    across = dx * ry - dy * rx
-    theta = math.atan2(across, along)  # from D to the direction in which the other is
-    slower = model.strength * math.exp(-near - (model.slowing * span * theta) ** 2) / length
-    aside = model.strength * math.exp(-near - (model.turning * span * theta) ** 2) / length
+    least, foresight, gamma, breadth = min(model.turning, model.slowing), model.foresight, model.span, model.breadth
+    for m in range(k + 1, end):
+        rx, ry = x[m] - x[k], y[m] - y[k]
+        centres = math.sqrt(rx * rx + ry * ry)
+        ux, uy = foresight * (vx[k] - vx[m]) + rx / centres, foresight * (vy[k] - vy[m]) + ry / centres
+        length = math.sqrt(ux * ux + uy * uy)
+        narrow = least * gamma * length
+        fallen = (centres - max(radius[k] + radius[m] - breadth, 0.0)) / (gamma * length)
+        dx[m], dy[m], near[m] = ux, uy, fallen
+        faint[m] = fallen + 2.0 * narrow * narrow * (1.0 - (ux * rx + uy * ry) / (length * centres))
+
+
+@kernel
+def _interaction(
+    rx: float, ry: float, dx: float, dy: float, near: float, model: SocialForce
+) -> tuple[float, float]:  # fmt: skip
+    """What somebody feels by somebody else at (rx, ry) [m], m/s^2: slower along D, the relative velocity and the direction to the
+    other in one, and aside (Moussaïd et al. 2009, equations 3 to 6); `near` is d / B."""
+    length, across = math.sqrt(dx * dx + dy * dy), dx * ry - dy * rx
+    theta = math.atan2(across, dx * rx + dy * ry)  # from D to the direction in which the other is
+    turned = model.span * length * theta
+    slow, turn = near + (model.slowing * turned) ** 2, near + (model.turning * turned) ** 2
+    slower = model.strength * math.exp(-slow) / length if slow < 2.0 * _FAINT else 0.0
+    aside = model.strength * math.exp(-turn) / length if turn < 2.0 * _FAINT else 0.0
     if across <= 0.0:
         aside = 0.0 if across == 0.0 else -aside
     return -slower * dx + aside * dy, -slower * dy - aside * dx
