@@ -7,27 +7,19 @@ pedestrian does, what stands as a wall does. The base follows the velocity at wh
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
 
 import numpy as np
 
-from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Status, Task
 from clearway.crowds.bodies import Wishes
-from clearway.crowds.outlines import outlines
 from clearway.crowds.social_force import forces
-from clearway.crowds.walls import walls_of
-from clearway.geometry.shapes import FloatArray, circumscribed_radius
-from clearway.navigators.common.arrival import Approach
-from clearway.navigators.common.holonomic import follow
-from clearway.navigators.common.inputs import finite, own
-from clearway.navigators.common.motion import stop_and_turn
-from clearway.navigators.common.route import Route, Seen, seen, with_others
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.crowd_navigator import CrowdNavigator
+from clearway.navigators.common.route import Seen, with_others
 from clearway.navigators.social_force.parameters import Parameters
-from clearway.robots import Robot
-from clearway.tuning import TunedOn
+from clearway.robots import DriveLimits, Robot
 
 
-class SocialForceNavigator:
+class SocialForceNavigator(CrowdNavigator[Parameters]):
     """Navigates by the social force model.
 
     Args:
@@ -37,72 +29,17 @@ class SocialForceNavigator:
         ClearwayError: An option is wrong.
     """
 
-    needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
-    tuned_on: ClassVar[tuple[TunedOn, ...]] = ()
-
-    def __init__(self, **options: Any) -> None:
-        Parameters.read(None, **options)  # a wrong one is told at once
-        self._options = options
-
-    def read_parameters(self, robot: Robot) -> Parameters:
-        """What it would drive `robot` with.
-
-        Raises:
-            ClearwayError: One of them is wrong, in the robot's file or among the options.
-        """
+    def read_parameters(self, robot: Robot | None) -> Parameters:
+        """See `CrowdNavigator`."""
         return Parameters.read(robot, **self._options)
 
-    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
-        """Forget everything. Nothing is drawn from `rng`."""
-        p = self.read_parameters(robot)
-        self._model, self._tracking_time = p.model(), p.tracking_time
-        self._limits = robot.limits(task.speed_limit)
-        self._period, self._mapped = task.period, task.map is not None
-        self._radius = circumscribed_radius(robot.planner_shape) + p.padding
-        self._walls = walls_of([] if task.map is None else outlines(task.map))
-        self._route = Route(task, self._radius, self._limits, p.ahead)
-        self._goal: Goal | None = None
-        self._approach = Approach(self._limits, task.period)
-        self._shown = Diagnostics()
+    def _prepare(self, limits: DriveLimits, period: float) -> None:
+        self._model = self._parameters.model()
 
-    def step(self, observation: Observation) -> Command:
-        """Decide for one control period.
-
-        Raises:
-            ValueError: the pose, the velocity or the goal is not finite.
-        """
-        pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, 2)
-        finite("goal.pose", observation.goal.pose)
-        goal, limits = observation.goal, self._limits
-        if goal is not self._goal:
-            self._goal = goal
-            self._approach.reset(goal)
-        arrived = self._approach.reached(pose, velocity)
-        if self._approach.stopping:
-            v, omega = stop_and_turn(self._approach.turn, velocity[0], velocity[1], limits, self._period)
-            return Command(v, omega, arrived=arrived, status=self._approach.status)
-        others = seen(own(observation).obstacles, self._mapped)
-        point, wish = self._route.wish(observation.t, pose, goal, others)
-        force = self._force(pose, velocity, others, wish)
-        vx, vy = wish + self._model.relaxation * force
-        speed = math.hypot(vx, vy)
-        if speed > limits.v_max:
-            vx, vy = vx * limits.v_max / speed, vy * limits.v_max / speed
-        v, omega = follow(vx, vy, pose[2], self._tracking_time, limits.v_max, limits.omega_max)
-        status = Status.TRACKING if wish.any() else Status.NO_PATH
-        self._shown = Diagnostics(
-            polylines={
-                "plan": np.vstack((pose[:2], point)),
-                "velocity": np.array((pose[:2], (pose[0] + vx, pose[1] + vy))),
-            },
-            circles={"obstacles": others.discs[:, (0, 1, 4)]},
-            status=status,
-        )
-        return Command(v, omega, arrived=False, status=status)
-
-    def diagnostics(self) -> Diagnostics:
-        """Where it heads, the velocity that it follows, and the obstacles as it sees them."""
-        return self._shown
+    def _velocity(self, pose: FloatArray, velocity: FloatArray, others: Seen, wish: FloatArray) -> tuple[float, float]:
+        vx, vy = wish + self._model.relaxation * self._force(pose, velocity, others, wish)
+        speed, v_max = math.hypot(vx, vy), self._limits.v_max
+        return (vx * v_max / speed, vy * v_max / speed) if speed > v_max else (vx, vy)
 
     def _force(self, pose: FloatArray, velocity: FloatArray, others: Seen, wish: FloatArray) -> FloatArray:
         """What acts on the robot, m/s^2."""

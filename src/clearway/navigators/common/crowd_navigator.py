@@ -1,0 +1,131 @@
+"""What navigators share that walk as a crowd does: the way that the map gives, a rule for the velocity, a base that follows it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+import numpy as np
+
+from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Status, Task
+from clearway.crowds.outlines import outlines
+from clearway.crowds.walls import Walls, walls_of
+from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.common.arrival import Approach
+from clearway.navigators.common.holonomic import follow
+from clearway.navigators.common.inputs import finite, own
+from clearway.navigators.common.motion import stop_and_turn
+from clearway.navigators.common.route import Route, Seen, seen
+from clearway.robots import DriveLimits, Robot
+from clearway.tuning import TunedOn
+
+
+class Shared(Protocol):
+    """The parameters that all of them have.
+
+    Attributes:
+        padding: Kept beyond the robot's radius, m.
+        tracking_time: In which the base turns to the velocity that it follows, s.
+        ahead: How far along its way it heads, m.
+    """
+
+    @property
+    def padding(self) -> float: ...
+    @property
+    def tracking_time(self) -> float: ...
+    @property
+    def ahead(self) -> float: ...
+
+
+_P = TypeVar("_P", bound=Shared, covariant=True)
+
+
+class CrowdNavigator(ABC, Generic[_P]):
+    """Drives by the velocity that `_velocity` chooses.
+
+    Args:
+        options: Any field of its parameters, which overrides the robot's file.
+
+    Raises:
+        ClearwayError: An option is wrong.
+    """
+
+    needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
+    tuned_on: ClassVar[tuple[TunedOn, ...]] = ()
+
+    def __init__(self, **options: Any) -> None:
+        self._options = options
+        self.read_parameters(None)  # a wrong one is told at once
+
+    @abstractmethod
+    def read_parameters(self, robot: Robot | None) -> _P:
+        """What it would drive `robot` with; None: any.
+
+        Raises:
+            ClearwayError: One of them is wrong, in the robot's file or among the options.
+        """
+
+    @abstractmethod
+    def _prepare(self, limits: DriveLimits, period: float) -> None:
+        """Prepare for a trial with a base of `limits`, decided for each `period` [s]."""
+
+    @abstractmethod
+    def _velocity(
+        self, pose: FloatArray, velocity: FloatArray, others: Seen, wish: FloatArray
+    ) -> tuple[float, float]:  # fmt: skip
+        """The velocity (m/s) to follow.
+
+        Args:
+            pose: (3,) of the robot.
+            velocity: (2,) v [m/s] and omega [rad/s].
+            others: What is perceived.
+            wish: (2,) the velocity that it would drive at alone, m/s.
+        """
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Forget everything. Nothing is drawn from `rng`."""
+        p = self._parameters = self.read_parameters(robot)
+        self._limits = robot.limits(task.speed_limit)
+        self._period, self._mapped = task.period, task.map is not None
+        self._radius = circumscribed_radius(robot.planner_shape) + p.padding
+        self._walls: Walls = walls_of([] if task.map is None else outlines(task.map))
+        self._route = Route(task, self._radius, self._limits, p.ahead)
+        self._goal: Goal | None = None
+        self._approach = Approach(self._limits, task.period)
+        self._shown = Diagnostics()
+        self._prepare(self._limits, task.period)
+
+    def step(self, observation: Observation) -> Command:
+        """Decide for one control period.
+
+        Raises:
+            ValueError: the pose, the velocity or the goal is not finite.
+        """
+        pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, 2)
+        finite("goal.pose", observation.goal.pose)
+        goal, limits = observation.goal, self._limits
+        if goal is not self._goal:
+            self._goal = goal
+            self._approach.reset(goal)
+        arrived = self._approach.reached(pose, velocity)
+        if self._approach.stopping:
+            v, omega = stop_and_turn(self._approach.turn, velocity[0], velocity[1], limits, self._period)
+            return Command(v, omega, arrived=arrived, status=self._approach.status)
+        others = seen(own(observation).obstacles, self._mapped)
+        point, wish = self._route.wish(observation.t, pose, goal, others)
+        vx, vy = self._velocity(pose, velocity, others, wish)
+        v, omega = follow(vx, vy, pose[2], self._parameters.tracking_time, limits.v_max, limits.omega_max)
+        status = Status.TRACKING if wish.any() else Status.NO_PATH
+        self._shown = Diagnostics(
+            polylines={
+                "plan": np.vstack((pose[:2], point)),
+                "velocity": np.array((pose[:2], (pose[0] + vx, pose[1] + vy))),
+            },
+            circles={"obstacles": others.discs[:, (0, 1, 4)]},
+            status=status,
+        )
+        return Command(v, omega, arrived=False, status=status)
+
+    def diagnostics(self) -> Diagnostics:
+        """Where it heads, the velocity that it follows, and the obstacles as it sees them."""
+        return self._shown
