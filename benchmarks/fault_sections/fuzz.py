@@ -15,7 +15,8 @@ from clearway.campaigns import planned
 from clearway.campaigns.checks import check_file
 from clearway.errors import ClearwayError
 from clearway.robots import load_robot
-from fault_sections import Count, hostile
+from fault_sections import Count
+from fault_sections.hostile import good
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "examples"
@@ -35,7 +36,7 @@ SEEDS = {
     "campaign.json": None,
 }
 """The file that is mutated, by kind."""
-CAMPAIGN = json.dumps(hostile.CAMPAIGN).encode()
+CAMPAIGN = json.dumps(good.CAMPAIGN).encode()
 
 VALUES = (
     "true", "nan", "inf", "-inf", "0", "-1", "1e300", "-1e300", "1e-300", "1e9", "9223372036854775807", "9" * 30, '""', '"x"',
