@@ -17,7 +17,7 @@ from clearway.scenarios.scenario import OscillationSpec
 from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Trial
-from clearway.world import plant, simulate
+from clearway.world import plant, setting, simulate
 
 DENSE = 1e-3  # s
 
@@ -27,25 +27,25 @@ class Path:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.t, self.pose = list[float](), list[np.ndarray]()
-        hold, tick = plant.hold, plant.tick
+        hold, tick = setting.hold, plant.tick
 
-        def spy_hold(setting: plant.Setting) -> Any:
-            self.way, self.period = setting.way, setting.vehicle.period
-            return hold(setting)
+        def spy_hold(held: setting.Setting) -> Any:
+            self.way, self.period = held.way, held.vehicle.period
+            return hold(held)
 
         def spy_tick(state: Any, count: int, leg: int, t: float, held: Any) -> int:
             hit = tick(state, count, leg, t, held)
             n = len(self.way) - 1
             h = self.period / n
             for i in range(n + 1):
-                at = min(i * h, float(state[plant.ELAPSED]))
+                at = min(i * h, float(state[setting.ELAPSED]))
                 self.t.append(t + at)
                 self.pose.append(self.way[i, :3].copy())
                 if at < i * h:
                     break
             return int(hit)
 
-        monkeypatch.setattr(plant, "hold", spy_hold)
+        monkeypatch.setattr(setting, "hold", spy_hold)
         monkeypatch.setattr(plant, "tick", spy_tick)
 
 

@@ -17,7 +17,7 @@ from clearway.geometry.distance import contains
 from clearway.geometry.held import Held
 from clearway.geometry.shapes import Circle, FloatArray, Shape, circumscribed_radius, inscribed_radius
 from clearway.trials import Body, Instants
-from clearway.world.plant import Setting, steps
+from clearway.world.setting import Setting, steps
 from clearway.world.tracks import pose_at
 
 OFF = 2e-4

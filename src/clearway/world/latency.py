@@ -35,7 +35,7 @@ class Past:
         self._first = state[:10].copy()
 
     def drive(self, t: float, period: float, way: FloatArray, state: FloatArray) -> None:
-        """In the `period` [s] from time `t` [s] on the robot drove along `way` (n + 1, 8), as `plant.Setting` has it, until
+        """In the `period` [s] from time `t` [s] on the robot drove along `way` (n + 1, 8), as `setting.Setting` has it, until
         its state was `state`."""
         if self._driven.maxlen:
             self._driven.append((t, period, way.copy(), state[8:10] - state[3:5]))
@@ -111,7 +111,7 @@ class Delays:
         self._sent.append((self._followed, v, omega))
 
     def fill(self, commands: FloatArray, t: float, period: float) -> None:
-        """Write into `commands` (k, 3), as `plant.Setting` has it, what is followed in the `period` [s] from `t` [s] on."""
+        """Write into `commands` (k, 3), as `setting.Setting` has it, what is followed in the `period` [s] from `t` [s] on."""
         while len(self._sent) > 1 and self._sent[1][0] <= t + _SAME:
             del self._sent[0]
         if self._several:

@@ -18,10 +18,11 @@ from clearway.geometry.streams import stream
 from clearway.robots import Robot
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
-from clearway.world import plant
+from clearway.world import plant, setting
 from clearway.world.behaviours.behaviour import Behaviour
 from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
+from clearway.world.contact import TOUCH
 from clearway.world.deciders import Deciders
 from clearway.world.latency import Delays, Past
 from clearway.world.lidar import View, errors_of, hold, scan
@@ -68,7 +69,7 @@ class World:
         self._moving = [b for b in bodies if b.pose is None]
         self._robot, self._tracks, self._period = robot, tracks, robot.period
         self._pivot = robot.drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
-        self._state = np.zeros(plant.STATE)
+        self._state = np.zeros(setting.STATE)
         self._state[:3] = self._shifted(start, self._pivot)
         self._count = 0
         late = robot.latency
@@ -89,17 +90,17 @@ class World:
         self._slack, self._since = np.zeros(len(self._moving)), np.zeros(len(self._moving))
         self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
         self._sensed_obstacles = self.moving_obstacles.copy()
-        vehicle = plant.Vehicle(
-            robot.period, robot.limits(speed), plant.odometry_errors(robot.odometry, key), key,
-            plant.disturbance_bounds(disturbance), stream(seed, "disturbance"),
+        vehicle = setting.Vehicle(
+            robot.period, robot.limits(speed), setting.odometry_errors(robot.odometry, key), key,
+            setting.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip
-        self._way = np.zeros((plant.steps(robot.period) + 1, plant.WAY))
-        self._way[:] = self._state[: plant.WAY]
-        self._setting = plant.hold(
-            plant.Setting(
-                vehicle, plant.Still(still, self._boxes, np.zeros(len(self._still))),
-                plant.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles), self._commands, self._way,
+        self._way = np.zeros((setting.steps(robot.period) + 1, setting.WAY))
+        self._way[:] = self._state[: setting.WAY]
+        self._setting = setting.hold(
+            setting.Setting(
+                vehicle, setting.Still(still, self._boxes, np.zeros(len(self._still))),
+                setting.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles), self._commands, self._way,
             )
         )  # fmt: skip
         self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
@@ -209,7 +210,7 @@ class World:
             hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
         self._count += 1
         self._past.drive(t, self._period, self._way, self._state)
-        driven = self._period if hit < 0 else float(self._state[plant.ELAPSED])
+        driven = self._period if hit < 0 else float(self._state[setting.ELAPSED])
         self.between.look(self._leg, t, driven)
         return driven, None if hit < 0 else (self._still + self._moving)[hit]
 
@@ -218,14 +219,14 @@ class World:
         shape, pose = self._robot.shape, self._shifted(self._state[0:3], -self._pivot)
         near, moving = self._within(pose[:2])
         for body, at in [(self._still[i], self._still[i].pose) for i in near] + moving:
-            if at is not None and clearance(shape, pose, body.shape, at) <= plant.TOUCH:
+            if at is not None and clearance(shape, pose, body.shape, at) <= TOUCH:
                 return body
         return None
 
     def _within(self, centre: FloatArray) -> tuple[list[int], list[tuple[Body, FloatArray]]]:
         """The static bodies that the robot's reach around `centre` (2,) may meet, and the moving ones that are present."""
         outside = np.maximum(np.maximum(self._boxes[:, :2] - centre, centre - self._boxes[:, 2:]), 0.0)
-        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + abs(self._pivot) + plant.TOUCH)
+        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + abs(self._pivot) + TOUCH)
         return near.tolist(), [
             (b, at) for b, at in zip(self._moving, self.moving_obstacles, strict=True) if math.isfinite(at[0])
         ]
