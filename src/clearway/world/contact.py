@@ -53,7 +53,13 @@ class Step(NamedTuple):
 
 
 class Room(NamedTuple):
-    """For what is where, while it is looked at: the footprint, the moving bodies, and a pose of one of them."""
+    """Room for what is where, while it is looked at.
+
+    Attributes:
+        outline: The corners of the robot's footprint where it stands, m, (k, 2).
+        shapes: The corners of the moving bodies where they stand, m, (p, 2).
+        here: One pose (x, y, theta) of a moving body, m and rad, (3,).
+    """
 
     outline: FloatArray
     shapes: FloatArray
