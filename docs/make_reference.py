@@ -6,12 +6,13 @@ python docs/make_reference.py --check  # exit 1 if it is out of date (CI does th
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import typer
+
+from clearway.cli import app
 from clearway.indicators import row_schema
 from clearway.recordings.formats.table_spec import TableSpec
 from clearway.recordings.lab.test_plan import TestPlan
@@ -42,11 +43,12 @@ def page() -> str:
 
 
 def _help(verb: str) -> str:
-    clearway = str(Path(sys.executable).with_name("clearway"))
-    said = subprocess.run(
-        [clearway, verb, "--help"], capture_output=True, text=True, check=True, env=os.environ | {"COLUMNS": "100"}
-    )
-    return said.stdout.strip()
+    command: Any = typer.main.get_command(app)
+    about = command.context_settings
+    with command.make_context("clearway", [verb], terminal_width=78) as top:
+        one = command.commands[verb]
+        with one.context_class(one, info_name=verb, parent=top, terminal_width=78, **about) as context:
+            return str(one.get_help(context)).strip()
 
 
 def _columns() -> str:

@@ -5,6 +5,7 @@ An address is `pkg.module:THING`, or `path/to/file.py:THING` for a file that is 
 
 from __future__ import annotations
 
+import ast
 import importlib
 import importlib.util
 import os
@@ -88,9 +89,24 @@ class Registry:
         if ":" in which:
             return self._at(which)
         addresses = self.addresses()
+        if which not in addresses and (which.endswith(".py") or "." in which):
+            raise self._half_an_address(which, addresses)
         if which not in addresses:
             raise unknown(self.kind, which, addresses)
         return self._at(addresses[which])
+
+    def _half_an_address(self, which: str, known: Iterable[str]) -> ClearwayError:
+        """The error for a file or module of which nothing is named."""
+        if not which.endswith(".py"):
+            where, _, name = which.rpartition(".")
+            error = unknown(self.kind, which, known)
+            return ClearwayError(f"{error.problem}; one of your own is named as {where or 'my_pkg'}:{name}")
+        if not os.path.isfile(which):
+            return ClearwayError("no such file", file=which)
+        names = _classes(Path(which))
+        if not names:
+            return ClearwayError(f"defines no class; write {which}:NAME for the {self.kind} in it", file=which)
+        return ClearwayError(f"say which {self.kind} of it: {' or '.join(f'{which}:{n}' for n in names)}", file=which)
 
     def _at(self, address: str) -> Any:
         where, _, attribute = address.rpartition(":")
@@ -125,6 +141,15 @@ class Registry:
             raise ClearwayError(f"{self.kind} {address!r} cannot be imported: {in_a_line(error)}") from error
         except BaseException as error:  # sys.exit() too
             raise ClearwayError(f"{self.kind} {address!r} cannot be imported: {in_a_line(error)}") from error
+
+
+def _classes(file: Path) -> list[str]:
+    """The classes that a file defines, without running it."""
+    try:
+        found = ast.parse(file.read_bytes()).body
+    except (OSError, SyntaxError, ValueError):
+        return []
+    return [node.name for node in found if isinstance(node, ast.ClassDef) and not node.name.startswith("_")]
 
 
 def in_a_line(error: BaseException) -> str:

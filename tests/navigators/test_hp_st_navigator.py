@@ -100,7 +100,7 @@ def test_twice_the_disturbance_is_said() -> None:
 @pytest.mark.parametrize(("robot", "guarantee"), [("rescue", "passive"), ("rescue", "none"), ("hosbot", "none")])
 def test_it_conforms(robot: str, guarantee: str) -> None:
     """With the default, `passive`, tests/conformance asks it of the two of the hospital."""
-    findings = check_navigator(lambda: HpSt(guarantee), load_robot(robot))
+    findings = list(check_navigator(lambda: HpSt(guarantee), load_robot(robot)))
     unmet = [f"{f.name}: {f.detail}" for f in findings if not f.passed]
     assert [u for u in unmet if "control period" not in u] == []
 

@@ -251,7 +251,7 @@ def test_what_is_wrong_with_a_plan(tmp_path: Path) -> None:
         f"{path}: clear: 'partition, south' stands in the area that is to be clear"
     ]
     path.write_text(ROOM.replace('name = "room"\n', 'name = "room"\n' + line.replace("[6.0, 1.0", "[5.1, 1.0")))
-    assert f"{path}: b: lies in 'partition, south'" in [str(e) for e in check_file(path)]
+    assert f"{path}: b: tiago at B (5.1, 1) would stand in 'partition, south'" in [str(e) for e in check_file(path)]
 
 
 def test_a_map_without_its_image(tmp_path: Path) -> None:

@@ -1,17 +1,91 @@
-"""Everything that can be wrong with a user's file, looked at from every room."""
+"""Everything that can be wrong with what a user has or names, looked at from every room."""
 
 from __future__ import annotations
 
+import difflib
+import os
+from collections.abc import Iterator
 from pathlib import Path
 
+from clearway.campaigns.conformance import check_navigator
+from clearway.campaigns.pilot import DECISION_LIMIT
 from clearway.campaigns.robot_tables import table_problems
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
+from clearway.navigators.registry import make_navigator, navigator_names, split_options
 from clearway.reading import read_toml
 from clearway.recordings.lab.checks import problems_of, summary
 from clearway.recordings.lab.test_plan import is_test_plan
-from clearway.robots import Robot, load_robot
+from clearway.robots import Robot, load_robot, robot_names
 from clearway.scenarios import check
+from clearway.scenarios.check import check_plan
 from clearway.scenarios.files import kind_of
+from clearway.scenarios.floor_plan_files import floor_plan_names
+from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.suites import Selection, load_suite, suite_names
+
+ROBOT = "tiago"
+"""Who drives, unless somebody or the suite says otherwise."""
+
+Said = tuple[bool | None, str]
+"""Whether something is as it should be, None if that could not be tested; and what, for people."""
+
+
+def findings(target: str, robot: str | None = None, decision_limit: float | None = DECISION_LIMIT) -> Iterator[Said]:
+    """What is right and wrong with something, each as soon as it is known.
+
+    Args:
+        target: A file; a robot (with a preset, if wanted), a suite or a floor plan by name; a navigator by name or address.
+        robot: Who drives; None: the suite's usual robots, or `tiago`.
+        decision_limit: Wall clock after which a navigator's decision counts as hung, s; None: never.
+
+    Raises:
+        ClearwayError: there is no such thing.
+    """
+    driver = load_robot(robot or ROBOT)
+    if Path(target).suffix in (".toml", ".yaml", ".yml"):
+        yield from ((False, str(problem)) for problem in check_file(Path(target), driver))
+        yield from ((True, text) for text in about_file(Path(target)))
+    elif target.partition(":")[0] in robot_names():
+        yield from ((False, str(problem)) for problem in table_problems(load_robot(target)))
+        yield True, f"the robot {load_robot(target).title!r} is read"
+    elif target in suite_names():
+        yield from _suite(target, robot)
+    elif target in floor_plan_names():
+        yield from ((False, str(problem)) for problem in check_plan(load_floor_plan(target), driver))
+        yield True, f"the floor plan {load_floor_plan(target).title!r} is read"
+    elif ":" not in target and os.path.isfile(target) and not target.endswith(".py"):
+        raise ClearwayError("is no TOML file; into recordings looks `clearway import --list`", file=target)
+    else:
+        if ":" not in target and not target.endswith(".py") and split_options(target)[0] not in navigator_names():
+            raise _nothing_of(target)
+        for f in check_navigator(lambda: make_navigator(target), driver, decision_limit=decision_limit):
+            text = str(ClearwayError(f.detail, field=f.name)) if f.passed is False else f"{f.name}: {f.detail}"
+            yield f.passed, text if f.detail else f.name
+
+
+def _suite(name: str, robot: str | None) -> Iterator[Said]:
+    """Each scenario of a suite, repetitions once, with each of its robots."""
+    suite = load_suite(name)
+    for driver in map(load_robot, (robot,) if robot else suite.robots or (ROBOT,)):
+        scenarios = suite.build(driver, Selection(), 0)
+        kinds = {s.model_dump_json(exclude={"name", "seed", "labels"}): s for s in scenarios}
+        wrong = False
+        for scenario in kinds.values():
+            for e in check.check_scenario(scenario, driver):
+                wrong = True
+                yield False, str(ClearwayError(e.problem, file=name, field=f"{scenario.name}: {e.field}"))
+        if not wrong:
+            yield True, f"{driver.name}: {len(scenarios)} scenarios, {len(kinds)} without repetitions"
+
+
+def _nothing_of(target: str) -> ClearwayError:
+    kinds = {"navigator": navigator_names(), "robot": robot_names(), "suite": suite_names(), "plan": floor_plan_names()}
+    every = {name: kind for kind, names in kinds.items() for name in names}
+    close = difflib.get_close_matches(target, every, n=1, cutoff=0.5)
+    hint = f"did you mean the {every[close[0]]} {close[0]!r}? " if close else ""
+    return ClearwayError(
+        f"there is no file, robot, suite, floor plan or navigator {shown(target)}; {hint}`clearway list` shows what there is"
+    )
 
 
 def check_file(path: Path, robot: Robot) -> list[ClearwayError]:

@@ -8,17 +8,17 @@ from __future__ import annotations
 import copy
 import math
 import time
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, fields, is_dataclass, replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, fields, replace
 from typing import Any, get_args
 
 import numpy as np
 
-from clearway.campaigns.pilot import compose, writes_into_input
+from clearway.campaigns.navigator_faults import beyond, changed, diagnostics_fault, malformed, not_finite
+from clearway.campaigns.pilot import DECISION_LIMIT, TookTooLong, compose, guarded, prepare_limit, writes_into_input
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.grid import OccupancyGrid
 from clearway.perception import make_localiser, make_tracker
 from clearway.registry import in_a_line
 from clearway.robots import Robot
@@ -26,9 +26,6 @@ from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import DiscSpec, LegSpec, ObstacleSpec, Scenario
 from clearway.trials import Outcome, Trial
 from clearway.world import simulate
-
-SLACK = 1e-6
-"""By how much a command may exceed the robot's limits: rounding."""
 
 SPEED = 0.4
 """Set speed of the scenarios, m/s."""
@@ -43,12 +40,12 @@ class Finding:
 
     Attributes:
         name: What was asked.
-        passed: Whether it is so.
-        detail: What was seen, where it is not; or a figure.
+        passed: Whether it is so; None: that could not be tested.
+        detail: What was seen, where it is not; why it could not be tested; or a figure.
     """
 
     name: str
-    passed: bool
+    passed: bool | None
     detail: str = ""
 
 
@@ -95,37 +92,61 @@ SITUATIONS = (
 )
 
 
-def check_navigator(factory: Callable[[], Navigator], robot: Robot) -> tuple[Finding, ...]:
-    """Drive a navigator through situations, twice over, and say what it keeps and what it breaks.
+def check_navigator(
+    factory: Callable[[], Navigator], robot: Robot, *, decision_limit: float | None = DECISION_LIMIT
+) -> Iterator[Finding]:
+    """Drive a navigator through situations, twice over, and say what it keeps and what it breaks, each as soon as it is known.
 
     Args:
         factory: Makes the navigator.
         robot: Whose body and sensors it drives with.
+        decision_limit: Wall clock after which a decision counts as hung, s; None: never. After one nothing more is tried.
 
     Raises:
-        ClearwayError: The robot lacks what the navigator needs.
+        ClearwayError: The navigator can't be made, or the robot lacks what it needs.
     """
-    first = factory()
+    first = _made(factory, decision_limit)
     needs: Any = getattr(first, "needs", None)
-    findings = [_needs(needs), _privileged(first), _tuned(first)]
-    if not all(f.passed for f in findings):
-        return tuple(findings)
+    said = (_needs(needs), _privileged(first), _tuned(first))
+    yield from said
+    if not all(f.passed for f in said):
+        return
     if "scan" in needs and robot.lidar is None:
         raise ClearwayError(f"it needs scans, and the robot {robot.name!r} has no lidar; check it with another robot")
-    runs = [_drive(first, robot, s) for s in SITUATIONS]
-    again = factory()
-    repeats = [_drive(again, robot, s) for s in reversed(SITUATIONS)][::-1]  # another order: reset must forget
-    findings += [Finding(f"decides: {run.situation.name}", not run.error, run.error) for run in runs]
-    findings += [
-        _first_fault("commands are finite", runs, _not_finite),
-        _first_fault("commands keep the robot's limits", runs, lambda c: _beyond(c, robot)),
-        Finding("leaves its observation alone", not any(r.touched for r in runs), _join(r.touched for r in runs)),
-        _deterministic(runs, repeats),
-        _arrives(runs[0]),
-        Finding("diagnostics in the vocabulary", not any(r.shown for r in runs), _join(r.shown for r in runs)),
-        _pace(repeats, robot),
-    ]
-    return tuple(findings)
+    runs: list[_Watched] = []
+    for situation in SITUATIONS:
+        name = f"decides: {situation.name}"
+        if any(run.hung for run in runs):
+            yield Finding(name, None, "an earlier decision hung")
+            continue
+        runs.append(run := _drive(first, robot, situation, decision_limit))
+        yield Finding(name, not run.error, run.error)
+    yield _first_fault("commands are finite", runs, not_finite)
+    yield _first_fault("commands keep the robot's limits", runs, lambda c: beyond(c, robot, SPEED))
+    yield _leaves_alone(runs)
+    yield _arrives(runs[0])
+    yield _shows(first, runs)
+    if any(run.hung for run in runs):
+        yield Finding(_SAME, None, "a decision hung")
+        yield _pace(runs, robot)
+        return
+    again = _made(factory, decision_limit)
+    repeats: list[_Watched] = []
+    for situation in reversed(SITUATIONS):  # another order: reset must forget
+        repeats.append(run := _drive(again, robot, situation, decision_limit))
+        if run.hung:
+            yield Finding(_SAME, False, f"in '{situation.name}' a second instance {run.error}")
+            break
+    else:
+        yield _deterministic(runs, repeats[::-1])
+    yield _pace(repeats, robot)
+
+
+def _made(factory: Callable[[], Navigator], decision_limit: float | None) -> Navigator:
+    try:
+        return guarded(prepare_limit(decision_limit), "to be made", factory)
+    except TookTooLong as error:
+        raise ClearwayError(f"the navigator cannot be made: it {error}") from error
 
 
 class _Watched:
@@ -138,6 +159,9 @@ class _Watched:
         touched: What of an observation it wrote into; empty if nothing.
         shown: What is wrong with its diagnostics; empty if nothing.
         trial: What became of it; None where it could not even begin.
+        answers: How often it answered anything.
+        drawings: How often it was asked what it shows, and answered.
+        hung: Whether it had to be broken off.
     """
 
     def __init__(self, navigator: Navigator, situation: Situation) -> None:
@@ -146,6 +170,8 @@ class _Watched:
         self.seconds: list[float] = []
         self.error = self.touched = self.shown = ""
         self.trial: Trial | None = None
+        self.answers = self.drawings = 0
+        self.hung = False
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         self._navigator.reset(task, robot, rng)
@@ -160,25 +186,27 @@ class _Watched:
             self.touched = self.touched or (f"it wrote into it: {in_a_line(error)}" if writes_into_input(error) else "")
             raise
         self.seconds.append(time.perf_counter() - began)
-        self.touched = self.touched or _changed(before, observation)
-        if malformed := _malformed(command):
-            self.error = malformed
-            return Command(0.0, 0.0, gave_up=malformed)
+        self.answers += 1
+        self.touched = self.touched or changed(before, observation)
+        if wrong := malformed(command):
+            self.error = wrong
+            return Command(0.0, 0.0, gave_up=wrong)
         self.commands.append(command)
-        return Command(0.0, 0.0, gave_up=found) if (found := _not_finite(command)) else command
+        return Command(0.0, 0.0, gave_up=found) if (found := not_finite(command)) else command
 
     def diagnostics(self) -> Diagnostics:
         ask = getattr(self._navigator, "diagnostics", None)
         shown = Diagnostics() if ask is None else ask()
-        self.shown = self.shown or _diagnostics_fault(shown)
+        self.drawings += ask is not None
+        self.shown = self.shown or diagnostics_fault(shown)
         return Diagnostics() if self.shown else shown
 
 
-def _drive(navigator: Navigator, robot: Robot, situation: Situation) -> _Watched:
+def _drive(navigator: Navigator, robot: Robot, situation: Situation, decision_limit: float | None) -> _Watched:
     run, scenario = _Watched(navigator, situation), _scenario(situation, robot)
     tracker = make_tracker(scenario.tracking, robot) if "obstacles" in run.needs else None
     watched: Any = run  # a Navigator, but that its `needs` are those of another
-    pilot = compose(watched, make_localiser("truth", robot), "truth", tracker=tracker, decision_limit=None)
+    pilot = compose(watched, make_localiser("truth", robot), "truth", tracker=tracker, decision_limit=decision_limit)
     try:
         run.trial = simulate(
             scenario, robot, pilot, navigator="checked", localisation="truth",
@@ -188,6 +216,7 @@ def _drive(navigator: Navigator, robot: Robot, situation: Situation) -> _Watched
         run.error = str(error)
     if run.trial is not None and run.trial.outcome is Outcome.NAVIGATOR_FAILED:
         run.error = run.trial.reason
+    run.hung = TookTooLong.__name__ in run.error
     return run
 
 
@@ -247,34 +276,9 @@ def _tuned(navigator: Navigator) -> Finding:
     return Finding(name, True, "nothing" if said is None else "; ".join(map(str, said)) or "on no test")
 
 
-def _malformed(command: Any) -> str:
-    if not isinstance(command, Command):
-        return f"step() returned a {type(command).__name__}, not a clearway.contract.Command"
-    for name in ("v", "omega"):
-        if isinstance(value := getattr(command, name), bool) or not isinstance(value, int | float | np.floating):
-            return f"the command's {name} is {value!r}, not a number"
-    if command.arrived is not None and not isinstance(command.arrived, bool | np.bool_):
-        return f"the command's `arrived` is {command.arrived!r}, not True, False or None"
-    if command.gave_up is not None and not isinstance(command.gave_up, str):
-        return f"the command's `gave_up` is {command.gave_up!r}, not the reason as text, or None"
-    return ""
-
-
-def _not_finite(c: Command) -> str:
-    return "" if math.isfinite(c.v) and math.isfinite(c.omega) else f"v = {c.v}, omega = {c.omega}"
-
-
-def _beyond(c: Command, robot: Robot) -> str:
-    d = robot.limits()
-    top = min(SPEED, d.v_max)
-    if not d.v_min - SLACK <= c.v <= top + SLACK:
-        return f"v = {c.v:.4g} m/s; the robot and the set speed allow {d.v_min:g} to {top:g}"
-    if abs(c.omega) > d.omega_max + SLACK:
-        return f"omega = {c.omega:.4g} rad/s; the robot allows {d.omega_max:g}"
-    return ""
-
-
 def _first_fault(name: str, runs: list[_Watched], fault: Callable[[Command], str]) -> Finding:
+    if not any(run.commands for run in runs):
+        return Finding(name, None, "it gave no command")
     for run in runs:
         for k, command in enumerate(run.commands):
             if found := fault(command):
@@ -282,8 +286,29 @@ def _first_fault(name: str, runs: list[_Watched], fault: Callable[[Command], str
     return Finding(name, True)
 
 
+def _leaves_alone(runs: list[_Watched]) -> Finding:
+    name, wrote = "leaves its observation alone", _join(run.touched for run in runs)
+    if not wrote and not any(run.answers for run in runs):
+        return Finding(name, None, "it never came to an answer")
+    return Finding(name, not wrote, wrote)
+
+
+def _shows(navigator: Navigator, runs: list[_Watched]) -> Finding:
+    name, wrong = "diagnostics in the vocabulary", _join(run.shown for run in runs)
+    if not hasattr(navigator, "diagnostics"):
+        return Finding(name, True, "it has none, and need not")
+    if not wrong and not any(run.drawings for run in runs):
+        return Finding(name, None, "they were never asked for")
+    return Finding(name, not wrong, wrong)
+
+
+_SAME = "same seed, same commands, whatever came before"
+
+
 def _deterministic(runs: list[_Watched], repeats: list[_Watched]) -> Finding:
-    name = "same seed, same commands, whatever came before"
+    name = _SAME
+    if not any(run.commands for run in (*runs, *repeats)):
+        return Finding(name, None, "it gave no command")
     for a, b in zip(runs, repeats, strict=True):
         left, right = ([(c.v, c.omega) for c in r.commands] for r in (a, b))
         for k, (one, other) in enumerate(zip(left, right, strict=False)):
@@ -302,8 +327,8 @@ def _deterministic(runs: list[_Watched], repeats: list[_Watched]) -> Finding:
 
 def _arrives(run: _Watched) -> Finding:
     name, trial = "reaches a goal in the open", run.trial
-    if trial is None:
-        return Finding(name, False, "it never began")
+    if trial is None or not run.commands:
+        return Finding(name, None, "it gave no command")
     away = math.dist(trial.pose[-1, :2], run.situation.goals[-1][:2])
     detail = f"ended {away:.2f} m from a goal 2.5 m ahead after {len(run.commands)} decisions"
     return Finding(name, trial.outcome is Outcome.REACHED, detail)
@@ -312,41 +337,13 @@ def _arrives(run: _Watched) -> Finding:
 def _pace(runs: list[_Watched], robot: Robot) -> Finding:
     name = "keeps up with its control period"
     seconds = np.array([s for r in runs for s in r.seconds])
+    if any(run.hung for run in runs):
+        return Finding(name, False, "a decision had to be broken off")
     if not len(seconds):
-        return Finding(name, False, "it never decided")
+        return Finding(name, None, "it never came to an answer")
     median, late = np.quantile(seconds, (0.5, 0.99))
     detail = f"median {1e3 * median:.3g} ms, 99 % within {1e3 * late:.3g} ms; the period is {1e3 * robot.period:g} ms"
     return Finding(name, bool(median <= robot.period), detail)
-
-
-def _diagnostics_fault(shown: Any) -> str:
-    if not isinstance(shown, Diagnostics):
-        return f"diagnostics() returned a {type(shown).__name__}, not a clearway.contract.Diagnostics"
-    arrays = [(f"polyline {n!r}", a, 2) for n, a in shown.polylines.items()]
-    arrays += [(f"circles {n!r}", a, 3) for n, a in shown.circles.items()]
-    arrays += [("tube", shown.tube, 3)] if shown.tube is not None else []
-    arrays += [("tree", shown.tree, 4)] if shown.tree is not None else []
-    for name, values, width in arrays:
-        found = np.asarray(values)
-        if found.ndim != 2 or found.shape[1] != width or found.dtype != np.float64:
-            return f"the {name} is {found.dtype} {found.shape}, not float64 (n, {width})"
-        if not np.isfinite(found).all():
-            return f"the {name} holds a number that is not finite"
-    if shown.field is not None and not isinstance(shown.field, OccupancyGrid):
-        return f"the field is a {type(shown.field).__name__}, not an OccupancyGrid"
-    if not isinstance(shown.status, str) or not isinstance(shown.iterations, int | np.integer):
-        return f"status {shown.status!r} must be text, iterations {shown.iterations!r} a whole number"
-    return ""
-
-
-def _changed(before: Any, after: Any, where: str = "observation") -> str:
-    """Which field of an observation the navigator wrote into."""
-    if isinstance(before, np.ndarray):
-        return "" if np.array_equal(before, after, equal_nan=True) else f"it wrote into {where}"
-    if is_dataclass(before):
-        found = (_changed(getattr(before, f.name), getattr(after, f.name), f"{where}.{f.name}") for f in fields(before))
-        return next((text for text in found if text), "")
-    return ""
 
 
 def _pair(pair: tuple[float, float]) -> str:

@@ -13,6 +13,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from clearway.campaigns.mistaken import refuse_mistaken
 from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
 from clearway.errors import ClearwayError, shown
 from clearway.geometry.grid import OccupancyGrid
@@ -76,6 +77,10 @@ class CampaignPlan:
             raise ClearwayError(
                 f"its name, with its options, has more than {LONGEST_NAME} characters", field="navigators"
             )
+        for suite in self.suites:
+            refuse_mistaken(suite, "suite", "scenario")
+        for robot in self.robots:
+            refuse_mistaken(robot, "robot")
         if not self.robots:
             object.__setattr__(self, "robots", _usual_robots(self.suites))
 

@@ -11,6 +11,7 @@ from typing import Any
 
 from clearway.campaigns.growth import kept_of
 from clearway.campaigns.interruption import interruptible
+from clearway.campaigns.mistaken import refuse_mistaken
 from clearway.campaigns.pool import Fate, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import asked_of, machine, now
@@ -55,6 +56,7 @@ def score_plan(
         CampaignInterrupted: Ctrl-C; `out` can be resumed.
     """
     plan, out, processes = Path(plan), Path(out), workers_of(workers)
+    refuse_mistaken(plan, "test plan")
     if not resume:
         refuse_results(out)
     lab, tell = Lab(plan, load_test_plan(plan, unready)), progress or silent

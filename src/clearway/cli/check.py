@@ -1,55 +1,56 @@
-"""`clearway check`: is this file, or this navigator, as it should be?"""
+"""`clearway check`: is this file, robot, suite or plan, or this navigator, as it should be?"""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from clearway.cli._options import Json, RobotName, tell
+from clearway.cli._options import Json, tell
 
 SHOWN = 50
 """Problems that are printed."""
 
 
 def check(
-    target: Annotated[str, typer.Argument(help="A TOML or map file, or a navigator (name or my_pkg:MyNavigator).")],
-    robot: RobotName = "tiago",
+    target: Annotated[
+        str,
+        typer.Argument(
+            help="A TOML or map file; the name of a robot, suite or floor plan; a navigator (name or my_pkg:MyNavigator)."
+        ),
+    ],
+    robot: Annotated[
+        str | None,
+        typer.Option("--robot", "-r", help="Who drives: a robot's name or file; default: the suite's own, or tiago."),
+    ] = None,
+    decision_limit: Annotated[
+        float, typer.Option(help="Seconds of wall clock after which a navigator's decision counts as hung.")
+    ] = 10.0,
     as_json: Json = False,
 ) -> None:
     """Say what is wrong with a scenario, suite, robot, plan, test plan or map file, or with a navigator.
 
     Of a test plan the recordings are read as well: whether they hold what it names, and whether its ties tie.
+    Each finding is printed as soon as it is known; what could not be tested is not called right.
     """
-    import os
-    from pathlib import Path
+    from clearway.campaigns.checks import findings
 
-    from clearway.errors import ClearwayError
-    from clearway.robots import load_robot
-
-    if Path(target).suffix in (".toml", ".yaml", ".yml"):
-        from clearway.campaigns.checks import about_file, check_file
-
-        found = [str(problem) for problem in check_file(Path(target), load_robot(robot))]
-        passed = about_file(Path(target))
-    elif os.path.isfile(target):
-        raise ClearwayError("is no TOML file; into recordings looks `clearway import --list`", file=target)
-    else:
-        from clearway.campaigns.conformance import check_navigator
-        from clearway.navigators.registry import make_navigator
-
-        make_navigator(target)  # a navigator that can't be made is an error of its own
-        findings = check_navigator(lambda: make_navigator(target), load_robot(robot))
-        found = [str(ClearwayError(f.detail, field=f.name)) for f in findings if not f.passed]
-        passed = [f"{f.name}: {f.detail}" if f.detail else f.name for f in findings if f.passed]
+    found: dict[bool | None, list[str]] = {True: [], False: [], None: []}
+    for passed, text in findings(target, robot, decision_limit):
+        found[passed].append(text)
+        if as_json:
+            continue
+        if passed is False and len(found[False]) > SHOWN:
+            continue
+        word = {True: "ok", False: "problem", None: "not tested"}[passed]
+        typer.echo(f"{word:<10}  {text}", err=passed is False)
+    problems, untested = found[False], found[None]
     if as_json:
-        tell({"target": target, "problems": found, "passed": passed}, indent=2)
+        answer: dict[str, Any] = {"target": target, "problems": problems, "passed": found[True], "not_tested": untested}
+        tell(answer, indent=2)
     else:
-        for name in passed:
-            typer.echo(f"ok       {name}")
-        for problem in found[:SHOWN]:
-            typer.echo(f"problem  {problem}", err=True)
-        if len(found) > SHOWN:
-            typer.echo(f"problem  and {len(found) - SHOWN} more; --json has them all", err=True)
-        typer.echo(f"{target}: {'nothing wrong' if not found else f'{len(found)} problem(s)'}")
-    raise typer.Exit(1 if found else 0)
+        if len(problems) > SHOWN:
+            typer.echo(f"problem     and {len(problems) - SHOWN} more; --json has them all", err=True)
+        said = "nothing wrong" if not problems else f"{len(problems)} problem(s)"
+        typer.echo(f"{target}: {said}" + (f", {len(untested)} not tested" if untested else ""))
+    raise typer.Exit(1 if problems else 0)

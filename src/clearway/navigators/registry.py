@@ -7,12 +7,14 @@ own in the results.
 
 from __future__ import annotations
 
+import difflib
+import inspect
 import json
 from collections.abc import Callable
 from typing import Any, get_args
 
 from clearway.contract import Navigator, Need
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, unknown
 from clearway.registry import Registry, in_a_line
 from clearway.robots import Robot
 
@@ -63,9 +65,14 @@ def make_navigator(name: str, **options: Any) -> Navigator:
     Raises:
         ClearwayError: it can't be found, imported or constructed.
     """
-    factory = navigator_class(name)
+    factory, given = navigator_class(name), split_options(name)[1] | options
+    known, others = _options_of(factory)
+    for option in given:
+        close = difflib.get_close_matches(option, known, n=1, cutoff=0.75)
+        if option not in known and (close or not others):
+            raise unknown("option", option, known, field=f"navigator {name!r}")
     try:
-        navigator = factory(**(split_options(name)[1] | options))
+        navigator = factory(**given)
     except (ClearwayError, KeyboardInterrupt):
         raise
     except BaseException as error:  # sys.exit() too
@@ -76,6 +83,16 @@ def make_navigator(name: str, **options: Any) -> Navigator:
                 f"{name!r} is not a navigator: it has no method {method}(); see clearway.contract.Navigator"
             )
     return navigator
+
+
+def _options_of(factory: Callable[..., Navigator]) -> tuple[list[str], bool]:
+    """The options that a navigator's constructor names, and whether it takes others too."""
+    try:
+        parameters = inspect.signature(factory).parameters.values()
+    except (TypeError, ValueError):  # of compiled code nothing is known
+        return [], True
+    named = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    return [p.name for p in parameters if p.kind in named], any(p.kind is p.VAR_KEYWORD for p in parameters)
 
 
 def needs_of(name: str, navigator: Navigator) -> frozenset[str]:

@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError, unknown
-from clearway.geometry.shapes import Circle, Polygon, Shape
+from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radius
 from clearway.quantities import (
     Angle,
     Distance,
@@ -40,6 +40,10 @@ from clearway.validation import first_problem
 
 Delay = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=2)]
 """s; what is later than that nobody can drive with."""
+
+
+FARTHEST = 10.0
+"""m from base_link that a footprint may reach: what is beyond was meant in centimetres, or is no robot among people."""
 
 
 class _Part(BaseModel):
@@ -230,6 +234,15 @@ class Robot(_Part):
         max_length=PRESETS,
         description="named overrides of the above; `without`: names of parts to take away",
     )
+
+    @model_validator(mode="after")
+    def _of_a_robots_size(self) -> Robot:
+        for name, footprint in (("footprint", self.footprint), ("planner_footprint", self.planner_footprint)):
+            if footprint is not None and (reach := circumscribed_radius(footprint.shape())) > FARTHEST:
+                raise ValueError(
+                    f"the {name} reaches {reach:.1f} m from base_link; metres are meant, at most {FARTHEST:g}"
+                )
+        return self
 
     @property
     def shape(self) -> Shape:

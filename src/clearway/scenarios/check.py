@@ -33,7 +33,7 @@ from clearway.scenarios.files import (
 )
 from clearway.scenarios.floor_plan_files import FloorPlanSpec
 from clearway.scenarios.floorplan import load_floor_plan
-from clearway.scenarios.plan import Fixture, FloorPlan
+from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, RunSpec, Scenario
 from clearway.scenarios.way import CELL, widest_way
 
@@ -131,7 +131,7 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
                 for e in check_scenario(s, robot)
             ]
         if isinstance(model, FloorPlanSpec):
-            return _in(path, _plan(load_floor_plan(str(path))))
+            return _in(path, check_plan(load_floor_plan(str(path)), robot))
         return list(_presets(path, table))
     except ClearwayError as error:
         return [error]
@@ -149,13 +149,26 @@ def _presets(path: Path, table: dict[str, dict[str, object]]) -> Iterator[Clearw
             yield error
 
 
-def _plan(plan: FloorPlan) -> list[ClearwayError]:
-    """A plan's line A-B and the area that it promises to keep clear."""
-    found = []
-    for name, pose in (("a", plan.a), ("b", plan.b)):
-        for fixture in plan.fixtures if pose is not None else ():
-            if _covers(fixture, pose):
-                found.append(ClearwayError(f"lies in {fixture.name!r}", field=name))
+def check_plan(plan: FloorPlan, robot: Robot) -> list[ClearwayError]:
+    """Everything that is wrong with a plan's line A-B and the area that it promises to keep clear; empty if nothing is.
+
+    Args:
+        plan: The floor plan.
+        robot: Who is to stand at A and at B and to get from one to the other.
+    """
+    found, fixtures = [], _fixtures(plan)
+    ends = [(name, pose) for name, pose in (("a", plan.a), ("b", plan.b)) if pose is not None]
+    for name, pose in ends:
+        if problem := _place(name.upper(), (float(pose[0]), float(pose[1]), float(pose[2])), robot, plan, fixtures):
+            found.append(ClearwayError(problem, field=name))
+    if ends and not found:
+        bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in fixtures.members)
+        needed = inscribed_radius(robot.shape)
+        places = tuple((float(pose[0]), float(pose[1])) for _, pose in ends)
+        for width in _widest(bodies, plan.bounds, places, needed):
+            if width is not None:
+                text = f"{robot.name} is {2 * needed:.2f} m wide, but the widest way from A to B is about {width:.2f} m"
+                found.append(ClearwayError(text, field="b"))
     if plan.clear is not None:
         x0, y0, x1, y1 = plan.clear
         middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2, 0.0])
@@ -338,10 +351,6 @@ def _widest(
 
 def _shape(obstacle: ObstacleSpec) -> Shape:
     return obstacle.shape.shape()
-
-
-def _covers(fixture: Fixture, pose: FloatArray | None) -> bool:
-    return pose is not None and clearance(rectangle(1e-6, 1e-6), pose, fixture.shape, fixture.pose) <= 0
 
 
 def _first_hit(shape: Shape, pose: FloatArray, standing: Crowd, first: int | None = None) -> str | None:

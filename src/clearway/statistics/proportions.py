@@ -192,6 +192,6 @@ def checked_probability(name: str, value: float) -> float:
         ClearwayError: otherwise; it guesses at percent.
     """
     if not 0 < value < 1:
-        hint = f" (did you mean {value / 100:g}?)" if 1 < value < 100 else ""
+        hint = f" (did you mean {value / 100:g}?)" if 2 <= value < 100 else ""  # 1.2 % is nobody's reliability
         raise ClearwayError(f"{name} {value:g} must lie between 0 and 1, both excluded{hint}")
     return float(value)
