@@ -3,6 +3,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 DEMO ?= results/demo
 
+# Dozens of processes start in the tests: without bytecode on disk each would compile every module anew.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo install test lint pytest clean
 
 demo: .venv/installed

@@ -26,7 +26,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from clearway.contract import EventKind
 from clearway.geometry.shapes import FloatArray
@@ -134,6 +133,8 @@ def smoothed(t: FloatArray, x: FloatArray) -> FloatArray:
     window = 2 * round(SMOOTHED / step / 2) + 1 if step > 0 and math.isfinite(step) else 1
     if window < 7 or window > n:
         return x
+    from scipy.signal import savgol_filter  # here: loading it takes longer than all else that a campaign's worker loads
+
     columns = x.reshape(n, -1)
     grid = np.linspace(t[0], t[-1], max(window, round((t[-1] - t[0]) / step) + 1))
     between = np.stack([np.interp(grid, t, column) for column in columns.T], axis=1)

@@ -22,7 +22,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import distance_transform_edt
 
 from clearway.geometry.distance import min_clearance
@@ -162,6 +161,8 @@ def prolonged(trial: Trial, times: FloatArray) -> FloatArray:
     x[k+1] = a x[k] + b x[k-1] + c that its last 3 s fit: rest, constant speed and acceleration and (damped) oscillation
     go on exactly; where no stable recurrence fits to 1 mm, or less than five samples are known, at the last velocity.
     """
+    from scipy.interpolate import CubicSpline  # here: it takes long to load, and only moving obstacles need it
+
     t = trial.t
     period = float(t[1] - t[0]) if len(t) > 1 else trial.attempt.period
     regular = (
