@@ -34,9 +34,10 @@ class BodyKind(StrEnum):
     OBSTACLE = "obstacle"  # placed by the test
     MOVING_OBSTACLE = "moving obstacle"
     PERSON = "person"  # whether standing or walking
+    ROBOT = "robot"  # one that a navigator drives
 
 
-PLACED = frozenset({BodyKind.OBSTACLE, BodyKind.MOVING_OBSTACLE, BodyKind.PERSON})
+PLACED = frozenset({BodyKind.OBSTACLE, BodyKind.MOVING_OBSTACLE, BodyKind.PERSON, BodyKind.ROBOT})
 """What the test puts there; the rest belongs to the floor."""
 
 

@@ -13,6 +13,7 @@ from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, rectangle
 from clearway.trials import Body
 from clearway.world.tracks import tracks
+from clearway.world.traffic import Traffic
 from clearway.world.world import World
 
 BEAMS = 361
@@ -28,13 +29,15 @@ AROUND = [body(Circle(4.0), 0.1, 0.0)]
 
 def sweeps(bodies: Sequence[Body], seed: int = 1, n: int = 200, **errors: float) -> FloatArray:
     """(n, beams) of a robot that stands at the origin."""
-    world = World(make_robot(lidar=LIDAR | errors), np.zeros(3), 1.0, bodies, tracks([], ["leg"]), seed)
+    traffic = Traffic(tracks([], ["leg"]), [], ["leg"])
+    world = World(make_robot(lidar=LIDAR | errors), np.zeros(3), 1.0, bodies, traffic, seed)
+    world.begin()
     rows = []
     for t in range(n):
         scan = world.sensing(0.1 * t, NOWHERE).scan
         assert scan is not None
         rows.append(scan.ranges)
-        world.advance(0.1 * t)
+        world.keep(0.1 * t, world.drive(0.1 * t)[0])
     return np.array(rows)
 
 

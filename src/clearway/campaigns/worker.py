@@ -27,8 +27,8 @@ from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.store import write_partial
+from clearway.world.attempt import attempt_of
 from clearway.world.bodies import bodies_of
-from clearway.world.simulate import attempt_of
 
 
 @dataclass(frozen=True, slots=True)

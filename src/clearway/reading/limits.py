@@ -64,6 +64,8 @@ OBSTACLES = 1_000
 """Of a scenario."""
 PEOPLE = 500
 """Of a scenario."""
+ROBOTS = 100
+"""Of a scenario, beside its own; each has a lidar to cast and a navigator to ask."""
 STOPS = 100
 """Of a person's route."""
 LEGS = 1_000

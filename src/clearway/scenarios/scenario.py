@@ -9,9 +9,11 @@ import itertools
 import math
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
+from clearway.geometry.streams import stream
 from clearway.quantities import (
     AngleSpread,
     AngleTolerance,
@@ -28,7 +30,7 @@ from clearway.quantities import (
     Vertices,
     Whole,
 )
-from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, PEOPLE, POINTS, RUNS, SECONDS
+from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, PEOPLE, POINTS, ROBOTS, RUNS, SECONDS
 from clearway.robots import Tolerances, load_robot
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
@@ -207,6 +209,30 @@ class LegSpec(_Part):
         return self.xy_tolerance or usual.xy, self.yaw_tolerance or usual.yaw
 
 
+class RobotSpec(_Part):
+    """One more robot, which decides as the tested one does."""
+
+    name: str = Field(min_length=1, description="unique in its scenario")
+    start: PoseSpec = Field(description="m, m, rad")
+    legs: tuple[LegSpec, ...] = Field(min_length=1, max_length=LEGS, description="its goals, one after another")
+    role: Literal["tested", "other"] = Field(
+        default="tested",
+        description="whether it has a trial of its own in the results, or is only there for the others",
+    )
+    robot: str | None = Field(default=None, description="name or file; default: the robot under test")
+    navigator: str | None = Field(
+        default=None, description="who drives it, if it is an `other`; default: the navigator under test"
+    )
+
+    @model_validator(mode="after")
+    def _tested_by_whom(self) -> RobotSpec:
+        if self.role == "tested" and self.navigator is not None:
+            raise ValueError(
+                f'the robot {self.name!r} is tested, so the run says who drives it; one with a navigator of its own has role = "other"'
+            )
+        return self
+
+
 class LabelSpec(_Part):
     """Where the scenario stands in its suite; see `clearway.trials.Labels`."""
 
@@ -230,6 +256,8 @@ class Scenario(_Part):
     speed: Speed = Field(description="set speed, caps the robot's, m/s")
     obstacles: tuple[ObstacleSpec, ...] = Field(default=(), max_length=OBSTACLES)
     people: tuple[PersonSpec, ...] = Field(default=(), max_length=PEOPLE, description="who walks there")
+    member: str = Field(default="robot 1", min_length=1, description="the robot's name, where there are more `robots`")
+    robots: tuple[RobotSpec, ...] = Field(default=(), max_length=ROBOTS, description="who else drives there")
     labels: LabelSpec = LabelSpec()
     reference_length: Length | None = Field(default=None, description="of one leg, m: paper A's d_AB, BARN's path")
     localisation: Literal["truth", "odometry", "amcl"] = Field(
@@ -264,11 +292,15 @@ class Scenario(_Part):
     def _consistent(self) -> Scenario:
         legs = [leg.name for leg in self.legs]
         obstacles, people = [o.name for o in self.obstacles], [p.name for p in self.people]
-        for kind, names in (("legs", legs), ("obstacles", obstacles), ("people", people)):
+        robots = [self.member, *(r.name for r in self.robots)] if self.robots else []
+        every = [("legs", legs), ("obstacles", obstacles), ("people", people), ("robots", robots)]
+        every += [(f"legs of the robot {r.name!r}", [leg.name for leg in r.legs]) for r in self.robots]
+        for kind, names in every:
             if twice := sorted({n for n in names if names.count(n) > 1}):
                 raise ValueError(f"two {kind} have the name {twice[0]!r}")
-        if both := sorted(set(obstacles) & set(people)):
-            raise ValueError(f"an obstacle and a person have the name {both[0]!r}")
+        for a, b in itertools.combinations((("an obstacle", obstacles), ("a person", people), ("a robot", robots)), 2):
+            if both := sorted(set(a[1]) & set(b[1])):
+                raise ValueError(f"{a[0]} and {b[0]} have the name {both[0]!r}")
         for obstacle in self.obstacles:
             for run in obstacle.runs:
                 if run.leg not in legs:
@@ -276,3 +308,15 @@ class Scenario(_Part):
                         f"the obstacle {obstacle.name!r} runs on a leg {run.leg!r}; legs: {', '.join(legs)}"
                     )
         return self
+
+    def members(self) -> list[Scenario]:
+        """What each of its robots is to do: its own one, then its other `robots`, whose noise is their own."""
+        if not self.robots:
+            return [self]
+        rest = {"robots": (), "optimal": None, "shortest": None, "reference_length": None}
+        found = [self.model_copy(update={"robots": ()})]
+        for robot in self.robots:
+            seed = int(stream(self.seed, f"robot {robot.name}") >> np.uint64(1))
+            own = {"member": robot.name, "start": robot.start, "legs": robot.legs, "seed": seed}
+            found.append(self.model_copy(update=rest | own))
+        return found

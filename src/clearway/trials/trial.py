@@ -149,6 +149,8 @@ class Attempt:
         source: Either `simulated` (what is known is exact) or `recorded` (what is known was measured).
         sight: How far obstacles are perceived (the camera's range, without one the lidar's), m, None if unknown.
         tuned: How near to this test the navigator's parameters were chosen.
+        run: The simulation that it shares with the trials of other robots, which are moving bodies of this one; empty: none.
+        member: The name of its robot there.
     """
 
     labels: Labels
@@ -172,6 +174,8 @@ class Attempt:
     source: Literal["simulated", "recorded"] = "simulated"
     sight: float | None = None
     tuned: Tuned = Tuned.UNDECLARED
+    run: str = ""
+    member: str = ""
 
 
 @dataclass(frozen=True, slots=True)

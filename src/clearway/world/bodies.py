@@ -8,16 +8,32 @@ import numpy as np
 
 from clearway.contract import BodyKind
 from clearway.geometry.shapes import Circle
+from clearway.robots import Robot
 from clearway.scenarios.plan import Fixture
 from clearway.scenarios.scenario import ObstacleSpec, Scenario
 from clearway.trials import Body
 
 
-def bodies_of(fixtures: Sequence[Fixture], scenario: Scenario) -> tuple[Body, ...]:
-    """Everything that the robot can hit: the plan's fixtures, the scenario's obstacles in their order, its people in theirs."""
+def bodies_of(
+    fixtures: Sequence[Fixture], scenario: Scenario, robots: Sequence[Robot] = (), member: int = 0
+) -> tuple[Body, ...]:
+    """Everything that a robot can hit: the plan's fixtures, the scenario's obstacles in their order, its people, its robots.
+
+    Args:
+        fixtures: The plan's.
+        scenario: The test.
+        robots: Of its own robot and of its other `robots`, in their order; default: it has none.
+        member: Which of these the robot is that can hit all that.
+    """
     fixed = [Body(f.name, BodyKind(f.kind), f.shape, np.array(f.pose, dtype=np.float64)) for f in fixtures]
     people = [Body(p.name, BodyKind.PERSON, Circle(p.radius), None) for p in scenario.people]
-    return (*fixed, *(_body(o) for o in scenario.obstacles), *people)
+    names = [scenario.member, *(r.name for r in scenario.robots)]
+    others = [
+        Body(name, BodyKind.ROBOT, robot.shape, None)
+        for i, (name, robot) in enumerate(zip(names, robots, strict=False))
+        if i != member
+    ]
+    return (*fixed, *(_body(o) for o in scenario.obstacles), *people, *others)
 
 
 def moving_obstacles_of(scenario: Scenario) -> tuple[ObstacleSpec, ...]:

@@ -54,11 +54,10 @@ class LaidTracks:
 
     Args:
         tracks: Of all moving bodies; those that decide have `ROOM` knots there.
-        slack: (m,) way for which each needs no look, m; set to 0 when a body appears.
     """
 
-    def __init__(self, tracks: Tracks, slack: FloatArray) -> None:
-        self._tracks, self._slack = tracks, slack
+    def __init__(self, tracks: Tracks) -> None:
+        self._tracks = tracks
         self._laid: dict[int, Laid] = {}
 
     def add(self, body: int, speed: float) -> None:
@@ -75,12 +74,15 @@ class LaidTracks:
         """At time `t` [s] it will be at `pose` (3,)."""
         laid = self._laid[body]
         laid.lay(t, pose)
-        self._slack[body] = 0.0
         self._tracks.rows[:, body, 1] = self._tracks.rows[:, body, 0] + laid.count
+
+    def cut(self, body: int, t: float) -> None:
+        """Forget what was laid beyond time `t` [s]."""
+        self._laid[body].cut(t)
 
     def restart(self, body: int, t: float, pose: FloatArray) -> None:
         """From time `t` [s] on it is at `pose` (3,), whatever was laid beyond."""
-        self._laid[body].cut(t)
+        self.cut(body, t)
         self.lay(body, t, pose)
 
     def foreseen(self, body: int, t: float) -> FloatArray:

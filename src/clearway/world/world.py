@@ -1,4 +1,4 @@
-"""The world of one robot: bodies that stand and move, the base, the lidar, the camera, the odometry."""
+"""The world of one robot: what stands and moves around it, its base, lidar, camera, odometry."""
 
 from __future__ import annotations
 
@@ -19,33 +19,31 @@ from clearway.robots import Robot
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
 from clearway.world import plant, setting
-from clearway.world.behaviours.behaviour import Behaviour
 from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
 from clearway.world.contact import TOUCH
-from clearway.world.deciders import Deciders
-from clearway.world.latency import Delays, Past
+from clearway.world.latency import Delays, Past, between
 from clearway.world.lidar import View, errors_of, hold, scan
-from clearway.world.tracks import Tracks, pose_at
-from clearway.world.tracks import place as place_all
+from clearway.world.tracks import pose_at
+from clearway.world.traffic import Traffic
 
 
 class World:
-    """Holds the truth and moves it on by one control period at a time.
+    """Holds the truth about one robot, and moves it on by one control period at a time: first as it would drive if nothing
+    else moved, for whoever decides by where it goes; then among where all the others went.
 
     Args:
         robot: Who moves.
         start: (3,) true pose, map frame.
         speed: Set speed of the test, m/s; caps the robot's.
         bodies: What it can hit.
-        tracks: Tracks of the bodies without a pose, in their order.
+        traffic: What moves; of the robots there, this one joins. Its bodies are those of `bodies` without a pose, in their order.
         seed: Seed of the errors of odometry, lidar and camera, and of the disturbance.
         disturbance: How the ground moves it; None: it does not.
-        behaviours: Who decides for moving bodies.
-        legs: Names of the legs.
         latency: Factor on the robot's latency.
 
     Attributes:
+        member: Which of the robots in `traffic` it is.
         moving_obstacles: (m, 3) poses now of the moving bodies; NaN: absent.
         latency: How late the robot senses and acts.
         between: What was where between the ends of the periods.
@@ -57,17 +55,15 @@ class World:
         start: FloatArray,
         speed: float,
         bodies: Sequence[Body],
-        tracks: Tracks,
+        traffic: Traffic,
         seed: int,
         disturbance: DisturbanceSpec | None = None,
-        behaviours: Sequence[Behaviour] = (),
-        legs: Sequence[str] = (),
         latency: float = 1.0,
     ) -> None:
         self.bodies = tuple(bodies)
         self._still = [b for b in bodies if b.pose is not None]
         self._moving = [b for b in bodies if b.pose is None]
-        self._robot, self._tracks, self._period = robot, tracks, robot.period
+        self._robot, self._traffic, self._period = robot, traffic, robot.period
         self._pivot = robot.drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
         self._state = np.zeros(setting.STATE)
         self._state[:3] = self._shifted(start, self._pivot)
@@ -87,7 +83,7 @@ class World:
         self._reach = float(foot.reach[0]), still.reach.tolist(), moving.reach.tolist()
         key = stream(seed, "odometry")
         self._boxes = boxes(still)
-        self._slack, self._since = np.zeros(len(self._moving)), np.zeros(len(self._moving))
+        self._slack = np.zeros(len(self._moving))
         self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
         self._sensed_obstacles = self.moving_obstacles.copy()
         vehicle = setting.Vehicle(
@@ -95,19 +91,21 @@ class World:
             setting.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip
+        limits, bounds = vehicle.limits, vehicle.bounds
+        fastest = math.hypot(limits.fastest + bounds[2], self._pivot * (limits.omega_max + bounds[3]))
+        fastest += math.hypot(bounds[0], self._pivot * bounds[1]) / robot.period
+        self.member = traffic.join(foot, self._pivot, self._state[:3], 1.01 * fastest)
+        self._around = traffic.without(self.member)
         self._way = np.zeros((setting.steps(robot.period) + 1, setting.WAY))
         self._way[:] = self._state[: setting.WAY]
-        self._setting = setting.hold(
-            setting.Setting(
-                vehicle, setting.Still(still, self._boxes, np.zeros(len(self._still))),
-                setting.Moving(moving, tracks, self._since, self._slack, self.moving_obstacles), self._commands, self._way,
-            )
-        )  # fmt: skip
+        standing = setting.Still(still, self._boxes, np.zeros(len(self._still)))
+        tracks, since = self._around.tracks, self._around.since
+        among = setting.Moving(moving, tracks, since, self._slack, self.moving_obstacles)
+        self._setting = setting.hold(setting.Setting(vehicle, standing, among, self._commands, self._way))
+        alone = setting.Moving(pack([]), tracks, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
+        self._alone = setting.hold(setting.Setting(vehicle, standing, alone, self._commands, self._way))
         self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
-        self._leg, self._leg_began = 0, 0.0
-        self._deciders = Deciders(behaviours, tracks, self._slack, self._since, foot, legs)
-        self._deciders.start(self._state[:3])
-        self._place_moving(0.0, self.moving_obstacles)
+        self._began = self._state.copy()
         self._camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
@@ -147,14 +145,17 @@ class World:
             out[1] += ahead * math.sin(out[2])
         return out
 
+    def begin(self) -> None:
+        """Time 0: everything that moves has its place."""
+        self._around.place(0.0, self.moving_obstacles)
+
     def begin_leg(self, leg: int, t: float) -> None:
-        """From `t` [s] on the moving bodies follow their tracks of leg `leg`."""
-        self._leg, self._leg_began = leg, t
-        self._since[~self._tracks.lasting] = t
+        """The robot begins its leg number `leg` at time `t` [s]; the first of the robots takes those along that follow its legs."""
+        if self.member == 0:
+            self._traffic.begin_leg(leg, t)
         self._slack[:] = 0.0
-        self._deciders.begin_leg(leg, t)
         self.between.begin_leg()
-        self._place_moving(t, self.moving_obstacles)
+        self._around.place(t, self.moving_obstacles)
 
     def sensing(self, t: float, goal: Goal) -> Sensing:
         """What arrives of the sensors at time `t` [s], which is now."""
@@ -165,8 +166,8 @@ class World:
             moving[:] = self.moving_obstacles
         else:
             inner = self._past.state(stamp)
-            if stamp >= self._leg_began:
-                self._place_moving(stamp, moving)
+            if stamp >= self._traffic.leg_began:
+                self._around.place(stamp, moving)
             else:
                 moving[:] = self._past.seen(stamp)
         state = self._shifted(inner, -self._pivot)
@@ -193,26 +194,61 @@ class World:
         """Command v [m/s] and omega [rad/s] at time `t` [s], or so much later [s]."""
         self._delays.send(t + late, self._count, v, omega)
 
-    def advance(self, t: float) -> tuple[float, Body | None]:
-        """Drive on what was commanded from time `t` [s] for one control period, or until contact.
+    def rehearse(self, t: float) -> FloatArray:
+        """(n + 1, 3 or more) the way that its pivot would take in the period from time `t` [s] on if nothing else moved."""
+        self._delays.fill(self._commands, t, self._period)
+        hit = plant.tick(self._state, self._count, self._traffic.leg, t, self._alone)
+        if hit >= 0:  # from there on it stands
+            reached = math.ceil(self._state[setting.ELAPSED] / self._period * (len(self._way) - 1) - 1e-9)
+            self._way[max(reached, 1) :] = self._way[max(reached, 1)]
+        self._state[:] = self._began
+        return self._way
+
+    def drive(self, t: float) -> tuple[float, Body | None]:
+        """Drive on what was commanded in the period from time `t` [s] on, or until contact; the same when it is asked again.
 
         Returns:
             The time driven [s], and the body that was touched, if any.
         """
-        self._delays.fill(self._commands, t, self._period)
-        before = self._state.copy() if self._deciders else self._state
-        hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
-        if self._deciders:  # they see where it drives, and decide; then it drives there, among them
-            self._deciders.see(t, self._period, self._way)
-            self._deciders.decide_until(t + self._period)
-            self._state[:] = before
+        if self._traffic.decided:
+            self._state[:] = self._began
             self._slack[:] = 0.0
-            hit = plant.tick(self._state, self._count, self._leg, t, self._setting)
-        self._count += 1
-        self._past.drive(t, self._period, self._way, self._state)
+            self._around.now()
+        else:
+            self._delays.fill(self._commands, t, self._period)
+        hit = plant.tick(self._state, self._count, self._traffic.leg, t, self._setting)
         driven = self._period if hit < 0 else float(self._state[setting.ELAPSED])
-        self.between.look(self._leg, t, driven)
         return driven, None if hit < 0 else (self._still + self._moving)[hit]
+
+    def keep(self, t: float, driven: float) -> None:
+        """What was driven in the period from time `t` [s] on, for `driven` [s], is what happened."""
+        self._count += 1
+        self._began[:] = self._state
+        self._past.drive(t, self._period, self._way, self._state)
+        self.between.look(self._traffic.leg, t, driven)
+
+    def halt(self, t: float, driven: float) -> None:
+        """In the period from time `t` [s] on it was stopped after `driven` [s], before whatever else would have stopped it."""
+        h = self._period / (len(self._way) - 1)
+        i = min(int(driven / h), len(self._way) - 2)
+        a, b, share = self._way[i], self._way[i + 1], min(driven / h - i, 1.0)
+        self._state[3:5] = a[3:5] + share * (b[3:5] - a[3:5])
+        for k in (0, 5):
+            self._state[k : k + 3] = between(a[k : k + 3], b[k : k + 3], share)
+        self._around.place(t + driven, self.moving_obstacles)
+
+    def stay(self, t: float) -> None:
+        """From time `t` [s] on it stands where it is, for good."""
+        self._traffic.halt(self.member, t, self._state[:3])
+
+    @property
+    def stands(self) -> bool:
+        """Whether it stands."""
+        return bool(self._state[setting.V] == 0.0 and self._state[setting.OMEGA] == 0.0)
+
+    def body(self, name: str) -> Body:
+        """The moving body of this name."""
+        return next(body for body in self._moving if body.name == name)
 
     def touching(self) -> Body | None:
         """A body that the robot touches where it stands now, None if there is none."""
@@ -235,11 +271,11 @@ class World:
         """How fast `body` moves at time `t` [s], m/s."""
         if body.pose is not None:
             return 0.0
-        m = self._moving.index(body)
-        begin, end = self._tracks.rows[self._leg, m].tolist()
+        m, around = self._moving.index(body), self._around
+        begin, end = around.tracks.rows[around.leg, m].tolist()
         before, now, h = np.empty(3), np.empty(3), 1e-3
-        pose_at(self._tracks.knots, begin, end, t - self._since[m] - h, before)
-        pose_at(self._tracks.knots, begin, end, t - self._since[m], now)
+        pose_at(around.tracks.knots, begin, end, t - around.since[m] - h, before)
+        pose_at(around.tracks.knots, begin, end, t - around.since[m], now)
         moved = math.dist(before[:2], now[:2])
         return moved / h if math.isfinite(moved) else 0.0
 
@@ -249,18 +285,16 @@ class World:
         _, still, moving = self._reach
         rows = [(b.pose[0], b.pose[1], r, 1.0) for b, r in zip(self._still, still, strict=True)
                 if b.kind == BodyKind.OBSTACLE and b.pose is not None]  # fmt: skip
-        at = np.empty(3)
+        at, around = np.empty(3), self._around
+        around.now()
         for m, ((begin, end), since, reach) in enumerate(
-            zip(self._tracks.rows[self._leg].tolist(), self._since.tolist(), moving, strict=True)
+            zip(around.tracks.rows[around.leg].tolist(), around.since.tolist(), moving, strict=True)
         ):
-            if m in self._deciders:
-                at[:2] = self._deciders.foreseen(m, t)
+            foreseen = around.foreseen(m, t)
+            if foreseen is not None:
+                at[:2] = foreseen
                 there = math.isfinite(at[0])
             else:
-                there = pose_at(self._tracks.knots, begin, end, t - since, at)
+                there = pose_at(around.tracks.knots, begin, end, t - since, at)
             rows.append((at[0], at[1], reach, float(there)))
         return np.array(rows, dtype=np.float64).reshape(-1, 4)
-
-    def _place_moving(self, t: float, out: FloatArray) -> None:
-        """Write where the moving bodies are at time `t` [s] of this leg to `out` (m, 3)."""
-        place_all(self._tracks, self._leg, self._since, t, out)

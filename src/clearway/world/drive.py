@@ -1,0 +1,251 @@
+"""One robot on its way through a trial: it senses, decides and drives, and a checker says when it is over."""
+
+from __future__ import annotations
+
+import math
+import traceback
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+
+from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Task
+from clearway.foreign import said, traced
+from clearway.geometry.grid import OccupancyGrid
+from clearway.geometry.shapes import FloatArray
+from clearway.robots import Robot
+from clearway.trials import Body, Event, Outcome, Snapshot
+from clearway.world.goal_and_progress_checker import GoalAndProgressChecker
+from clearway.world.log import Log
+from clearway.world.traffic import Traffic
+from clearway.world.world import World
+
+_SAME = 1e-9  # s
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Driver:
+    """A robot of a simulation, and who drives it.
+
+    Attributes:
+        robot: The robot.
+        pilot: Who drives it.
+        navigator: Name of the pilot's navigator, for the record.
+        localisation: Name of its localiser, for the record.
+        map: What the robot is told of the floor, None for nothing.
+        privileged: Whether it is told the truth about the obstacles' future.
+        budget: Budget of a decision; default: none.
+        real_time: Whether time passes while the pilot thinks: its command is followed as much later, and until it has
+            decided it is not asked again. The first decision counts as instant: it may load or compile code.
+        setup: Name of the budget, for the record.
+        tracking: Name of what follows obstacles, for the record.
+    """
+
+    robot: Robot
+    pilot: Pilot
+    navigator: str
+    localisation: str
+    map: OccupancyGrid | None = None
+    privileged: bool = False
+    budget: Budget | None = None
+    real_time: bool = False
+    setup: str | None = None
+    tracking: str = ""
+
+
+class Drive:
+    """The control periods of one robot, and what they leave behind.
+
+    Args:
+        driver: Who drives which robot.
+        world: The robot's.
+        checker: Of its trial.
+        task: What the pilot is told.
+        rng: What the pilot draws from.
+        raise_errors: Whether an error of the pilot is raised.
+
+    Attributes:
+        world: As given.
+        checker: As given.
+        task: As given.
+        outcome: How its trial ended; None: it goes on.
+        halted: Whether it stands for good.
+        log: The samples.
+        snapshots: What the navigator showed of its thinking.
+        thinking: How long each decision took, s of wall clock.
+    """
+
+    def __init__(
+        self, driver: Driver, world: World, checker: GoalAndProgressChecker, task: Task, rng: np.random.Generator,
+        raise_errors: bool,
+    ) -> None:  # fmt: skip
+        self.world, self.checker = world, checker
+        self.task, self._rng, self._raise_errors, self._real_time = task, rng, raise_errors, driver.real_time
+        self._robot, self._pilot, self._decide, self._period = (
+            driver.robot, driver.pilot, driver.pilot.decide, driver.robot.period,
+        )  # fmt: skip
+        self.outcome: Outcome | None = None
+        self.halted = False
+        self.log = Log(len(world.moving_obstacles))
+        self.snapshots: list[Snapshot] = []
+        self.thinking: list[float] = []
+        self._count, self._busy, self._status, self._called = 0, 0.0, "", False  # busy: until then the pilot thinks
+        self._estimate, self._command = task.start, Command(0.0, 0.0)
+        self._driven = self._period
+        self._touched: Body | None = None
+
+    @property
+    def end(self) -> float:
+        """When its control period ends, s."""
+        return (self._count + 1) * self._period
+
+    def begin(self) -> None:
+        """Time 0: the pilot is told its task."""
+        self.world.begin()
+        touched = self.world.touching()
+        if touched is not None:
+            self._contact(0.0, 0.0, touched, " where it was placed")
+            return
+        try:
+            self._pilot.reset(self.task, self._robot, self._rng)
+        except Exception as error:
+            if self._raise_errors:
+                raise
+            self._fail(0.0, error)
+
+    def decide(self) -> None:
+        """A control period begins: sense, and say what is to be driven; a robot whose trial is over comes to rest."""
+        t = self._count * self._period
+        if self.outcome is None:
+            self._go_on(t)
+        if self.outcome is not None and not self.halted:
+            if self.world.stands:
+                self._halt(t)
+            else:
+                self.world.send(0.0, 0.0, t)
+
+    def _go_on(self, t: float) -> None:
+        world, checker, thinking = self.world, self.checker, self.thinking
+        now, leg = world.state, checker.leg
+        if t >= self._busy - _SAME:
+            sensing = world.sensing(t, checker.goal)
+            before = perf_counter()
+            try:
+                decision = self._decide(sensing)
+                thinking.append(perf_counter() - before)
+                estimate, command = _sound(decision, self._estimate)
+            except Exception as error:
+                if self._raise_errors:
+                    raise
+                self._fail(t, error)
+                return
+            if self._real_time and len(thinking) > 1:
+                self._busy = t + thinking[-1]
+            if decision.diagnostics is not None:
+                self.snapshots.append(Snapshot(t, decision.diagnostics))
+            if command.status != self._status:
+                self._status = command.status
+                checker.events.append(Event(t, EventKind.STATUS, self._status))
+            checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
+            self._called = checker.called(estimate, command)
+            if self._called:
+                command = replace(command, v=0.0, omega=0.0)
+            self._estimate, self._command = estimate, command
+            world.send(command.v, command.omega, t, max(self._busy - t, 0.0))
+        command = self._command
+        self.log.add(t, now[:5], self._estimate, command, leg, world.moving_obstacles)
+        self.outcome = checker.judge(t, now, self._called, command.gave_up)
+        if self.outcome is None and checker.leg != leg:
+            world.begin_leg(checker.leg, t)
+
+    def rehearse(self, traffic: Traffic) -> None:
+        """Tell all others the way that it would take in its period if nothing else moved."""
+        t = self._count * self._period
+        traffic.see(self.world.member, t, self._period, self.world.rehearse(t))
+
+    def look(self) -> tuple[float, Body | None]:
+        """Drive its period, as often as asked: until when it gets [s], and what it touches there, if anything."""
+        t = self._count * self._period
+        self._driven, self._touched = self.world.drive(t)
+        return t + self._driven, self._touched
+
+    def keep(self) -> None:
+        """What it drove when it last looked is what happened."""
+        self.world.keep(self._count * self._period, self._driven)
+        self._count += 1
+
+    def collide(self, touched: Body, at: float | None = None) -> None:
+        """It touches something: where its last look ended, or before, at time `at` [s]; it stays there."""
+        t = self._count * self._period
+        if at is not None:
+            self._driven = min(max(at - t, 0.0), self._period)
+            self.world.halt(t, self._driven)
+        self.keep()
+        if self.outcome is None:
+            self._contact(t, self._driven, touched)
+        else:
+            self._halt(t + self._driven)
+
+    def _contact(self, t: float, driven: float, body: Body, where: str = "") -> None:
+        self._record(t + driven)
+        own, other = abs(float(self.world.state[3])), self.world.speed_of(body, t + driven)
+        self.outcome = self.checker.stop(
+            t + driven, Outcome.COLLISION, EventKind.CONTACT,
+            f"{body.kind} {body.name!r} at {other:.3f} m/s, robot at {own:.3f} m/s",
+            f"contact with {body.kind} {body.name!r}{where}",
+            self.world.bodies.index(body),
+        )  # fmt: skip
+        self._halt(t + driven)
+
+    def _fail(self, t: float, error: Exception) -> None:
+        self._record(t)
+        frames = traceback.extract_tb(error.__traceback__)
+        place = f" ({frames[-1].filename}:{frames[-1].lineno})" if len(frames) > 1 else ""
+        self.outcome = self.checker.stop(
+            t, Outcome.NAVIGATOR_FAILED, EventKind.ERROR, traced(error), f"{said(error)}{place}"
+        )
+
+    def _halt(self, t: float) -> None:
+        self.halted = True
+        self.world.stay(t)
+
+    def _record(self, t: float) -> None:
+        """The last instant, with the estimate and the command that were in force."""
+        self.log.add(
+            t, self.world.state[:5], self._estimate, self._command, self.checker.leg, self.world.moving_obstacles
+        )
+
+
+def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]:
+    """The estimate and the command of a decision that is what it should be.
+
+    Raises:
+        TypeError, ValueError: it isn't.
+    """
+    command, estimate = decision.command, decision.estimate
+    if not isinstance(command, Command):
+        raise TypeError(f"the navigator answered {command!r}; a Command is expected")
+    if not (math.isfinite(command.v) and math.isfinite(command.omega)):
+        raise ValueError(f"the command v = {command.v}, omega = {command.omega} is not finite")
+    estimate = np.asarray(estimate, dtype=np.float64)
+    if estimate.shape != before.shape or not all(map(math.isfinite, estimate.tolist())):
+        raise ValueError(f"the estimated pose {estimate!r} is not three finite numbers")
+    return estimate, command
+
+
+def timing(wall: float, thinking: Sequence[float], period: float) -> dict[str, float]:
+    """The trial's wall clock, and that of its decisions but for the first, which may load or compile code."""
+    counted = np.array(thinking[1:])
+    if not len(counted):
+        return {"wall": wall}
+    p50, p99 = np.percentile(counted, [50, 99])
+    return {
+        "wall": wall,
+        "decide_count": float(len(counted)),
+        "decide_mean": float(counted.mean()),
+        "decide_p50": float(p50),
+        "decide_p99": float(p99),
+        "decide_max": float(counted.max()),
+        "decide_overrun": float((counted > period).mean()),
+    }

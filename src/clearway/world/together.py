@@ -1,0 +1,80 @@
+"""Several robots on their ways at once: each decides at its own instants, and none drives through another.
+
+At the end of a control period it is known where all the others went in it. So a robot drives it twice: once among what stands, for
+all who go by where it is, then among where they went. What others decided within that one period because of where it would have
+been had nothing moving been in its way, they have decided.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from clearway.contract import BodyKind
+from clearway.trials import Body
+from clearway.world.drive import Drive
+from clearway.world.traffic import Traffic
+
+_SAME = 1e-9  # s
+_TIE = 1e-4
+"""Contacts within this are at once, s: the two who touch find it each in their own steps."""
+
+
+def drive_together(drives: Sequence[Drive], names: Sequence[str], traffic: Traffic) -> None:
+    """Drive until the trial of each robot is over; robots whose own is over stand where they come to rest.
+
+    Args:
+        drives: Of each robot, in the order in which they joined the traffic.
+        names: Of the robots as the others meet them.
+        traffic: What moves there.
+    """
+    traffic.start()
+    for drive in drives:
+        drive.begin()
+    due = list(drives)
+    while True:
+        for drive in due:
+            drive.decide()
+        if all(drive.outcome is not None for drive in drives):
+            return
+        under_way = [drive for drive in drives if not drive.halted]
+        for drive in due if traffic.decided else ():
+            if not drive.halted:
+                drive.rehearse(traffic)
+        end = min(drive.end for drive in under_way)
+        traffic.decide_until(end)
+        due = [drive for drive in under_way if drive.end <= end + _SAME]
+        _settle(due, dict(zip(names, drives, strict=True)), end)
+        due = [drive for drive in due if not drive.halted]
+
+
+def _settle(due: Sequence[Drive], named: dict[str, Drive], end: float) -> None:
+    """What the robots drive whose periods end at `end` [s], now that it is known where all the others went; robots that are
+    still in their periods when they are met are stopped there."""
+    looked = {drive: drive.look() for drive in due}
+    while True:
+        hits = {d: (t, touched) for d, (t, touched) in looked.items() if touched is not None and t <= end + _SAME}
+        if not hits:
+            break
+        met = [d for d in (_robot(touched, named) for _, touched in hits.values()) if d is not None]
+        unlooked = [d for d in met if d not in looked and not d.halted]
+        if unlooked:  # it may have been stopped before it was met
+            looked |= {drive: drive.look() for drive in unlooked}
+            continue
+        first = min(t for t, _ in hits.values())
+        stopped = {d: touched for d, (t, touched) in hits.items() if t <= first + _TIE}
+        who = {drive: name for name, drive in named.items()}
+        for drive, touched in stopped.items():
+            drive.collide(touched)
+        for drive, touched in stopped.items():
+            other = _robot(touched, named)
+            if other is not None and not other.halted:
+                other.collide(other.world.body(who[drive]), first)
+        looked = {drive: drive.look() for drive in looked if not drive.halted}
+    for drive in due:
+        if not drive.halted:
+            drive.keep()
+
+
+def _robot(touched: Body, named: dict[str, Drive]) -> Drive | None:
+    """The robot that was touched, if it was one of them."""
+    return named.get(touched.name) if touched.kind == BodyKind.ROBOT else None

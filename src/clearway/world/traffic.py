@@ -1,0 +1,204 @@
+"""All that moves in a simulation, and where it will be up to its next decision: on rails, by behaviours, by pilots.
+
+Whoever decides lays its track up to its next decision, so that the robots meet it as exactly as what runs on rails.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.geometry.packing import Packed
+from clearway.geometry.shapes import FloatArray
+from clearway.world.behaviours.behaviour import PERIOD, Behaviour, Scene, SeenRobot
+from clearway.world.laid import Laid, LaidTracks
+from clearway.world.tracks import Tracks, place
+
+_SAME = 1e-9  # s
+_OVER = 1e-6
+"""So much longer than it is known a robot's track goes on, s: an instant is the same up to rounding."""
+_EVER = 1e9  # s
+
+
+class Traffic:
+    """Has each behaviour decide at its instants, which are the same for all, and knows where the robots drive.
+
+    Args:
+        tracks: Of all that moves: moving obstacles and people, then the robots if there are several.
+        behaviours: Who decides, and for which of the former.
+        legs: Names of the first robot's legs, by which those go that run or are driven along a path.
+        robots: How many there are.
+
+    Attributes:
+        several: Whether robots meet robots.
+        leg: Number of the first robot's leg.
+        leg_began: When that began, s.
+    """
+
+    def __init__(self, tracks: Tracks, behaviours: Sequence[Behaviour], legs: Sequence[str], robots: int = 1) -> None:
+        self._tracks, self._behaviours, self._legs = tracks, tuple(behaviours), tuple(legs)
+        self._since = np.zeros(len(tracks.speed))
+        self.several = robots > 1
+        self._others = len(tracks.speed) - (robots if self.several else 0)
+        self._laid, self.leg, self.leg_began, self._count = LaidTracks(tracks), 0, 0.0, 0
+        self._robots: list[SeenRobot] = []
+        self._pivots: list[float] = []
+        for behaviour in behaviours:
+            for m, speed in zip(behaviour.members, behaviour.speed, strict=True):
+                self._laid.add(m, float(speed))
+
+    @property
+    def decided(self) -> bool:
+        """Whether anything that moves is decided while the trial goes on, and may go by what a robot does."""
+        return bool(self._behaviours) or self.several
+
+    def join(self, shape: Packed, pivot: float, pose: FloatArray, speed: float) -> int:
+        """A robot stands at `pose` (3,) at time 0.
+
+        Args:
+            shape: Its footprint, about its pivot.
+            pivot: How far ahead of base_link that is, m; `pose`, and what is said of it later, is the pivot's.
+            pose: Where it stands.
+            speed: The most that its base_link ever moves at, m/s.
+
+        Returns:
+            Which of the robots it is.
+        """
+        member = len(self._robots)
+        self._robots.append(SeenRobot(shape, Laid()))
+        self._pivots.append(pivot)
+        self._robots[member].track.lay(0.0, pose)
+        if self.several:
+            self._laid.add(self._others + member, speed)
+            self._laid.lay(self._others + member, 0.0, self._base(member, pose))
+        return member
+
+    def start(self) -> None:
+        """Time 0: all robots have joined, and the first leg begins."""
+        self.begin_leg(0, 0.0)
+        self.decide_until(0.0)
+
+    def begin_leg(self, leg: int, t: float) -> None:
+        """The first robot begins leg number `leg` at time `t` [s]; whom that concerns and who has decided for longer decides
+        anew."""
+        self.leg, self.leg_began = leg, t
+        self._since[~self._tracks.lasting] = t
+        for behaviour in self._behaviours:
+            poses = behaviour.begin_leg(self._legs[leg], t)
+            if poses is None:
+                continue
+            for m, pose in zip(behaviour.members, poses, strict=True):
+                self._laid.restart(m, t, pose)
+            until = self._count * PERIOD
+            if until > t + _SAME:
+                self._lay(behaviour, until, behaviour.step(t, until, self._scene(t)))
+
+    def see(self, member: int, t: float, period: float, way: FloatArray) -> None:
+        """In the `period` [s] from time `t` [s] on robot `member` drives along `way` (n + 1, 3 or more)."""
+        n = len(way) - 1
+        step, track = period / n, self._robots[member].track
+        for i in range(1, n + 1):
+            track.lay(t + i * step, way[i, :3])
+        if not self.several:
+            return
+        body = self._others + member
+        self._laid.cut(body, t + _SAME)
+        for i in range(1, n + 1):
+            self._laid.lay(body, t + i * step, self._base(member, way[i]))
+        before, last = self._base(member, way[n - 1]), self._base(member, way[n])
+        self._laid.lay(body, t + period + _OVER, last + _OVER / step * (last - before))
+
+    def halt(self, member: int, t: float, pose: FloatArray) -> None:
+        """From time `t` [s] on robot `member` stands at `pose` (3,), for good."""
+        track = self._robots[member].track
+        track.cut(t)
+        for when in (t, _EVER):
+            track.lay(when, pose)
+        if self.several:
+            body = self._others + member
+            self._laid.cut(body, t)
+            for when in (t, _EVER):
+                self._laid.lay(body, when, self._base(member, pose))
+
+    def decide_until(self, t: float) -> None:
+        """All behaviours decide up to time `t` [s], and thereby for a little longer; each by what was there when it decided."""
+        while self._behaviours and self._count * PERIOD <= t + _SAME:
+            now, until = self._count * PERIOD, (self._count + 1) * PERIOD
+            scene = self._scene(now)
+            chosen = [behaviour.step(now, until, scene) for behaviour in self._behaviours]
+            for behaviour, poses in zip(self._behaviours, chosen, strict=True):
+                self._lay(behaviour, until, poses)
+            self._count += 1
+
+    def without(self, member: int) -> Around:
+        """All that moves but robot `member`."""
+        others = [m for m in range(len(self._since)) if not self.several or m != self._others + member]
+        return Around(self, self._tracks, self._since, self._laid, others)
+
+    def _base(self, member: int, pose: FloatArray) -> FloatArray:
+        """Where base_link is (3,) when its pivot is at `pose` (3 or more,)."""
+        x, y, theta = pose[:3].tolist()
+        return np.array([x - self._pivots[member] * math.cos(theta), y - self._pivots[member] * math.sin(theta), theta])
+
+    def _lay(self, behaviour: Behaviour, until: float, poses: FloatArray) -> None:
+        for m, pose in zip(behaviour.members, poses, strict=True):
+            self._laid.lay(m, until, pose)
+
+    def _scene(self, t: float) -> Scene:
+        now, before = (np.empty((len(self._since), 3)) for _ in range(2))
+        place(self._tracks, self.leg, self._since, t, now)
+        place(self._tracks, self.leg, self._since, t - PERIOD, before)
+        return Scene(now[: self._others], before[: self._others], tuple(self._robots))
+
+
+class Around:
+    """What moves around one robot.
+
+    Args:
+        traffic: All of it.
+        tracks: Of all of it.
+        since: (m,) when the clock of each began, s.
+        laid: Whose tracks are laid while the trial goes on.
+        others: Which are not that robot.
+
+    Attributes:
+        tracks: Of the others.
+        since: (k,) when the clock of each of them began, s.
+    """
+
+    def __init__(
+        self, traffic: Traffic, tracks: Tracks, since: FloatArray, laid: LaidTracks, others: Sequence[int]
+    ) -> None:
+        self._traffic, self._all, self._all_since, self._laid, self._others = traffic, tracks, since, laid, others
+        self._apart: npt.NDArray[np.int64] | None = None
+        self.tracks, self.since = tracks, since
+        if len(others) < len(since):
+            self._apart = np.array(others, dtype=np.int64)
+            rows = np.ascontiguousarray(tracks.rows[:, self._apart])
+            self.tracks = Tracks(tracks.knots, rows, tracks.speed[self._apart], tracks.lasting[self._apart])
+            self.since = since[self._apart]
+
+    @property
+    def leg(self) -> int:
+        """Number of the first robot's leg."""
+        return self._traffic.leg
+
+    def now(self) -> None:
+        """Take over what was laid since."""
+        if self._apart is not None:
+            self.tracks.rows[:] = self._all.rows[:, self._apart]
+            self.tracks.speed[:] = self._all.speed[self._apart]
+            self.since[:] = self._all_since[self._apart]
+
+    def place(self, t: float, out: FloatArray) -> None:
+        """Write where they are at time `t` [s] to `out` (k, 3), NaN where one is absent."""
+        self.now()
+        place(self.tracks, self.leg, self.since, t, out)
+
+    def foreseen(self, k: int, t: float) -> FloatArray | None:
+        """(2,) where number `k` is at time `t` [s] as it moves now, if it decides; None: its track says."""
+        m = self._others[k]
+        return self._laid.foreseen(m, t) if m in self._laid else None
