@@ -63,11 +63,14 @@ def test_two_that_drive_at_each_other_meet_in_the_middle():
         (robot, constant(0.5)),
     )
     assert reached([a, b]) == [Outcome.COLLISION] * 2
-    assert a.t[-1] == pytest.approx(3.5 / 1.5, abs=1e-4) and b.t[-1] == pytest.approx(a.t[-1], abs=1e-4)
+    assert a.t[-1] == pytest.approx(3.5 / 1.5, abs=1e-4)
+    assert b.t[-1] == pytest.approx(a.t[-1], abs=1e-4)
     assert a.pose[-1, 0] == pytest.approx(-2.0 + 3.5 / 1.5, abs=1e-3)
-    assert a.reason == "contact with robot 'robot 2'" and b.reason == "contact with robot 'robot 1'"
+    assert a.reason == "contact with robot 'robot 2'"
+    assert b.reason == "contact with robot 'robot 1'"
     np.testing.assert_allclose(a.moving_obstacles[:, 0], b.pose, atol=1e-6)
-    assert (a.attempt.member, a.attempt.run) == ("robot 1", b.attempt.run) and b.attempt.member == "robot 2"
+    assert (a.attempt.member, a.attempt.run) == ("robot 1", b.attempt.run)
+    assert b.attempt.member == "robot 2"
 
 
 def test_who_stands_is_run_into_as_exactly():
@@ -75,7 +78,8 @@ def test_who_stands_is_run_into_as_exactly():
     a, b = together(
         scene({"start": (-2.0, 0.0, 0.0)}, {"start": (1.0, 0.0, 1.0)}), (robot, constant(1.0)), (robot, constant(0.0))
     )
-    assert a.t[-1] == pytest.approx(2.5, abs=1e-4) and reached([a, b]) == [Outcome.COLLISION] * 2
+    assert a.t[-1] == pytest.approx(2.5, abs=1e-4)
+    assert reached([a, b]) == [Outcome.COLLISION] * 2
     np.testing.assert_allclose(b.pose[-1], [1.0, 0.0, 1.0], atol=1e-12)
 
 
@@ -98,7 +102,8 @@ def test_who_has_arrived_stands_there_for_the_others():
         update={"legs": tuple(leg.model_copy(update={"time_limit": 30.0}) for leg in scenario.robots[0].legs)}),)}),
         (robot, Pilot(steer)), (robot, waits))  # fmt: skip
     assert reached([a, b]) == [Outcome.REACHED, Outcome.COLLISION]
-    assert a.t[-1] < 9.0 and b.moving_obstacles[-1, 0] == pytest.approx(a.pose[-1], abs=1e-9)
+    assert a.t[-1] < 9.0
+    assert b.moving_obstacles[-1, 0] == pytest.approx(a.pose[-1], abs=1e-9)
 
 
 def test_who_runs_out_of_time_brakes_as_its_base_can():
@@ -112,9 +117,11 @@ def test_who_runs_out_of_time_brakes_as_its_base_can():
         {"start": (3.0, 1.0, 0.0), "legs": [{"name": "far", "goal": (0.0, 0.0, 0.0), "time_limit": 9.0}]},
     )
     a, b = together(scenario, (robot, constant(1.0)), (robot, constant(0.0)))
-    assert a.outcome is Outcome.TIMEOUT and b.outcome is Outcome.TIMEOUT
+    assert a.outcome is Outcome.TIMEOUT
+    assert b.outcome is Outcome.TIMEOUT
     seen = b.moving_obstacles[:, 0]
-    assert seen[-1, 0] == pytest.approx(a.pose[-1, 0] + 0.25, abs=0.06) and seen[-1, 0] > a.pose[-1, 0] + 0.2
+    assert seen[-1, 0] == pytest.approx(a.pose[-1, 0] + 0.25, abs=0.06)
+    assert seen[-1, 0] > a.pose[-1, 0] + 0.2
 
 
 @settings(max_examples=40, deadline=None)
