@@ -183,7 +183,7 @@ def trials_alone(out: Path, trials: int) -> list[dict[str, Any]]:
     from clearway.campaigns.drawing import drawn
     from clearway.campaigns.plan import CampaignPlan
     from clearway.campaigns.plan_checks import check_plan
-    from clearway.campaigns.worker import run_trial
+    from clearway.campaigns.worker import run_trials
     from clearway.indicators import score_row
     from clearway.trials.store import write_partial
 
@@ -196,13 +196,13 @@ def trials_alone(out: Path, trials: int) -> list[dict[str, Any]]:
     )
     specs = [drawn(plan, spec) for spec in plan.specs()]
     known = check_plan(plan, specs)
-    run_trial(plan, specs[0], known[specs[0].navigator])  # compiles, or loads what is compiled
-    last = run_trial(plan, specs[-1], known[specs[-1].navigator])
+    run_trials(plan, specs[:1], known)  # compiles, or loads what is compiled
+    (last,) = run_trials(plan, specs[-1:], known)
     write_partial(out, "", specs[-1].index, last, {"id": specs[-1].id} | score_row(last))
     taken = dict.fromkeys(("simulated", "scored", "kept"), 0.0)
     for spec in specs:
         times = [time.process_time()]
-        trial = run_trial(plan, spec, known[spec.navigator])
+        (trial,) = run_trials(plan, [spec], known)
         times.append(time.process_time())
         row = score_row(trial)
         times.append(time.process_time())

@@ -24,7 +24,7 @@ from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import TrialSpec
 from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.provenance import asked_of_plan
-from clearway.campaigns.worker import run_trial
+from clearway.campaigns.worker import run_trials
 from clearway.errors import ClearwayError
 from clearway.indicators import score_row
 from clearway.reports.findings import Findings
@@ -49,7 +49,8 @@ def plan(*navigators: str, repetitions: int = 2, **options: Any) -> CampaignPlan
 def alone(asked: CampaignPlan, number: int) -> Trial:
     """One trial of a campaign, in this process."""
     specs = asked.specs()
-    return run_trial(asked, specs[number], check_plan(asked, specs)[specs[number].navigator])
+    (trial,) = run_trials(asked, specs[number : number + 1], check_plan(asked, specs))
+    return trial
 
 
 def contents(path: Path) -> dict[str, bytes]:

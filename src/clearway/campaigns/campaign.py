@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -105,12 +106,14 @@ def _run_all(
     debugged = work.workers == 0
     if debugged:
         plan = dataclasses.replace(plan, decision_limit=None)
-    calls = [(plan, spec, known[spec.navigator], store.partial, store.key, debugged) for spec in specs]
+    runs = [list(run) for _, run in itertools.groupby(specs, key=lambda spec: spec.run)]
+    calls = [(plan, run, known, store.partial, store.key, debugged) for run in runs]
     try:
-        for result in work.each(run_and_keep, calls, patience=patience_of(plan), fallen=keep_fallen):
-            done += 1
-            failed += result.outcome is Outcome.NAVIGATOR_FAILED
-            tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
+        for results in work.each(run_and_keep, calls, patience=patience_of(plan), fallen=keep_fallen):
+            for result in results:
+                done += 1
+                failed += result.outcome is Outcome.NAVIGATOR_FAILED
+                tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
     except Exception as error:
         if debugged:
             error.add_note(

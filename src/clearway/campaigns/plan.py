@@ -127,14 +127,24 @@ class CampaignPlan:
             suite = load_suite(name)
             for robot in self.robots:
                 scenarios = suite.build(load_robot(robot), self.selection, self.seed, outlines=True)
-                refuse_many(len(built) + len(scenarios) * len(self.navigators) * len(setups), name)
+                trials = sum(len(s.tested()) for s in scenarios)
+                refuse_many(len(built) + trials * len(self.navigators) * len(setups), name)
                 built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
         _refuse_unknown(self, {s.name for *_, s in built})
+        every = [(*asked, member) for asked in built for member in asked[-1].tested()]
         specs = [
             TrialSpec(
-                i, s, robot, navigator, self.localisation or s.localisation, self.tracking or s.tracking, setup, suite
+                i,
+                s,
+                robot,
+                navigator,
+                self.localisation or s.localisation,
+                self.tracking or s.tracking,
+                setup,
+                suite,
+                member,
             )
-            for i, (suite, robot, navigator, setup, s) in enumerate(built)
+            for i, (suite, robot, navigator, setup, s, member) in enumerate(every)
         ]
         _refuse_twins(specs)
         return specs
@@ -153,6 +163,7 @@ class TrialSpec:
         tracking: How it follows obstacles, by name.
         setup: How much the navigator may think per control period.
         suite: The suite that the scenario is of, as the user named it.
+        member: Which of the scenario's robots it is the trial of.
     """
 
     index: int
@@ -163,6 +174,7 @@ class TrialSpec:
     tracking: str
     setup: ThinkingBudget
     suite: str
+    member: int = 0
 
     @property
     def task(self) -> str:
@@ -170,10 +182,25 @@ class TrialSpec:
         return f"{self.scenario.labels.suite}/{self.scenario.name}/{self.robot}"
 
     @property
-    def id(self) -> str:
-        """Readable, unique in its campaign."""
+    def run(self) -> str:
+        """The simulation that gives it, readable; shared with the trials of the scenario's other robots."""
         id = f"{self.task}/{self.navigator}"
         return id if self.setup.name is None else f"{id}/{self.setup.name}"
+
+    @property
+    def id(self) -> str:
+        """Readable, unique in its campaign."""
+        return f"{self.run}/{self.scenario.names()[self.member]}" if self.scenario.robots else self.run
+
+    @property
+    def robots(self) -> list[str]:
+        """All that drive in its simulation: names, presets or files."""
+        return [self.robot, *(other.robot or self.robot for other in self.scenario.robots)]
+
+    @property
+    def navigators(self) -> list[str]:
+        """Who drives these."""
+        return [self.navigator, *(other.navigator or self.navigator for other in self.scenario.robots)]
 
 
 def _refuse_namesakes(robots: Sequence[str]) -> None:
@@ -194,9 +221,9 @@ def _refuse_namesakes(robots: Sequence[str]) -> None:
 
 def _refuse_twins(specs: Sequence[TrialSpec]) -> None:
     """Complain of two trials that are the same: their results would count as independent."""
-    seen: dict[tuple[str, str, str | None, int], list[TrialSpec]] = {}
+    seen: dict[tuple[str, str, str | None, int, int], list[TrialSpec]] = {}
     for spec in specs:
-        alike = seen.setdefault((spec.robot, spec.navigator, spec.setup.name, spec.scenario.seed), [])
+        alike = seen.setdefault((spec.robot, spec.navigator, spec.setup.name, spec.scenario.seed, spec.member), [])
         for other in alike:
             if other.id == spec.id or _test(other) == _test(spec):
                 raise ClearwayError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from clearway.campaigns.drawing import drawn
@@ -64,14 +64,15 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None
                 file = spec.suite if spec.suite.endswith(".toml") else problem.file
                 raise ClearwayError(problem.problem, file=file, field=f"{scenario.name}: {problem.field}")
         has_map = granted_map(plan.map, scenario) is not None
-        combination = (spec.robot, spec.navigator, spec.localisation, has_map)
-        if combination not in seen:
-            seen.add(combination)
-            calls.append((plan, spec, has_map))
+        for which, navigator in zip(spec.robots, spec.navigators, strict=True):
+            combination = (which, navigator, spec.localisation, has_map)
+            if combination not in seen:
+                seen.add(combination)
+                calls.append((plan, replace(spec, robot=which, navigator=navigator), has_map))
     limit = prepare_limit(plan.decision_limit)
     work = work or Pool(0, Path())
     found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))
-    return {name: found[name] for name in plan.navigators}
+    return {name: found[name] for name in dict.fromkeys([*plan.navigators, *(n for s in specs for n in s.navigators)])}
 
 
 def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:

@@ -36,11 +36,13 @@ def asked_of_plan(
         specs: Its trials.
         code: `code_of` each navigator, where that is known; None: to be found here.
     """
-    known = {robot.name: robot for robot in map(load_robot, plan.robots)}
+    others = (name for spec in specs if spec.scenario.robots for name in spec.robots)
+    known = {robot.name: robot for robot in map(load_robot, dict.fromkeys([*plan.robots, *others]))}
     robots = {name: json.loads(robot.model_dump_json()) for name, robot in known.items()}  # JSON knows no infinity
     floors = dict.fromkeys(spec.scenario.floor_plan for spec in specs)
     tasks = {spec.task: spec.scenario.model_dump_json() for spec in specs}
-    code = {name: code_of(name) for name in plan.navigators} if code is None else dict(code)
+    driving = dict.fromkeys([*plan.navigators, *(name for spec in specs for name in spec.navigators)])
+    code = {name: code_of(name) for name in driving} if code is None else dict(code)
     if plan.selection.seeds is not None:
         code |= {
             name: source.of_object(g.draw) for name in plan.suites if (g := load_suite(name).generator) is not None

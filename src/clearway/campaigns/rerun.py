@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from clearway.campaigns.campaign import planned
-from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.provenance import asked_of_plan, machine, now
 from clearway.campaigns.tuning import in_words
-from clearway.campaigns.worker import run_trial
+from clearway.campaigns.worker import all_drawn, run_trials
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema, score_row
 from clearway.robots import load_robot
@@ -43,7 +42,8 @@ class Rerun:
         difference: Where the two first differ; None: nowhere, or another navigator drove.
         changed: Columns of the table of trials that differ, each with its value before and now.
         remarks: Why the bits may differ although nothing was changed, for people.
-        results: The results directory with this one trial, if one was asked for.
+        results: The results directory with this one trial, and with those of its simulation's other robots, if one was
+            asked for.
     """
 
     number: int
@@ -103,19 +103,25 @@ def rerun(
     row_before = results.trials.slice(number, 1).to_pylist()[0]
     campaign = planned(results.path)
     plan = alone(campaign, _found(campaign, row_before, results, number), navigator)
-    (spec,) = plan.specs()
-    asked = asked_of_plan(plan, [spec])
+    specs = plan.specs()
+    spec = next(
+        one for one in specs if one.scenario.names()[one.member] == (row_before["member"] or one.scenario.member)
+    )
+    asked = asked_of_plan(plan, specs)
     _refuse_changed(asked, spec, results, number)
-    known = check_plan(plan, [spec])[spec.navigator]
+    known = check_plan(plan, specs)
     run = machine() | {"started": now(), "rerun": {"results": str(results.path), "trial": number}}
-    run |= {"tuned_on": {spec.navigator: in_words(known.tuned_on)}}
-    store = None if out is None else TrialStore(out, asked, 1, row_schema(), run=run)
+    run |= {"tuned_on": {name: in_words(one.tuned_on) for name, one in known.items()}}
+    store = None if out is None else TrialStore(out, asked, len(specs), row_schema(), run=run)
     done = None
     try:
-        again = run_trial(plan, drawn(plan, spec), known, raise_errors)
+        trials = run_trials(plan, all_drawn(plan, specs), known, raise_errors)
+        again = trials[specs.index(spec)]
         row = score_row(again)
         if store is not None:
-            write_partial(store.partial, store.key, 0, again, {"id": spec.id} | row)
+            for one, trial in zip(specs, trials, strict=True):
+                scored = row if trial is again else score_row(trial)
+                write_partial(store.partial, store.key, one.index, trial, {"id": one.id} | scored)
             done = store.finish({"finished": now()})
     except BaseException:
         if store is not None:

@@ -1,7 +1,8 @@
-"""What a worker process does: run one trial, score it, and leave it in the store's folder of finished trials."""
+"""What a worker process does: run one simulation, score its trials, and leave them in the store's folder of finished ones."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -16,19 +17,21 @@ from clearway.campaigns.plan_checks import Known
 from clearway.campaigns.pool import Fate
 from clearway.campaigns.surroundings import restored
 from clearway.campaigns.tuning import tuned
-from clearway.contract import EventKind
+from clearway.contract import EventKind, Localiser
 from clearway.errors import ClearwayError
 from clearway.foreign import printable, said, traced
+from clearway.geometry.grid import OccupancyGrid
 from clearway.indicators import score_row
 from clearway.navigators.registry import make_navigator
 from clearway.perception import make_localiser, make_tracker
-from clearway.robots import load_robot
+from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
 from clearway.trials.store import write_partial
-from clearway.world.attempt import attempt_of
+from clearway.world.attempt import attempt_of, run_of
 from clearway.world.bodies import bodies_of
+from clearway.world.drive import Driver
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,45 +50,55 @@ class Done:
 
 
 def run_and_keep(
-    plan: CampaignPlan, spec: TrialSpec, known: Known, folder: Path, key: str, raise_errors: bool = False
-) -> Done:
-    """Run a trial, score it, and write it to a store's folder of finished trials.
+    plan: CampaignPlan,
+    specs: Sequence[TrialSpec],
+    known: Mapping[str, Known],
+    folder: Path,
+    key: str,
+    raise_errors: bool = False,
+) -> list[Done]:
+    """Run trials of one simulation, score them, and write them to a store's folder of finished trials.
 
     Args:
-        plan: The campaign that it belongs to.
-        spec: The trial.
-        known: Of its navigator.
+        plan: The campaign that they belong to.
+        specs: The trials.
+        known: Of each navigator.
         folder: The store's `partial`.
         key: The store's `key`.
-        raise_errors: Whether an error in the trial is raised, and nothing is written; as a debugger needs it.
+        raise_errors: Whether an error in a trial is raised, and nothing is written; as a debugger needs it.
 
     Raises:
-        ClearwayError: the disk is full, or a file that the trial needs has gone.
+        ClearwayError: the disk is full, or a file that a trial needs has gone.
     """
-    spec = drawn(plan, spec, folder)
+    specs = all_drawn(plan, specs, folder)
     if raise_errors:
-        return _keep(run_trial(plan, spec, known, raise_errors), spec, folder, key)
+        trials = run_trials(plan, specs, known, raise_errors)
+        return [_keep(trial, spec, folder, key) for trial, spec in zip(trials, specs, strict=True)]
     with restored():
-        trial = run_trial(plan, spec, known)
-    try:
-        return _keep(trial, spec, folder, key)
-    except ClearwayError:
-        raise
-    except Exception as error:
-        reason = f"the trial cannot be scored or stored: {said(error)}"
-        return _keep(_broken(plan, spec, known, reason, traced(error)), spec, folder, key)
+        trials = run_trials(plan, specs, known)
+    done = []
+    for trial, spec in zip(trials, specs, strict=True):
+        try:
+            done.append(_keep(trial, spec, folder, key))
+        except ClearwayError:
+            raise
+        except Exception as error:
+            reason = f"the trial cannot be scored or stored: {said(error)}"
+            done.append(_keep(_broken(plan, spec, known, reason, traced(error)), spec, folder, key))
+    return done
 
 
 def keep_fallen(
-    fate: Fate, plan: CampaignPlan, spec: TrialSpec, known: Known, folder: Path, key: str, raise_errors: bool = False
-) -> Done:
-    """Write a trial that no worker could complete, as one in which the navigator failed; none of its code runs any more.
+    fate: Fate, plan: CampaignPlan, specs: Sequence[TrialSpec], known: Mapping[str, Known], folder: Path, key: str,
+    raise_errors: bool = False,
+) -> list[Done]:  # fmt: skip
+    """Write trials that no worker could complete, as such in which the navigator failed; none of its code runs any more.
 
     Args:
         fate: What became of the workers.
-        plan: The campaign that it belongs to.
-        spec: The trial.
-        known: Of its navigator.
+        plan: The campaign that they belong to.
+        specs: The trials.
+        known: Of each navigator.
         folder: The store's `partial`.
         key: The store's `key`.
         raise_errors: As for `run_and_keep`.
@@ -93,10 +106,18 @@ def keep_fallen(
     Raises:
         ClearwayError: as for `run_and_keep`.
     """
-    spec = drawn(plan, spec, folder)
     reason = f"the worker process {fate.reason}"
     detail = f"{reason}\n{fate.place}" if fate.place else reason
-    return _keep(_broken(plan, spec, known, printable(reason), printable(detail)), spec, folder, key)
+    return [
+        _keep(_broken(plan, spec, known, printable(reason), printable(detail)), spec, folder, key)
+        for spec in all_drawn(plan, specs, folder)
+    ]
+
+
+def all_drawn(plan: CampaignPlan, specs: Sequence[TrialSpec], folder: Path | None = None) -> list[TrialSpec]:
+    """The trials of one simulation with their whole scenario; arguments as for `drawn`."""
+    scenario = drawn(plan, specs[0], folder).scenario
+    return [replace(spec, scenario=scenario) for spec in specs]
 
 
 def patience_of(plan: CampaignPlan) -> float | None:
@@ -104,43 +125,57 @@ def patience_of(plan: CampaignPlan) -> float | None:
     return None if plan.decision_limit is None else max(30.0 * plan.decision_limit, 60.0)
 
 
-def run_trial(plan: CampaignPlan, spec: TrialSpec, known: Known, raise_errors: bool = False) -> Trial:
-    """Run one trial. Whatever breaks in it, other than what the user gave, ends in a trial that says so.
+def run_trials(
+    plan: CampaignPlan, specs: Sequence[TrialSpec], known: Mapping[str, Known], raise_errors: bool = False
+) -> list[Trial]:
+    """Run trials of one simulation. Whatever breaks in it, other than what the user gave, ends in trials that say so.
 
     Args:
-        plan: The campaign that it belongs to.
-        spec: The trial, its scenario drawn.
-        known: Of its navigator.
+        plan: The campaign that they belong to.
+        specs: The trials, their scenario drawn.
+        known: Of each navigator.
         raise_errors: Whether an error in it is raised, as a debugger needs it.
 
     Raises:
         ClearwayError: a file that it needs has gone.
     """
-    from clearway.world import simulate
+    from clearway.world import simulate_all
 
-    if ":" in spec.suite:
-        load_suite(spec.suite)  # it brings its floor plans along
-    robot, budget, limit = load_robot(spec.robot), spec.setup.budget, plan.decision_limit
-    localiser, granted = make_localiser(spec.localisation, robot), granted_map(plan.map, spec.scenario)
-    tracker = make_tracker(spec.tracking, robot) if "obstacles" in known.needs else None
+    first = specs[0]
+    if ":" in first.suite:
+        load_suite(first.suite)  # it brings its floor plans along
+    robots = list(zip(map(load_robot, first.robots), first.navigators, strict=True))
+    localisers = [make_localiser(first.localisation, robot) for robot, _ in robots]
+    granted = granted_map(plan.map, first.scenario)
     try:
-        options = plan.options.get(spec.navigator, {})
-        navigator = guarded(prepare_limit(limit), "to be made", partial(make_navigator, spec.navigator, **options))
-        pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=limit)
-        trial = simulate(
-            spec.scenario, robot, pilot, map=granted, budget=budget, real_time=spec.setup.real_time,
-            raise_errors=raise_errors, **_about(spec, known),
-        )  # fmt: skip
+        drivers = [
+            _driver(plan, first, robot, name, localiser, known[name], granted)
+            for (robot, name), localiser in zip(robots, localisers, strict=True)
+        ]
+        trials = simulate_all(first.scenario, drivers, raise_errors=raise_errors)
     except Exception as error:
         if raise_errors:
             raise
-        return _broken(plan, spec, known, said(error), traced(error))
-    return _marked(trial, plan, spec, known)
+        return [_broken(plan, spec, known, said(error), traced(error)) for spec in specs]
+    return [_marked(trials[spec.member], plan, spec, known) for spec in specs]
 
 
-def _about(spec: TrialSpec, known: Known) -> dict[str, Any]:
+def _driver(
+    plan: CampaignPlan, spec: TrialSpec, robot: Robot, name: str, localiser: Localiser, known: Known, granted: OccupancyGrid | None
+) -> Driver:  # fmt: skip
+    limit = plan.decision_limit
+    tracker = make_tracker(spec.tracking, robot) if "obstacles" in known.needs else None
+    options = plan.options.get(name, {})
+    navigator = guarded(prepare_limit(limit), "to be made", partial(make_navigator, name, **options))
+    pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=limit)
+    return Driver(
+        robot, pilot, map=granted, budget=spec.setup.budget, real_time=spec.setup.real_time, **_about(spec, name, known)
+    )
+
+
+def _about(spec: TrialSpec, navigator: str, known: Known) -> dict[str, Any]:
     return {
-        "navigator": spec.navigator,
+        "navigator": navigator,
         "localisation": spec.localisation,
         "privileged": known.privileged,
         "setup": spec.setup.name,
@@ -148,8 +183,8 @@ def _about(spec: TrialSpec, known: Known) -> dict[str, Any]:
     }
 
 
-def _marked(trial: Trial, plan: CampaignPlan, spec: TrialSpec, known: Known) -> Trial:
-    return replace(trial, attempt=replace(trial.attempt, tuned=tuned(known.tuned_on, plan, spec)))
+def _marked(trial: Trial, plan: CampaignPlan, spec: TrialSpec, known: Mapping[str, Known]) -> Trial:
+    return replace(trial, attempt=replace(trial.attempt, tuned=tuned(known[spec.navigator].tuned_on, plan, spec)))
 
 
 def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str) -> Done:
@@ -158,13 +193,16 @@ def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str) -> Done:
     return Done(spec.index, trial.outcome, trial.reason)
 
 
-def _broken(plan: CampaignPlan, spec: TrialSpec, known: Known, reason: str, detail: str) -> Trial:
+def _broken(plan: CampaignPlan, spec: TrialSpec, known: Mapping[str, Known], reason: str, detail: str) -> Trial:
     """A trial of which nothing is known but what was attempted and that it broke: one sample, at its start."""
-    bodies = bodies_of(load_floor_plan(spec.scenario.floor_plan).fixtures, spec.scenario)
+    robots, scenario = [load_robot(name) for name in spec.robots], spec.scenario.members()[spec.member]
+    bodies = bodies_of(load_floor_plan(scenario.floor_plan).fixtures, spec.scenario, robots, spec.member)
+    about = _about(spec, spec.navigator, known[spec.navigator])
+    run = run_of(spec.scenario, robots[0], spec.navigator, spec.setup.name)
     trial = Trial(
-        attempt=attempt_of(spec.scenario, load_robot(spec.robot), bodies, **_about(spec, known)),
+        attempt=attempt_of(scenario, robots[spec.member], bodies, run=run, **about),
         t=np.zeros(1),
-        pose=np.array([spec.scenario.start], dtype=np.float64),
+        pose=np.array([scenario.start], dtype=np.float64),
         velocity=None,
         estimate=None,
         command=None,

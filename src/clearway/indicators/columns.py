@@ -112,6 +112,8 @@ COLUMNS = (
         "violations", Kind.COUNT,
         "how often an assumption of the navigator's guarantee was seen to be untrue (events `assumption`)", _violations,
     ),
+    _attempted("run", Kind.WORD, "the simulation that it shares with the trials of other robots; empty: none"),
+    _attempted("member", Kind.WORD, "the name of its robot there"),
     _attempted("source", Kind.WORD, "simulated or recorded"),
     Column(
         "contacts", Kind.COUNT, "how often the robot touched something; null where neither a person nor the geometry tells",

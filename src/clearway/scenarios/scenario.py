@@ -292,7 +292,7 @@ class Scenario(_Part):
     def _consistent(self) -> Scenario:
         legs = [leg.name for leg in self.legs]
         obstacles, people = [o.name for o in self.obstacles], [p.name for p in self.people]
-        robots = [self.member, *(r.name for r in self.robots)] if self.robots else []
+        robots = self.names() if self.robots else []
         every = [("legs", legs), ("obstacles", obstacles), ("people", people), ("robots", robots)]
         every += [(f"legs of the robot {r.name!r}", [leg.name for leg in r.legs]) for r in self.robots]
         for kind, names in every:
@@ -308,6 +308,14 @@ class Scenario(_Part):
                         f"the obstacle {obstacle.name!r} runs on a leg {run.leg!r}; legs: {', '.join(legs)}"
                     )
         return self
+
+    def names(self) -> list[str]:
+        """Of its robots: its own one, then the others."""
+        return [self.member, *(robot.name for robot in self.robots)]
+
+    def tested(self) -> list[int]:
+        """Which of these have trials of their own."""
+        return [0, *(k for k, robot in enumerate(self.robots, start=1) if robot.role == "tested")]
 
     def members(self) -> list[Scenario]:
         """What each of its robots is to do: its own one, then its other `robots`, whose noise is their own."""

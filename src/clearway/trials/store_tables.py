@@ -9,7 +9,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -19,7 +19,7 @@ from clearway.contract import PLACED, BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape
 from clearway.robots.drive_limits import DriveLimits
-from clearway.trials.trial import Attempt, Body, Event, Instants, Labels, Leg, Outcome, Snapshot, Span, Trial
+from clearway.trials.trial import Attempt, Body, Event, Instants, Labels, Leg, Outcome, Snapshot, Span, Trial, Wish
 from clearway.tuning import Tuned
 
 Tables: TypeAlias = dict[str, pa.Table]
@@ -246,7 +246,19 @@ def _read_sigma(tables: Tables, n: int, m: int) -> FloatArray:
 
 # --- attempt ---------------------------------------------------------------------------------------------------------
 
-_PLAIN = ("robot", "navigator", "localisation", "tracking", "floor_plan", "scenario", "seed", "privileged", "source")
+_PLAIN = (
+    "robot",
+    "navigator",
+    "localisation",
+    "tracking",
+    "floor_plan",
+    "scenario",
+    "seed",
+    "privileged",
+    "source",
+    "run",
+    "member",
+)
 _NUMBERS = ("speed_limit", "period", "reference_length", "optimal_time", "shortest_path")
 _LABEL_NUMBERS = ("speed", "obstacle_speed", "size", "gap")
 
@@ -311,6 +323,7 @@ def _body(b: Body) -> dict[str, Any]:
         "measured": b.measured,
         "outlined": b.outlined,
         **({"visits": True} if b.visits else {}),
+        **({"wish": {**asdict(b.wish), "speed": _number(b.wish.speed)}} if b.wish else {}),
     }
 
 
@@ -318,8 +331,12 @@ def _read_body(d: Mapping[str, Any]) -> Body:
     pose = None if d["pose"] is None else np.array([float(v) for v in d["pose"]])
     return Body(
         d["name"], BodyKind(d["kind"]), _read_shape(d["shape"]), pose, float(d["sigma"]), d["outlined"], d["measured"],
-        d.get("visits", False),
+        d.get("visits", False), _read_wish(d["wish"]) if "wish" in d else None,
     )  # fmt: skip
+
+
+def _read_wish(d: Mapping[str, Any]) -> Wish:
+    return Wish(_read_number(d["speed"]), tuple((float(x), float(y)) for x, y in d["route"]), d["group"])
 
 
 def _leg(leg: Leg) -> dict[str, Any]:

@@ -96,6 +96,21 @@ class Leg:
     planner_yaw_tolerance: float = float("nan")
 
 
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What somebody wants who walks there.
+
+    Attributes:
+        speed: Preferred, m/s; None if unknown.
+        route: Places (x, y) to which they go, one after another, map frame, m.
+        group: Who walks together has the same; empty: alone.
+    """
+
+    speed: float | None
+    route: tuple[tuple[float, float], ...] = ()
+    group: str = ""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Body:
     """Something that the robot can hit.
@@ -111,6 +126,7 @@ class Body:
         measured: Whether the capture that saw the robot saw it too, so that an error of the frame's tie to the map is
             the same for both.
         visits: Whether a moving one was not there, rather than not seen, before its first pose and after its last.
+        wish: What a person wants; None if unknown.
     """
 
     name: str
@@ -121,6 +137,7 @@ class Body:
     outlined: bool = True
     measured: bool = False
     visits: bool = False
+    wish: Wish | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -27,7 +27,7 @@ def attempt_of(
     privileged: bool = False,
     setup: str | None = None,
     tracking: str = "",
-    fleet: bool = False,
+    run: str = "",
 ) -> Attempt:
     """What a trial in simulation attempts.
 
@@ -40,7 +40,7 @@ def attempt_of(
         privileged: Whether the navigator is told the truth about the obstacles' future.
         setup: The name of the bound on its thinking, None without one.
         tracking: How obstacles are followed, by name; empty if they aren't.
-        fleet: Whether it is one of several robots.
+        run: The simulation that it shares with other robots, see `run_of`; empty: none.
     """
     optimal = scenario.optimal if scenario.optimal is not None and scenario.optimal.error <= SHARP else None
     legs: list[Leg] = []
@@ -70,10 +70,24 @@ def attempt_of(
         optimal_time=None if optimal is None else optimal.time,
         shortest_path=scenario.shortest,
         limits=robot.limits(scenario.speed),
-        run=f"{scenario.labels.suite}/{scenario.name}" if fleet else "",
-        member=scenario.member if fleet else "",
+        run=run,
+        member=scenario.member if run else "",
         sight=robot.camera.range if robot.camera else robot.lidar.range_max if robot.lidar else None,
     )
+
+
+def run_of(scenario: Scenario, robot: Robot, navigator: str, setup: str | None) -> str:
+    """What the trials of all robots of `scenario` share, readable; empty if it has one only.
+
+    Args:
+        scenario: The test.
+        robot: Its own robot.
+        navigator: Who drives that, by name.
+        setup: The name of the bound on the thinking, None without one.
+    """
+    if not scenario.robots:
+        return ""
+    return "/".join([scenario.labels.suite, scenario.name, robot.name, navigator, *([setup] if setup else [])])
 
 
 def placed(start: FloatArray, scenario: Scenario) -> FloatArray:

@@ -12,6 +12,7 @@ from clearway.robots import Robot
 from clearway.scenarios.plan import Fixture
 from clearway.scenarios.scenario import ObstacleSpec, Scenario
 from clearway.trials import Body
+from clearway.world.behaviours.crowd import wish_of
 
 
 def bodies_of(
@@ -26,11 +27,12 @@ def bodies_of(
         member: Which of these the robot is that can hit all that.
     """
     fixed = [Body(f.name, BodyKind(f.kind), f.shape, np.array(f.pose, dtype=np.float64)) for f in fixtures]
-    people = [Body(p.name, BodyKind.PERSON, Circle(p.radius), None) for p in scenario.people]
-    names = [scenario.member, *(r.name for r in scenario.robots)]
+    people = [
+        Body(p.name, BodyKind.PERSON, Circle(p.radius), None, wish=wish_of(p, scenario.seed)) for p in scenario.people
+    ]
     others = [
         Body(name, BodyKind.ROBOT, robot.shape, None)
-        for i, (name, robot) in enumerate(zip(names, robots, strict=False))
+        for i, (name, robot) in enumerate(zip(scenario.names(), robots, strict=False))
         if i != member
     ]
     return (*fixed, *(_body(o) for o in scenario.obstacles), *people, *others)

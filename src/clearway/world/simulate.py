@@ -17,7 +17,7 @@ from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Attempt, Body, Trial
-from clearway.world.attempt import attempt_of, placed
+from clearway.world.attempt import attempt_of, placed, run_of
 from clearway.world.behaviours.registry import behaviours_of
 from clearway.world.bodies import bodies_of, moving_obstacles_of
 from clearway.world.drive import Drive, Driver, timing
@@ -69,7 +69,8 @@ def simulate_all(scenario: Scenario, drivers: Sequence[Driver], *, raise_errors:
     time = max(longest(s.legs) for s in own)
     way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], time, deciding)
     bodies = [bodies_of(plan.fixtures, scenario, robots, member) for member in range(len(drivers))]
-    return _simulate(own, bodies, way, drivers, plan.area, raise_errors)
+    run = run_of(scenario, robots[0], drivers[0].navigator, drivers[0].setup)
+    return _simulate(own, bodies, way, drivers, plan.area, raise_errors, run)
 
 
 def simulate_in(
@@ -91,7 +92,7 @@ def simulate_in(
 
 def _simulate(
     scenarios: Sequence[Scenario], bodies: Sequence[Sequence[Body]], tracks: Tracks, drivers: Sequence[Driver], area: _Area | None,
-    raise_errors: bool,
+    raise_errors: bool, run: str = "",
 ) -> list[Trial]:  # fmt: skip
     """The trial of each robot, which has a scenario and bodies of its own."""
     begun, first = perf_counter(), scenarios[0]
@@ -103,7 +104,7 @@ def _simulate(
         attempts.append(
             attempt_of(
                 scenario, driver.robot, around, navigator=driver.navigator, localisation=driver.localisation,
-                privileged=driver.privileged, setup=driver.setup, tracking=driver.tracking, fleet=len(drivers) > 1,
+                privileged=driver.privileged, setup=driver.setup, tracking=driver.tracking, run=run,
             )
         )  # fmt: skip
         drives.append(_drive(scenario, attempts[-1], driver, traffic, area, raise_errors))

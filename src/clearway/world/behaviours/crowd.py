@@ -22,6 +22,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, stream, uniform
 from clearway.scenarios.people import PersonSpec
+from clearway.trials import Wish
 from clearway.world.behaviours.behaviour import PERIOD, Scene
 
 MEAN_SPEED, SPREAD = 1.34, 0.26
@@ -244,6 +245,13 @@ class Still:
             share = min(1.0, self.PACE * (until - t) / max(math.hypot(*left), 1e-9))
             self._at[:2] += share * left
         return self._at[None].copy()
+
+
+def wish_of(person: PersonSpec, seed: int) -> Wish:
+    """What a person wants in the trial of this seed."""
+    if person.behaviour == "still":
+        return Wish(0.0)
+    return Wish(speed_of(person, seed), tuple(stop.at for stop in person.route), person.group)
 
 
 def speed_of(person: PersonSpec, seed: int) -> float:
