@@ -13,12 +13,23 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance, min_clearance
 from clearway.geometry.oscillator import trajectory
-from clearway.geometry.shapes import Circle, FloatArray, Shape, circumscribed_radius, inscribed_radius, rectangle
+from clearway.geometry.shapes import FloatArray, Shape, circumscribed_radius, rectangle
 from clearway.quantities import PoseSpec
 from clearway.reading import read_toml
 from clearway.reading.limits import DRAWN
 from clearway.robots import Robot, load_robot
 from clearway.scenarios import motions
+from clearway.scenarios.check_places import (
+    at_text,
+    extent_text,
+    first_hit,
+    fleet_errors,
+    is_inside,
+    people_errors,
+    place_problem,
+    robot_errors,
+    widest,
+)
 from clearway.scenarios.crowd import Crowd, Standing, Work
 from clearway.scenarios.files import (
     SuiteSpec,
@@ -35,7 +46,7 @@ from clearway.scenarios.floor_plan_files import FloorPlanSpec
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, RunSpec, Scenario
-from clearway.scenarios.way import CELL, widest_way
+from clearway.scenarios.way import CELL
 
 __all__ = [
     "check_file",
@@ -82,25 +93,17 @@ def check_scenario(scenario: Scenario, robot: Robot) -> list[ClearwayError]:
     standing = fixtures.and_others(placed)
     found = list(_static(static, plan, standing))
     starts = [scenario.start, *(leg.goal for leg in scenario.legs)]
-    fits = True
-    for i, pose in enumerate(starts):
-        field, what = (
-            ("start", "the start") if i == 0 else (f"legs.{i - 1}.goal", f"the goal {scenario.legs[i - 1].name!r}")
-        )
-        problem = _place(what, pose, robot, plan, standing)
-        if problem is not None:
-            fits = False
-            found.append(ClearwayError(problem, field=field))
+    found += robot_errors(scenario, robot, plan, standing)
     try:
         work = Work()
         found += _moving_obstacles(scenario, robot, starts, standing, work)
         found += _swinging(scenario, robot, fixtures, work)
     except ClearwayError as error:
         return [*found, error]
-    found += _people(scenario, robot, plan, standing)
-    found += _time_limits(scenario, robot, starts)
-    if fits:
-        found += _ways(scenario, robot, plan, starts, standing.members)
+    fleet = list(fleet_errors(scenario, robot, plan, standing))
+    if not any(error.field and error.field.endswith(".robot") for error in fleet):
+        fleet += people_errors(scenario, robot, plan, standing)
+    found += fleet
     return found
 
 
@@ -159,13 +162,15 @@ def check_plan(plan: FloorPlan, robot: Robot) -> list[ClearwayError]:
     found, fixtures = [], _fixtures(plan)
     ends = [(name, pose) for name, pose in (("a", plan.a), ("b", plan.b)) if pose is not None]
     for name, pose in ends:
-        if problem := _place(name.upper(), (float(pose[0]), float(pose[1]), float(pose[2])), robot, plan, fixtures):
+        if problem := place_problem(
+            name.upper(), (float(pose[0]), float(pose[1]), float(pose[2])), robot, plan, fixtures
+        ):
             found.append(ClearwayError(problem, field=name))
     if ends and not found:
         bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in fixtures.members)
         needed = inscribed_radius(robot.shape)
         places = tuple((float(pose[0]), float(pose[1])) for _, pose in ends)
-        for width in _widest(bodies, plan.bounds, places, needed):
+        for width in widest(bodies, plan.bounds, places, needed):
             if width is not None:
                 text = f"{robot.name} is {2 * needed:.2f} m wide, but the widest way from A to B is about {width:.2f} m"
                 found.append(ClearwayError(text, field="b"))
@@ -184,21 +189,13 @@ def check_plan(plan: FloorPlan, robot: Robot) -> list[ClearwayError]:
 def _static(static: Sequence[tuple[int, Standing]], plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
     before = len(standing.members) - len(static)
     for n, (i, here) in enumerate(static):
-        if not _inside(here.pose.tolist(), plan):
-            problem = f"{_at(here.pose)} is outside the floor plan {_extent(plan)}"
-        elif hit := _first_hit(here.shape, here.pose, standing, before + n):
-            problem = f"{here.name!r} at {_at(here.pose)} overlaps {hit!r}"
+        if not is_inside(here.pose.tolist(), plan):
+            problem = f"{at_text(here.pose)} is outside the floor plan {extent_text(plan)}"
+        elif hit := first_hit(here.shape, here.pose, standing, before + n):
+            problem = f"{here.name!r} at {at_text(here.pose)} overlaps {hit!r}"
         else:
             continue
         yield ClearwayError(problem, field=f"obstacles.{i}.pose")
-
-
-def _place(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Crowd) -> str | None:
-    if not _inside(pose, plan):
-        return f"{what} {_at(pose)} is outside the floor plan {_extent(plan)}"
-    if hit := _first_hit(robot.shape, np.array(pose), standing):
-        return f"{robot.name} at {what} {_at(pose)} would stand in {hit!r}"
-    return None
 
 
 def _moving_obstacles(
@@ -215,14 +212,16 @@ def _moving_obstacles(
             gaps = min_clearance(shape, poses, near, np.zeros((len(poses), 0, 3))) if near else None
             if gaps is not None and gaps.min() <= 0:
                 where = poses[int(gaps.argmin())]
-                hit = _first_hit(shape, where, standing)
-                yield ClearwayError(f"{obstacle.name!r} would run into {hit!r} at {_at(where)}", field=f"{field}.path")
+                hit = first_hit(shape, where, standing)
+                yield ClearwayError(
+                    f"{obstacle.name!r} would run into {hit!r} at {at_text(where)}", field=f"{field}.path"
+                )
             begin = poses[min(int(max(0.0, -run.delay) * run.speed / STEP), len(poses) - 1)]
             if -run.delay * run.speed < _length(run) and (
                 clearance(robot.shape, np.array(starts[legs.index(run.leg)]), shape, begin) <= 0
             ):
                 yield ClearwayError(
-                    f"{obstacle.name!r} touches {robot.name} when it appears at {_at(begin)}; give it a longer run-up",
+                    f"{obstacle.name!r} touches {robot.name} when it appears at {at_text(begin)}; give it a longer run-up",
                     field=f"{field}.path",
                 )
 
@@ -237,7 +236,7 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Crowd, work: Work) -> 
         shape, field = _shape(obstacle), f"obstacles.{i}.{'oscillation' if obstacle.oscillation else 'motion'}"
         if clearance(robot.shape, np.array(scenario.start), shape, np.array([*motion.start, 0.0])) <= 0:
             yield ClearwayError(
-                f"{obstacle.name!r} at {_at(motion.start)} touches {robot.name} at the start {_at(scenario.start)}",
+                f"{obstacle.name!r} at {at_text(motion.start)} touches {robot.name} at the start {at_text(scenario.start)}",
                 field=f"{field}.start",
             )
         if seconds > LONGEST_SWING:
@@ -265,98 +264,16 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Crowd, work: Work) -> 
         gaps = min_clearance(shape, poses, near, np.zeros((len(poses), 0, 3)))
         if gaps.min() <= 0:
             first = int((gaps <= 0).argmax())
-            hit = _first_hit(shape, poses[first], fixtures)
+            hit = first_hit(shape, poses[first], fixtures)
             yield ClearwayError(
-                f"{obstacle.name!r} would swing into {hit!r} at {_at(poses[first])} after "
+                f"{obstacle.name!r} would swing into {hit!r} at {at_text(poses[first])} after "
                 f"{first * seconds / (len(states) - 1):.1f} s",
                 field=field,
             )
 
 
-def _time_limits(scenario: Scenario, robot: Robot, starts: Sequence[PoseSpec]) -> Iterator[ClearwayError]:
-    speed = min(scenario.speed, robot.drive.v_max)
-    for i, leg in enumerate(scenario.legs):
-        least = max(0.0, math.dist(starts[i][:2], leg.goal[:2]) - leg.tolerances(robot.tolerances)[0]) / speed
-        if least > leg.time_limit:
-            yield ClearwayError(
-                f"{leg.time_limit:g} s can't do: the straight way takes {least:.1f} s at {speed:g} m/s",
-                field=f"legs.{i}.time_limit",
-            )
-
-
-def _people(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
-    """Where people start and go: inside of the plan, with room to stand, on ways that they fit through."""
-    bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing.members)
-    placed: list[tuple[str, Shape, FloatArray]] = [(robot.name, robot.shape, np.array(scenario.start))]
-    going: dict[float, list[tuple[int, list[tuple[float, float]]]]] = {}
-    for i, person in enumerate(scenario.people):
-        shape, places = Circle(person.radius), [person.start, *(stop.at for stop in person.route)]
-        fields = [f"people.{i}.start", *(f"people.{i}.route.{k}.at" for k in range(len(person.route)))]
-        fits = True
-        for field, place in zip(fields, places, strict=True):
-            pose, what = (*place, 0.0), f"{person.name!r} at {_at((*place, 0.0))}"
-            hit = None if not _inside(pose, plan) else _first_hit(shape, np.array(pose), standing)
-            if not _inside(pose, plan):
-                yield ClearwayError(f"{what} is outside the floor plan {_extent(plan)}", field=field)
-            elif hit:
-                yield ClearwayError(f"{what} would stand in {hit!r}", field=field)
-            fits = fits and hit is None and _inside(pose, plan)
-        start = np.array((*person.start, 0.0))
-        for name, other, at in placed:
-            if clearance(shape, start, other, at) <= 0.0:
-                yield ClearwayError(
-                    f"{person.name!r} at {_at((*person.start, 0.0))} would stand in {name!r}", field=fields[0]
-                )
-                break
-        placed.append((person.name, shape, start))
-        if fits and person.route:
-            going.setdefault(math.floor(person.radius / CELL) * CELL, []).append((i, places))
-    for radius, some in going.items():  # once for all of about one size, in their favour
-        every = tuple(place for _, places in some for place in places)
-        widths = iter((None, *_widest(bodies, plan.bounds, every, radius)))
-        for i, places in some:
-            for k, width in enumerate(itertools.islice(widths, len(places))):
-                if k and width is not None:
-                    person = scenario.people[i]
-                    yield ClearwayError(
-                        f"{person.name!r} is {2 * person.radius:.2f} m wide, but the widest way there is about {width:.2f} m",
-                        field=f"people.{i}.route.{k - 1}.at",
-                    )
-
-
-def _ways(
-    scenario: Scenario, robot: Robot, plan: FloorPlan, starts: Sequence[PoseSpec], standing: Sequence[Standing]
-) -> Iterator[ClearwayError]:
-    needed = inscribed_radius(robot.shape)
-    bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing)
-    widths = _widest(bodies, plan.bounds, tuple(p[:2] for p in starts), needed)
-    for i, (leg, width) in enumerate(zip(scenario.legs, widths, strict=True)):
-        if width is not None:
-            yield ClearwayError(
-                f"{robot.name} is {2 * needed:.2f} m wide, but the widest way to the goal {leg.name!r} is about {width:.2f} m",
-                field=f"legs.{i}.goal",
-            )
-
-
-@lru_cache(maxsize=1024)
-def _widest(
-    bodies: tuple[tuple[Shape, PoseSpec], ...],
-    bounds: tuple[float, float, float, float],
-    points: tuple[tuple[float, float], ...],
-    needed: float,
-) -> tuple[float | None, ...]:
-    """`widest_way`, once for all the tests of a suite in which the same things stand."""
-    return tuple(widest_way([(shape, np.array(pose)) for shape, pose in bodies], bounds, points, needed))
-
-
 def _shape(obstacle: ObstacleSpec) -> Shape:
     return obstacle.shape.shape()
-
-
-def _first_hit(shape: Shape, pose: FloatArray, standing: Crowd, first: int | None = None) -> str | None:
-    """Name of what `shape` at `pose` touches, of the `first` that stand."""
-    near = standing.near(pose[None, :2], circumscribed_radius(shape), first)
-    return next((s.name for s in near if clearance(shape, pose, s.shape, s.pose) <= 0), None)
 
 
 def _sampled_path(run: RunSpec) -> FloatArray:
@@ -372,17 +289,3 @@ def _sampled_path(run: RunSpec) -> FloatArray:
 
 def _length(run: RunSpec) -> float:
     return sum(math.dist(p, q) for p, q in itertools.pairwise(run.path))
-
-
-def _inside(pose: Sequence[float], plan: FloorPlan) -> bool:
-    x0, y0, x1, y1 = plan.bounds
-    return x0 <= pose[0] <= x1 and y0 <= pose[1] <= y1
-
-
-def _at(pose: Sequence[float] | FloatArray) -> str:
-    return f"({pose[0]:g}, {pose[1]:g})"
-
-
-def _extent(plan: FloorPlan) -> str:
-    x0, y0, x1, y1 = plan.bounds
-    return f"{plan.name!r} (x {x0:g} to {x1:g}, y {y0:g} to {y1:g})"

@@ -20,6 +20,7 @@ from clearway.scenarios.scenario import (
     LegSpec,
     ObstacleSpec,
     RectangleSpec,
+    RobotSpec,
     RunSpec,
     Scenario,
 )
@@ -42,6 +43,7 @@ class Scene:
         goal: Where it is to go.
         people: Who walks there.
         obstacles: What else does.
+        robots: Who else drives there, from where to where.
     """
 
     name: str
@@ -50,6 +52,7 @@ class Scene:
     goal: PoseSpec
     people: tuple[PersonSpec, ...]
     obstacles: tuple[ObstacleSpec, ...] = ()
+    robots: tuple[tuple[str, PoseSpec, PoseSpec], ...] = ()
 
 
 def _walks(name: str, *way: _Place, wait: float = 0.0, group: str = "", speed: float | None = None) -> PersonSpec:
@@ -107,6 +110,17 @@ SCENES = (
         "crowd", "Twenty people cross the waiting area in all directions; the robot gets through without touching anybody.",
         (-5.5, 0.0, 0.0), (5.0, 0.0, 0.0), _crowd(),
     ),
+    Scene(
+        "two robots", "Two of a kind meet head on in the corridor; both keep to one side, or one lets the other pass.",
+        (7.4, 0.0, 0.0), (15.6, 0.0, 0.0), (), (), (("robot 2", (15.6, 0.0, math.pi), (7.4, 0.0, math.pi)),),
+    ),
+    Scene(
+        "four robots", "Four of a kind cross the waiting area from four sides at once; all get across, in whatever order.",
+        (-3.5, 0.0, 0.0), (3.5, 0.0, 0.0), (), (), (
+            ("robot 2", (3.5, 0.3, math.pi), (-3.5, 0.3, math.pi)), ("robot 3", (0.0, -2.4, math.pi / 2), (0.0, 2.4, math.pi / 2)),
+            ("robot 4", (0.3, 2.4, -math.pi / 2), (0.3, -2.4, -math.pi / 2)),
+        ),
+    ),
 )  # fmt: skip
 
 
@@ -121,11 +135,18 @@ def build(robot: Robot, selection: Selection, seed: int) -> Sequence[Scenario]:
             made.append(
                 Scenario(
                     name=name, floor_plan="ward", start=scene.start, legs=(leg,), speed=SPEED, obstacles=scene.obstacles,
-                    people=tuple(_delayed(p, own) for p in scene.people), seed=own,
+                    people=tuple(_delayed(p, own) for p in scene.people), robots=_others(scene), seed=own,
                     labels=LabelSpec(batch="people", configuration=scene.name, repetition=repetition),
                 )
             )  # fmt: skip
     return made
+
+
+def _others(scene: Scene) -> tuple[RobotSpec, ...]:
+    return tuple(
+        RobotSpec(name=name, start=start, legs=(LegSpec(name="there", goal=goal, time_limit=90.0),))
+        for name, start, goal in scene.robots
+    )
 
 
 def _delayed(person: PersonSpec, seed: int) -> PersonSpec:
@@ -139,7 +160,7 @@ def _delayed(person: PersonSpec, seed: int) -> PersonSpec:
 PEOPLE = Suite(
     "people",
     "People in a ward",
-    "Eight meetings with people who look: passing, crossing, overtaking, a group, a door, stepping out, a bed, a crowd",
+    "Ten meetings: passing, crossing, overtaking, a group, a door, stepping out, a bed, a crowd, two robots, four robots",
     batches=("people",),
     configurations=tuple(scene.name for scene in SCENES),
     make=build,
