@@ -182,7 +182,7 @@ class Thinker(Pilot):
 
 
 def real(pilot: Thinker, monkeypatch: pytest.MonkeyPatch, *, real_time: bool = True) -> Trial:
-    monkeypatch.setattr(import_module("clearway.world.simulate"), "perf_counter", lambda: pilot.now)
+    monkeypatch.setattr(import_module("clearway.world.drive"), "perf_counter", lambda: pilot.now)
     legs = [FAR[0] | {"time_limit": 2.0}]
     return run(pilot, (), make_scenario(legs=legs, speed=1.0), make_robot(drive=AT_ONCE), real_time=real_time)
 

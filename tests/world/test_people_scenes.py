@@ -26,7 +26,7 @@ def test_every_scene_is_sound_and_says_what_is_expected(robot: str) -> None:
     assert all(scene.course.endswith(".") and "robot" in scene.course.lower() for scene in SCENES)
 
 
-@pytest.mark.parametrize("name", BUILT)
+@pytest.mark.parametrize("name", [name for name, scene in BUILT.items() if not scene.robots])
 def test_past_a_robot_that_stands_at_its_start_everybody_gets_where_they_want(name: str) -> None:
     scenario = BUILT[name].model_copy(update={"legs": (BUILT[name].legs[0].model_copy(update={"time_limit": 45.0}),)})
     trial = simulate(

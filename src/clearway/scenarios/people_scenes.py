@@ -111,11 +111,11 @@ SCENES = (
         (-5.5, 0.0, 0.0), (5.0, 0.0, 0.0), _crowd(),
     ),
     Scene(
-        "two robots", "Two of a kind meet head on in the corridor; both keep to one side, or one lets the other pass.",
+        "two robots", "Two robots meet head on in the corridor; both keep to one side, or one lets the other pass.",
         (7.4, 0.0, 0.0), (15.6, 0.0, 0.0), (), (), (("robot 2", (15.6, 0.0, math.pi), (7.4, 0.0, math.pi)),),
     ),
     Scene(
-        "four robots", "Four of a kind cross the waiting area from four sides at once; all get across, in whatever order.",
+        "four robots", "Four robots cross the waiting area from four sides at once; all get across, in whatever order.",
         (-3.5, 0.0, 0.0), (3.5, 0.0, 0.0), (), (), (
             ("robot 2", (3.5, 0.3, math.pi), (-3.5, 0.3, math.pi)), ("robot 3", (0.0, -2.4, math.pi / 2), (0.0, 2.4, math.pi / 2)),
             ("robot 4", (0.3, 2.4, -math.pi / 2), (0.3, -2.4, -math.pi / 2)),

@@ -115,6 +115,7 @@ def adjust(rows: Sequence[dict[str, Any]]) -> None:
 def _key_columns(a: pa.Table, b: pa.Table) -> list[str]:
     named = all(None not in values(t, "scenario") for t in (a, b))
     keys = ["suite", "scenario"] if named else ["suite", *_LABELS]
+    keys += ["member"] if all("member" in table.column_names for table in (a, b)) else []  # of several robots
     for column in SYSTEM:
         if column in a.column_names and column in b.column_names and set(values(a, column)) & set(values(b, column)):
             keys.append(column)
