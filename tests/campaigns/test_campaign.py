@@ -102,7 +102,7 @@ def test_what_breaks_in_the_world_is_recorded_too(monkeypatch: pytest.MonkeyPatc
     def breaks(*_: Any, **__: Any) -> None:
         raise ZeroDivisionError("a bug of ours")
 
-    monkeypatch.setattr(clearway.world, "simulate", breaks)
+    monkeypatch.setattr(clearway.world, "simulate_all", breaks)
     trial = alone(plan(), 1)
     assert trial.reason == "ZeroDivisionError: a bug of ours"
     assert "in breaks" in trial.events[0].detail
@@ -114,7 +114,7 @@ def test_a_trial_that_broke_says_all_that_it_attempted(tmp_path: Path, monkeypat
     selection = Selection(batches=("CE",), speeds=(0.6,), obstacle_speeds=(0.6,), sizes=(0.3,), repetitions=1)
     asked = dataclasses.replace(plan("Knows", setups=("5 iterations",)), selection=selection)
     (whole,) = run_campaign(asked, tmp_path / "whole", 1)
-    monkeypatch.setattr(clearway.world, "simulate", lambda *_, **__: 1 / 0)
+    monkeypatch.setattr(clearway.world, "simulate_all", lambda *_, **__: 1 / 0)
     broken = alone(asked, 0)
     assert broken.outcome is Outcome.NAVIGATOR_FAILED
     assert whole.attempt.privileged
