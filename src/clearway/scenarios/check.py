@@ -13,7 +13,7 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance, min_clearance
 from clearway.geometry.oscillator import trajectory
-from clearway.geometry.shapes import FloatArray, Shape, circumscribed_radius, rectangle
+from clearway.geometry.shapes import FloatArray, Shape, circumscribed_radius, inscribed_radius, rectangle
 from clearway.quantities import PoseSpec
 from clearway.reading import read_toml
 from clearway.reading.limits import DRAWN

@@ -108,6 +108,7 @@ def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: C
 
 
 def place_problem(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Crowd) -> str | None:
+    """Why `robot` can't stand at `pose`, which is called `what`; None if it can."""
     if not is_inside(pose, plan):
         return f"{what} {at_text(pose)} is outside the floor plan {extent_text(plan)}"
     if hit := first_hit(robot.shape, np.array(pose), standing):
