@@ -137,7 +137,7 @@ def test_a_trial_that_broke_says_all_that_it_attempted(tmp_path: Path, monkeypat
         ({"selection": Selection(batches=("XX",))}, "unknown batch 'XX'"),
         ({"map": "no/such/map.yaml"}, "map.yaml"),
         ({"navigators": (f"{OWN}:Dodges",), "tracking": "kalmann"}, "unknown tracking 'kalmann'"),
-        ({"navigators": (f"{OWN}:Drives",), "options": {f"{OWN}:Drives": {"speed": 1}}}, "cannot be made"),
+        ({"navigators": (f"{OWN}:Drives",), "options": {f"{OWN}:Drives": {"speed": 1}}}, "unknown option 'speed'"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_runs(tmp_path: Path, change: dict[str, Any], says: str) -> None:
