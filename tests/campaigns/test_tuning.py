@@ -14,8 +14,10 @@ from clearway.errors import ClearwayError
 from clearway.navigators.registry import make_navigator
 from clearway.reports import head_to_head, text
 from clearway.reports.findings import Findings
-from clearway.reports.outcomes import batches, cards, trial_columns
+from clearway.reports.outcomes import batches, trial_columns
+from clearway.reports.same_tests import same_tests
 from clearway.reports.tuning import declarations
+from clearway.reports.verdicts import verdicts
 from clearway.scenarios.suites import Selection
 from clearway.tuning import Tuned, TunedOn
 
@@ -98,7 +100,8 @@ def test_a_navigator_of_ones_own_says_it_and_tables_tell_it(tmp_path: Path) -> N
     assert f"{rows[0]['CT']:.2f}" in marked[0].split()
     assert lines[-1].startswith("On what parameters were chosen: ‡ on this geometry (")
     f = Findings(results)
-    assert [c.tuned for c in cards(f)] == ["parameters chosen on this geometry in 1 of 2 trials", ""]
+    lines = [line for group in same_tests(f) for line in verdicts(f, group).lines]
+    assert sorted(line.tuned for line in lines) == ["", "parameters chosen on this geometry in 1 of 2 trials"]
     assert [row[0].text for row in batches(f, f.systems[0]).rows] == ["NO‡", "NO"]
     assert "tuned" in [column["key"] for column in trial_columns(f)]
     duels = head_to_head.comparisons(f)

@@ -194,7 +194,7 @@ def test_hostile_names_stay_text(browser: Any, hostile: Results) -> None:
     wait(browser, "return Replay.state().trial === 1")
     assert browser.title == "Hospital navigation benchmark: test report"
     assert browser.execute_script("return document.querySelectorAll('img, iframe, object, embed').length") == 0
-    assert "onerror" in find(browser, ".card h3").text
+    assert "onerror" in find(browser, ".verdicts tbody th").text
     assert complaints(browser) == []
     load(browser, write_replay(hostile, 2))
     assert browser.title != "pwned"

@@ -29,8 +29,10 @@ from clearway.geometry.shapes import Circle
 from clearway.reports import conditions, figure, outcomes, recordings, write_replay, write_report
 from clearway.reports.findings import Findings
 from clearway.reports.replay_encoding import Packer, broken, clearance_over_time
+from clearway.reports.same_tests import same_tests
 from clearway.reports.selection import label, representative, with_uncertainty
 from clearway.reports.text import headline, numbers
+from clearway.reports.verdicts import Line, verdicts
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.statistics import compare_all
@@ -65,7 +67,7 @@ def test_the_page_says_what_a_recording_lacks(recorded_page: Path) -> None:
     for part in (
         'id="recordings"', "recording of real robots", "What could not be computed, and why", "To be confirmed",
         "possible contact at 4.2 s (square 1, clearance 0.001 m)", "the goal of leg forth is unknown", "the pose has gaps",
-        "of 2 attempts there is no recording", "take 2.csv", "mm scaled to m", "a door was open", "tied by 3 holds",
+        "of 2 attempts nothing was recorded", "take 2.csv", "mm scaled to m", "a door was open", "tied by 3 holds",
     ):  # fmt: skip
         assert part in page, part
     assert "no motion capture is involved" not in page
@@ -104,18 +106,23 @@ def test_what_is_known_within_bounds_says_so(recorded: Results, recorded_page: P
     assert why == f"{shown} m: {json.loads(first['not_computable'])['PL']}"
 
 
-def test_a_card_counts_what_is_to_be_confirmed_and_does_not_call_the_unknown_nothing(
+def first_line(f: Findings) -> Line:
+    (group,) = same_tests(f)
+    (line,) = verdicts(f, group).lines
+    return line
+
+
+def test_the_first_table_counts_what_is_to_be_confirmed_and_does_not_call_the_unknown_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     f = Findings(write_recorded(tmp_path / "out", lacks=(unsure, blind)))
-    (card,) = outcomes.cards(f)
+    precise = first_line(f).shares[2]
     good = [r for r in f.rows if r["success"]]
     assert sum(bool(r["to_confirm"]) for r in good) > 0
-    assert f", {sum(bool(r['to_confirm']) for r in good)} of these to be confirmed" in card.rate_more
+    assert f"{sum(bool(r['to_confirm']) for r in good)} of these to be confirmed" in precise.note
     rows = [dict(r) | {"MDO": None, "not_computable": '{"MDO": "the pose has gaps (1.8 s)"}'} for r in f.rows]
     monkeypatch.setattr(Findings, "of", lambda self, system: rows)
-    (card,) = outcomes.cards(f)
-    assert (card.gap, card.gap_more) == ("–", "not computable: the pose has gaps")
+    assert first_line(f).nearest == ("–", "not computable: the pose has gaps")
 
 
 def test_what_is_to_be_confirmed_names_its_trials(recorded: Results) -> None:
@@ -218,7 +225,7 @@ def test_every_figure_and_replay_of_every_kind_of_recording(lack: Any, tmp_path:
 def test_a_whole_directory_of_attempts_without_a_recording(tmp_path: Path) -> None:
     results = write_recorded(tmp_path / "out", lacks=(unrecorded, lambda t: unrecorded(aimless(t))))
     page = write_report(results.path).read_text()
-    assert "of 20 attempts there is no recording" in page
+    assert "of 20 attempts nothing was recorded" in page
     empty = measured(next(iter(results)))
     none = replace(
         empty,
@@ -352,16 +359,17 @@ def test_too_few_trials_for_strong_words(tmp_path: Path) -> None:
     assert f"too few trials (n = {len(f.rows)}) to call an indicator redundant" in kept
 
 
-def test_the_robots_own_estimate_has_its_own_denominator(recorded: Results, tmp_path: Path) -> None:
-    [card] = outcomes.cards(Findings(recorded))
-    assert card.rate_more.startswith("12 of 14, 2 of these to be confirmed; 6 not judged; failed: aborted (2)")
+def test_what_nobody_recorded_is_unknown_and_yet_a_failure(recorded: Results, tmp_path: Path) -> None:
+    precise = first_line(Findings(recorded)).shares[2]
+    assert (precise.yes, precise.judged, precise.note) == (12, 14, "6 not known, 2 of these to be confirmed")
     four = Selection(
         batches=("SO",), configurations=("single",), speeds=(0.6,), sizes=(0.15,), gaps=(1.0,), repetitions=4
     )
     logged = (lambda t: t, lambda t: replace(t, estimate=None), unrecorded)
     results = write_recorded(tmp_path / "out", lacks=logged, selection=four)
-    [card] = outcomes.cards(Findings(results))
-    assert card.rate_more == "3 of 4; failed: aborted (1). By the robot's own estimate 2 of 3 (66.7 %)"
+    free, arrived, precise = first_line(Findings(results)).shares
+    assert (free.yes, free.judged, free.note) == (3, 3, "1 not known")  # of one nothing was recorded
+    assert (arrived.yes, arrived.judged) == (precise.yes, precise.judged) == (3, 4)
 
 
 def test_times_of_legs_found_by_motion_are_footnoted(recorded: Results, results: Results) -> None:

@@ -2,100 +2,19 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from dataclasses import dataclass
-from statistics import median
 from typing import Any
 
 from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
 from clearway.reports import paper, recordings, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System, at_speed, by_speed, verdict
+from clearway.reports.selection import Row, System, by_speed, verdict
 from clearway.scenarios.suite import Section
 from clearway.statistics import FEWEST, PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
 SLACK_WORDS = f"{100 * SLACK[0]:g} cm and {SLACK[1]:g} rad"
 DIGITS = {"CT": 2, "PL": 2, "DE": 3, "OE": 3, "MDO": 3, "TCS": 1}
-
-
-@dataclass(frozen=True, slots=True)
-class Card:
-    """A robot's headline numbers, as they are printed.
-
-    Attributes:
-        title: The system's name for people.
-        navigator: The navigator and the localisers.
-        trials: How many trials there are.
-        rate: Rate of success, %.
-        rate_range: Its interval, %.
-        rate_more: Successes of trials, and how the others ended.
-        time: Mean completion time at the first speed, s.
-        time_more: What it is the mean of, and the means at other speeds.
-        gap: Median of the least distance to obstacles, m.
-        gap_more: The least of all, m, and what it is measured to.
-        tuned: On what the navigator's parameters were chosen; empty if it says nothing.
-    """
-
-    title: str
-    navigator: str
-    trials: int
-    rate: str
-    rate_range: str
-    rate_more: str
-    time: str
-    time_more: tuple[str, ...]
-    gap: str
-    gap_more: str
-    tuned: str
-
-
-def cards(f: Findings) -> list[Card]:
-    """One card a system: SR with its exact interval, CT by speed, MDO."""
-    found = []
-    for system, rate in zip(f.systems, f.overall, strict=True):
-        rows = f.of(system)
-        times = {
-            s: [r["CT"] for r in rows if r["speed"] == s and r["CT"] is not None]
-            for s in sorted({r["speed"] for r in rows}, key=by_speed)
-        }
-        means = [(s, sum(v) / len(v)) for s, v in times.items() if v]
-        gaps = [r["MDO"] for r in rows if r["MDO"] is not None]
-        unknown = "" if gaps else recordings.why_no_distance(rows)
-        walls = not gaps and not unknown
-        gaps = gaps or [r["MDO_walls"] for r in rows if walls and r["MDO_walls"] is not None]
-        failures = Counter(verdict(r) for r in rows if r["success"] is False)
-        failed = "failed: " + "; ".join(f"{w} ({n})" for w, n in failures.most_common()) if failures else "no failure"
-        if rate["unknown"]:
-            failed = f"{rate['unknown']} not judged; {failed}"
-        for judged, words in (("self", "By the robot's own estimate"), ("slack", f"With {SLACK_WORDS} of slack")):
-            other = rate[f"{judged}_successes"], rate[f"{judged}_n"]
-            if other[1] and other != (rate["successes"], rate["n"]):
-                failed += f". {words} {other[0]} of {other[1]} ({num(rate[f'SR_{judged}'], 1)} %)"
-        found.append(
-            Card(
-                f.name(system), f"{system.navigator}, {', '.join(dict.fromkeys(r['localisation'] for r in rows))}", len(rows),
-                num(rate["SR"], 1), span(rate["low"], rate["high"], 1),
-                f"{rate['successes']} of {rate['n']}{_unconfirmed(rows)}; {failed}",
-                num(means[0][1], 1) if means else NONE,
-                (
-                    f"mean at {at_speed(means[0][0])}" if means else "no trial finished",
-                    *(f"{num(mean, 1)} s at {at_speed(s)}" for s, mean in means[1:]),
-                    *(["all batches, finished trials"] if means else []),
-                ),
-                num(median(gaps), 2) if gaps else NONE,
-                f"least of all {num(min(gaps), 3)} m" + (", from walls" if walls else "") if gaps else unknown or "no obstacles",
-                tuning.sentence(rows),
-            )
-        )  # fmt: skip
-    return found
-
-
-def _unconfirmed(rows: list[Row]) -> str:
-    """How many of the successes a person has to confirm."""
-    count = sum(bool(r["success"] and r.get("to_confirm")) for r in rows)
-    return f", {count} of these to be confirmed" if count else ""
 
 
 def batches(f: Findings, system: System) -> Grid:

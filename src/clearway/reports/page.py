@@ -25,6 +25,7 @@ from clearway.errors import ClearwayError
 from clearway.placing import placed, working_folder
 from clearway.reports import (
     ablation,
+    causes,
     charts,
     conditions,
     decision_time,
@@ -37,9 +38,12 @@ from clearway.reports import (
     recordings,
     rescue,
     rescue_figures,
+    same_tests,
+    summary,
     theme,
     trajectory_plots,
     tuning,
+    verdicts,
 )
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
@@ -109,12 +113,17 @@ def build(results: Results, folder: Path) -> None:
     listed = replays.listed()
     if len(listed) < len(f.rows):
         replays.write_table(columns, folder)
+    found = [verdicts.verdicts(f, group) for group in same_tests.same_tests(f)]
     duels = head_to_head.comparisons(f)
     simulated = {r["robot"] for r in f.rows if not is_recorded(r)}
     page = _environment().get_template("page.html").render(
         f=f,
         title=_title(f),
-        cards=outcomes.cards(f),
+        said=summary.summary(f, found),
+        verdicts=found,
+        questions=verdicts.QUESTIONS,
+        fixes_of=[(f.name(s), n, causes.causes(f, s)) for s in f.systems if (n := causes.failures(f.of(s)))],
+        fixes_of_all=causes.causes_of_all(f),
         about=conditions.test(f),
         vehicles=[(f.title(name), conditions.vehicle(f, name)) for name in f.robots],
         deviations=conditions.deviations(f),
@@ -145,7 +154,7 @@ def build(results: Results, folder: Path) -> None:
         rescues=rescue.tables(f),
         ablations=ablation.tables(f),
         duels=[g for g in (head_to_head.table(f, duels), head_to_head.indicator_table(duels)) if g is not None],
-        verdicts=head_to_head.verdicts(f, duels),
+        compared=head_to_head.verdicts(f, duels),
         paper_b=paper_b,
         of_paper_a=bool(f.asked(Section.PAPER_A)),
         barns=[b for s in f.systems if (b := barn(f, s))],

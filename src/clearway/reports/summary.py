@@ -1,0 +1,195 @@
+"""The page's first three sentences, made from the numbers: what was tested, what came out, what limits it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from clearway.reports import causes, decision_time, paper, recordings, tuning
+from clearway.reports.findings import Findings
+from clearway.reports.grid import num
+from clearway.reports.same_tests import LABELS
+from clearway.reports.selection import System, distinct, is_recorded
+from clearway.reports.verdicts import Line, Verdicts
+from clearway.scenarios.suite import Section
+from clearway.statistics import wilson_interval
+
+FEW = 3
+"""Systems that are named one by one in a sentence."""
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """Three sentences.
+
+    Attributes:
+        tested: What was tested.
+        result: What came out.
+        limits: What to be careful about.
+    """
+
+    tested: str
+    result: str
+    limits: str
+
+
+def summary(f: Findings, found: Sequence[Verdicts]) -> Summary:
+    """What the page says first."""
+    return Summary(
+        _tested(f, found), " ".join(_result(f, v) for v in found[:2]) or "There are no trials.", _limits(f, found)
+    )
+
+
+# --- what was tested --------------------------------------------------------------------------------------------------
+
+
+def _tested(f: Findings, found: Sequence[Verdicts]) -> str:
+    if not f.rows:
+        return "Nothing was run."
+    suites = " and ".join(suite.title for suite in f.suites.values())
+    tests = (
+        f"{len(f.rows)} trials in all"
+        if len(found) > 1
+        else f"{_count(found[0].n, 'test')}{' each' if len(f.systems) > 1 else ''}"
+    )
+    if len(found) == 1 and len(f.systems) > 1:
+        tests += ", the same for all" if len(f.systems) > 2 else ", the same for both"
+    there = sum(map(is_recorded, f.rows))
+    how = (
+        "real robots, measured"
+        if there == len(f.rows)
+        else f"{there} of the trials measured, the others simulated"
+        if there
+        else "simulated"
+    )
+    return f"{suites} ({how}): {_who(f.systems, f)}, {tests}."
+
+
+def _who(systems: Sequence[System], f: Findings) -> str:
+    robots, navigators = (list(dict.fromkeys(getattr(s, a) for s in systems)) for a in ("robot", "navigator"))
+    titles = [f.title(r) for r in robots]
+    if len(robots) <= FEW and len(navigators) <= FEW:
+        return f"{_and(titles)}{', each' if len(robots) > 1 else ''} driven by {_and(navigators)}"
+    return f"{_and(titles) if len(robots) <= FEW else f'{len(robots)} robots'} with {len(navigators)} navigators"
+
+
+# --- what came out ----------------------------------------------------------------------------------------------------
+
+
+def _result(f: Findings, v: Verdicts) -> str:
+    lines = v.lines
+    said = " ".join(_of_one(line) for line in lines) if len(lines) <= FEW else _of_many(lines)
+    rows = [r for line in lines for r in f.of(line.system)]
+    failed = [r for r in rows if r["success"] is False]
+    if forgiven := causes.of_slack(failed):
+        what = (
+            "it is the localisation that falls short, not the driving"
+            if 2 * forgiven > len(failed)
+            else "there the localisation falls short"
+        )
+        said += f" {forgiven} of the {_count(len(failed), 'failure')} missed the goal's tolerance by less than 2 cm and 0.02 rad: {what}."
+    return said
+
+
+def _of_one(line: Line) -> str:
+    free, arrived, precise = line.shares
+    name = f"{line.name} with {line.navigator}"
+    if not precise.judged:
+        return f"{name}: of no trial it is known whether it succeeded."
+    parts = []
+    if free.judged == precise.judged and (free.yes == free.judged or free.yes != arrived.yes):
+        parts.append("touched nothing" if free.yes == free.judged else f"touched nothing in {free.yes}")
+    if arrived.judged == precise.judged and arrived.yes != precise.yes:
+        parts.append(f"arrived by its own estimate in {arrived.yes}")
+    parts.append(
+        f"stood within tolerance by its true pose in {precise.yes} of {precise.judged} tests ({precise.percent.split(' [')[0]})"
+    )
+    return f"{name} {_and(parts)}."
+
+
+def _of_many(lines: Sequence[Line]) -> str:
+    known = [line for line in lines if line.shares[-1].judged]
+    if not known:
+        return "Of no trial it is known whether it succeeded."
+    first, last = (max if best else min for best in (True, False))
+    high = first(known, key=lambda line: line.shares[-1].yes / line.shares[-1].judged)
+    low = last(known, key=lambda line: line.shares[-1].yes / line.shares[-1].judged)
+    hit = [line for line in known if line.shares[0].yes < line.shares[0].judged]
+    said = (
+        f"Most often successful: {high.name} with {high.navigator}, {high.shares[-1].yes} of {high.shares[-1].judged} tests; least often: "
+        f"{low.name} with {low.navigator}, {low.shares[-1].yes}."
+    )
+    if not hit:
+        return f"{said} None of them touched anything."
+    most = min(hit, key=lambda line: line.shares[0].yes / line.shares[0].judged)
+    return (
+        f"{said} {len(hit)} of {len(known)} touched something, {most.name} with {most.navigator} most often "
+        f"({most.shares[0].judged - most.shares[0].yes} of {most.shares[0].judged} tests)."
+    )
+
+
+# --- what limits it ---------------------------------------------------------------------------------------------------
+
+
+def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
+    if not f.rows:
+        return "There is nothing to judge by."
+    parts = []
+    if not f.recorded:
+        parts.append("the robots are simulated, so this says how they would do as far as their models hold")
+    least = min(v.n for v in found)
+    half = wilson_interval(least // 2, least)
+    parts.append(f"with {_count(least, 'test')} a rate is known to about ±{num(50 * (half.high - half.low), 0)} points")
+    if any(
+        n > 1
+        for n in Counter(
+            (r["robot"], r["navigator"], r.get("setup"), *(r[name] for name in LABELS[:-1])) for r in f.rows
+        ).values()
+    ):
+        parts.append("repetitions of one test are alike, so the intervals are rather too narrow")
+    if len(found) > 1:
+        parts.append("not all systems met the same tests: compare only those that stand in one table")
+    if left := sum(v.left_out for v in found):
+        parts.append(
+            f"{_count(left, 'trial')} of tests that not all ran {'are' if left > 1 else 'is'} left out of the comparison"
+        )
+    if f.asked(Section.PAPER_A) and any(_short(f, s) for s in f.systems):
+        parts.append("only a part of the paper's protocol was run")
+    if near := [r for r in f.rows if r.get("tuned") and tuning.sign([r])]:
+        parts.append(
+            f"in {len(near)} trials the navigator's parameters were chosen on these tests or ones like them, which flatters it"
+        )
+    if slow := decision_time.warnings(f):
+        parts.append(
+            f"{_and([f.name(s) for s in slow])} thought longer than a control period allows, and the simulated world waited"
+        )
+    unsure = [r for r in f.rows if r.get("to_confirm")]
+    if unsure:
+        parts.append(
+            f"{_count(len(unsure), 'trial')} have to be confirmed by a person"
+            if len(unsure) > 1
+            else "1 trial has to be confirmed by a person"
+        )
+    if lost := len(recordings.unrecorded(f)) + len(recordings.unusable(f)):
+        parts.append(f"{_count(lost, 'attempt')} without a usable recording count{'' if lost > 1 else 's'} as failed")
+    if "truth" in distinct(f.rows, "localisation"):
+        parts.append("the robots were told where they are")
+    return f"{_capital('; '.join(parts))}."
+
+
+def _short(f: Findings, system: System) -> bool:
+    counts = Counter(r["batch"] for r in f.of(system))
+    return any(counts[batch] < n for batch, n in paper.PROTOCOL.items())
+
+
+def _count(n: int, what: str) -> str:
+    return f"{n} {what}{'' if n == 1 else 's'}"
+
+
+def _and(parts: Sequence[str]) -> str:
+    return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]

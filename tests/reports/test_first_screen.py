@@ -1,0 +1,171 @@
+"""The page's first screen: success taken apart on the same tests, what to fix, and three sentences made from the numbers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+from synthetic_results import write_campaign
+
+from clearway.reports.causes import causes, causes_of_all, failures, what_happened
+from clearway.reports.findings import Findings
+from clearway.reports.same_tests import same_tests
+from clearway.reports.selection import System
+from clearway.reports.summary import summary
+from clearway.reports.verdicts import arrived, collision_free, precise, verdicts
+from clearway.scenarios.suites import Selection
+from clearway.statistics import wilson_interval
+from clearway.trials.store import Results
+
+PLAIN: dict[str, Any] = {
+    "suite": "s", "batch": "SO", "configuration": "single", "speed": 0.6, "obstacle_speed": None, "size": None, "gap": None,
+    "repetition": 1, "setup": None, "outcome": "reached", "failure": "", "reason": "", "success": True, "success_self": True,
+    "success_slack": True, "CT": 20.0, "MDO": 0.3, "MDO_walls": None, "barn_score": None, "DE_max": 0.1, "OE_max": 0.01,
+    "duration": 20.0, "moved_at_contact": "", "avoidable": "", "tuned": "", "source": "simulated", "privileged": False,
+}  # fmt: skip
+MISSED = {"success": False, "failure": "DE"}
+CRASHED = {"outcome": "collision", "failure": "collision", "success": False, "success_self": False, "success_slack": False,
+           "CT": None, "moved_at_contact": "both", "reason": "contact with moving obstacle 'm'", "avoidable": "planner's fault"}  # fmt: skip
+BUMPED = CRASHED | {"failure": "collision at rest", "moved_at_contact": "obstacle"}
+
+
+def made_up(*systems: tuple[str, str, list[dict[str, Any]]], privileged: tuple[str, ...] = ()) -> Any:
+    """Findings of hand-made rows, of each system a list of what is different in its trials from a plain success."""
+    rows: list[dict[str, Any]] = []
+    for robot, navigator, trials in systems:
+        for i, trial in enumerate(trials):
+            rows.append(
+                PLAIN | {"robot": robot, "navigator": navigator, "scenario": f"t{i}", "trial": len(rows)} | trial
+            )
+    found: dict[System, list[dict[str, Any]]] = {}
+    for r in rows:
+        found.setdefault(System(r["robot"], r["navigator"], None), []).append(r)
+    return SimpleNamespace(
+        rows=rows, systems=list(found), of=found.__getitem__, privileged=frozenset(privileged), title=str.upper, robots={},
+        name=lambda s: f"{s.robot} {s.navigator}",
+    )  # fmt: skip
+
+
+def only(f: Any) -> Any:
+    (group,) = same_tests(f)
+    return verdicts(f, group)
+
+
+def test_each_question_is_within_the_one_before() -> None:
+    for trial, expected in (
+        ({}, (True, True, True)), (MISSED, (True, True, False)), (CRASHED, (False, False, False)), (BUMPED, (False, False, False)),
+        ({"outcome": "timeout", "failure": "timeout", "success": False, "success_self": False}, (True, False, False)),
+        ({"success_self": False}, (True, True, True)),  # a judge ended the test by the true pose
+        ({"success": None, "success_self": None, "failure": None}, (True, None, None)),
+        ({"outcome": "aborted", "failure": "aborted", "success": False, "success_self": False, "duration": 0}, (None, False, False)),
+    ):  # fmt: skip
+        row = PLAIN | trial
+        assert (collision_free(row), arrived(row), precise(row)) == expected
+
+
+def test_systems_are_compared_on_the_tests_that_all_of_them_ran() -> None:
+    f = made_up(("a", "x", [{}] * 8), ("b", "x", [{}] * 6 + [MISSED] * 2), ("c", "x", [MISSED] * 6), ("d", "x", [{}]))
+    together, alone = same_tests(f)
+    assert [s.robot for s in together.systems] == ["a", "b", "c"]
+    assert (together.n, together.left_out) == (6, 4)
+    assert [s.robot for s in alone.systems] == ["d"]  # one test of six: it would take the others' away
+    assert {len(rows) for rows in together.rows.values()} == {6}
+    for i in range(6):
+        assert len({rows[i]["scenario"] for rows in together.rows.values()}) == 1
+    assert [line.shares[2].yes for line in verdicts(f, together).lines] == [6, 6, 0]
+
+
+def test_a_difference_is_shown_by_the_paired_test_alone() -> None:
+    clear = only(made_up(("a", "x", [{}] * 20), ("b", "x", [{}] * 10 + [MISSED] * 10)))
+    first, second = clear.lines
+    assert (first.shares[2].against, second.shares[2].against) == ("highest", "−50 points [−70, −24]")
+    assert second.shares[2].shown
+    assert second.shares[0].against == ""  # none of them touched anything
+    i = wilson_interval(10, 20)
+    assert second.shares[2].percent == f"50 % [{100 * i.low:.0f}, {100 * i.high:.0f}]"
+    unclear = only(made_up(("a", "x", [{}] * 20), ("b", "x", [{}] * 15 + [MISSED] * 5)))
+    low = unclear.lines[1].shares[2]  # 0 against 5: McNemar's p is 2 / 32
+    assert not low.shown
+    assert low.doubtful
+    assert low.against.endswith("no difference shown")
+    assert "some intervals leave out 0 and yet nothing is shown" in unclear.caption
+    assert "some intervals" not in clear.caption
+
+
+def test_times_are_of_the_tests_that_all_finished() -> None:
+    fast = [{"CT": 10.0}] * 6 + [{"CT": 90.0}] * 2
+    slow = [{"CT": 12.0}] * 6 + [CRASHED] * 2
+    found = only(made_up(("a", "x", fast), ("b", "x", slow)))
+    assert found.finished == 6
+    assert [line.time for line in found.lines] == ["10.0 s", "12.0 s"]
+    few = only(made_up(("a", "x", fast[:4]), ("b", "x", slow[:4])))
+    assert [line.time for line in few.lines] == ["–", "–"]
+
+
+def test_a_navigator_that_was_told_the_truth_is_a_reference() -> None:
+    found = only(
+        made_up(("a", "x", [MISSED] * 9), ("a", "oracle", [{}] * 9), ("a", "y", [{}] * 9), privileged=("oracle",))
+    )
+    assert [line.navigator for line in found.lines] == ["y", "x", "oracle (was told the truth)"]
+    assert found.lines[2].shares[2].against == ""
+
+
+def test_almost_all_is_not_called_all() -> None:
+    found = only(made_up(("a", "x", [{}] * 499 + [CRASHED])))
+    assert found.lines[0].shares[0].percent == "99.8 % [99, 100]"
+
+
+def test_causes_are_counted_and_the_typical_trial_is_the_middle_one() -> None:
+    trials = [MISSED | {"DE_max": d} for d in (0.21, 0.4, 0.22)] + [BUMPED] * 2 + [{}] + [CRASHED]
+    trials += [{"outcome": "timeout", "failure": "timeout", "success": False, "reason": "too long"}] * 4
+    f = made_up(("a", "x", trials))
+    found = causes(f, f.systems[0])
+    assert [c.count for c in found] == [4, 3, 2]
+    assert "too long" in found[0].advice
+    assert found[1].trial == 2
+    assert "22.0 cm off (median)" in found[1].advice
+    assert found[2].words == "the moving obstacle drove into it while it stood"
+    assert failures(f.rows) == 10
+    for row in f.rows:  # nobody is blamed
+        assert "fault" not in what_happened(row)
+    both = made_up(("a", "x", trials), ("b", "x", [MISSED] * 3 + [{}] * 8))
+    assert next((c.count, c.who) for c in causes_of_all(both)) == (6, "a x: 3 of them")
+
+
+def test_the_sentences_say_the_numbers(results: Results) -> None:
+    f = Findings(results)
+    found = [verdicts(f, group) for group in same_tests(f)]
+    said = summary(f, found)
+    n, tiago = len(f.of(f.systems[1])), next(line for line in found[0].lines if line.name == "TIAGo")
+    assert f"{n} tests each, the same for both" in said.tested
+    assert "(simulated)" in said.tested
+    good = sum(r["success"] for r in f.rows if r["robot"] == "tiago")
+    assert tiago.shares[2].yes == good
+    assert f"stood within tolerance by its true pose in {good} of {n} tests" in said.result
+    assert "simulated" in said.limits
+    assert "only a part of the paper's protocol" in said.limits
+    assert "repetitions of one test are alike" in said.limits
+
+
+def test_the_page_begins_with_it_and_has_no_cards(report: Path) -> None:
+    page = report.read_text(encoding="utf-8")
+    body = page[page.index("<body>") :]
+    assert (
+        body.index("<strong>Tested.</strong>")
+        < body.index('class="verdicts"')
+        < body.index('id="fix"')
+        < body.index("<nav")
+    )
+    assert "all batches, finished trials" not in page
+    assert 'class="card"' not in page
+
+
+def test_a_suite_of_one_test_makes_a_page(tmp_path: Path) -> None:
+    from clearway.reports import write_report
+
+    one = Selection(batches=("NO",), speeds=(0.6,), repetitions=1)
+    page = write_report(write_campaign(tmp_path / "out", robots=("tiago",), selection=one).path)
+    assert "1 test" in page.read_text(encoding="utf-8")
+    assert pytest.approx(0.2, abs=0.01) == wilson_interval(1, 1).low
