@@ -11,16 +11,18 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clearway.api import Results, open_results, rerun, resume, run, score
+    from clearway.api import Results, compare, open_results, rerun, resume, run, score, simulate
     from clearway.errors import ClearwayError
 
     __version__: str
 
-__all__ = ["ClearwayError", "Results", "__version__", "open_results", "rerun", "resume", "run", "score"]
+__all__ = [
+    "ClearwayError", "Results", "__version__", "compare", "open_results", "rerun", "resume", "run", "score", "simulate",
+]  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("run", "rerun", "score", "resume", "open_results", "Results"):
+    if name in __all__ and name not in ("ClearwayError", "__version__"):
         from clearway import api
 
         return getattr(api, name)

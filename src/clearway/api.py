@@ -8,30 +8,45 @@ results.figure("trajectories", batch="NO")       # a matplotlib figure
 
 from __future__ import annotations
 
+import operator
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from clearway.campaigns import CampaignPlan, resume_campaign, run_campaign
+from clearway.campaigns.objects import names_of, navigator_name
+from clearway.campaigns.one_trial import one_trial
 from clearway.campaigns.pilot import prepare_limit
 from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback
 from clearway.campaigns.rerun import Rerun
 from clearway.campaigns.rerun import rerun as rerun_trial
 from clearway.campaigns.variants import variants
-from clearway.errors import ClearwayError
-from clearway.scenarios.suite import Selection, seed_range
+from clearway.contract import Navigator
+from clearway.errors import ClearwayError, shown
+from clearway.given import PREFIX
+from clearway.robots import Robot
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import Selection, Suite, seed_range
 from clearway.scenarios.suites import with_movers
-from clearway.trials import store
+from clearway.trials import Trial, store
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from clearway.campaigns.watching import Round
+    from clearway.statistics import Comparison, ConfigurationComparison
 
-__all__ = ["Rerun", "Results", "open_results", "rerun", "resume", "run", "score", "watch"]
+__all__ = ["Rerun", "Results", "compare", "open_results", "rerun", "resume", "run", "score", "simulate", "watch"]
+
+NavigatorLike = str | Callable[..., Navigator]
+"""A navigator's name or address, or its class, or a function that makes one."""
+
+
+TAKES = {"trial": "trial=17", "clearance": "trial=17", "thought": "trial=17, at=12.0", "paths": 'scenario="..."'}
+"""What a figure is of, where that is not any selection of columns."""
 
 
 class Results(store.Results):
@@ -54,6 +69,40 @@ class Results(store.Results):
         except ImportError as error:
             raise ClearwayError("polars is not installed; pip install 'clearway[polars]'") from error
         return polars.from_arrow(self.trials)
+
+    def trial(self, index: int) -> Trial:
+        """Trial number `index` (the column `trial`) in full.
+
+        Raises:
+            ClearwayError: there is no such trial, or a file is damaged.
+        """
+        try:
+            number = operator.index(index)  # NumPy's whole numbers too
+        except TypeError:
+            raise ClearwayError(
+                f"{shown(index)} is no trial's number; 0 to {len(self) - 1} are (the column `trial`)", file=self.path
+            ) from None
+        return super().trial(number)
+
+    def summary(self) -> Any:
+        """A row a system, batch and speed, as a pyarrow.Table: success with its exact 95 % interval, the same by the robot's own
+        estimate, and the mean of each of paper A's indicators with its bootstrap interval; `to_pandas()` makes a frame of it.
+        """
+        from clearway.statistics.summary import summary
+
+        return summary(self.trials)
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the headline numbers as a table."""
+        from clearway.reports.notebook import as_html
+
+        return as_html(self, self.summary())
+
+    def figures(self) -> dict[str, str]:
+        """The figures that `figure` draws: the name of each, and what it shows and takes."""
+        from clearway.reports import FIGURES
+
+        return {name: f"figure({name!r}, {TAKES.get(name, 'column=value, ...')}): {FIGURES[name]}" for name in FIGURES}
 
     def figure(self, name: str, **selection: Any) -> Figure:
         """A figure of the report, drawn anew.
@@ -78,9 +127,9 @@ class Results(store.Results):
 
 
 def run(
-    *suites: str,
-    robots: Iterable[str] = (),
-    navigators: Iterable[str] = ("move-base",),
+    *suites: str | Path | Suite | Scenario,
+    robots: Iterable[str | Robot] = (),
+    navigators: Iterable[NavigatorLike] = ("move-base",),
     batches: Iterable[str] = (),
     configurations: Iterable[str] = (),
     speeds: Iterable[float] = (),
@@ -112,9 +161,11 @@ def run(
     """Run suites with robots and navigators, and score every trial.
 
     Args:
-        suites: Names (`hospital`, `barn`), or paths of TOML files.
-        robots: Names, presets (`hosbot:vendor`) or files; default: the suite's usual ones.
-        navigators: Registered names, or addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`.
+        suites: Names (`hospital`, `barn`), paths of TOML files, or `Suite`s and `Scenario`s made in Python.
+        robots: Names, presets (`hosbot:vendor`), files or `Robot`s; default: the suite's usual ones.
+        navigators: Registered names, addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`, or classes,
+            those of a notebook too. What no other process can find by its name is recorded as `object:NAME`, and has to be handed
+            over again to `rerun` or to go on with.
         batches: Only these batches; empty: all.
         configurations: Only these configurations; empty: all.
         speeds: Only these set speeds, m/s; empty: all.
@@ -166,11 +217,11 @@ def run(
         disturbance=disturbance,
         latency=latency,
     )
-    suites = with_movers(suites, movers)
-    folder = free_directory(suites) if out is None else Path(out)
+    named = with_movers(names_of(suites, "suites"), movers)
+    folder = free_directory(named) if out is None else Path(out)
     with pool(workers_of(workers, least=0), folder) as work:
         chosen, given = variants(
-            _strings(navigators, "navigators"),
+            names_of(navigators, "navigators"),
             options or {},
             _strings(without, "without"),
             _strings(guarantees, "guarantees"),
@@ -178,8 +229,8 @@ def run(
             patience=prepare_limit(decision_limit),
         )
     campaign = CampaignPlan(
-        suites=suites,
-        robots=_strings(robots, "robots"),
+        suites=named,
+        robots=names_of(robots, "robots"),
         navigators=chosen,
         selection=selection,
         seed=seed,
@@ -198,7 +249,7 @@ def rerun(
     results: str | Path | store.Results,
     trial: int,
     *,
-    navigator: str | None = None,
+    navigator: NavigatorLike | None = None,
     out: str | Path | None = None,
     raise_errors: bool = False,
 ) -> Rerun:
@@ -221,10 +272,50 @@ def rerun(
     """
     found = results if isinstance(results, store.Results) else open_results(results)
     again = rerun_trial(
-        found, trial, navigator=navigator, out=None if out is None else Path(out), raise_errors=raise_errors
+        found,
+        trial,
+        navigator=None if navigator is None else navigator_name(navigator),
+        out=None if out is None else Path(out),
+        raise_errors=raise_errors,
     )
     done = again.results
     return again if done is None else replace(again, results=Results(done.path, done.campaign))
+
+
+def simulate(
+    scenario: str | Path | Scenario,
+    robot: str | Robot,
+    navigator: NavigatorLike = "move-base",
+    *,
+    name: str | None = None,
+    localisation: str | None = None,
+    tracking: str | None = None,
+    map: str | Path | None = None,
+    setup: str | None = None,
+    seed: int = 0,
+) -> Trial:
+    """Run one trial in this process, which a debugger can step through; nothing is written.
+
+    It has the bits of the same trial in a campaign. Errors of the navigator are raised, and a decision may take as long as it likes.
+
+    Args:
+        scenario: A `Scenario`, a scenario's file, or a suite by name.
+        robot: Its name or file, or a `Robot`.
+        navigator: Its name or address, or its class.
+        name: Which scenario of a suite; None: it has but one.
+        localisation: As for `run`.
+        tracking: As for `run`.
+        map: As for `run`.
+        setup: One of `run`'s `setups`.
+        seed: Of the campaign that it might be of.
+
+    Raises:
+        ClearwayError: something that was given is wrong; one sentence says what and what would be right.
+    """
+    return one_trial(
+        scenario, robot, navigator, name=name, localisation=localisation, tracking=tracking, seed=seed,
+        map=None if map is None else str(map), setups=() if setup is None else (setup,),
+    )  # fmt: skip
 
 
 def resume(out: str | Path, *, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:
@@ -299,6 +390,40 @@ def watch(
     yield from watch(Path(test_plan), Path(captures), folder, workers=workers, progress=progress)
 
 
+def compare(
+    *results: str | Path | store.Results,
+    between: Iterable[str] = (),
+    indicators: Iterable[str] | None = None,
+    confidence: float = 0.95,
+    out: str | Path | None = None,
+) -> list[Comparison | ConfigurationComparison]:
+    """Compare every two of several results, or of the systems of one: success and indicators on the same tests.
+
+    Args:
+        results: Results directories or their paths; of a single one its robots, navigators and set-ups are compared.
+        between: Of a single one, only the systems of these robots, navigators or set-ups.
+        indicators: Only these; None: paper A's.
+        confidence: Of the intervals, in (0, 1).
+        out: A folder for a page with figures, and a CSV table; None: none is written.
+
+    Returns:
+        A comparison a pair, the later against the earlier.
+
+    Raises:
+        ClearwayError: nothing to compare, results without a test in common, or `out` can't be used.
+    """
+    from clearway.reports.comparison_page import write_comparison
+    from clearway.reports.side_by_side import tables_of
+    from clearway.statistics import compare_all
+
+    opened = [one if isinstance(one, store.Results) else open_results(one) for one in results]
+    chosen = None if indicators is None else _strings(indicators, "indicators")
+    found = compare_all(tables_of(opened, _strings(between, "between")), indicators=chosen, confidence=confidence)
+    if out is not None:
+        write_comparison(found, Path(out))
+    return found
+
+
 def open_results(path: str | Path) -> Results:
     """Open a finished results directory.
 
@@ -311,7 +436,7 @@ def open_results(path: str | Path) -> Results:
 
 def free_directory(suites: Iterable[str]) -> Path:
     """Where results go when nobody says: `results/SUITE`, or `results/SUITE-2` and so on if that is taken."""
-    name = "-".join(Path(s).stem for s in suites)
+    name = "-".join(Path(s.removeprefix(PREFIX)).stem for s in suites)
     number, path = 1, Path("results") / name
     while os.path.exists(path):
         number += 1

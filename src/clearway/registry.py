@@ -20,6 +20,7 @@ from typing import Any, TypeVar
 
 from clearway.errors import ClearwayError, unknown
 from clearway.foreign import said
+from clearway.given import given
 
 T = TypeVar("T")
 
@@ -86,6 +87,8 @@ class Registry:
         Raises:
             ClearwayError: no such name, module, file or attribute, or its module fails to import.
         """
+        if (handed := given(which)) is not None:
+            return handed.thing
         if ":" in which:
             return self._at(which)
         addresses = self.addresses()

@@ -30,6 +30,7 @@ from typing import Any, TypeVar
 from clearway.campaigns.heartbeat import Pulse
 from clearway.campaigns.surroundings import Setting
 from clearway.errors import ClearwayError
+from clearway.given import packed
 
 T = TypeVar("T")
 
@@ -152,7 +153,7 @@ def _here(calls: list[_Call]) -> Generator[Any]:
 def _there(
     calls: list[_Call], workers: int, patience: float | None, fallen: Callable[..., Any] | None, out: Path
 ) -> Generator[Any]:
-    waiting, busy, false_starts, setting = deque(calls), list[_Worker](), 0, Setting.present()
+    waiting, busy, false_starts, setting = deque(calls), list[_Worker](), 0, Setting.present(packed())
     try:
         while waiting or busy:
             while waiting and len(busy) < workers:

@@ -14,8 +14,9 @@ from typing import Any
 from clearway.campaigns import source
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.geometry.grid import OccupancyGrid
+from clearway.given import given
 from clearway.indicators import INDICATORS
-from clearway.navigators.registry import navigator_class
+from clearway.navigators.registry import navigator_class, split_options
 from clearway.robots import load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
@@ -60,7 +61,8 @@ def asked_of_plan(
 
 def code_of(navigator: str) -> str | None:
     """A digest of the code of a navigator that is not Clearway's; None: of one that is."""
-    return source.of_object(navigator_class(navigator))
+    handed = given(split_options(navigator)[0])
+    return source.of_object(navigator_class(navigator)) if handed is None else handed.code
 
 
 def _about(name: str, specs: Sequence[TrialSpec]) -> dict[str, Any]:

@@ -31,16 +31,18 @@ class Setting:
         folder: The current directory.
         path: Where modules lie.
         environment: The environment's variables.
+        objects: What a Python program has handed over instead of names.
     """
 
     folder: str
     path: tuple[str, ...]
     environment: dict[str, str]
+    objects: bytes = b""
 
     @classmethod
-    def present(cls) -> Setting:
-        """That of this process."""
-        return cls(os.getcwd(), tuple(sys.path), dict(os.environ))
+    def present(cls, objects: bytes = b"") -> Setting:
+        """That of this process, with what was handed over to it."""
+        return cls(os.getcwd(), tuple(sys.path), dict(os.environ), objects)
 
 
 def settle(setting: Setting) -> None:

@@ -84,7 +84,7 @@ def serve(key: str, connection: int, beat: int, traces: int, path: list[str]) ->
             answer = ("stale", None)
         else:
             settle(setting)
-            answer = _answer(call)
+            answer = _answer(setting.objects, call)
             sources.look()
         if os.getpid() != me:  # a navigator has forked, and went on in both
             os._exit(0)
@@ -107,13 +107,15 @@ def _has_children() -> bool:
         return False
 
 
-def _answer(call: bytes) -> tuple[str, Any]:
+def _answer(objects: bytes, call: bytes) -> tuple[str, Any]:
     import pickle
 
     from clearway.errors import ClearwayError
     from clearway.foreign import said, traced
+    from clearway.given import unpack
 
     try:
+        unpack(objects)
         function, arguments = pickle.loads(call)
         return "done", function(*arguments)
     except ClearwayError as error:

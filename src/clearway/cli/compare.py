@@ -12,15 +12,25 @@ from clearway.cli._options import Json, tell
 
 def compare(
     directories: Annotated[
-        list[Path], typer.Argument(help="Two or more results directories; each is compared with those before it.")
+        list[Path],
+        typer.Argument(
+            help="Results directories, each compared with those before it; or a single one, whose systems are compared."
+        ),
     ],
+    between: Annotated[
+        list[str] | None,
+        typer.Option("--between", help="Of a single one: only these robots, navigators or set-ups; repeatable."),
+    ] = None,
     indicators: Annotated[
         list[str] | None, typer.Option("--indicator", help="Only these indicators; default: paper A's.")
     ] = None,
     confidence: Annotated[float, typer.Option(help="Of the intervals, in (0, 1).")] = 0.95,
+    out: Annotated[
+        Path | None, typer.Option(help="Write a page with figures, and a CSV table, into this folder.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Compare results directories: paired differences per indicator, with intervals.
+    """Compare results directories, or the systems of one: paired differences per indicator, with intervals.
 
     Simulated results are paired test by test. A simulation and a recording (the sim-to-real difference), or two
     recordings (before and after), are matched by configuration, their repetitions averaged first.
@@ -28,6 +38,8 @@ def compare(
     from dataclasses import asdict
 
     from clearway.errors import ClearwayError
+    from clearway.reports.comparison_page import write_comparison
+    from clearway.reports.side_by_side import tables_of
     from clearway.reports.text import comparison, tuned
     from clearway.statistics import ConfigurationComparison, compare_all
     from clearway.trials.differences import other_robots
@@ -36,11 +48,14 @@ def compare(
     if twice := [path for path in directories if directories.count(path) > 1]:
         raise ClearwayError("is named twice; a comparison needs different results", file=twice[0])
     opened = {str(path): open_results(path) for path in directories}
-    tables = {path: results.trials for path, results in opened.items()}
+    tables = tables_of(list(opened.values()), between or ())
     found = compare_all(tables, indicators=indicators, confidence=confidence)
     chosen = tuned(tables)
+    page = None if out is None else write_comparison(found, out)
+    others = {(c.a, c.b): other_robots(opened[c.a], opened[c.b]) if len(opened) > 1 else [] for c in found}
     if not as_json:
-        parts = ["\n".join([comparison(c), *other_robots(opened[c.a], opened[c.b])]) for c in found]
+        parts = ["\n".join([comparison(c), *others[c.a, c.b]]) for c in found]
+        parts += [f"page: {page}"] if page else []
         said = [f"{name}, {n}: {words}" for name, all_of_it in chosen.items() for n, words in all_of_it.items()]
         typer.echo("\n\n".join([*parts, *(["\n".join(said)] if said else [])]))
         return
@@ -56,7 +71,5 @@ def compare(
             how |= {"legs_by_motion_a": c.by_motion_a, "legs_by_motion_b": c.by_motion_b}
         else:
             how = {"pairs": c.pairs}
-        whole.append(
-            {"a": c.a, "b": c.b, "other_robots": other_robots(opened[c.a], opened[c.b])} | how | without | rows
-        )
+        whole.append({"a": c.a, "b": c.b, "other_robots": others[c.a, c.b]} | how | without | rows)
     tell(whole, indent=2)

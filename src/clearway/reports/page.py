@@ -242,10 +242,23 @@ def _title(f: Findings) -> str:
     return " and ".join(suite.title for suite in f.suites.values()) or "No trials"
 
 
+def page_of(template: str, **content: Any) -> str:
+    """A page without scripts, in the report's style.
+
+    Args:
+        template: Its template's name.
+        **content: What the template asks for, beside style and policy.
+    """
+    return _environment().get_template(template).render(**content, **_frame(()))
+
+
 def _frame(scripts: Sequence[str], *, beside: bool = False) -> dict[str, Any]:
     """Style, scripts and the policy that admits these scripts only."""
     texts = [_asset(name) for name in scripts]
-    hashes = " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(t.encode()).digest()).decode()}'" for t in texts)
+    hashes = (
+        " ".join(f"'sha256-{base64.b64encode(hashlib.sha256(t.encode()).digest()).decode()}'" for t in texts)
+        or "'none'"
+    )
     policy = (
         f"default-src 'none'; script-src {hashes}{' self-placeholder' if beside else ''}; style-src 'unsafe-inline'; "
         "img-src data:; base-uri 'none'; form-action 'none'"

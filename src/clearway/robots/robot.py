@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radius
+from clearway.given import given
 from clearway.quantities import (
     Angle,
     Distance,
@@ -299,6 +300,9 @@ def load_robot(which: str) -> Robot:
     Raises:
         ClearwayError: no such robot or preset, or a field that is wrong; the message names file and field.
     """
+    if (handed := given(which)) is not None:
+        robot: Robot = handed.thing
+        return robot
     path, preset = _locate(which)
     return _load(path, preset, path.stat().st_mtime_ns)  # read again once it has changed
 

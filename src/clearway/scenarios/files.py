@@ -113,10 +113,17 @@ def load_suite_file(path: str | Path) -> Suite:
     """
     path = Path(path)
     if kind_of(read_toml(path)) is Scenario:
-        one = load_scenario(path)
-        spec = SuiteSpec(name=path.stem, title=one.name, scenario=(one,))
-    else:
-        spec = _first(SuiteSpec, path)
+        return suite_of(load_scenario(path), path.stem, path)
+    return _suite(_first(SuiteSpec, path), path)
+
+
+def suite_of(scenario: Scenario, name: str, path: Path | None = None) -> Suite:
+    """A suite of one scenario, which was read from `path` or was made in Python."""
+    return _suite(SuiteSpec(name=name, title=scenario.name, scenario=(scenario,)), path)
+
+
+def _suite(spec: SuiteSpec, file: Path | None) -> Suite:
+    path = file or Path("in-python.toml")  # files that it names are seen from the current folder
     scenarios = scenarios_of(spec, path)
     configurations = dict.fromkeys(s.labels.configuration for s in scenarios)
     return Suite(
@@ -129,7 +136,7 @@ def load_suite_file(path: str | Path) -> Suite:
         family=spec.family,
         robots=tuple(_beside(r, path) if ".toml" in r else r for r in spec.robots),
         report=spec.report,
-        file=str(path),
+        file=None if file is None else str(file),
     )
 
 

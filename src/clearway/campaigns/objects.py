@@ -1,0 +1,67 @@
+"""Names for what a Python program hands over: addresses where any process finds it, else names of objects (`clearway.given`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from clearway.errors import ClearwayError, shown
+from clearway.given import address_of, give
+from clearway.robots import Robot, load_robot, robot_names
+from clearway.scenarios.files import suite_of
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import Suite
+
+
+def names_of(values: Any, field: str) -> tuple[str, ...]:
+    """The names of suites, robots or navigators, each given by its name or as an object; a lone one is a list of one.
+
+    Args:
+        values: Names, and navigators (classes, or functions that make one), `Robot`s, `Scenario`s or `Suite`s.
+        field: What they are: `suites`, `robots` or `navigators`.
+
+    Raises:
+        ClearwayError: one of them is nothing of that.
+    """
+    name = {"suites": suite_name, "robots": robot_name, "navigators": navigator_name}[field]
+    lone = isinstance(values, str | Robot | Scenario | Suite) or not isinstance(values, Iterable)
+    return tuple(name(value) for value in ((values,) if lone else values))
+
+
+def suite_name(value: Any) -> str:
+    """The name of a suite, which may be given as a `Suite` or as one `Scenario`."""
+    if isinstance(value, Scenario):
+        return give(value.name, suite_of(value, value.name))
+    return give(value.name, value) if isinstance(value, Suite) else _text(value, "suites", "a Scenario or a Suite")
+
+
+def robot_name(value: Any) -> str:
+    """The name of a robot, which may be given as a `Robot`."""
+    if not isinstance(value, Robot):
+        return _text(value, "robots", "a Robot")
+    if value.name in robot_names():
+        if load_robot(value.name) == value:
+            return value.name
+        raise ClearwayError(
+            f"a robot that is not the {value.name!r} that comes with Clearway has its name; give it a name of its own",
+            field="robots",
+        )
+    return give(value.name, value)
+
+
+def navigator_name(value: Any) -> str:
+    """The name of a navigator, which may be given as its class, or as a function that makes one."""
+    if isinstance(value, str):
+        return value
+    if not callable(value) or not hasattr(value, "__qualname__"):
+        raise ClearwayError(
+            f"{shown(value)} is neither a name nor a navigator's class; give the class, of which each trial makes its own",
+            field="navigators",
+        )
+    return address_of(value) or give(value.__qualname__, value)
+
+
+def _text(value: Any, field: str, other: str) -> str:
+    if not isinstance(value, str):
+        raise ClearwayError(f"{shown(value)} is neither a name nor {other}", field=field)
+    return value
