@@ -296,7 +296,8 @@ def simulate(
 ) -> Trial:
     """Run one trial in this process, which a debugger can step through; nothing is written.
 
-    It has the bits of the same trial in a campaign. Errors of the navigator are raised, and a decision may take as long as it likes.
+    It has the bits of the same trial in a campaign; of a scenario with several robots it is the first one's. Errors of the
+    navigator are raised, and a decision may take as long as it likes.
 
     Args:
         scenario: A `Scenario`, a scenario's file, or a suite by name.

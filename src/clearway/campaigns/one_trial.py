@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from clearway.campaigns.drawing import drawn
 from clearway.campaigns.objects import names_of, suite_name
 from clearway.campaigns.plan import CampaignPlan
 from clearway.campaigns.plan_checks import check_plan
-from clearway.campaigns.worker import run_trial
+from clearway.campaigns.worker import all_drawn, run_trials
 from clearway.errors import ClearwayError
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection
@@ -18,6 +17,8 @@ from clearway.trials import Trial
 
 def one_trial(scenario: Any, robot: Any, navigator: Any, *, name: str | None = None, **plan: Any) -> Trial:
     """Run one trial, as a campaign of it alone would; errors of the navigator are raised, and no decision takes too long.
+
+    Of a scenario with several robots it is the trial of the first.
 
     Args:
         scenario: A `Scenario`; a scenario's file; or a suite by name, of which `name` says which scenario.
@@ -36,10 +37,10 @@ def one_trial(scenario: Any, robot: Any, navigator: Any, *, name: str | None = N
         selection=selection, decision_limit=None, **plan,
     )  # fmt: skip
     specs = asked.specs()
-    if len(specs) > 1:
-        some = ", ".join(spec.scenario.name for spec in specs[:3])
+    runs = dict.fromkeys(spec.run for spec in specs)
+    if len(runs) > 1:
+        some = ", ".join(dict.fromkeys(spec.scenario.name for spec in specs[:3]))
         raise ClearwayError(
-            f"{load_suite(suite).name!r} has {len(specs)} scenarios ({some}, ...); say which one", field="name"
+            f"{load_suite(suite).name!r} has {len(runs)} scenarios ({some}, ...); say which one", field="name"
         )
-    known = check_plan(asked, specs)[specs[0].navigator]
-    return run_trial(asked, drawn(asked, specs[0]), known, raise_errors=True)
+    return run_trials(asked, all_drawn(asked, specs), check_plan(asked, specs), raise_errors=True)[0]
