@@ -19,6 +19,10 @@ settings.register_profile("clearway", deadline=None, derandomize=True, print_blo
 settings.load_profile("clearway")
 
 
+LONGEST = ("hp_st", "test_guard", "test_a_day", "hl_rrt", "conformance", "hp_tmpc", "test_people", "tests/reports")
+"""Parts of the names of files, those first whose tests take longest, so that none of them is left when all else is done."""
+
+
 class _ByFile(LoadScopeScheduling):  # type: ignore[misc]
     """The tests of one file run in one process, and so do all those of a navigator that compiles for long: else both
     processes compile it, at the same time."""
@@ -29,7 +33,15 @@ class _ByFile(LoadScopeScheduling):  # type: ignore[misc]
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
+    config.option.loadscopereorder = False  # as they stand, not by how many tests a file has
     return _ByFile(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    def rank(item: pytest.Item) -> int:
+        return next((i for i, name in enumerate(LONGEST) if name in item.nodeid.partition("::")[0]), len(LONGEST))
+
+    items.sort(key=rank)
 
 
 @pytest.fixture(scope="session")

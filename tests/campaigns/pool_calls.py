@@ -17,8 +17,6 @@ def meet(end: str) -> str:
         os._exit(3)
     if end == "spoil":
         CRASHES["WritesIntoSockets"]()
-    if end == "false":
-        CRASHES["AnswersInItsStead"]()
     if end == "refuse":
         raise ClearwayError("refused", field=end)
     os.chdir("/")

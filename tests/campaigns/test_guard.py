@@ -1,4 +1,7 @@
-"""One trial never blocks a campaign: whatever a navigator says, raises or does to its process, the others run as ever."""
+"""One trial never blocks a campaign: whatever a navigator says, raises or does to its process, the others run as ever.
+
+One of each kind; `benchmarks/faults.py --only navigators --only kills` has them all, a crash or a hang for each way to it.
+"""
 
 from __future__ import annotations
 
@@ -50,12 +53,10 @@ def plan(*navigators: str, decision_limit: float = 0.5) -> CampaignPlan:
 FATES = {
     "SegmentationFault": "was ended by SIGSEGV",
     "LoopsDeaf": "took longer than 0.5 s and could not be broken off",
-    "LoopsCompiled": "took longer than 0.5 s and could not be broken off",
     "ArrivedAtOnce": "",
     "GaveUpSurrogate": "no text that UTF-8 can hold",
     "RaisesOwn": "Own: mine, which is no Exception",
     "RaisesKeyboardInterrupt": "raised KeyboardInterrupt",
-    "RaisesSystemExitInDiagnostics": "sys.exit(0)",
     "RaisesClearwayInReset": "my own",
     "RaisesSurrogate": r"ValueError: lost \udcff",
     "AnswersLazily": "took longer than 0.5 s for a decision",
@@ -91,7 +92,6 @@ def test_crashes_have_the_same_bytes_whatever_the_workers(tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("name", "says"),
     [
-        ("InitExitsQuietly", "ended with exit code 0"),
         ("InitExits", "SystemExit: 0"),
         ("ParametersOwn", "cannot read its parameters: Own"),
         ("ParametersCrash", r"was ended by SIGSEGV, File .*misbehaving_navigators.py"),
@@ -248,8 +248,7 @@ def test_the_pool(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert sorted(found) == ["exit: ended with exit code 3", "here a", "here b"]
         monkeypatch.delenv("MET")
         assert list(work.each(meet, [("c",)])) == ["None c"]
-        found = list(work.each(meet, [("spoil",), ("false",)], fallen=stood_in))
-        assert sorted(found) == ["false: spoilt its connection", "spoil: closed or spoilt its connection"]
+        assert list(work.each(meet, [("spoil",)], fallen=stood_in)) == ["spoil: closed or spoilt its connection"]
     with pytest.raises(ClearwayError, match="refused") as told, pool(2, tmp_path) as work:
         list(work.each(meet, [("refuse",)]))
     assert told.value.field == "refuse"
@@ -347,9 +346,9 @@ run_campaign(plan("LoopsBlockingTheAlarm", "LoopsCompiled", decision_limit=1000.
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to look for left-over processes")
-@pytest.mark.parametrize(("number", "after"), [(signal.SIGKILL, 0.0), (signal.SIGTERM, 0.5), (signal.SIGKILL, 4.0)])
+@pytest.mark.parametrize(("number", "after"), [(signal.SIGTERM, 0.0), (signal.SIGKILL, 3.0)])
 def test_workers_end_with_their_parent(tmp_path: Path, number: int, after: float) -> None:
-    """While they start, while they import, and in the middle of a loop."""
+    """While they start, and in the middle of a loop."""
     script = STARTS.format(folder=str(FILE.parent))
     process = subprocess.Popen(
         [sys.executable, "-c", script, str(tmp_path)], stdout=subprocess.PIPE, text=True, start_new_session=True

@@ -214,7 +214,7 @@ def brute_force(start, goal, radius, static, moving, radii, h: float, every: int
     return (first - 1) * delta, last * delta
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_brute_force_search_agrees(seed: int) -> None:
     rng = np.random.default_rng(seed)
     static = np.array([(*rng.uniform(1.8, 4.2, 2), 0.4)])

@@ -97,9 +97,16 @@ def test_twice_the_disturbance_is_said() -> None:
     assert any(text.startswith("disturbance: ended 0.01") for text in texts)
 
 
-@pytest.mark.parametrize(("robot", "guarantee"), [("rescue", "passive"), ("rescue", "none"), ("hosbot", "none")])
+@pytest.mark.parametrize(
+    ("robot", "guarantee"),
+    [
+        ("rescue", "none"),
+        pytest.param("rescue", "passive", marks=pytest.mark.slow),
+        pytest.param("hosbot", "none", marks=pytest.mark.slow),
+    ],
+)
 def test_it_conforms(robot: str, guarantee: str) -> None:
-    """With the default, `passive`, tests/conformance asks it of the two of the hospital."""
+    """With the default, `passive`, tests/conformance asks it of a robot of the hospital; the other two by `-m slow`."""
     findings = list(check_navigator(lambda: HpSt(guarantee), load_robot(robot)))
     unmet = [f"{f.name}: {f.detail}" for f in findings if not f.passed]
     assert [u for u in unmet if "control period" not in u] == []

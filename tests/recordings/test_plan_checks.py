@@ -320,7 +320,7 @@ def test_a_plan_is_told_from_other_files(table: dict[str, object], is_one: bool)
     assert is_test_plan(table) is is_one
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_whatever_a_plan_says_is_answered_with_problems(lab: Lab, data: st.DataObject):
     """Lines dropped, doubled and swapped, values replaced by junk: a list comes back, and nothing else out."""

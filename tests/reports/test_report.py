@@ -113,6 +113,7 @@ def test_a_report_that_fails_leaves_the_old_one(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
+    monkeypatch.setattr("clearway.reports.page._figures", lambda *_: {})  # they take long
     monkeypatch.setattr("clearway.reports.page.write_tables", full)
     with pytest.raises(ClearwayError, match="No space left on device"):
         write_report(results.path)

@@ -156,7 +156,7 @@ with TrialStore(Path(sys.argv[1]), json.loads(sys.argv[2]), 40, SCHEMA, resume=T
 def test_sigkill_at_random_moments_is_made_good(whole: Path, tmp_path: Path) -> None:
     moments, killed = random.Random(7), 0
     command = [sys.executable, "-c", WRITER.format(folder=str(Path(__file__).parent)), str(tmp_path / "out")]
-    for _ in range(4):
+    for _ in range(2):
         process = subprocess.Popen([*command, json.dumps(ASKED)], stdout=subprocess.PIPE)
         assert process.stdout is not None
         process.stdout.readline()
