@@ -21,6 +21,8 @@ from clearway.statistics import (
     correlations,
     describe,
     holm,
+    mean_interval,
+    paired_success,
     pearson,
     reduced_set,
     signed_rank,
@@ -241,7 +243,24 @@ def test_description_by_hand():
     assert (row["t_low"], row["t_high"]) == (pytest.approx(14 - half, rel=1e-6), pytest.approx(14 + half, rel=1e-6))
     # over both speeds the range is 10 to 30: the paper's Fig. 6 puts the mean at (14 - 10) / 20
     assert (row["range_low"], row["range_high"], row["norm_mean"]) == (10.0, 30.0, pytest.approx(0.2))
-    assert 10.0 <= row["boot_low"] <= 14.0 <= row["boot_high"] <= 20.0
+    assert row["boot_low"] is None  # of three values there is no bootstrap
+
+
+def test_an_interval_stays_within_what_the_indicator_can_be():
+    table = so(lambda v, s, r: {1: 1.0, 2: 30.0}[r], sizes=(0.3,), repetitions=2)
+    row = only(describe(table), speed=0.2)
+    assert (row["n"], row["t_low"]) == (2, 0.0)  # unbounded: 15.5 - 12.7 * 14.5
+    shares = mean_interval(np.array([1.0, 99.0]), bounds=(0.0, 100.0))
+    assert shares is not None
+    assert (shares.low, shares.high) == (0.0, 100.0)
+    assert (INDICATORS["TCS"].bounds, INDICATORS["DE"].bounds) == ((0.0, 100.0), (0.0, math.inf))
+
+
+@pytest.mark.parametrize(("only_b", "doubtful"), [(5, True), (6, False), (0, False)])
+def test_where_the_interval_and_mcnemar_disagree_is_told(only_b: int, doubtful: bool):
+    a, b = np.zeros(20), np.r_[np.ones(only_b), np.zeros(20 - only_b)]
+    found = paired_success(a, b)
+    assert found.doubtful is doubtful  # 5 of 20 against none: the interval leaves out 0, McNemar's p is 2 / 32
 
 
 def test_description_counts_what_is_missing_and_says_why():

@@ -44,6 +44,7 @@ class Indicator:
         better: Which way is better; `neither` if it only describes.
         function: Trial -> Value; never raises for want of data.
         kind: What its values are; a BOOLEAN is 1 or 0.
+        signed: Whether a value may be negative, as no length, time or angle off is.
     """
 
     name: str
@@ -53,6 +54,12 @@ class Indicator:
     better: Literal["lower", "higher", "neither"]
     function: Measure
     kind: Kind = Kind.NUMBER
+    signed: bool = False
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The least and the most that a value can be."""
+        return -math.inf if self.signed else 0.0, 100.0 if self.unit == "%" else math.inf
 
 
 def measure(function: Callable[[Trial], float]) -> Measure:

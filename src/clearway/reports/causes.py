@@ -15,15 +15,10 @@ from clearway.indicators.avoidable import FORESIGHT, PLANNER, TOO_LATE
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num
 from clearway.reports.selection import Row, System, is_recorded, label, system_of
+from clearway.reports.words import WAYS_OUT, contact
 
 MOST = 3
 """Causes that are named."""
-WAYS_OUT = {
-    PLANNER: "0.75 s before, a way out was left",
-    FORESIGHT: "a way out was left when it was first seen, none 0.75 s before",
-    TOO_LATE: "no way out was left once it could be seen",
-}
-"""Whether a contact could have been avoided by one who knows how everything moves: the column `avoidable` in words."""
 _ADVICE = {
     PLANNER: "keep more distance or brake earlier: there still was room to evade",
     FORESIGHT: "look further ahead in time: where it would be could be seen coming",
@@ -105,23 +100,6 @@ def what_happened(row: Row) -> str:
         "navigator_failed": "the navigator raised an error or gave no valid command",
         "unfinished": "did not get to every goal",
     }.get(failure, failure.replace("_", " "))
-
-
-def contact(row: Row) -> str:
-    """A contact in words: who moved."""
-    other = "the moving obstacle" if "moving" in str(row["reason"]) else "an obstacle"
-    if str(row["failure"]) == "collision at rest":
-        return f"{other} drove into it while it stood"
-    return {
-        "robot": "drove into something that stood",
-        "obstacle": f"{other} ran into it while it no more than turned",
-        "both": f"met {other} while both moved",
-    }.get(row.get("moved_at_contact") or "", "touched something")
-
-
-def way_out(row: Row) -> str:
-    """Whether a contact left a way out, in words; empty without a contact or where nobody can tell."""
-    return WAYS_OUT.get(row.get("avoidable") or "", "")
 
 
 def most_typical(rows: Sequence[Row]) -> Row:

@@ -15,6 +15,7 @@ from clearway.reports.suites import SuiteAbout, suites_of
 from clearway.robots import Robot
 from clearway.scenarios.suite import Section
 from clearway.statistics import (
+    FEWEST,
     POOLED,
     SYSTEM,
     correlation_table,
@@ -122,6 +123,13 @@ class Findings:
     def matrices(self) -> dict[tuple[str, str, str | None], Any]:
         """Correlations by (robot or `pooled`, navigator, set-up)."""
         return correlations_by_robot(self.results.trials)
+
+    @property
+    def correlated(self) -> bool:
+        """Whether there are trials enough of any to correlate its indicators."""
+        return any(
+            c.n >= FEWEST for m in self.matrices.values() for (a, b), c in m.pairs.items() if a != b and c.r is not None
+        )
 
     @cached_property
     def correlation_table(self) -> Any:

@@ -20,6 +20,13 @@ MOST = 12
 """Systems that are compared with each other; with more, the page of every two of them could not be read any more."""
 
 
+DOUBT = (
+    " Where the interval leaves out 0 and p is above 0.05 (or the other way about) the two disagree: so few tests ended differently that "
+    "one more would decide it. No difference is shown there."
+)
+"""What has to be said where `PairedSuccess.doubtful`."""
+
+
 def comparisons(f: Findings) -> list[tuple[System, System, Comparison]]:
     """Every two systems that share a robot and met the same tests, the later against the earlier; variants without an
     ingredient are compared in the ablation."""
@@ -76,9 +83,10 @@ def table(f: Findings, found: list[tuple[System, System, Comparison]]) -> Grid |
         "p (Holm)",
         text("better"),
     ]
+    doubt = DOUBT if any(s is not None and s.doubtful for s in wins) else ""
     return grid(
         "Success on the same tests: difference of the rates with Newcombe's 95 % interval, McNemar's exact test, Holm's "
-        f"correction over all rows.{tuning.footnote(r for system in signs for r in f.of(system))}", heads, lines, groups,
+        f"correction over all rows.{doubt}{tuning.footnote(r for system in signs for r in f.of(system))}", heads, lines, groups,
     )  # fmt: skip
 
 

@@ -9,11 +9,14 @@ from clearway.reports import paper, recordings, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System, by_speed, verdict
+from clearway.reports.words import contact
 from clearway.scenarios.suite import Section
 from clearway.statistics import FEWEST, PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
 SLACK_WORDS = f"{100 * SLACK[0]:g} cm and {SLACK[1]:g} rad"
+JUDGED = ("CT", "PL", "DE", "DE_max", "OE", "OE_max", "MDO", "TCS")
+"""The six indicators, and beside the two errors, which are means of a trial's ends, the worst end, by which it is judged."""
 DIGITS = {"CT": 2, "PL": 2, "DE": 3, "OE": 3, "MDO": 3, "TCS": 1}
 
 
@@ -278,17 +281,16 @@ def _paper_r(pair: tuple[str, str]) -> float | None:
 def trial_columns(f: Findings) -> list[dict[str, Any]]:
     """The columns of the table of trials, as JSON for its script."""
     labels: list[tuple[str, str, str, int | None]] = [
-        ("trial", "no.", "", 0), ("robot", "robot", "", None), ("navigator", "navigator", "", None), ("setup", "set-up", "", None),
+        ("trial", "no.", "", 0), ("verdict", "result", "", None), ("reason", "how it failed", "", None), ("robot", "robot", "", None), ("navigator", "navigator", "", None), ("setup", "set-up", "", None),
         ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
         ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0),
-        ("verdict", "result", "", None),
-        *((n, n, INDICATORS[n].unit, DIGITS[n]) for n in HEADLINE),
+        *((n, n, INDICATORS[n].unit, DIGITS[n.removesuffix("_max")]) for n in JUDGED),
     ]  # fmt: skip
     if any(r["barn_score"] is not None for r in f.rows):
         labels.append(("barn_score", "score", "", 3))
     if any(r.get("tuned") for r in f.rows):
         labels.append(("tuned", "tuned", "", None))
-    labels += [("avoidable", "could it have been avoided?", "", None), ("reason", "reason", "", None)]
+    labels += [("avoidable", "was there a way out?", "", None)]
     if f.recorded:
         labels.insert([key for key, *_ in labels].index("verdict") + 1, ("to_confirm", "to confirm", "", None))
         labels += [("source", "source", "", None), ("note", "note", "", None)]
@@ -319,6 +321,8 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
 
 def why(row: Row, attempt: Attempt) -> str:
     """Why a trial failed, in a line: what the world or the navigator said, or by how much which goal was missed."""
+    if str(row["failure"]).startswith("collision"):
+        return "; ".join(part for part in (contact(row), str(row["reason"] or "")) if part)
     if row["reason"]:
         return str(row["reason"].strip().splitlines()[-1])
     said = []

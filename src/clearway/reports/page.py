@@ -138,6 +138,8 @@ def build(results: Results, folder: Path) -> None:
         incidents=encounters.incidents(f),
         significance=[g for s in f.systems if (g := outcomes.significance(f, s))],
         normality=outcomes.normality(f),
+        speeds=len({r["speed"] for r in f.rows if r["speed"] is not None}),
+        correlated=f.correlated,
         correlations=outcomes.correlations(f),
         table_3=[g for name in f.robots if (g := parameters.table_3(f, name))],
         missing=recordings.missing(f),
@@ -232,7 +234,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 )
                 if f.results.trial(row["trial"]).snapshots:
                     keep("thoughts", f"thought-{slug}", title, rescue_figures.thought(f.results, row))
-        if f.matrices:
+        if f.correlated:
             titles = {key[0]: f.title(key[0]) for key in f.matrices}
             keep("correlations", "correlations", "Correlations", charts.correlations(f.matrices, titles))
     return out

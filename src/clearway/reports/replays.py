@@ -24,6 +24,7 @@ from clearway.reports import outcomes
 from clearway.reports.findings import Findings
 from clearway.reports.replay_encoding import Packer
 from clearway.reports.selection import Row, between, is_recorded, label, system_of, verdict, with_uncertainty
+from clearway.reports.words import way_out
 from clearway.trials import Trial
 
 MOST_INSIDE = 16_000_000
@@ -144,7 +145,11 @@ class Replays:
             file.write("]);\n")
 
     def _cells(self, row: Row, columns: Sequence[Mapping[str, Any]]) -> list[Any]:
-        own = {"verdict": verdict(row), "reason": self._why.get(row["trial"]) or None}
+        own = {
+            "verdict": verdict(row),
+            "reason": self._why.get(row["trial"]) or None,
+            "avoidable": way_out(row) or None,
+        }
         said = row.get("to_confirm") or ""
         own["to_confirm"] = re.sub(r" \([^()]*(\([^()]*\)[^()]*)*\)", "", said)  # whole: in the replay
         cells = [own[c["key"]] if c["key"] in own else row[c["key"]] for c in columns]
@@ -191,7 +196,8 @@ def _packed(f: Findings, packer: Packer, row: Row, trial: Trial) -> dict[str, An
             facts[name] = f"{with_uncertainty(row, name, digits)} {INDICATORS[name].unit}"
     if reason := outcomes.why(row, trial.attempt):
         facts["reason"] = reason
-    facts |= {name: row[name] for name in ("cause", "avoidable") if row.get(name)}
+    if left := way_out(row):
+        facts["way out"] = left
     if row.get("violations"):
         facts["violated assumptions"] = f"{row['violations']}, see the events"
     if is_recorded(row):

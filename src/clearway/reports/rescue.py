@@ -168,16 +168,17 @@ def failures(f: Findings, suite: str) -> Grid | None:
             continue
         linked = [_linked([r for r in own if _class(r) == k]) for k in kinds]
         lines.append([Cell(f.name(s), strong=True), str(len(own)), *linked])
-    heads: Heads = [text("System"), "failures", *kinds]
+    heads: Heads = [text("System"), "failures", *(_HEADS.get(k, k) for k in kinds)]
     return grid(
-        f"{title(f, suite)}: which failures could have been avoided, each trial a link to its replay. An escape is a manoeuvre of the "
-        "base, found by a search among obstacles whose future is known, that touches nothing until 1.5 s after the contact. Planner's "
-        "fault: 0.75 s before the contact there was one; escape existed when first seen: not then, but when the touched obstacle was "
-        "first seen, so better foresight was needed; seen too late: not even then.",
+        f"{title(f, suite)}: which failures could have been avoided, each trial a link to its replay. A way out is a manoeuvre of the "
+        "base, found by a search among obstacles whose future is known, that touches nothing until 1.5 s after the contact: 0.75 s before "
+        "the contact there was one; or not then, but when the touched obstacle was "
+        "first seen; no way out once seen: not even then. The search knows how everything will move, so a way out is no reproach.",
         heads, lines,
     )  # fmt: skip
 
 
+_HEADS = dict(zip(CLASSES, ("no way out once seen", "way out when first seen", "way out 0.75 s before"), strict=True))
 _ELSE = ("without contact", "not known")
 
 

@@ -205,4 +205,13 @@ def verdict(row: Row) -> str:
     if row["success"] is None:
         return f"{row['outcome']}, not judged"
     failure = str(row["failure"] or row["outcome"])
-    return f"{failure} too large" if failure in ("DE", "OE", "DE+OE") else failure
+    if failure == "aborted":
+        return "stopped" if is_recorded(row) else "gave up"
+    return _FAILED.get(failure, failure.replace("_", " "))
+
+
+_FAILED = {
+    "DE": "missed the position", "OE": "missed the heading", "DE+OE": "missed position and heading", "timeout": "out of time",
+    "collision at rest": "hit while it stood", "livelock": "made no headway",
+}  # fmt: skip
+"""How a trial failed, in words for people."""

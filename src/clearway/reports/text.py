@@ -15,7 +15,15 @@ from clearway.reports import ablation, decision_time, head_to_head, outcomes, re
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
-from clearway.statistics import FEWEST, GROUP, Comparison, ConfigurationComparison, describe, success_rates
+from clearway.statistics import (
+    FEWEST,
+    FEWEST_RESAMPLED,
+    GROUP,
+    Comparison,
+    ConfigurationComparison,
+    describe,
+    success_rates,
+)
 from clearway.trials.store import Results
 
 
@@ -204,7 +212,13 @@ def _paired(found: Comparison) -> str:
             f"  success {batch or 'in all'}: {b} against {a} of {s.n}, difference {100 * d.estimate:+.1f} points "
             f"({100 * d.low:+.1f} to {100 * d.high:+.1f}), p = {_p(s.p)}"
         )
-    return "\n".join([*lines, columns(heads, rows), _EFFECT.format(found.b)])
+    doubt = [head_to_head.DOUBT.strip()] if any(s.doubtful for s in found.success.values()) else []
+    few = (
+        []
+        if all(r["boot_low"] is not None for r in _lines(found))
+        else [f"no interval: fewer than {FEWEST_RESAMPLED} pairs"]
+    )
+    return "\n".join([*lines, *doubt, columns(heads, rows), *few, _EFFECT.format(found.b)])
 
 
 def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

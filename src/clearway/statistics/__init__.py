@@ -25,7 +25,14 @@ from clearway.statistics.correlation import (
     spearman,
     strength,
 )
-from clearway.statistics.describe import bootstrap_interval, describe, mean_interval, normality, success_rates
+from clearway.statistics.describe import (
+    FEWEST_RESAMPLED,
+    bootstrap_interval,
+    describe,
+    mean_interval,
+    normality,
+    success_rates,
+)
 from clearway.statistics.multiple import asterisks, holm
 from clearway.statistics.proportions import (
     Interval,
@@ -46,6 +53,7 @@ from clearway.statistics.speeds import ANALYSES, wilcoxon_between_speeds
 __all__ = [
     "ANALYSES",
     "FEWEST",
+    "FEWEST_RESAMPLED",
     "GROUP",
     "PAPER_A",
     "PAPER_A_PAIRS",

@@ -17,6 +17,8 @@ from clearway.statistics.proportions import Interval, checked_probability, succe
 
 RESAMPLES = 2000
 """Bootstrap resamples of a mean."""
+FEWEST_RESAMPLED = 8
+"""Values below which there is no bootstrap: resamples of so few know too little of the spread, and two values never leave their range."""
 _DRAWN_AT_ONCE = 1_000_000
 """Values of resamples that are held at a time."""
 
@@ -34,20 +36,23 @@ _SUCCESS = schema(
 )  # fmt: skip
 
 
-def mean_interval(sample: FloatArray, confidence: float = 0.95) -> Interval | None:
-    """Student's t interval of the mean of (n,) values; None below two of them."""
+def mean_interval(
+    sample: FloatArray, confidence: float = 0.95, bounds: tuple[float, float] = (-np.inf, np.inf)
+) -> Interval | None:
+    """Student's t interval of the mean of (n,) values, cut off at the `bounds` of what such a value can be (which takes nothing
+    from its confidence: the mean is within); None below two of them."""
     n = len(sample)
     if n < 2:
         return None
     half = float(stats.t.ppf((1 + checked_probability("confidence", confidence)) / 2, n - 1) * stats.sem(sample))
-    mean = float(np.mean(sample))
-    return Interval(mean, mean - half, mean + half)
+    mean, (least, most) = float(np.mean(sample)), bounds
+    return Interval(mean, max(mean - half, min(least, mean)), min(mean + half, max(most, mean)))
 
 
 def bootstrap_interval(sample: FloatArray, confidence: float = 0.95, seed: int = 0) -> Interval | None:
-    """Bootstrap (BCa) interval of the mean of (n,) values, the same for the same seed; None below two of them."""
+    """Bootstrap (BCa) interval of the mean of (n,) values, the same for the same seed; None below `FEWEST_RESAMPLED` of them."""
     checked_probability("confidence", confidence)
-    if len(sample) < 2:
+    if len(sample) < FEWEST_RESAMPLED:
         return None
     mean = float(np.mean(sample))
     if np.ptp(sample) <= 1e-12 * max(1.0, abs(mean)):
@@ -105,7 +110,7 @@ def describe(
     """Every indicator (default: all that the table has) per robot, navigator, set-up, batch and speed.
 
     A row has the sample's size and what is missing with the reasons, mean, standard deviation, both intervals of the
-    mean, median, range, Shapiro-Wilk, and paper A's normalised mean and t interval: by the range of the indicator over
+    mean (the t interval within what the indicator can be), median, range, Shapiro-Wilk, and paper A's normalised mean and t interval: by the range of the indicator over
     all speeds within robot, navigator, set-up and batch (Fig. 6), 0 where that range is nil.
     """
     rows = []
@@ -126,11 +131,13 @@ def describe(
             row |= {"indicator": indicator.name, "unit": indicator.unit, "range_low": low, "range_high": high}
             row |= {"n": len(sample), "missing": len(members) - len(sample)}
             row |= {"reasons": why.get(indicator.name, "")}
-            rows.append(row | _summary(sample, low, high, confidence, seed))
+            rows.append(row | _summary(sample, low, high, indicator.bounds, confidence, seed))
     return findings(rows, _DESCRIPTION)
 
 
-def _summary(sample: FloatArray, low: float, high: float, confidence: float, seed: int) -> dict[str, float | bool]:
+def _summary(
+    sample: FloatArray, low: float, high: float, bounds: tuple[float, float], confidence: float, seed: int
+) -> dict[str, float | bool]:
     if not len(sample):
         return {}
     mean = float(sample.mean())
@@ -143,7 +150,7 @@ def _summary(sample: FloatArray, low: float, high: float, confidence: float, see
     row["norm_mean"] = normalise(mean)
     if len(sample) > 1:
         row["sd"] = float(sample.std(ddof=1))
-    if t := mean_interval(sample, confidence):
+    if t := mean_interval(sample, confidence, bounds):
         row |= {"t_low": t.low, "t_high": t.high, "norm_low": normalise(t.low), "norm_high": normalise(t.high)}
     if boot := bootstrap_interval(sample, confidence, seed):
         row |= {"boot_low": boot.low, "boot_high": boot.high}

@@ -98,6 +98,11 @@ class PairedSuccess:
         """Number of tests."""
         return self.both + self.only_a + self.only_b + self.neither
 
+    @property
+    def doubtful(self) -> bool:
+        """Whether one of interval and test, at 95 %, shows a difference and the other does not."""
+        return (self.difference.low > 0 or self.difference.high < 0) != (self.p <= 0.05)
+
 
 def paired_success(a: FloatArray, b: FloatArray, confidence: float = 0.95) -> PairedSuccess:
     """Compare the successes of A and B (n,) on the same tests, each 1 or 0.
