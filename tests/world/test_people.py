@@ -18,9 +18,9 @@ from clearway.contract import BodyKind
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
-from clearway.world.behaviours.crowd import speed_of
+from clearway.world.behaviours.wishes import speed_of
 
-RULES = ("orca", "social-force")
+RULES = ("orca", "social-force", "headed-social-force")
 AWAY = (0.0, -20.0, 0.0)
 WALL = [body(rectangle(0.2, 6.0), 0.0, 3.6, name="left"), body(rectangle(0.2, 6.0), 0.0, -3.6, name="right")]
 """A wall along y with a door of 1.2 m at the origin."""

@@ -17,6 +17,7 @@ from clearway.errors import ClearwayError
 from clearway.navigators.registry import check_parameters, make_navigator, navigator_class, needs_of
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
+from clearway.scenarios.behaviours import BEHAVIOURS
 from clearway.scenarios.check import check_scenario
 from clearway.tuning import TunedOn
 
@@ -52,7 +53,7 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None
     Raises:
         ClearwayError: the first thing that is wrong.
     """
-    seen: set[tuple[str, str, str, bool]] = set()
+    seen: set[tuple[str, str, str, bool, frozenset[str]]] = set()
     checked: set[tuple[str, str]] = set()
     calls: list[tuple[CampaignPlan, TrialSpec, bool]] = []
     for spec in specs:
@@ -65,7 +66,8 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None
                 raise ClearwayError(problem.problem, file=file, field=f"{scenario.name}: {problem.field}")
         has_map = granted_map(plan.map, scenario) is not None
         for which, navigator in zip(spec.robots, spec.navigators, strict=True):
-            combination = (which, navigator, spec.localisation, has_map)
+            people = frozenset(person.behaviour for person in scenario.people)
+            combination = (which, navigator, spec.localisation, has_map, people)
             if combination not in seen:
                 seen.add(combination)
                 calls.append((plan, replace(spec, robot=which, navigator=navigator), has_map))
@@ -82,6 +84,8 @@ def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bo
 def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:
     """Whether the robot, with what it is told, can do what its navigator and its localiser take; the navigator's code."""
     robot = load_robot(spec.robot)
+    for person in spec.scenario.people:
+        BEHAVIOURS.find(person.behaviour)
     navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
     needs = needs_of(spec.navigator, navigator)
     with in_file_of(spec.robot, robot):

@@ -18,6 +18,7 @@ from clearway.given import given
 from clearway.indicators import INDICATORS
 from clearway.navigators.registry import navigator_class, split_options
 from clearway.robots import load_robot
+from clearway.scenarios.behaviours import BEHAVIOURS
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.suites import load_suite
@@ -44,6 +45,8 @@ def asked_of_plan(
     tasks = {spec.task: spec.scenario.model_dump_json() for spec in specs}
     driving = dict.fromkeys([*plan.navigators, *(name for spec in specs for name in spec.navigators)])
     code = {name: code_of(name) for name in driving} if code is None else dict(code)
+    people = dict.fromkeys(person.behaviour for spec in specs for person in spec.scenario.people)
+    code |= {name: source.of_object(BEHAVIOURS.find(name)) for name in people if name not in BEHAVIOURS.shipped}
     if plan.selection.seeds is not None:
         code |= {
             name: source.of_object(g.draw) for name in plan.suites if (g := load_suite(name).generator) is not None

@@ -1,4 +1,4 @@
-"""How a moving obstacle decides while a trial goes on, where it doesn't run on rails: what a scenario says of it.
+"""How people and moving obstacles decide while a trial goes on: what a scenario says of it.
 
 `clearway.world.behaviours` has what each does.
 """
@@ -10,6 +10,20 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from clearway.quantities import Distance, NonNegative, Positive, Speed
+from clearway.registry import Registry
+
+BEHAVIOURS = Registry(
+    "behaviour",
+    "clearway.behaviours",
+    {
+        "social-force": "clearway.world.behaviours.social_force:walkers",
+        "headed-social-force": "clearway.world.behaviours.headed_social_force:walkers",
+        "orca": "clearway.world.behaviours.orca:walkers",
+        "recorded": "clearway.world.behaviours.recorded:Recorded",
+        "still": "clearway.world.behaviours.still:Still",
+    },
+)
+"""By which people go; each is a factory that is called with a `clearway.world.behaviours.behaviour.Cast`."""
 
 
 class OperatorSpec(BaseModel):

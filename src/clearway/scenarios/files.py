@@ -19,6 +19,7 @@ from clearway.reading import read_toml
 from clearway.reading.limits import SCENARIOS, TRIALS
 from clearway.robots import Robot
 from clearway.scenarios.floor_plan_files import FloorPlanSpec, is_path
+from clearway.scenarios.person_tracks import with_tracks
 from clearway.scenarios.scenario import RobotBodySpec, Scenario
 from clearway.scenarios.suite import Section, Selection, Suite, refuse_many, scenario_seed
 from clearway.validation import problems
@@ -89,9 +90,11 @@ def schema_of(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def parse(model: type[Model], table: dict[str, Any], path: Path) -> tuple[Model | None, list[ClearwayError]]:
-    """The table as a model, or everything that is wrong with it."""
+    """The table as a model, or everything that is wrong with it; files that it names by way of values are read."""
     try:
-        return model.model_validate(table), []
+        return model.model_validate(with_tracks(table, path)), []
+    except ClearwayError as error:
+        return None, [error]
     except ValidationError as error:
         return None, problems(error, model, file=path)
 
@@ -197,6 +200,15 @@ def _located(scenario: Any, path: Path) -> Any:
     change: dict[str, Any] = {}
     if is_path(scenario.floor_plan):
         change["floor_plan"] = _beside(scenario.floor_plan, path)
+    if scenario.people:
+        change["people"] = tuple(_own_code(p, "behaviour", path) for p in scenario.people)
+    if scenario.robots:
+        change["robots"] = tuple(
+            _own_code(r, "navigator", path).model_copy(
+                update={"robot": _beside(r.robot, path)} if r.robot and ".toml" in r.robot else {}
+            )
+            for r in scenario.robots
+        )
     obstacles = tuple(
         o.model_copy(update={"shape": o.shape.model_copy(update={"robot": _beside(o.shape.robot, path)})})
         if isinstance(o.shape, RobotBodySpec) and ".toml" in o.shape.robot
@@ -204,6 +216,12 @@ def _located(scenario: Any, path: Path) -> Any:
         for o in scenario.obstacles
     )
     return scenario.model_copy(update=change | {"obstacles": obstacles})
+
+
+def _own_code(part: Any, field: str, path: Path) -> Any:
+    """The part of a scenario with the Python file that one of its fields names seen from the folder of the scenario's file."""
+    named = getattr(part, field)
+    return part.model_copy(update={field: _beside(named, path)}) if named and ".py:" in named else part
 
 
 def _beside(name: str, path: Path) -> str:

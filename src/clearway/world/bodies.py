@@ -12,7 +12,7 @@ from clearway.robots import Robot
 from clearway.scenarios.plan import Fixture
 from clearway.scenarios.scenario import ObstacleSpec, Scenario
 from clearway.trials import Body
-from clearway.world.behaviours.crowd import wish_of
+from clearway.world.behaviours.wishes import wish_of
 
 
 def bodies_of(

@@ -9,13 +9,21 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
+from clearway.crowds.walls import Walls
+from clearway.crowds.ways import Room
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
+from clearway.scenarios.people import PersonSpec
 from clearway.world.laid import Laid
 
 PERIOD = 0.05
 """Time from a decision to the next, s."""
+GLANCE = 0.1
+"""Time between two looks at a robot of which its velocity is made, s."""
+STEPPING = 0.1
+"""Nobody turns who walks slower than this, m/s."""
 ABSENT = np.full(3, np.nan)
 """The pose of a body that is not there."""
 
@@ -68,3 +76,33 @@ class Behaviour(Protocol):
 
     def step(self, t: float, until: float, scene: Scene) -> FloatArray:
         """Decide at time `t` [s]: the poses (n, 3) at time `until`, NaN for none, with nothing known of what comes after `t`."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cast:
+    """The people of a scenario who go by one behaviour, and where they are. A behaviour of people is a class, or another factory,
+    that is called with it.
+
+    Attributes:
+        members: Which of the moving bodies they are, by their places among them.
+        people: Who they are.
+        radius: (m,) of all moving bodies, as discs, m.
+        decides: (m,) bool, which of these decide, and so keep out of the way in turn.
+        group: (m,) int64, to which group each belongs; negative: to none.
+        walls: What stands.
+        room: How much room what stands leaves, and ways through it.
+        seed: Of the trial; draw from `clearway.geometry.streams` with it, so that the same trial has the same bits.
+    """
+
+    members: tuple[int, ...]
+    people: tuple[PersonSpec, ...]
+    radius: FloatArray
+    decides: npt.NDArray[np.bool_]
+    group: npt.NDArray[np.int64]
+    walls: Walls
+    room: Room
+    seed: int
+
+    def groups(self, count: int) -> npt.NDArray[np.int64]:
+        """(count,) to which group each of `count` bodies belongs, of which the first are the moving ones."""
+        return np.concatenate([self.group, np.full(count - len(self.group), -1, np.int64)])

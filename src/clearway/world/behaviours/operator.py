@@ -20,10 +20,8 @@ from clearway.geometry.shapes import FloatArray, Shape
 from clearway.geometry.streams import stream, uniform
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.scenario import RunSpec
-from clearway.world.behaviours.behaviour import ABSENT, Scene, SeenRobot
+from clearway.world.behaviours.behaviour import ABSENT, GLANCE, Scene, SeenRobot
 
-_GLANCE = 0.1
-"""Time between two looks of which the person makes a velocity, s."""
 _THOUGHTS = 5
 """Into so many instants the time is cut for which the robot is thought to drive on."""
 _FREE = 0.5
@@ -121,8 +119,8 @@ class Operator:
         far = self._set_speed**2 / (2.0 * spec.deceleration) + spec.stop_short + _FREE + 1.0
         for robot in robots:
             seen = t - spec.reaction
-            now, before = robot.track.at(seen), robot.track.at(seen - _GLANCE)
-            velocity = (now[:2] - before[:2]) / _GLANCE
+            now, before = robot.track.at(seen), robot.track.at(seen - GLANCE)
+            velocity = (now[:2] - before[:2]) / GLANCE
             ahead = np.linspace(spec.reaction, spec.reaction + spec.foresight, _THOUGHTS)
             places = np.column_stack([now[:2] + ahead[:, None] * velocity, np.full(_THOUGHTS, now[2])])
             far = free_way(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,12 +15,12 @@ from clearway.geometry.packing import pack
 from clearway.geometry.rasterise import outline, rasterise
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.robots import load_robot
-from clearway.scenarios.behaviours import OperatorSpec
+from clearway.scenarios.behaviours import BEHAVIOURS, OperatorSpec
 from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.scenario import ObstacleSpec, RobotBodySpec, Scenario
 from clearway.trials import Body
-from clearway.world.behaviours.behaviour import Behaviour
-from clearway.world.behaviours.crowd import Still, Walkers, orca_rule, social_force_rule
+from clearway.world.behaviours.behaviour import Behaviour, Cast
+from clearway.world.behaviours.foreign import Foreign
 from clearway.world.behaviours.operator import Operator
 
 CELL = 0.1
@@ -39,7 +40,7 @@ def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour]
     found: list[Behaviour] = [
         _operator(o, o.behaviour, m, scenario) for m, o in enumerate(moving) if o.behaviour is not None
     ]
-    return [*found, *_people(scenario, bodies, [o.behaviour is not None for o in moving])] if scenario.people else found
+    return [*found, *_people(scenario, bodies, [o.behaviour is not None for o in moving])]
 
 
 def _operator(obstacle: ObstacleSpec, spec: OperatorSpec, member: int, scenario: Scenario) -> Behaviour:
@@ -51,25 +52,27 @@ def _operator(obstacle: ObstacleSpec, spec: OperatorSpec, member: int, scenario:
     return Operator(spec, obstacle.shape.shape(), runs, scenario.seed, member, obstacle.name)
 
 
-def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> list[Behaviour]:
+def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> Iterator[Behaviour]:
+    if not scenario.people:
+        return
     people, first = scenario.people, len(driven)
     standing = [(b.shape, b.pose) for b in bodies if b.pose is not None]
-    radius = pack([b.shape for b in bodies if b.pose is None]).reach
-    decides = [*driven, *(True for _ in people)]
-    walls = walls_of([_ground(*body) for body in standing])
-    room = _room(people, standing)
     groups = {name: k for k, name in enumerate(dict.fromkeys(p.group for p in people if p.group))}
-    group_of = [*(-1 for _ in driven), *(groups.get(p.group, -1) for p in people)]
-    found: list[Behaviour] = [Still(first + i, p) for i, p in enumerate(people) if p.behaviour == "still"]
-    for name in ("orca", "social-force"):
+    everybody = Cast(
+        members=tuple(range(first, first + len(people))),
+        people=people,
+        radius=pack([b.shape for b in bodies if b.pose is None]).reach,
+        decides=np.array([*driven, *(True for _ in people)], np.bool_),
+        group=np.array([*(-1 for _ in driven), *(groups.get(p.group, -1) for p in people)], np.int64),
+        walls=walls_of([outline(*body, sides=12) for body in standing]),  # a disc by few corners, outside of it
+        room=_room(people, standing),
+        seed=scenario.seed,
+    )
+    for name in dict.fromkeys(p.behaviour for p in people):
         of = [i for i, p in enumerate(people) if p.behaviour == name]
-        if not of:
-            continue
-        reactions = len({people[i].reaction for i in of})
-        rule = orca_rule(walls, len(of)) if name == "orca" else social_force_rule(walls, group_of, reactions)
-        members, walkers = [first + i for i in of], [people[i] for i in of]
-        found.append(Walkers(members, walkers, radius, decides, rule, room, scenario.seed))
-    return found
+        cast = replace(everybody, members=tuple(first + i for i in of), people=tuple(people[i] for i in of))
+        made = BEHAVIOURS.find(name)
+        yield made(cast) if name in BEHAVIOURS.shipped else Foreign(name, made, cast)
 
 
 def _room(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArray]]) -> Room:
@@ -81,9 +84,3 @@ def _room(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArr
     origin = float(low[0]), float(low[1])
     taken = rasterise(standing, (rows, columns), CELL, origin)
     return room_of(OccupancyGrid(np.where(taken, OCCUPIED, FREE).astype(np.int8), CELL, origin), CELL)
-
-
-def _ground(shape: Shape, pose: FloatArray) -> FloatArray:
-    """The outline of what stands, counter-clockwise; a disc by few corners, outside of it."""
-    points = outline(shape, pose, sides=12)
-    return np.asarray(points)

@@ -1,4 +1,4 @@
-"""People who walk along routes and keep out of each other's way by one rule: ORCA, or social forces.
+"""People who walk along routes and keep out of each other's way by one rule.
 
 All of a crowd decide at once, each by what it sees: the others where they are, robots where they were a reaction time ago, on as
 they drove then. Ways round what stands come from the floor; the rule keeps the shoulders off it.
@@ -6,27 +6,23 @@ they drove then. Ways round what stands come from the floor; the rule keeps the 
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Protocol
 
 import numpy as np
 
-from clearway.crowds import orca, social_force
 from clearway.crowds.bodies import Bodies, Wishes
-from clearway.crowds.walls import Walls
-from clearway.crowds.ways import Room, Ways, room_at, way_point, ways_to
+from clearway.crowds.ways import Ways, room_at, way_point, ways_to
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.streams import normal, stream, uniform
+from clearway.geometry.streams import stream, uniform
 from clearway.scenarios.people import PersonSpec
-from clearway.trials import Wish
-from clearway.world.behaviours.behaviour import PERIOD, Scene
+from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, Scene
+from clearway.world.behaviours.wishes import speed_of
 
-MEAN_SPEED, SPREAD = 1.34, 0.26
-"""Of pedestrians, m/s (Weidmann 1993)."""
 AHEAD = 4.0
 """How far along the way a person looks for the place to head for, m."""
 FASTER = 1.3
@@ -45,26 +41,23 @@ those who give way to each other exactly would stand for ever."""
 STRAYING = 0.02
 """By how much a person's course errs at most, rad: two who want exactly through each other would stand for ever."""
 TURNING = 4.0
-"""The most that a person turns, rad/s; and nobody turns who walks slower than `STEPPING` [m/s]."""
-STEPPING = 0.1
-_GLANCE = 0.1  # s, between two looks at a robot of which its velocity is made
-
-Rule = Callable[[Bodies, Wishes], FloatArray]
-"""From everything that moves and who wants what to the next velocities (k, 2), m/s."""
+"""The most that a person turns, rad/s."""
 
 
-def orca_rule(walls: Walls, count: int) -> Rule:
-    """ORCA for a crowd of `count`, as CrowdNav sets it for people: ten neighbours within 10 m, 5 s ahead."""
-    care = orca.Care(np.full(count, 10.0), np.full(count, 10, np.int64), np.full(count, 5.0), np.full(count, 1.0))
-    return lambda bodies, wishes: orca.velocities(bodies, wishes, care, walls, PERIOD)
+class Rule(Protocol):
+    """By which a crowd walks."""
 
+    def __call__(self, bodies: Bodies, wishes: Wishes, heading: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """The next velocities (k, 2) [m/s] and headings (k,) [rad] of a crowd.
 
-def social_force_rule(walls: Walls, groups: Sequence[int], others: int) -> Rule:
-    """Social forces as Moussaïd et al. 2010 have them, for people of these groups among `others` more bodies."""
-    group = np.concatenate([np.array(groups, np.int64), np.full(others, -1, np.int64)])
-    return lambda bodies, wishes: social_force.velocities(
-        bodies, wishes, group[: len(bodies.radius)], social_force.MOUSSAID, walls, PERIOD
-    )
+        Args:
+            bodies: Everything that moves; robots are behind the others.
+            wishes: What the crowd wants.
+            heading: (k,) rad, now.
+
+        Returns:
+            No headings: a person turns to where it walks.
+        """
 
 
 @dataclass(slots=True, eq=False)
@@ -123,21 +116,14 @@ class Walkers:
     """A crowd that walks by one rule.
 
     Args:
-        members: Which of the moving bodies they are.
-        people: Who they are.
-        radius: (m,) of all moving bodies, m, as discs.
-        decides: (m,) which of these decide, and so avoid in turn.
-        rule: By which they walk; it is given the moving bodies, then the robots.
-        room: Where what stands leaves how much.
-        seed: Of the trial.
+        cast: Who they are, and where.
+        rule: By which they walk.
     """
 
-    def __init__(
-        self, members: Sequence[int], people: Sequence[PersonSpec], radius: FloatArray, decides: Sequence[bool],
-        rule: Rule, room: Room, seed: int,
-    ) -> None:  # fmt: skip
-        self.members, self._rule, self._radius = tuple(members), rule, radius
-        self._share = np.where(np.array(decides, np.bool_), 0.5, 1.0)
+    def __init__(self, cast: Cast, rule: Rule) -> None:
+        people, room, seed = cast.people, cast.room, cast.seed
+        self.members, self._rule, self._radius = cast.members, rule, cast.radius
+        self._share = np.where(cast.decides, 0.5, 1.0)
         self._room = room
         ways = lru_cache(2 * len(people))(lambda place, radius: ways_to(np.array(place), room, radius))
         self._people = [_Person(p, speed_of(p, seed), stream(seed, f"person {p.name}"), ways, p.start) for p in people]
@@ -162,7 +148,9 @@ class Walkers:
             for p, (x, y, _), v in zip(self._people, self._at.tolist(), pace, strict=True)
         ]
         bodies = self._bodies(t, scene)
-        chosen = self._rule(bodies, Wishes(who, np.array(wished), self.speed, self._sees))
+        chosen, headings = self._rule(
+            bodies, Wishes(who, np.array(wished), self.speed, self._sees), self._at[:, 2].copy()
+        )
         self._count += 1
         for k, person in enumerate(self._people):
             self._hold_off(k, chosen[k], bodies, dt)
@@ -171,7 +159,9 @@ class Walkers:
             if there < min(here, 0.6 * person.spec.radius):  # never into what stands, whatever pushes
                 chosen[k] = 0.0
             self._at[k, :2] += chosen[k] * dt
-            if math.hypot(*chosen[k]) > STEPPING:
+            if headings is not None:
+                self._at[k, 2] = headings[k]
+            elif math.hypot(*chosen[k]) > STEPPING:
                 turn = wrap(math.atan2(chosen[k, 1], chosen[k, 0]) - self._at[k, 2])
                 self._at[k, 2] = wrap(self._at[k, 2] + min(max(turn, -TURNING * dt), TURNING * dt))
         self._velocity = chosen
@@ -180,14 +170,10 @@ class Walkers:
     def _hold_off(self, k: int, velocity: FloatArray, bodies: Bodies, dt: float) -> None:
         """Take from the `velocity` (2,) of person `k` what would bring it up against a robot that it sees, whatever pushes."""
         for j in range(len(self._radius), len(bodies.radius)):
-            if not self._sees[k] & bodies.layer[j]:
-                continue
-            to = bodies.position[j] - self._at[k, :2]
-            apart = math.hypot(*to)
-            most = (apart - self._people[k].spec.radius - bodies.radius[j] + BESIDE - TOUCH) / dt
-            onto = float(velocity @ to) / max(apart, 1e-9)
-            if onto > max(most, 0.0):
-                velocity -= (onto - max(most, 0.0)) / max(apart, 1e-9) * to
+            if self._sees[k] & bodies.layer[j]:
+                hold_off(
+                    velocity, bodies.position[j] - self._at[k, :2], self._people[k].spec.radius + bodies.radius[j], dt
+                )
 
     def _bodies(self, t: float, scene: Scene) -> Bodies:
         """Everything that moves: the moving bodies, then each robot once for each reaction time."""
@@ -198,8 +184,8 @@ class Walkers:
         seen, moved, radius, layer = [position], [velocity], [self._radius], [np.ones(len(position), np.int64)]
         for k, reaction in enumerate(self._reactions):
             for robot in scene.robots:
-                now, before = robot.track.at(t - reaction), robot.track.at(t - reaction - _GLANCE)
-                v = (now[:2] - before[:2]) / _GLANCE
+                now, before = robot.track.at(t - reaction), robot.track.at(t - reaction - GLANCE)
+                v = (now[:2] - before[:2]) / GLANCE
                 seen.append((now[:2] + reaction * v)[None])
                 moved.append(v[None])
                 radius.append(robot.shape.reach + BESIDE)
@@ -208,59 +194,14 @@ class Walkers:
         return Bodies(np.concatenate(seen), np.concatenate(moved), np.concatenate(radius), np.concatenate(layer), share)
 
 
-class Still:
-    """Somebody who stands, and may step aside for a robot that comes near: half a metre across its course.
-
-    Args:
-        member: Which of the moving bodies it is.
-        person: Who.
-    """
-
-    ASIDE, PACE = 0.5, 0.5  # m, m/s
-
-    def __init__(self, member: int, person: PersonSpec) -> None:
-        self.members: tuple[int, ...] = (member,)
-        self._person, self.speed = person, np.full(1, self.PACE)
-        self._at = np.array((*person.start, 0.0))
-        self._aside: FloatArray | None = None
-
-    def begin_leg(self, leg: str, t: float) -> FloatArray | None:
-        """It is there from time 0 on, and minds no legs."""
-        return self._at[None].copy() if t == 0.0 else None
-
-    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
-        """Stand, or step aside, from `t` to `until` [s]."""
-        spec = self._person
-        if self._aside is None and spec.yields_at is not None and spec.sees_robots:
-            for robot in scene.robots:
-                now, before = robot.track.at(t - spec.reaction), robot.track.at(t - spec.reaction - _GLANCE)
-                course, away = now[:2] - before[:2], self._at[:2] - now[:2]
-                near = math.hypot(*away) - float(robot.shape.reach[0]) - spec.radius
-                if near < spec.yields_at and float(course @ away) > 0.0:
-                    across = np.array((-course[1], course[0])) / math.hypot(*course)
-                    side = 1.0 if float(across @ away) >= 0.0 else -1.0
-                    self._aside = self._at[:2] + side * self.ASIDE * across
-        if self._aside is not None:
-            left = self._aside - self._at[:2]
-            share = min(1.0, self.PACE * (until - t) / max(math.hypot(*left), 1e-9))
-            self._at[:2] += share * left
-        return self._at[None].copy()
-
-
-def wish_of(person: PersonSpec, seed: int) -> Wish:
-    """What a person wants in the trial of this seed."""
-    if person.behaviour == "still":
-        return Wish(0.0)
-    return Wish(speed_of(person, seed), tuple(stop.at for stop in person.route), person.group)
-
-
-def speed_of(person: PersonSpec, seed: int) -> float:
-    """The speed that a person prefers, m/s: the scenario's, or drawn from the seed of the trial."""
-    if person.speed is not None:
-        return person.speed
-    key = stream(seed, f"person {person.name}")
-    drawn = (normal(key, 0, k) for k in itertools.count())
-    return MEAN_SPEED + SPREAD * next(z for z in drawn if abs(z) <= 2.0)
+def hold_off(velocity: FloatArray, to: FloatArray, apart: float, dt: float) -> None:
+    """Take from the `velocity` (2,) [m/s] what would within `dt` [s] bring somebody up against a robot whose middle is `to` (2,) [m]
+    away, and from which the person wants `apart` [m] from middle to middle."""
+    distance = math.hypot(*to)
+    most = (distance - apart + BESIDE - TOUCH) / dt
+    onto = float(velocity @ to) / max(distance, 1e-9)
+    if onto > max(most, 0.0):
+        velocity -= (onto - max(most, 0.0)) / max(distance, 1e-9) * to
 
 
 def _course(person: PersonSpec) -> float:

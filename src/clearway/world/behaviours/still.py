@@ -1,0 +1,54 @@
+"""People who stand, and may step aside."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.shapes import FloatArray
+from clearway.world.behaviours.behaviour import GLANCE, Cast, Scene
+
+
+class Still:
+    """People who stand, each of whom may step aside for a robot that comes near: half a metre across its course.
+
+    Args:
+        cast: Who they are.
+    """
+
+    ASIDE, PACE = 0.5, 0.5  # m, m/s
+
+    def __init__(self, cast: Cast) -> None:
+        self.members, self._people = cast.members, cast.people
+        self.speed = np.full(len(cast.people), self.PACE)
+        self._at = np.array([(*person.start, 0.0) for person in cast.people])
+        self._aside: list[FloatArray | None] = [None] * len(cast.people)
+
+    def begin_leg(self, leg: str, t: float) -> FloatArray | None:
+        """They are there from time 0 on, and mind no legs."""
+        return self._at.copy() if t == 0.0 else None
+
+    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
+        """Stand, or step aside, from `t` to `until` [s]."""
+        for k in range(len(self._people)):
+            aside = self._aside[k] = self._steps_aside(k, t, scene) if self._aside[k] is None else self._aside[k]
+            if aside is not None:
+                left = aside - self._at[k, :2]
+                share = min(1.0, self.PACE * (until - t) / max(math.hypot(*left), 1e-9))
+                self._at[k, :2] += share * left
+        return self._at.copy()
+
+    def _steps_aside(self, k: int, t: float, scene: Scene) -> FloatArray | None:
+        """(2,) where person `k` steps for a robot that comes near; None: there is no need."""
+        spec, found = self._people[k], None
+        for robot in scene.robots if spec.yields_at is not None and spec.sees_robots else ():
+            assert spec.yields_at is not None
+            now, before = robot.track.at(t - spec.reaction), robot.track.at(t - spec.reaction - GLANCE)
+            course, away = now[:2] - before[:2], self._at[k, :2] - now[:2]
+            near = math.hypot(*away) - float(robot.shape.reach[0]) - spec.radius
+            if near < spec.yields_at and float(course @ away) > 0.0:
+                across = np.array((-course[1], course[0])) / math.hypot(*course)
+                side = 1.0 if float(across @ away) >= 0.0 else -1.0
+                found = self._at[k, :2] + side * self.ASIDE * across
+        return found
