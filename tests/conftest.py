@@ -29,7 +29,7 @@ class _ByFile(LoadScopeScheduling):  # type: ignore[misc]
 
     def _split_scope(self, nodeid: str) -> str:
         file = nodeid.partition("::")[0]
-        return next((name for name in ("hp_st", "hp_tmpc") if name in file), file)
+        return next((name for name in ("hp_st", "hp_tmpc", "move_base") if name in file), file)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:
