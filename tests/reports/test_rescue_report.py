@@ -80,20 +80,31 @@ def trial(suite: str, setup: str, navigator: str, number: int, run: paper_b.Run)
     )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    """The paper's own tables as trials."""
-    trials = [trial(suite, setup, navigator, i + 1, run)
-              for (suite, setup, navigator), runs in paper_b.PRINTED.items() for i, run in enumerate(runs)]  # fmt: skip
-    with TrialStore(tmp_path_factory.mktemp("sar") / "out", ASKED, len(trials), row_schema()) as store:
+def driven(out: Path, *keys: tuple[str, str, str]) -> Results:
+    """The paper's own tables as trials; of each (suite, set-up, navigator) that is named."""
+    trials = [trial(*key, i + 1, run) for key in keys for i, run in enumerate(paper_b.PRINTED[key])]
+    with TrialStore(out, ASKED, len(trials), row_schema()) as store:
         for i, t in enumerate(trials):
             write_partial(store.partial, store.key, i, t, score_row(t))
         return store.finish()
 
 
 @pytest.fixture(scope="module")
-def page(results: Results) -> Path:
-    return write_report(results.path)
+def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    return driven(tmp_path_factory.mktemp("sar") / "out", *paper_b.PRINTED)
+
+
+@pytest.fixture(scope="module")
+def few(tmp_path_factory: pytest.TempPathFactory) -> Results:
+    """A third of it, as drawing the figures of a page takes long."""
+    case_1, case_2 = "sar-case1", "sar-case2"
+    keys = (case_1, "1", "hp-tmpc"), (case_1, "1", "hl-rrt"), (case_2, "1", "hl-rrt"), (case_2, "2", "hl-rrt")
+    return driven(tmp_path_factory.mktemp("few") / "out", *keys)
+
+
+@pytest.fixture(scope="module")
+def page(few: Results) -> Path:
+    return write_report(few.path)
 
 
 def cells(grid: Grid, row: str) -> list[str]:
@@ -154,8 +165,8 @@ def test_causes_and_who_moved(results: Results) -> None:
     assert sum(int(row[1].text) for row in table.rows) == 8 + 3 + 10 + 10 + 10 + 10
 
 
-def test_failures_are_linked_to_their_replays(results: Results, page: Path) -> None:
-    f = Findings(results)
+def test_failures_are_linked_to_their_replays(few: Results, page: Path) -> None:
+    f = Findings(few)
     table = rescue.failures(f, "sar-case2")
     assert table is not None
     by = {row[0].text: row for row in table.rows}
