@@ -1,4 +1,4 @@
-"""Draws the picture of the README from the results of `make demo`.
+"""Draws the picture of the tutorial from the results of `make demo`.
 
 python docs/make_picture.py [RESULTS]
 """

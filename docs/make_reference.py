@@ -1,4 +1,5 @@
-"""Writes docs/reference.md from the code: verbs, columns, and the fields of the files that a user writes.
+"""Writes docs/reference.md from the code (verbs, columns, the fields of the files that a user writes), and docs/python.md (the
+Python interface) from its docstrings.
 
 python docs/make_reference.py          # write it
 python docs/make_reference.py --check  # exit 1 if it is out of date (CI does this)
@@ -6,12 +7,14 @@ python docs/make_reference.py --check  # exit 1 if it is out of date (CI does th
 
 from __future__ import annotations
 
+import inspect
 import sys
 from pathlib import Path
 from typing import Any
 
 import typer
 
+import clearway
 from clearway.cli import app
 from clearway.indicators import row_schema
 from clearway.recordings.formats.table_spec import TableSpec
@@ -19,9 +22,9 @@ from clearway.recordings.lab.test_plan import TestPlan
 from clearway.scenarios.files import floor_plan_schema, robot_schema, scenario_schema, schema_of, suite_schema
 from clearway.trials.store import results_schema
 
-PAGE = Path(__file__).with_name("reference.md")
+PAGE, PYTHON = (Path(__file__).with_name(name) for name in ("reference.md", "python.md"))
 VERBS = (
-    "run", "rerun", "protocol", "import", "score", "localise", "map", "report", "replay", "export", "compare", "list", "check", "schema", "samples",
+    "run", "rerun", "protocol", "import", "score", "localise", "map", "report", "replay", "export", "compare", "list", "check", "schema", "samples", "examples",
 )  # fmt: skip
 
 
@@ -40,6 +43,29 @@ def page() -> str:
     for title, schema in schemas.items():
         parts += [f"## Fields of a {title} file", f"As JSON Schema: `clearway schema {title}`.", _fields(schema)]
     return "\n\n".join(parts) + "\n"
+
+
+def python_page() -> str:
+    """The page of the Python interface as Markdown."""
+    parts = ["# The Python interface", "Made by `python docs/make_reference.py` from the docstrings; do not edit."]
+    for name in (n for n in clearway.__all__ if not n.startswith("__")):
+        thing = getattr(clearway, name)
+        parts.append(f"## `clearway.{name}`\n\n{_documented(thing, name)}")
+        if isinstance(thing, type) and name == "Results":
+            methods = [n for n in dir(thing) if not n.startswith("_") and inspect.isfunction(getattr(thing, n))]
+            parts += [f"### `Results.{n}`\n\n{_documented(getattr(thing, n), n)}" for n in methods]
+    return "\n\n".join(parts) + "\n"
+
+
+def _documented(thing: Any, name: str) -> str:
+    function = inspect.isfunction(thing)
+    names = (
+        [str(p).partition(":")[0].partition("=")[0] for p in inspect.signature(thing).parameters.values()]
+        if function
+        else []
+    )
+    head = f"{name}({', '.join(n for n in names if n != 'self')})\n\n" if function else ""
+    return f"```text\n{head}{inspect.getdoc(thing)}\n```"
 
 
 def _help(verb: str) -> str:
@@ -91,11 +117,8 @@ def _type(about: dict[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    made = page()
-    if "--check" in sys.argv[1:]:
-        sys.exit(
-            0
-            if PAGE.exists() and PAGE.read_text(encoding="utf-8") == made
-            else f"{PAGE} is out of date; run {__file__}"
-        )
-    PAGE.write_text(made, encoding="utf-8")
+    for file, made in ((PAGE, page()), (PYTHON, python_page())):
+        if "--check" not in sys.argv[1:]:
+            file.write_text(made, encoding="utf-8")
+        elif not file.exists() or file.read_text(encoding="utf-8") != made:
+            sys.exit(f"{file} is out of date; run {__file__}")

@@ -216,3 +216,14 @@ def test_every_field_of_a_public_value_is_told_on_a_line_of_its_own():
         missing += [f"{name}.{field}" for field in _fields(node) if told.count(field) != 1]
     assert missing == []
     assert len(values) > 150
+
+
+def test_the_site_has_every_page_and_the_citation_both_papers():
+    yaml = pytest.importorskip("yaml")
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert [r["doi"] for r in cited["references"]] == ["10.1038/s41598-024-69040-z", "10.1038/s41598-025-18573-y"]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert cited["version"] == project["version"]
+    index = ROOT / "docs" / "index.md"
+    linked = {(f.file.parent / f.text).resolve() for f in _links() if f.file == index}
+    assert {p.resolve() for p in (ROOT / "docs").rglob("*.md")} - linked == {index.resolve()}

@@ -15,6 +15,7 @@ import typer
 from clearway.cli import (
     check,
     compare,
+    examples,
     export,
     import_,
     list_,
@@ -57,6 +58,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "check": check.check,
     "schema": schema.schema,
     "samples": samples.samples,
+    "examples": examples.examples,
 }
 for name, verb in VERBS.items():
     app.command(name)(alone(verb))
