@@ -203,7 +203,7 @@ class Sensing:
     Attributes:
         t: When it was sensed, s since the trial began; with a latency that is a while ago, at first before the trial.
         odom_pose: (3,) dead-reckoned pose in the odom frame.
-        odom_velocity: (2,) measured v [m/s], omega [rad/s].
+        odom_velocity: (2,) measured v [m/s], omega [rad/s]; of an omnidirectional base (3,) with v_y [m/s] behind them.
         scan: The lidar's sweep, None without a lidar.
         obstacles: What the camera measured (map frame, by the true pose), None without a camera.
         goal: Where to go.
@@ -227,7 +227,7 @@ class Observation:
     Attributes:
         t: When that was which it tells of, s since the trial began: `task.latency.sensing` ago.
         pose: (3,) estimated pose in the map: x, y [m], theta [rad].
-        velocity: (2,) estimated v [m/s], omega [rad/s].
+        velocity: (2,) estimated v [m/s], omega [rad/s]; of an omnidirectional base (3,) with v_y [m/s] behind them.
         odom_pose: (3,) smooth but drifting pose in the odom frame (a rolling costmap lives there).
         goal: Where to go.
         scan: The lidar's sweep, if the navigator's `needs` asks for it, else None.
@@ -258,6 +258,7 @@ class Command:
         cut: Whether the budget ended the thinking before it was finished.
         violated: What this period showed to be untrue of that which the navigator's guarantee assumes (a bound on the
             disturbance, on an obstacle's speed), one text each; each becomes an event of the trial.
+        v_y: Speed to the left, m/s; only for an omnidirectional base.
     """
 
     v: float
@@ -267,6 +268,7 @@ class Command:
     status: str = ""
     cut: bool = False
     violated: tuple[str, ...] = ()
+    v_y: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -298,6 +300,8 @@ class Navigator(Protocol):
 
     `needs` says what observations must hold. A navigator may also have
 
+    - `drives`, a frozenset of the kinds of bases (`clearway.robots.DriveKind`) that it can drive; without it only
+      `differential` ones;
     - `read_parameters(robot)`, which reads what the robot's file holds for it and raises a `ClearwayError` where that is
       wrong (`clearway.robots.RobotTable` does both): it is asked before the first trial runs;
     - `diagnostics() -> Diagnostics`, asked for now and then;

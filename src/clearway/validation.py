@@ -70,7 +70,8 @@ def _models_at(model: type[BaseModel], where: list[Any]) -> list[type[BaseModel]
         if isinstance(step, int):
             continue
         found = [m for c in candidates if step in _keys(c) for m in _models_in(_keys(c)[step])]
-        candidates = found or candidates  # a union's tag is a step that names no field
+        tagged = [c for c in candidates if step in get_args(_keys(c).get("kind"))]
+        candidates = found or tagged or candidates  # a union's tag is a step that names no field
     return candidates
 
 

@@ -106,7 +106,7 @@ def test_the_factor_of_a_scenario_scales_it_and_the_navigator_is_told() -> None:
 )
 def test_messages_keep_their_order(sensing: float, command: float, jitter: float, period: float) -> None:
     delays = Delays(Latency(sensing, command, jitter), period, 3)
-    commands = np.empty((delays.rows, 3))
+    commands = np.empty((delays.rows, 4))
     stamps, followed = [], {}
     for k in range(60):
         t = k * period
@@ -119,7 +119,7 @@ def test_messages_keep_their_order(sensing: float, command: float, jitter: float
         assert since[0] == 0.0
         assert (np.diff(used) >= 0.0).all()
         assert (used < period).all()
-        for s, v, _ in commands[: len(used)]:
+        for s, v, *_ in commands[: len(used)]:
             followed.setdefault(v, t + s)
     assert (np.diff(stamps) >= 0.0).all()
     for v, at in followed.items():  # not before its time, nor later than the period in which it is

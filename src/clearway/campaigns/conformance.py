@@ -19,6 +19,7 @@ from clearway.campaigns.pilot import DECISION_LIMIT, TookTooLong, compose, guard
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
+from clearway.navigators.registry import check_drive, drives_of
 from clearway.perception import make_localiser, make_tracker
 from clearway.registry import in_a_line
 from clearway.robots import Robot
@@ -103,16 +104,17 @@ def check_navigator(
         decision_limit: Wall clock after which a decision counts as hung, s; None: never. After one nothing more is tried.
 
     Raises:
-        ClearwayError: The navigator can't be made, or the robot lacks what it needs.
+        ClearwayError: The navigator can't be made, or the robot lacks what it needs or has a base that it doesn't drive.
     """
     first = _made(factory, decision_limit)
     needs: Any = getattr(first, "needs", None)
-    said = (_needs(needs), _privileged(first), _tuned(first))
+    said = (_needs(needs), _privileged(first), _tuned(first), _drives(first))
     yield from said
     if not all(f.passed for f in said):
         return
     if "scan" in needs and robot.lidar is None:
         raise ClearwayError(f"it needs scans, and the robot {robot.name!r} has no lidar; check it with another robot")
+    check_drive(type(first).__name__, first, robot)
     runs: list[_Watched] = []
     for situation in SITUATIONS:
         name = f"decides: {situation.name}"
@@ -276,6 +278,14 @@ def _tuned(navigator: Navigator) -> Finding:
     return Finding(name, True, "nothing" if said is None else "; ".join(map(str, said)) or "on no test")
 
 
+def _drives(navigator: Navigator) -> Finding:
+    name = "says which bases it drives, or nothing"
+    try:
+        return Finding(name, True, ", ".join(sorted(drives_of(type(navigator).__name__, navigator))))
+    except ClearwayError as error:
+        return Finding(name, False, str(error))
+
+
 def _first_fault(name: str, runs: list[_Watched], fault: Callable[[Command], str]) -> Finding:
     if not any(run.commands for run in runs):
         return Finding(name, None, "it gave no command")
@@ -310,14 +320,14 @@ def _deterministic(runs: list[_Watched], repeats: list[_Watched]) -> Finding:
     if not any(run.commands for run in (*runs, *repeats)):
         return Finding(name, None, "it gave no command")
     for a, b in zip(runs, repeats, strict=True):
-        left, right = ([(c.v, c.omega) for c in r.commands] for r in (a, b))
+        left, right = ([(c.v, c.omega, c.v_y) for c in r.commands] for r in (a, b))
         for k, (one, other) in enumerate(zip(left, right, strict=False)):
             if repr(one) != repr(other):
                 return Finding(
                     name,
                     False,
                     f"in '{a.situation.name}', decision {k}, a second instance with the same seed that had driven "
-                    f"other situations before answered {_pair(other)}, the first {_pair(one)}; draw only from the rng "
+                    f"other situations before answered {_told(other)}, the first {_told(one)}; draw only from the rng "
                     "of reset(), and let reset() forget everything",
                 )
         if len(left) != len(right) or a.error != b.error:
@@ -346,8 +356,8 @@ def _pace(runs: list[_Watched], robot: Robot) -> Finding:
     return Finding(name, bool(median <= robot.period), detail)
 
 
-def _pair(pair: tuple[float, float]) -> str:
-    return f"({pair[0]!r}, {pair[1]!r})"
+def _told(told: tuple[float, ...]) -> str:
+    return f"({', '.join(map(repr, told))})"
 
 
 def _join(texts: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.contract import Command, Diagnostics
 from clearway.geometry.grid import OccupancyGrid
-from clearway.robots import Robot
+from clearway.robots import Robot, possible
 
 SLACK = 1e-6
 """By how much a command may exceed the robot's limits: rounding."""
@@ -20,7 +20,7 @@ def malformed(command: Any) -> str:
     """What makes an answer no command; empty for nothing."""
     if not isinstance(command, Command):
         return f"step() returned a {type(command).__name__}, not a clearway.contract.Command"
-    for name in ("v", "omega"):
+    for name in ("v", "omega", "v_y"):
         if isinstance(value := getattr(command, name), bool) or not isinstance(value, int | float | np.floating):
             return f"the command's {name} is {value!r}, not a number"
     if command.arrived is not None and not isinstance(command.arrived, bool | np.bool_):
@@ -32,7 +32,8 @@ def malformed(command: Any) -> str:
 
 def not_finite(c: Command) -> str:
     """A command that isn't finite; empty if it is."""
-    return "" if math.isfinite(c.v) and math.isfinite(c.omega) else f"v = {c.v}, omega = {c.omega}"
+    told = f"v = {c.v}, omega = {c.omega}" + (f", v_y = {c.v_y}" if c.v_y != 0.0 else "")
+    return "" if all(map(math.isfinite, (c.v, c.omega, c.v_y))) else told
 
 
 def beyond(c: Command, robot: Robot, speed: float) -> str:
@@ -43,6 +44,11 @@ def beyond(c: Command, robot: Robot, speed: float) -> str:
         return f"v = {c.v:.4g} m/s; the robot and the set speed allow {d.v_min:g} to {top:g}"
     if abs(c.omega) > d.omega_max + SLACK:
         return f"omega = {c.omega:.4g} rad/s; the robot allows {d.omega_max:g}"
+    told = (c.v, c.omega, c.v_y)
+    kept = possible(d.capped(speed), *told)
+    if any(abs(a - b) > SLACK for a, b in zip(told, kept, strict=True)):
+        text = "v = {:.4g} m/s, omega = {:.4g} rad/s, v_y = {:.4g} m/s"
+        return f"{text.format(*told)}; of that the base makes {text.format(*kept)}"
     return ""
 
 

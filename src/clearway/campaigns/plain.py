@@ -39,6 +39,7 @@ def plain_command(answer: object) -> Command:
         status=plain_text(answer.status, "the command's `status`"),
         cut=_truth(answer.cut, "the command's `cut`"),
         violated=_texts(answer.violated, "the command's `violated`"),
+        v_y=_finite(answer.v_y, "the command's v_y"),
     )
 
 

@@ -14,7 +14,7 @@ from clearway.campaigns.provenance import code_of
 from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.campaigns.tuning import tuned_on
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import check_parameters, make_navigator, navigator_class, needs_of
+from clearway.navigators.registry import check_drive, check_parameters, make_navigator, navigator_class, needs_of
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.scenarios.behaviours import BEHAVIOURS
@@ -88,6 +88,7 @@ def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tu
         BEHAVIOURS.find(person.behaviour)
     navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
     needs = needs_of(spec.navigator, navigator)
+    check_drive(spec.navigator, navigator, robot)
     with in_file_of(spec.robot, robot):
         for problem in unread_tables(robot):
             raise problem

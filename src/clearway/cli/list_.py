@@ -23,18 +23,22 @@ def list_(
     """List suites, robots, floor plans, navigators, indicators and formats of recordings."""
     from clearway.errors import unknown
     from clearway.indicators import INDICATORS
-    from clearway.navigators.registry import navigator_class, navigator_names
+    from clearway.navigators.registry import drives_of, navigator_class, navigator_names
     from clearway.recordings.formats import formats
     from clearway.robots import load_robot, robot_names
     from clearway.scenarios.floor_plan_files import floor_plan_names
     from clearway.scenarios.floorplan import load_floor_plan
     from clearway.scenarios.suites import load_suite, suite_names
 
+    def _navigator(name: str, made_by: Any) -> dict[str, str]:
+        title = (made_by.__doc__ or "").partition("\n")[0]
+        return {"title": title, "drives": ", ".join(sorted(drives_of(name, made_by)))}
+
     tables: dict[str, Callable[[], Mapping[str, Any]]] = {
         "suites": lambda: {n: load_suite(n).title for n in suite_names()},
         "robots": lambda: {n: _robot(load_robot(n)) for n in robot_names()},
         "floor-plans": lambda: {n: load_floor_plan(n).title for n in floor_plan_names()},
-        "navigators": lambda: {n: (navigator_class(n).__doc__ or "").partition("\n")[0] for n in navigator_names()},
+        "navigators": lambda: {n: _navigator(n, navigator_class(n)) for n in navigator_names()},
         "indicators": lambda: {n: f"{i.title} [{i.unit}]" if i.unit else i.title for n, i in INDICATORS.items()},
         "formats": lambda: {
             n: f.title + (f" ({', '.join(f.suffixes)})" if f.suffixes else "") for n, f in formats().items()
@@ -70,4 +74,4 @@ def _robot(robot: Robot) -> dict[str, str]:
         span = math.degrees(lidar.angle_max - lidar.angle_min)
         around = span * lidar.beams > 359.9 * (lidar.beams - 1)  # the last beam is a step short of the first
         seen = f"lidar of {360.0 if around else span:.0f} degrees, {lidar.beams} beams, {lidar.range_max:g} m"
-    return {"title": robot.title, "drive": "differential", "size": size, "lidar": seen}
+    return {"title": robot.title, "drive": robot.limits().kind, "size": size, "lidar": seen}

@@ -1,4 +1,4 @@
-"""Exact motion of a body with constant forward speed and yaw rate: an arc, or a line where it doesn't turn."""
+"""Exact motion of a body with constant velocity in its own frame: an arc, or a line where it doesn't turn."""
 
 from __future__ import annotations
 
@@ -18,6 +18,21 @@ def arc(x: float, y: float, theta: float, v: float, omega: float, dt: float) -> 
     half = 0.5 * omega * dt
     chord = v * dt * sinc(half)
     return x + chord * math.cos(theta + half), y + chord * math.sin(theta + half), wrap(theta + 2.0 * half)
+
+
+@kernel
+def slide(
+    x: float, y: float, theta: float, v: float, v_y: float, omega: float, dt: float
+) -> tuple[float, float, float]:
+    """As `arc`, of a body that also moves to its left, with `v_y` [m/s]: still an arc, not along its heading.
+
+    Without that the bits are those of `arc`.
+    """
+    if v_y == 0.0:
+        return arc(x, y, theta, v, omega, dt)
+    half = 0.5 * omega * dt
+    c, s, chord = math.cos(theta + half), math.sin(theta + half), dt * sinc(half)
+    return x + chord * (v * c - v_y * s), y + chord * (v * s + v_y * c), wrap(theta + 2.0 * half)
 
 
 @kernel

@@ -17,7 +17,7 @@ from clearway.geometry.distance import min_clearance
 from clearway.geometry.shapes import Circle, FloatArray
 from clearway.indicators.escape import commands, state_at, stepped
 from clearway.indicators.indicator import NotComputable
-from clearway.indicators.legs import contact_on_a_leg, until_contact
+from clearway.indicators.legs import contact_on_a_leg, ground_speed, until_contact
 from clearway.indicators.success import AT_REST, failure
 from clearway.robots.drive_limits import DriveLimits
 from clearway.trials import Outcome, Trial
@@ -65,7 +65,7 @@ def who_moved(trial: Trial) -> str:
     trial = until_contact(trial)
     if trial.velocity is None or len(trial.t) < 2:
         return ""
-    v, omega = np.abs(trial.velocity[-1]).tolist()
+    v, omega = float(ground_speed(trial.velocity[-1:])[0]), abs(float(trial.velocity[-1, 1]))
     if not np.isfinite((v, omega)).all():
         return ""
     robot = v >= AT_REST or (omega >= AT_REST and not isinstance(trial.attempt.footprint, Circle))
@@ -91,6 +91,8 @@ def _crushed(trial: Trial) -> bool | None:
     a = trial.attempt
     if a.footprint is None or a.limits is None or trial.velocity is None or not len(trial.t):
         return None
+    if a.limits.kind != "differential":
+        return None  # manoeuvres are those of a differential drive
     begin = max(float(trial.t[-1]) - WINDOW, float(trial.t[0]))
     start = state_at(trial, begin)
     times = begin + np.arange(_STEP, 2.0 * WINDOW + 1e-9, _STEP)

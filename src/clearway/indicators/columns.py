@@ -13,6 +13,7 @@ from clearway.contract import EventKind
 from clearway.indicators import clearance, cruise, incidents, path_length
 from clearway.indicators.avoidable import avoidable
 from clearway.indicators.cause import cause, who_moved
+from clearway.indicators.clipping import clipped
 from clearway.indicators.column import Column, Kind
 from clearway.indicators.confirm import near_tolerance, to_confirm
 from clearway.indicators.indicator import NotComputable
@@ -114,6 +115,11 @@ COLUMNS = (
     ),
     _attempted("run", Kind.WORD, "the simulation that it shares with the trials of other robots; empty: none"),
     _attempted("member", Kind.WORD, "the name of its robot there"),
+    Column(
+        "clipped", Kind.COUNT,
+        "in how many control periods the base was told what it can't do (beyond its limits, the set speed among them) and did what"
+        " it could; null where nobody knows", clipped,
+    ),
     _attempted("source", Kind.WORD, "simulated or recorded"),
     Column(
         "contacts", Kind.COUNT, "how often the robot touched something; null where neither a person nor the geometry tells",

@@ -13,7 +13,7 @@ import numpy as np
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.column import Kind
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import finished, speed, speed_limit
+from clearway.indicators.legs import finished, ground_speed, speed, speed_limit
 from clearway.trials import Trial
 
 DWELL = 0.2
@@ -77,7 +77,7 @@ def bounds(trial: Trial) -> tuple[float, float] | None:
     for drive in drives:
         if drive.velocity is None:
             return None
-        v = np.abs(drive.velocity[:, 0])
+        v = ground_speed(drive.velocity)
         lost = ~(np.isfinite(v[:-1]) & np.isfinite(v[1:])) | drive.missed
         hidden += float(np.diff(drive.t)[lost].sum())
         for a, b in pairwise([0, *(int(i) + 1 for i in np.flatnonzero(lost)), len(v)]):

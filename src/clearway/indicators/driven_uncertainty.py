@@ -33,7 +33,7 @@ from clearway.indicators.column import Kind
 from clearway.indicators.completion_time import STANDING, completion_time
 from clearway.indicators.cruise import BAND, time_at_cruise_speed, time_within
 from clearway.indicators.indicator import Indicator, Measure, NotComputable, measure
-from clearway.indicators.legs import DrivenLeg, finished, positions, speed, speed_limit
+from clearway.indicators.legs import DrivenLeg, finished, ground_speed, positions, speed, speed_limit
 from clearway.indicators.path_length import path_length
 from clearway.indicators.uncertainty import COVERAGE, GUM, pose_uncertainty
 from clearway.trials import Trial
@@ -99,7 +99,7 @@ def _seen(trial: Trial, drive: DrivenLeg, which: str) -> float:
         raise unseen
     if drive.velocity is None:
         raise NotComputable("the trial has no velocity")
-    effort = np.hypot(drive.velocity[:, 0], ARM * np.nan_to_num(drive.velocity[:, 1]))
+    effort = np.hypot(ground_speed(drive.velocity), ARM * np.nan_to_num(drive.velocity[:, 1]))
     known = np.isfinite(effort)
     if not known.any():
         raise NotComputable("the velocity is unknown")

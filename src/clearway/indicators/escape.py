@@ -47,10 +47,13 @@ def escapes(
 ) -> bool | None:
     """Whether the robot, as it was at `begin` [s], could have gone on to `until` [s] without touching anything.
 
-    None where nobody knows: the trial lacks footprint, limits, speed, a pose, or a body's outline.
+    None where nobody knows: the trial lacks footprint, limits, speed, a pose, or a body's outline, or the base is of another
+    kind than those whose manoeuvres are searched, `differential`.
     """
     a = trial.attempt
     if a.footprint is None or a.limits is None or trial.velocity is None or len(trial.t) < 2:
+        return None
+    if a.limits.kind != "differential":
         return None
     state = state_at(trial, begin)
     if not np.isfinite(state).all() or not all(b.outlined for b in a.bodies):

@@ -150,15 +150,20 @@ def named(trial: Trial, name: str) -> DrivenLeg:
     raise NotComputable(f"the test has no scored leg {name}")
 
 
+def ground_speed(velocity: FloatArray) -> FloatArray:
+    """(n,) how fast a robot of `velocity` (n, 2), or (n, 3) with v_y, was in whatever direction, m/s."""
+    return np.asarray(np.abs(velocity[:, 0]) if velocity.shape[1] < 3 else np.hypot(velocity[:, 0], velocity[:, 2]))
+
+
 def speed(drive: DrivenLeg) -> FloatArray:
-    """(n,) |v| in m/s.
+    """(n,) how fast the robot was, m/s.
 
     Raises:
         NotComputable: the trial has no velocity, or gaps in it.
     """
     if drive.velocity is None:
         raise NotComputable("the trial has no velocity")
-    v = np.abs(drive.velocity[:, 0])
+    v = ground_speed(drive.velocity)
     _whole("velocity", drive, np.isfinite(v))
     return v
 

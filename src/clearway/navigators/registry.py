@@ -16,7 +16,7 @@ from typing import Any, get_args
 from clearway.contract import Navigator, Need
 from clearway.errors import ClearwayError, unknown
 from clearway.registry import Registry, in_a_line
-from clearway.robots import Robot
+from clearway.robots import DriveKind, Robot
 
 NAVIGATORS = Registry(
     "navigator",
@@ -113,6 +113,42 @@ def needs_of(name: str, navigator: Navigator) -> frozenset[str]:
     raise ClearwayError(
         f"navigator {name!r} needs {needs!r:.100}; `needs` is a frozenset of some of {', '.join(known)}"
     )
+
+
+def drives_of(name: str, navigator: object) -> frozenset[str]:
+    """The kinds of bases that `navigator` (or its class), which goes by `name`, drives; who says nothing drives differential ones.
+
+    Raises:
+        ClearwayError: it says so in another way than by a set of what there is.
+    """
+    known = get_args(DriveKind)
+    try:
+        drives: object = getattr(navigator, "drives", None)
+        if drives is None:
+            return frozenset({"differential"})
+        if isinstance(drives, frozenset | set) and drives and drives <= set(known):
+            return frozenset(drives)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise ClearwayError(f"navigator {name!r} cannot say what it drives: {in_a_line(error)}") from error
+    raise ClearwayError(
+        f"navigator {name!r} drives {drives!r:.100}; `drives` is a frozenset of some of {', '.join(known)}"
+    )
+
+
+def check_drive(name: str, navigator: object, robot: Robot) -> None:
+    """See that `navigator`, which goes by `name`, drives bases of the robot's kind.
+
+    Raises:
+        ClearwayError: it doesn't.
+    """
+    drives, kind = drives_of(name, navigator), robot.limits().kind
+    if kind not in drives:
+        raise ClearwayError(
+            f"navigator {name!r} drives {' and '.join(sorted(drives))} bases, and that of the robot {robot.name!r} is "
+            f"{kind}; `clearway list navigators` tells who drives it"
+        )
 
 
 def check_parameters(name: str, navigator: Navigator, robot: Robot) -> Any:

@@ -37,9 +37,11 @@ class Amcl:
 
     def __init__(self, parameters: AmclParameters | None = None) -> None:
         self.parameters = p = parameters or AmclParameters()
-        self._alpha = np.array((p.odom_alpha1, p.odom_alpha2, p.odom_alpha3, p.odom_alpha4))
+        self._anywhere = p.odom_model_type.startswith("omni")
+        alpha = (p.odom_alpha1, p.odom_alpha2, p.odom_alpha3, p.odom_alpha4, p.odom_alpha5)
+        self._alpha = np.array(alpha if self._anywhere else alpha[:4])
         self._bounds = np.array((p.min_particles, p.max_particles))
-        self._corrected = p.odom_model_type == "diff-corrected"
+        self._corrected = p.odom_model_type.endswith("-corrected")
         self._product = p.laser_model_type == "likelihood_field_prob"
         self._spare = np.empty((p.max_particles, 3))
 
@@ -77,7 +79,8 @@ class Amcl:
             self._sense(sensing.scan)
             self._last = odom.copy()
         elif self._moved(last, odom):
-            pf.move(self.poses, last, odom, self._alpha, self._corrected, self._rng)
+            move = pf.move_anywhere if self._anywhere else pf.move
+            move(self.poses, last, odom, self._alpha, self._corrected, self._rng)
             self._sense(sensing.scan)
             self._last = odom.copy()
         else:

@@ -39,12 +39,14 @@ class AmclParameters(RobotTable):
     initial_cov_yy: NonNegative = Field(default=0.05**2, description="m^2")
     initial_cov_aa: NonNegative = Field(default=0.05**2, description="rad^2")
 
-    odom_model_type: Literal["diff", "diff-corrected"] = "diff"
+    odom_model_type: Literal["diff", "diff-corrected", "omni", "omni-corrected"] = "diff"
     odom_alpha1: NonNegative = Field(default=0.2, description="rotation's noise from rotation")
     odom_alpha2: NonNegative = Field(default=0.2, description="rotation's noise from translation")
     odom_alpha3: NonNegative = Field(default=0.2, description="translation's noise from translation")
     odom_alpha4: NonNegative = Field(default=0.2, description="translation's noise from rotation")
-    odom_alpha5: NonNegative = Field(default=0.2, description="of the omni model; not used by a differential drive")
+    odom_alpha5: NonNegative = Field(
+        default=0.2, description="noise across the motion from translation, of the omni models only"
+    )
 
     laser_model_type: Literal["likelihood_field", "likelihood_field_prob"] = "likelihood_field"
     laser_min_range: Finite = Field(default=-1.0, description="m; not above 0: the sensor's own")

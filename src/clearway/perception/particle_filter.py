@@ -62,6 +62,39 @@ def move(
 
 
 @kernel
+def move_anywhere(
+    poses: FloatArray,
+    old: FloatArray,
+    new: FloatArray,
+    alpha: FloatArray,
+    corrected: bool,
+    rng: np.random.Generator,
+) -> None:
+    """`move` for a base that moves to its sides as well: `omni` and, where `corrected`, `omni-corrected`.
+
+    Args:
+        poses: (n, 3), changed in place.
+        alpha: (5,) odom_alpha1..5.
+    """
+    dx, dy = new[0] - old[0], new[1] - old[1]
+    translation, turn = math.hypot(dx, dy), wrap(new[2] - old[2])
+    course = math.atan2(dy, dx) - old[2]
+    t2, r2 = translation**2, turn**2
+    along, across = alpha[2] * t2 + alpha[0] * r2, alpha[4] * t2 + alpha[0] * r2
+    about = alpha[3] * r2 + alpha[1] * t2
+    if corrected:
+        along, across, about = math.sqrt(along), math.sqrt(across), math.sqrt(about)
+    for i in range(poses.shape[0]):
+        c, s = math.cos(poses[i, 2] + course), math.sin(poses[i, 2] + course)
+        d = translation + along * rng.standard_normal()
+        turned = turn + about * rng.standard_normal()
+        aside = across * rng.standard_normal()
+        poses[i, 0] += d * c + aside * s
+        poses[i, 1] += d * s - aside * c
+        poses[i, 2] += turned
+
+
+@kernel
 def beam_ends(
     ranges: FloatArray,
     angle_min: float,

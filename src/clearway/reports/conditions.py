@@ -15,7 +15,7 @@ from clearway.reports import paper, parameters, recordings
 from clearway.reports.findings import Findings
 from clearway.reports.selection import System, distinct, is_recorded
 from clearway.reports.suites import SuiteAbout
-from clearway.robots import Robot
+from clearway.robots import DriveLimits, Robot
 from clearway.scenarios.suite import Section
 
 Facts = list[tuple[str, str]]
@@ -37,11 +37,7 @@ def vehicle(f: Findings, name: str) -> Facts:
     facts += [("make and model", given.pop("make", BLANK)), ("serial number", given.pop("serial", BLANK))]
     carried = given.pop("load", BLANK)
     facts += [("load", load or carried), *given.items(), ("footprint", _footprint(robot))]
-    d = robot.drive
-    facts.append(
-        ("drive limits", f"{d.v_max:g} m/s, {d.acceleration:g}/{d.deceleration:g} m/s², {d.omega_max:.2f} rad/s, "
-         f"{d.angular_acceleration:.2f} rad/s²")
-    )  # fmt: skip
+    facts.append(("drive limits", _drive(robot.limits())))
     if robot.lidar is not None:
         lidar = robot.lidar
         facts.append(
@@ -65,6 +61,18 @@ def vehicle(f: Findings, name: str) -> Facts:
         ("tolerances at the goal, of the planner", f"{told.xy:g} m, {told.yaw:g} rad"),
     ]
     return facts
+
+
+def _drive(d: DriveLimits) -> str:
+    straight = f"{d.v_max:g} m/s, {d.acceleration:g}/{d.deceleration:g} m/s²"
+    if d.kind == "ackermann":
+        return (
+            f"{straight}, wheelbase {d.wheelbase:g} m, steering {d.steering_max:.2f} rad, {d.steering_rate:.2f} rad/s"
+        )
+    turning = f"{d.omega_max:.2f} rad/s, {d.angular_acceleration:.2f} rad/s²"
+    if d.kind == "differential":
+        return f"{straight}, {turning}"
+    return f"{straight}, to its sides {d.v_y_max:g} m/s, {d.lateral_acceleration:g}/{d.lateral_deceleration:g} m/s², {turning}"
 
 
 def _latency(f: Findings, robot: Robot) -> str:

@@ -22,7 +22,7 @@ from clearway.contract import PLACED, BodyKind
 from clearway.geometry.compiled import kernel
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Shape
-from clearway.indicators.legs import missed
+from clearway.indicators.legs import ground_speed, missed
 from clearway.robots import Robot
 from clearway.trials import Body, Snapshot, Trial
 
@@ -194,7 +194,8 @@ def _columns(trial: Trial, keep: npt.NDArray[np.int64]) -> dict[str, tuple[Float
     if trial.estimate is not None:
         poses("e", trial.estimate)
     if trial.velocity is not None:
-        columns["v"], columns["w"] = (trial.velocity[:, 0], MILLI), (trial.velocity[:, 1], MILLI)
+        v = trial.velocity[:, 0] if trial.velocity.shape[1] < 3 else ground_speed(trial.velocity)
+        columns["v"], columns["w"] = (v, MILLI), (trial.velocity[:, 1], MILLI)
     clearance = clearance_over_time(trial)
     if clearance is not None:
         columns["c"] = (np.minimum(clearance, 30.0), MILLI)

@@ -1,9 +1,9 @@
 """Who moves: kinematics, limits, footprint, sensors. One TOML file a robot."""
 
-from clearway.robots.drive_limits import DriveLimits, immediate
+from clearway.robots.drive_limits import DriveKind, DriveLimits, immediate, possible
+from clearway.robots.drive_spec import DriveSpec
 from clearway.robots.robot import (
     Camera,
-    DriveSpec,
     GoalChecker,
     LatencySpec,
     Lidar,
@@ -17,6 +17,7 @@ from clearway.robots.tables import RobotTable
 
 __all__ = [
     "Camera",
+    "DriveKind",
     "DriveLimits",
     "DriveSpec",
     "GoalChecker",
@@ -28,5 +29,6 @@ __all__ = [
     "Tolerances",
     "immediate",
     "load_robot",
+    "possible",
     "robot_names",
 ]

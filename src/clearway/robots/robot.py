@@ -14,7 +14,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radius
@@ -22,20 +22,20 @@ from clearway.given import given
 from clearway.quantities import (
     Angle,
     Distance,
-    Finite,
     Length,
     NonNegative,
     PoseSpec,
     Positive,
     PositiveAngle,
     Rate,
-    Speed,
     Vertices,
     Whole,
 )
 from clearway.reading import read_toml
-from clearway.reading.limits import ANGLE, LENGTH, PRESETS, SPEED
+from clearway.reading.limits import PRESETS
 from clearway.robots.drive_limits import DriveLimits
+from clearway.robots.drive_spec import DriveSpec
+from clearway.robots.part import Part
 from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
 
@@ -47,11 +47,7 @@ FARTHEST = 10.0
 """m from base_link that a footprint may reach: what is beyond was meant in centimetres, or is no robot among people."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", ser_json_inf_nan="strings")
-
-
-class CircleSpec(_Part):
+class CircleSpec(Part):
     """A round footprint."""
 
     kind: Literal["circle"] = "circle"
@@ -61,7 +57,7 @@ class CircleSpec(_Part):
         return Circle(self.radius)
 
 
-class PolygonSpec(_Part):
+class PolygonSpec(Part):
     """A polygonal footprint in base_link, counter-clockwise."""
 
     kind: Literal["polygon"] = "polygon"
@@ -74,26 +70,7 @@ class PolygonSpec(_Part):
 FootprintSpec = Annotated[CircleSpec | PolygonSpec, Field(discriminator="kind")]
 
 
-class DriveSpec(_Part):
-    """Limits of a differential drive, as the base's own controller enforces them, and where it turns about."""
-
-    v_max: Speed = Field(description="forward speed, m/s")
-    v_min: Finite = Field(description="most negative speed (reverse), m/s, at most 0", ge=-SPEED, le=0)
-    acceleration: Rate = Field(description="m/s^2; inf: none is known")
-    deceleration: Rate = Field(description="m/s^2; inf: none is known")
-    omega_max: Positive = Field(le=ANGLE, description="yaw rate, rad/s")
-    angular_acceleration: Rate = Field(description="rad/s^2; inf: none is known")
-    angular_deceleration: Rate = Field(description="rad/s^2; inf: none is known")
-    pivot: Finite = Field(
-        default=0.0,
-        ge=-LENGTH,
-        le=LENGTH,
-        description="how far ahead of base_link the point is that the base turns about, m: a skid-steered base turns"
-        " about a point nearer to its heavier end, which its wheel odometry does not know",
-    )
-
-
-class Lidar(_Part):
+class Lidar(Part):
     """A 2-D lidar and its errors, as data sheets give them (`clearway.world.lidar` says what each does)."""
 
     beams: Whole = Field(ge=1, le=100_000)
@@ -127,14 +104,14 @@ class Lidar(_Part):
         return self
 
 
-class Camera(_Part):
+class Camera(Part):
     """Sees obstacles as discs within a circle around the robot (paper B's perception field, assumptions A1 and A3)."""
 
     range: Length = Field(description="radius of the perception field, m; an obstacle that reaches into it is seen")
     error: NonNegative = Field(description="bound on the error of a moving obstacle's perceived position, m")
 
 
-class Odometry(_Part):
+class Odometry(Part):
     """Wheel odometry's errors: systematic ones, drawn for a trial from normal distributions of the standard deviations
     given, a drift that grows with motion, and noise of the measured velocities, which does not add up."""
 
@@ -171,7 +148,7 @@ class Odometry(_Part):
         return math.hypot(self.scale * v, noise_v), math.hypot(self.turning * omega, self.curvature * v, noise_w)
 
 
-class LatencySpec(_Part):
+class LatencySpec(Part):
     """How late the robot senses and acts. A test may scale all of it (`--latency`)."""
 
     sensing: Delay = Field(
@@ -183,14 +160,14 @@ class LatencySpec(_Part):
     )
 
 
-class Tolerances(_Part):
+class Tolerances(Part):
     """What a test judges the end of a leg by."""
 
     xy: Length = Field(description="m")
     yaw: PositiveAngle = Field(description="rad")
 
 
-class GoalChecker(_Part):
+class GoalChecker(Part):
     """Within what the robot's planners are to bring it to a goal, in nav2's words; tighter than the test's tolerances, they
     leave room for what the robot cannot know."""
 
@@ -198,7 +175,7 @@ class GoalChecker(_Part):
     yaw_goal_tolerance: PositiveAngle | None = Field(default=None, description="rad; default: the test's")
 
 
-class Robot(_Part):
+class Robot(Part):
     """A robot: everything that the world, the perception and the navigators need to know of it."""
 
     name: str = Field(min_length=1)
@@ -257,16 +234,7 @@ class Robot(_Part):
 
     def limits(self, speed: float = math.inf) -> DriveLimits:
         """What its base can do where no more than `speed` [m/s] is allowed either way."""
-        d = self.drive
-        return DriveLimits(
-            v_min=d.v_min,
-            v_max=d.v_max,
-            acceleration=d.acceleration,
-            deceleration=d.deceleration,
-            omega_max=d.omega_max,
-            angular_acceleration=d.angular_acceleration,
-            angular_deceleration=d.angular_deceleration,
-        ).capped(speed)
+        return self.drive.limits().capped(speed)
 
     @property
     def planner_tolerances(self) -> Tolerances:

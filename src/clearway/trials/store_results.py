@@ -20,7 +20,7 @@ from clearway.reading import read_json
 from clearway.trials.store_tables import FILES, Tables, from_tables
 from clearway.trials.trial import Trial
 
-SCHEMA = 7
+SCHEMA = 8
 """Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
 
 CAMPAIGN, PARTIAL = "campaign.json", ".partial"

@@ -18,7 +18,7 @@ import pyarrow as pa
 from clearway.contract import PLACED, BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, Shape
-from clearway.robots.drive_limits import DriveLimits
+from clearway.robots.drive_limits import DriveLimits, shares_of
 from clearway.trials.trial import Attempt, Body, Event, Instants, Labels, Leg, Outcome, Snapshot, Span, Trial, Wish
 from clearway.tuning import Tuned
 
@@ -36,8 +36,9 @@ _F, _I, _S = pa.float64(), pa.int32(), pa.string()
 _POSE = {"x": (_F, "m"), "y": (_F, "m"), "theta": (_F, "rad")}
 _TIE = ("tie_xy", "tie_theta")
 _SIGMA = {"sigma_xy": (_F, "m"), "sigma_theta": (_F, "rad")}
+_SIDEWAYS = {"velocity": "v_y", "command": "cmd_v_y"}
 _OPTIONAL = {"velocity": ("v", "omega"), "estimate": ("est_x", "est_y", "est_theta"), "command": ("cmd_v", "cmd_omega")}
-_UNITS = {"v": "m/s", "omega": "rad/s", "x": "m", "y": "m", "theta": "rad"}
+_UNITS = {"v": "m/s", "v_y": "m/s", "omega": "rad/s", "x": "m", "y": "m", "theta": "rad"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +67,7 @@ FILES: dict[str, TableFile] = {
             **_SIGMA,
             tie_xy=(_F, "m"),
             tie_theta=(_F, "rad"),
+            **dict.fromkeys(_SIDEWAYS.values(), (_F, "m/s, to the left; null but of an omnidirectional base")),
         ),
     ),
     "obstacles": TableFile(
@@ -137,7 +139,14 @@ def to_tables(index: int, trial: Trial) -> Tables:
     robot |= dict(zip(("x", "y", "theta"), _columns(trial.pose, 3), strict=True))
     for name, columns in _OPTIONAL.items():
         values = getattr(trial, name)
-        robot |= dict.fromkeys(columns, pa.nulls(n, _F)) if values is None else _named(columns, values)
+        robot |= (
+            dict.fromkeys(columns, pa.nulls(n, _F)) if values is None else _named(columns, values[:, : len(columns)])
+        )
+    for name, column in _SIDEWAYS.items():
+        values = getattr(trial, name)
+        sideways = values is not None and values.shape[1] > 2
+        known += [column] if sideways else []
+        robot[column] = np.ascontiguousarray(values[:, 2]) if sideways else pa.nulls(n, _F)
     robot["leg"] = np.asarray(trial.leg, dtype=np.int32)
     robot["cut"] = pa.nulls(n, pa.bool_()) if trial.cut is None else np.asarray(trial.cut, dtype=np.bool_)
     moving_obstacles = np.ascontiguousarray(trial.moving_obstacles, dtype=np.float64).reshape(n * m, 3)
@@ -190,7 +199,8 @@ def from_tables(tables: Tables) -> Trial:
     attempt = json.loads(row["attempt"])
     n, m = robot.num_rows, attempt["moving_obstacles"]
     optional: dict[str, FloatArray | None] = {
-        name: _matrix(robot, columns) if name in attempt["known"] else None for name, columns in _OPTIONAL.items()
+        name: _matrix(robot, _columns_of(name, attempt["known"])) if name in attempt["known"] else None
+        for name in _OPTIONAL
     }
     fixtures = json.loads(tables["fixtures"].column("bodies")[0].as_py())
     return Trial(
@@ -239,6 +249,12 @@ def _read_between(table: pa.Table, m: int) -> Instants | None:
     return Instants(_vector(table, "t")[:: 1 + m], poses[:, 0].copy(), poses[:, 1:].copy())
 
 
+def _columns_of(name: str, known: Sequence[str]) -> tuple[str, ...]:
+    """The columns of the robot's table that hold what a trial calls `name`."""
+    sideways = _SIDEWAYS.get(name)
+    return _OPTIONAL[name] + ((sideways,) if sideways in known and sideways is not None else ())
+
+
 def _read_sigma(tables: Tables, n: int, m: int) -> FloatArray:
     robot, moving_obstacles = (_matrix(tables[name], tuple(_SIGMA)) for name in ("robot", "obstacles"))
     return np.concatenate([robot.reshape(n, 1, 2), moving_obstacles.reshape(n, m, 2)], axis=1)
@@ -272,7 +288,7 @@ def _attempt(a: Attempt, fixed: int) -> dict[str, Any]:
         **{name: _number(getattr(a, name)) for name in _NUMBERS},
         "labels": labels | {name: _number(getattr(a.labels, name)) for name in _LABEL_NUMBERS},
         "footprint": None if a.footprint is None else _shape(a.footprint),
-        "limits": None if a.limits is None else {name: _number(v) for name, v in a.limits._asdict().items()},
+        "limits": None if a.limits is None else _limits(a.limits),
         "sight": _number(a.sight),
         "tuned": a.tuned,
         "legs": [_leg(leg) for leg in a.legs],
@@ -286,13 +302,27 @@ def _read_attempt(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
     return Attempt(
         labels=Labels(**labels),
         footprint=None if d["footprint"] is None else _read_shape(d["footprint"]),
-        limits=None if d["limits"] is None else DriveLimits(**{k: float(v) for k, v in d["limits"].items()}),
+        limits=None if d["limits"] is None else _read_limits(d["limits"]),
         sight=_read_number(d["sight"]),
         tuned=Tuned(d["tuned"]),
         legs=tuple(_read_leg(leg) for leg in d["legs"]),
         bodies=tuple(_read_body(b) for b in (*fixtures, *d["bodies"])),
         **rest,
     )
+
+
+def _limits(limits: DriveLimits) -> dict[str, Any]:
+    """What bounds the base; of what only another kind of base has nothing."""
+    usual = DriveLimits._field_defaults
+    said = {name: value for name, value in limits._asdict().items() if name not in usual or value != usual[name]}
+    return {name: [*map(_number, v)] if isinstance(v, tuple) else _number(v) for name, v in said.items()}
+
+
+def _read_limits(d: Mapping[str, Any]) -> DriveLimits:
+    told: dict[str, Any] = {
+        name: shares_of([*map(float, v)]) if isinstance(v, list) else float(v) for name, v in d.items()
+    }
+    return DriveLimits(**told)
 
 
 def _fixed(bodies: Sequence[Body]) -> int:

@@ -265,9 +265,10 @@ class Trial:
         attempt: What was attempted.
         t: (n,) time of each sample, s, increasing, from 0.
         pose: (n, 3) true poses of the robot, map frame.
-        velocity: (n, 2) its true v [m/s] and omega [rad/s], or None.
+        velocity: (n, 2) its true v [m/s] and omega [rad/s], of an omnidirectional base (n, 3) with v_y [m/s] behind them, or
+            None.
         estimate: (n, 3) the robot's own belief of its pose, or None.
-        command: (n, 2) v [m/s] and omega [rad/s] that the base was told at t, or None.
+        command: (n, 2) v [m/s] and omega [rad/s] that the base was told at t, (n, 3) as `velocity`, or None.
         leg: (n,) int, index into attempt.legs of what was being driven at t.
         moving_obstacles: (n, m, 3) poses of the bodies whose pose is None, in their order; NaN while one is absent.
         spans: One per leg begun, in order.

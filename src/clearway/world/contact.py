@@ -13,7 +13,7 @@ from typing import NamedTuple
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.distance import gap
-from clearway.geometry.motion import arc
+from clearway.geometry.motion import slide
 from clearway.geometry.packing import to_box, transform
 from clearway.geometry.shapes import FloatArray
 from clearway.world.setting import NEXT_CHECK, ODOMETER, Moving, Still, Vehicle, X, Y
@@ -31,7 +31,8 @@ class Step(NamedTuple):
         x: Where it begins, without displacement, m.
         y: The same.
         theta: The heading there, rad.
-        v: Mean speed, m/s.
+        v: Mean forward speed, m/s.
+        v_y: Mean speed to the left, m/s.
         omega: Mean yaw rate, rad/s.
         push: (5,) displacement per time in x, y [m/s] and heading [rad/s]; the rest is not for the way.
         since: For how long the displacement has been growing, s.
@@ -44,6 +45,7 @@ class Step(NamedTuple):
     y: float
     theta: float
     v: float
+    v_y: float
     omega: float
     push: FloatArray
     since: float
@@ -169,7 +171,7 @@ def meet_moving(
 def displaced(step: Step, s: float) -> tuple[float, float, float]:
     """The pose `s` [s] after the beginning of `step`."""
     push = step.push
-    x, y, theta = arc(step.x, step.y, step.theta, step.v, step.omega, s)
+    x, y, theta = slide(step.x, step.y, step.theta, step.v, step.v_y, step.omega, s)
     if push[0] == 0.0 and push[1] == 0.0 and push[2] == 0.0:
         return x, y, theta
     since = step.since + s

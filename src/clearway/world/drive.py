@@ -87,7 +87,7 @@ class Drive:
         )  # fmt: skip
         self.outcome: Outcome | None = None
         self.halted = False
-        self.log = Log(len(world.moving_obstacles))
+        self.log = Log(len(world.moving_obstacles), len(world.motion) - 3)
         self.snapshots: list[Snapshot] = []
         self.thinking: list[float] = []
         self._count, self._busy, self._status, self._called = 0, 0.0, "", False  # busy: until then the pilot thinks
@@ -127,7 +127,7 @@ class Drive:
 
     def _go_on(self, t: float) -> None:
         world, checker, thinking = self.world, self.checker, self.thinking
-        now, leg = world.state, checker.leg
+        now, leg = world.motion, checker.leg
         if t >= self._busy - _SAME:
             sensing = world.sensing(t, checker.goal)
             before = perf_counter()
@@ -150,11 +150,11 @@ class Drive:
             checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
             self._called = checker.called(estimate, command)
             if self._called:
-                command = replace(command, v=0.0, omega=0.0)
+                command = replace(command, v=0.0, omega=0.0, v_y=0.0)
             self._estimate, self._command = estimate, command
-            world.send(command.v, command.omega, t, max(self._busy - t, 0.0))
+            world.send(command.v, command.omega, t, max(self._busy - t, 0.0), command.v_y)
         command = self._command
-        self.log.add(t, now[:5], self._estimate, command, leg, world.moving_obstacles)
+        self.log.add(t, now, self._estimate, command, leg, world.moving_obstacles)
         self.outcome = checker.judge(t, now, self._called, command.gave_up)
         if self.outcome is None and checker.leg != leg:
             world.begin_leg(checker.leg, t)
@@ -189,7 +189,7 @@ class Drive:
 
     def _contact(self, t: float, driven: float, body: Body, where: str = "") -> None:
         self._record(t + driven)
-        own, other = abs(float(self.world.state[3])), self.world.speed_of(body, t + driven)
+        own, other = math.hypot(self.world.motion[3], *self.world.motion[5:6]), self.world.speed_of(body, t + driven)
         self.outcome = self.checker.stop(
             t + driven, Outcome.COLLISION, EventKind.CONTACT,
             f"{body.kind} {body.name!r} at {other:.3f} m/s, robot at {own:.3f} m/s",
@@ -212,9 +212,7 @@ class Drive:
 
     def _record(self, t: float) -> None:
         """The last instant, with the estimate and the command that were in force."""
-        self.log.add(
-            t, self.world.state[:5], self._estimate, self._command, self.checker.leg, self.world.moving_obstacles
-        )
+        self.log.add(t, self.world.motion, self._estimate, self._command, self.checker.leg, self.world.moving_obstacles)
 
 
 def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]:
@@ -226,8 +224,8 @@ def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]
     command, estimate = decision.command, decision.estimate
     if not isinstance(command, Command):
         raise TypeError(f"the navigator answered {command!r}; a Command is expected")
-    if not (math.isfinite(command.v) and math.isfinite(command.omega)):
-        raise ValueError(f"the command v = {command.v}, omega = {command.omega} is not finite")
+    if not (math.isfinite(command.v) and math.isfinite(command.omega) and math.isfinite(command.v_y)):
+        raise ValueError(f"the command v = {command.v}, omega = {command.omega}, v_y = {command.v_y} is not finite")
     estimate = np.asarray(estimate, dtype=np.float64)
     if estimate.shape != before.shape or not all(map(math.isfinite, estimate.tolist())):
         raise ValueError(f"the estimated pose {estimate!r} is not three finite numbers")

@@ -61,7 +61,7 @@ class GoalAndProgressChecker:
 
         Args:
             t: Now, s.
-            state: (5,) the true pose, v [m/s] and omega [rad/s]; more may follow.
+            state: (5,) the true pose, v [m/s] and omega [rad/s]; of an omnidirectional base v_y [m/s] behind them.
             called: Whether the robot calls the goal reached.
             gave_up: Why its navigator can't go on, None if it does.
 
@@ -113,7 +113,11 @@ class GoalAndProgressChecker:
     def _reached(leg: Leg, rule: LegSpec, state: FloatArray, called: bool) -> bool:
         if rule.arrival == "measured":
             return math.hypot(state[0] - leg.goal[0], state[1] - leg.goal[1]) <= leg.xy_tolerance
-        return called and abs(state[3]) <= TRANS_STOPPED_VELOCITY and abs(state[4]) <= ROT_STOPPED_VELOCITY
+        return (
+            called
+            and math.hypot(state[3], *state[5:6]) <= TRANS_STOPPED_VELOCITY
+            and abs(state[4]) <= ROT_STOPPED_VELOCITY
+        )
 
     def _begin(self, leg: int, t: float, pose: FloatArray) -> None:
         now = self._legs[leg]

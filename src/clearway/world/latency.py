@@ -15,6 +15,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.motion import sinc
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
+from clearway.world.setting import ODOM_V, ODOM_X, TOLD, WAY, V
 
 _SAME = 1e-12  # s
 
@@ -25,20 +26,20 @@ class Past:
     Args:
         reach: How far back anybody asks, s.
         period: From a decision to the next, s.
-        state: (10,) the robot's, as the plant has it, before anything moved.
+        state: (TOLD,) the robot's, as the plant has it, before anything moved.
     """
 
     def __init__(self, reach: float, period: float, state: FloatArray) -> None:
         most = math.ceil(reach / period) + 1 if reach > 0.0 else 0
         self._driven: deque[tuple[float, float, FloatArray, FloatArray]] = deque(maxlen=most)
         self._moving: deque[tuple[float, FloatArray]] = deque(maxlen=most + 1)
-        self._first = state[:10].copy()
+        self._first = state[:TOLD].copy()
 
     def drive(self, t: float, period: float, way: FloatArray, state: FloatArray) -> None:
-        """In the `period` [s] from time `t` [s] on the robot drove along `way` (n + 1, 8), as `setting.Setting` has it, until
+        """In the `period` [s] from time `t` [s] on the robot drove along `way` (n + 1, WAY), as `setting.Setting` has it, until
         its state was `state`."""
         if self._driven.maxlen:
-            self._driven.append((t, period, way.copy(), state[8:10] - state[3:5]))
+            self._driven.append((t, period, way.copy(), state[ODOM_V:TOLD] - state[V:ODOM_X]))
 
     def see(self, t: float, moving: FloatArray) -> None:
         """At time `t` [s] the moving bodies had these poses (m, 3)."""
@@ -46,18 +47,18 @@ class Past:
             self._moving.append((t, moving.copy()))
 
     def state(self, t: float) -> FloatArray:
-        """(10,) the robot's state at time `t` [s]; its measured velocities err as they do over that period."""
+        """(TOLD,) the robot's state at time `t` [s]; its measured velocities err as they do over that period."""
         for begin, period, way, error in self._driven:
             if t > begin + period:
                 continue
             h = period / (len(way) - 1)
             i = min(max(int((t - begin) / h), 0), len(way) - 2)
             a, b, share = way[i], way[i + 1], min(max((t - begin) / h - i, 0.0), 1.0)
-            state = np.empty(10)
-            state[:8] = a + share * (b - a)
-            for k in (0, 5):  # the true pose, the dead-reckoned one
+            state = np.empty(TOLD)
+            state[:WAY] = a + share * (b - a)
+            for k in (0, ODOM_X):  # the true pose, the dead-reckoned one
                 state[k : k + 3] = between(a[k : k + 3], b[k : k + 3], share)
-            state[8:10] = state[3:5] + error
+            state[ODOM_V:TOLD] = state[V:ODOM_X] + error
             return state
         return self._first.copy()
 
@@ -98,29 +99,30 @@ class Delays:
         self._latency, self._key = latency, stream(seed, "latency")
         self._sensed, self._followed = -math.inf, 0.0
         self._several = True
-        self._sent: list[tuple[float, float, float]] = [(-math.inf, 0.0, 0.0)]
+        self._sent: list[tuple[float, float, float, float]] = [(-math.inf, 0.0, 0.0, 0.0)]
 
     def stamp(self, t: float, count: int) -> float:
         """When that was sensed which the navigator gets at time `t` [s], in control period `count`."""
         self._sensed = max(self._sensed, t - self._late(self._latency.sensing, count, 0))
         return self._sensed
 
-    def send(self, t: float, count: int, v: float, omega: float) -> None:
-        """In control period `count`, at time `t` [s], the navigator commands `v` [m/s] and `omega` [rad/s]."""
+    def send(self, t: float, count: int, v: float, omega: float, v_y: float = 0.0) -> None:
+        """In control period `count`, at time `t` [s], the navigator commands `v` [m/s], `omega` [rad/s] and `v_y` [m/s]."""
         self._followed = max(self._followed, t + self._late(self._latency.command, count, 1))
-        self._sent.append((self._followed, v, omega))
+        self._sent.append((self._followed, v, omega, v_y))
 
     def fill(self, commands: FloatArray, t: float, period: float) -> None:
-        """Write into `commands` (k, 3), as `setting.Setting` has it, what is followed in the `period` [s] from `t` [s] on."""
+        """Write into `commands` (k, 4), as `setting.Setting` has it, what is followed in the `period` [s] from `t` [s] on."""
         while len(self._sent) > 1 and self._sent[1][0] <= t + _SAME:
             del self._sent[0]
         if self._several:
             commands[1:, 0] = math.inf
-        commands[0, 0], commands[0, 1], commands[0, 2] = 0.0, self._sent[0][1], self._sent[0][2]
+        first = self._sent[0]
+        commands[0, 0], commands[0, 1], commands[0, 2], commands[0, 3] = 0.0, first[1], first[2], first[3]
         self._several = len(self._sent) > 1
-        for row, (since, v, omega) in zip(commands[1:], self._sent[1:], strict=False):
+        for row, (since, v, omega, v_y) in zip(commands[1:], self._sent[1:], strict=False):
             if since < t + period - _SAME:
-                row[:] = since - t, v, omega
+                row[:] = since - t, v, omega, v_y
 
     def _late(self, usual: float, count: int, index: int) -> float:
         jitter = self._latency.jitter

@@ -11,13 +11,19 @@ from clearway.geometry.shapes import FloatArray
 
 
 class Log:
-    """Samples of a trial, in arrays that grow."""
+    """Samples of a trial, in arrays that grow.
 
-    def __init__(self, moving_obstacles: int) -> None:
+    Args:
+        moving_obstacles: How many there are.
+        components: Of a velocity: v, omega and, of an omnidirectional base, v_y.
+    """
+
+    def __init__(self, moving_obstacles: int, components: int = 2) -> None:
         self._n, self._last, self._any_moving = 0, -1.0, moving_obstacles > 0
+        self._sideways = components > 2
         self._columns: dict[str, Any] = {
-            "t": np.empty(512), "motion": np.empty((512, 5)), "estimate": np.empty((512, 3)),
-            "command": np.empty((512, 2)), "leg": np.empty(512, dtype=np.int64), "moving_obstacles": np.empty((512, moving_obstacles, 3)),
+            "t": np.empty(512), "motion": np.empty((512, 3 + components)), "estimate": np.empty((512, 3)),
+            "command": np.empty((512, components)), "leg": np.empty(512, dtype=np.int64), "moving_obstacles": np.empty((512, moving_obstacles, 3)),
             "cut": np.empty(512, dtype=np.bool_),
         }  # fmt: skip
         self._unpack()
@@ -31,7 +37,7 @@ class Log:
         leg: int,
         moving_obstacles: FloatArray,
     ) -> None:
-        """One instant: `t` [s], true pose and velocity (5,), estimate (3,), command, leg, moving obstacles (m, 3).
+        """One instant: `t` [s], true pose and velocity (3 + components,), estimate (3,), command, leg, moving obstacles (m, 3).
 
         The same instant again (contact before anything moved) replaces what stood there.
         """
@@ -42,7 +48,8 @@ class Log:
         self._t[i] = self._last = t
         self._motion[i] = motion
         self._estimate[i] = estimate
-        self._command[i] = command.v, command.omega
+        v, omega = command.v, command.omega
+        self._command[i] = (v, omega, command.v_y) if self._sideways else (v, omega)
         self._leg[i] = leg
         self._cut[i] = command.cut
         if self._any_moving:

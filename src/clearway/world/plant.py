@@ -12,10 +12,10 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.held import Held
-from clearway.geometry.motion import arc, ramp
+from clearway.geometry.motion import ramp, slide
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
-from clearway.robots.drive_limits import DriveLimits
+from clearway.robots.drive_limits import DriveLimits, possible, steering_angle
 from clearway.world.contact import Room, Step, displaced, meet_moving, meet_still
 from clearway.world.setting import (
     ELAPSED,
@@ -23,11 +23,14 @@ from clearway.world.setting import (
     ODOM_OMEGA,
     ODOM_THETA,
     ODOM_V,
+    ODOM_V_Y,
     ODOM_X,
     ODOM_Y,
     ODOMETER,
     OMEGA,
+    STEERING,
     THETA,
+    V_Y,
     WAY,
     Setting,
     V,
@@ -72,25 +75,29 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
     bounds, slack, speed = vehicle.bounds, moving.slack, moving.tracks.speed
     n = steps(period)
     h = period / n
-    noise_v, noise_w = 0.0, 0.0
+    noise_v, noise_w, noise_y = 0.0, 0.0, 0.0
     hit = -1
     done = 0.0
     push = np.zeros(5)
-    at_rest = state[V] == 0.0 and state[OMEGA] == 0.0 and _stands(commands)
+    at_rest = state[V] == 0.0 and state[OMEGA] == 0.0 and state[V_Y] == 0.0 and _stands(commands)
     if bounds[:4].max() > 0.0 and (bounds[4] > 0.0 or not at_rest):
         disturb(bounds, vehicle.disturbance_key, count, push)
     push[:3] /= period
     drift = math.hypot(push[0], push[1])
+    plain, side = limits.v_y_max == 0.0 and limits.wheelbase == 0.0, np.zeros(1)
     nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
     room = Room(np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3))
     way[0] = state[:WAY]
     for i in range(n):
-        v0, w0 = state[V], state[OMEGA]
-        v1, driven, w1, steered = _follow(commands, limits, v0, w0, i * h, h)
-        vm, wm = driven + push[3], steered + push[4]
-        advance = abs(vm) + drift
+        v0, w0, y0, front = state[V], state[OMEGA], state[V_Y], state[STEERING]
+        if plain:
+            v1, driven, w1, steered = _follow(commands, limits, v0, w0, i * h, h)
+        else:
+            v1, driven, w1, steered = _follow_any(commands, limits, state, i * h, h, side)
+        vm, wm, ym = driven + push[3], steered + push[4], side[0]
+        advance = (abs(vm) if ym == 0.0 else math.hypot(vm, ym)) + drift
         rate = advance + (abs(wm) + abs(push[2])) * vehicle.reach
-        step = Step(nx, ny, nt, vm, wm, push, done, h, advance, rate)
+        step = Step(nx, ny, nt, vm, ym, wm, push, done, h, advance, rate)
         until = h  # contact, or the end of the step
         if state[NEXT_CHECK] <= state[ODOMETER] + rate * h:
             until, hit = meet_still(state, step, vehicle, still, room)
@@ -104,21 +111,32 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
                 until, hit = s, len(still.due) + m
 
         state[X], state[Y], state[THETA] = displaced(step, until)
-        nx, ny, nt = arc(nx, ny, nt, vm, wm, until)
+        nx, ny, nt = slide(nx, ny, nt, vm, ym, wm, until)
         if hit >= 0:  # in the midst of the step; without limits the base is at its command at once
             passed = max(until, _INSTANT)
-            v1, _, w1, _ = _follow(commands, limits, v0, w0, i * h, passed)
+            if plain:
+                v1, _, w1, _ = _follow(commands, limits, v0, w0, i * h, passed)
+            else:
+                state[V], state[OMEGA], state[V_Y], state[STEERING] = v0, w0, y0, front
+                v1, _, w1, _ = _follow_any(commands, limits, state, i * h, passed, side)
         state[V], state[OMEGA] = v1, w1
         state[ODOMETER] += rate * until
         done += until
         distance, turned = driven * until, steered * until  # wheels don't know of disturbance
         e_v = errors.translation_per_metre * math.sqrt(abs(distance)) * normal(odometry_key, count * n + i, 0)
         per_metre, per_radian = errors.rotation_per_metre, errors.rotation_per_radian
-        spread = math.sqrt(per_metre * per_metre * abs(distance) + per_radian * per_radian * abs(turned))
+        slid = ym * until
+        path = abs(distance) if slid == 0.0 else math.hypot(distance, slid)
+        spread = math.sqrt(per_metre * per_metre * path + per_radian * per_radian * abs(turned))
         e_w = spread * normal(odometry_key, count * n + i, 1)
         told = errors.distance * distance + e_v, errors.turn * turned + errors.curvature * distance + e_w
-        state[ODOM_X], state[ODOM_Y], state[ODOM_THETA] = arc(
-            state[ODOM_X], state[ODOM_Y], state[ODOM_THETA], told[0], told[1], 1.0
+        aside = 0.0
+        if slid != 0.0:
+            e_y = errors.translation_per_metre * math.sqrt(abs(slid)) * normal(odometry_key, count * n + i, 4)
+            aside = errors.distance * slid + e_y
+            noise_y += e_y
+        state[ODOM_X], state[ODOM_Y], state[ODOM_THETA] = slide(
+            state[ODOM_X], state[ODOM_Y], state[ODOM_THETA], told[0], aside, told[1], 1.0
         )
         noise_v += e_v
         noise_w += e_w
@@ -131,8 +149,11 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
             spread = math.hypot(errors.speed_noise * state[OMEGA], errors.yaw_rate_noise * state[V])
             noise_v = period * errors.speed_noise * state[V] * normal(odometry_key, count, 2)
             noise_w = period * spread * normal(odometry_key, count, 3)
+            if state[V_Y] != 0.0:
+                noise_y = period * errors.speed_noise * state[V_Y] * normal(odometry_key, count, 5)
         state[ODOM_V] = errors.distance * state[V] + noise_v / period
         state[ODOM_OMEGA] = errors.turn * state[OMEGA] + errors.curvature * state[V] + noise_w / period
+        state[ODOM_V_Y] = errors.distance * state[V_Y] + noise_y / period
     tracks, since, poses = moving.tracks, moving.since, moving.poses
     for m in range(len(since)):
         first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
@@ -144,7 +165,8 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
 def _stands(commands: FloatArray) -> bool:
     """Whether the base is to stand for the whole period."""
     for row in range(len(commands)):
-        if commands[row, 0] < math.inf and (commands[row, 1] != 0.0 or commands[row, 2] != 0.0):
+        told = commands[row]
+        if told[0] < math.inf and (told[1] != 0.0 or told[2] != 0.0 or told[3] != 0.0):
             return False
     return True
 
@@ -171,3 +193,42 @@ def _follow(
         if last:
             return v, way / duration, omega, turned / duration
         row, now = row + 1, commands[row + 1, 0]
+
+
+@kernel
+def _follow_any(
+    commands: FloatArray, limits: DriveLimits, state: FloatArray, begin: float, duration: float, side: FloatArray
+) -> tuple[float, float, float, float]:
+    """`_follow` for a base that moves to the side or steers like a car, from the velocities in `state` (STATE,).
+
+    The caller writes v and omega back; speed to the side and steering are updated in `state`, the mean speed to the side
+    [m/s] in `side` (1,).
+    """
+    row = 0
+    while row + 1 < len(commands) and commands[row + 1, 0] <= begin:
+        row += 1
+    end, now, way, turned, slid = begin + duration, begin, 0.0, 0.0, 0.0
+    v, omega, v_y, front = state[V], state[OMEGA], state[V_Y], state[STEERING]
+    while True:
+        last = row + 1 == len(commands) or commands[row + 1, 0] >= end
+        span = (duration if now == begin else end - now) if last else commands[row + 1, 0] - now
+        told = possible(limits, commands[row, 1], commands[row, 2], commands[row, 3])
+        v, mean = ramp(v, told[0], limits.acceleration, limits.deceleration, span)
+        if limits.wheelbase > 0.0:
+            goal = front  # who is to stand is told no curvature
+            if commands[row, 1] != 0.0 or commands[row, 2] != 0.0:
+                goal = steering_angle(limits, told[0], commands[row, 2])
+            front, angle = ramp(front, goal, limits.steering_rate, limits.steering_rate, span)
+            omega, turn = v * math.tan(front) / limits.wheelbase, mean * math.tan(angle) / limits.wheelbase
+            aside = 0.0
+        else:
+            omega, turn = ramp(omega, told[1], limits.angular_acceleration, limits.angular_deceleration, span)
+            v_y, aside = ramp(v_y, told[2], limits.lateral_acceleration, limits.lateral_deceleration, span)
+            v, omega, v_y = possible(limits, v, omega, v_y)  # no wheel is faster than it can be meanwhile
+            mean, turn, aside = possible(limits, mean, turn, aside)
+        way, turned, slid = way + mean * span, turned + turn * span, slid + aside * span
+        if last:
+            break
+        row, now = row + 1, commands[row + 1, 0]
+    state[V_Y], state[STEERING], side[0] = v_y, front, slid / duration
+    return v, way / duration, omega, turned / duration

@@ -21,11 +21,14 @@ STEP = 0.01
 """Longest step of the plant, s."""
 
 # the state of a robot, a row of float64
-X, Y, THETA, V, OMEGA = 0, 1, 2, 3, 4
-ODOM_X, ODOM_Y, ODOM_THETA, ODOM_V, ODOM_OMEGA = 5, 6, 7, 8, 9
-WAY = 8  # so many of them have a value at each step; measured velocities are those of a whole period
-ODOMETER, NEXT_CHECK, ELAPSED = 10, 11, 12  # m; the first reading at which a static body must be looked at; s
-STATE = 13
+X, Y, THETA, V, OMEGA, V_Y = 0, 1, 2, 3, 4, 5  # V_Y: to its left, m/s
+ODOM_X, ODOM_Y, ODOM_THETA = 6, 7, 8
+WAY = 9  # so many of them have a value at each step; measured velocities are those of a whole period
+ODOM_V, ODOM_OMEGA, ODOM_V_Y = 9, 10, 11
+TOLD = 12  # so many of them anybody but the plant asks for
+ODOMETER, NEXT_CHECK, ELAPSED = 12, 13, 14  # m; the first reading at which a static body must be looked at; s
+STEERING = 15  # angle of a car's front wheels to the left, rad
+STATE = 16
 
 
 class OdometryErrors(NamedTuple):
@@ -138,9 +141,9 @@ class Setting(NamedTuple):
         vehicle: The robot.
         still: What stands.
         moving: What moves.
-        commands: (k, 3) what the base follows in the period that begins: since when, s after the period began, from 0 on and
-            rising, inf where there is no more; forward speed, m/s; yaw rate, rad/s.
-        way: (n + 1, 8) what the robot's first eight states were at the ends of the last period's n steps; written in each
+        commands: (k, 4) what the base follows in the period that begins: since when, s after the period began, from 0 on and
+            rising, inf where there is no more; forward speed, m/s; yaw rate, rad/s; speed to the left, m/s.
+        way: (n + 1, WAY) what the robot's first states were at the ends of the last period's n steps; written in each
             period, after a contact only as far as it came.
     """
 

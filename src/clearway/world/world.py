@@ -72,7 +72,10 @@ class World:
         self.latency = Latency(latency * late.sensing, latency * late.command, latency * late.jitter)
         self._delays = Delays(self.latency, robot.period, seed)
         self._past = Past(self.latency.sensing + self.latency.jitter, robot.period, self._state)
-        self._commands = np.full((self._delays.rows, 3), math.inf)
+        self._commands = np.full((self._delays.rows, 4), math.inf)
+        self._sideways = robot.limits().v_y_max > 0.0
+        self._odometry = slice(setting.ODOM_V, setting.ODOM_V + (3 if self._sideways else 2))
+        self._components = setting.V_Y + self._sideways
 
         foot = pack([robot.shape])
         foot = place(foot, np.array([[-self._pivot, 0.0, 0.0]]))
@@ -92,7 +95,8 @@ class World:
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip
         limits, bounds = vehicle.limits, vehicle.bounds
-        fastest = math.hypot(limits.fastest + bounds[2], self._pivot * (limits.omega_max + bounds[3]))
+        straight, turning = limits.fastest + bounds[2], self._pivot * (limits.omega_max + bounds[3])
+        fastest = straight + abs(turning) if self._sideways else math.hypot(straight, turning)
         fastest += math.hypot(bounds[0], self._pivot * bounds[1]) / robot.period
         self.member = traffic.join(foot, self._pivot, self._state[:3], 1.01 * fastest)
         self._around = traffic.without(self.member)
@@ -132,9 +136,14 @@ class World:
 
     @property
     def state(self) -> FloatArray:
-        """(10,) now: true pose (3) in the map frame and velocity (2), dead-reckoned pose (3) in the odom frame since
-        the start and measured velocity (2); m, rad, m/s, rad/s."""
-        return self._shifted(self._state[:10], -self._pivot)
+        """(TOLD,) now, as `clearway.world.setting` orders it: true pose in the map frame and velocity, dead-reckoned pose in
+        the odom frame since the start and measured velocity; m, rad, m/s, rad/s."""
+        return self._shifted(self._state[: setting.TOLD], -self._pivot)
+
+    @property
+    def motion(self) -> FloatArray:
+        """(5,) true pose in the map frame, v [m/s] and omega [rad/s] now; of an omnidirectional base v_y [m/s] behind them."""
+        return self.state[: self._components]
 
     @staticmethod
     def _shifted(state: FloatArray, ahead: float) -> FloatArray:
@@ -159,7 +168,7 @@ class World:
 
     def sensing(self, t: float, goal: Goal) -> Sensing:
         """What arrives of the sensors at time `t` [s], which is now."""
-        inner, moving, stamp = self._state[:10], self._sensed_obstacles, self._delays.stamp(t, self._count)
+        inner, moving, stamp = self._state[: setting.TOLD], self._sensed_obstacles, self._delays.stamp(t, self._count)
         self._past.see(t, self.moving_obstacles)
         if stamp >= t:
             stamp = t
@@ -172,11 +181,17 @@ class World:
                 moving[:] = self._past.seen(stamp)
         state = self._shifted(inner, -self._pivot)
         return Sensing(
-            stamp, state[5:8], state[8:10], self._sweep(inner), self._picture(state), goal, state[0:3].copy()
+            stamp,
+            state[setting.ODOM_X : setting.WAY],
+            state[self._odometry],
+            self._sweep(inner),
+            self._picture(state),
+            goal,
+            state[0:3].copy(),
         )
 
     def _sweep(self, inner: FloatArray) -> Scan | None:
-        """The lidar's sweep from `inner` (10,), the state of the point that the base turns about; None without a lidar."""
+        """The lidar's sweep from `inner` (TOLD,), the state of the point that the base turns about; None without a lidar."""
         if self._view is None:
             return None
         x, y, theta = inner[:3].tolist()
@@ -185,14 +200,14 @@ class World:
         return Scan(ranges, *self._about)
 
     def _picture(self, state: FloatArray) -> Obstacles | None:
-        """What the camera sees from `state` (10,); None without a camera."""
+        """What the camera sees from `state` (TOLD,); None without a camera."""
         if self._camera is None:
             return None
         return self._camera.look(float(state[0]), float(state[1]), self._sensed_obstacles, self._count)
 
-    def send(self, v: float, omega: float, t: float, late: float = 0.0) -> None:
-        """Command v [m/s] and omega [rad/s] at time `t` [s], or so much later [s]."""
-        self._delays.send(t + late, self._count, v, omega)
+    def send(self, v: float, omega: float, t: float, late: float = 0.0, v_y: float = 0.0) -> None:
+        """Command v [m/s], omega [rad/s] and v_y [m/s] at time `t` [s], or so much later [s]."""
+        self._delays.send(t + late, self._count, v, omega, v_y)
 
     def rehearse(self, t: float) -> FloatArray:
         """(n + 1, 3 or more) the way that its pivot would take in the period from time `t` [s] on if nothing else moved."""
@@ -232,8 +247,9 @@ class World:
         h = self._period / (len(self._way) - 1)
         i = min(int(driven / h), len(self._way) - 2)
         a, b, share = self._way[i], self._way[i + 1], min(driven / h - i, 1.0)
-        self._state[3:5] = a[3:5] + share * (b[3:5] - a[3:5])
-        for k in (0, 5):
+        speeds = slice(setting.V, setting.ODOM_X)
+        self._state[speeds] = a[speeds] + share * (b[speeds] - a[speeds])
+        for k in (0, setting.ODOM_X):
             self._state[k : k + 3] = between(a[k : k + 3], b[k : k + 3], share)
         self._around.place(t + driven, self.moving_obstacles)
 
@@ -244,7 +260,7 @@ class World:
     @property
     def stands(self) -> bool:
         """Whether it stands."""
-        return bool(self._state[setting.V] == 0.0 and self._state[setting.OMEGA] == 0.0)
+        return not self._state[setting.V : setting.ODOM_X].any()
 
     def body(self, name: str) -> Body:
         """The moving body of this name."""

@@ -146,7 +146,7 @@ def columns(trial: Trial) -> dict[str, FloatArray]:
     """The trial as columns, header (with its unit) -> (n,): time, the robot, its estimate and command, the leg, and every
     obstacle; NaN where something is unknown or absent."""
     pose = ("x [m]", "y [m]", "theta [rad]")
-    rates = ("v [m/s]", "omega [rad/s]")
+    rates = ("v [m/s]", "omega [rad/s]", "v_y [m/s]")
     parts: list[tuple[str, Sequence[str], FloatArray | None]] = [
         ("", ("t [s]",), trial.t[:, None]),
         ("robot ", pose, trial.pose),
@@ -169,7 +169,7 @@ def columns(trial: Trial) -> dict[str, FloatArray]:
         f"{who}{name}": values[:, i]
         for who, names, values in parts
         if values is not None
-        for i, name in enumerate(names)
+        for i, name in enumerate(names[: values.shape[1]])
     }
 
 

@@ -274,11 +274,11 @@ def _footprint(shape: Shape, pose: FloatArray) -> tuple[str, Any]:
 
 def _odometry(pose: FloatArray, velocity: FloatArray | None) -> tuple[str, Any]:
     kind = "nav_msgs/msg/Odometry"
-    v, omega = (np.nan, np.nan) if velocity is None else velocity.tolist()
+    told = (np.nan, np.nan) if velocity is None else velocity.tolist()
     none = np.zeros(36)
     return kind, _make(kind, _header("odom"), "base_link",
                        _make("geometry_msgs/msg/PoseWithCovariance", _pose(pose), none),
-                       _make("geometry_msgs/msg/TwistWithCovariance", _twist(v, omega), none))  # fmt: skip
+                       _make("geometry_msgs/msg/TwistWithCovariance", _twist(*told), none))  # fmt: skip
 
 
 def _with_covariance(frame: str, pose: FloatArray, sigma: FloatArray | None) -> tuple[str, Any]:
@@ -308,8 +308,8 @@ def _pose(pose: Any, z: float = 0.0) -> Any:
                  _make("geometry_msgs/msg/Quaternion", 0.0, 0.0, float(q[0]), float(q[1])))  # fmt: skip
 
 
-def _twist(v: float, omega: float) -> Any:
-    return _make("geometry_msgs/msg/Twist", _vector(float(v), 0.0, 0.0), _vector(0.0, 0.0, float(omega)))
+def _twist(v: float, omega: float, v_y: float = 0.0) -> Any:
+    return _make("geometry_msgs/msg/Twist", _vector(float(v), float(v_y), 0.0), _vector(0.0, 0.0, float(omega)))
 
 
 def _vector(x: float, y: float, z: float) -> Any:

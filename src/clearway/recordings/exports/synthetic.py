@@ -216,8 +216,10 @@ def robot_at(trial: Trial, t: FloatArray) -> FloatArray:
     line = a + share[:, None] * (b - a)
     out = line
     if trial.velocity is not None:
-        v, omega = trial.velocity.T
-        rates = np.column_stack([v * np.cos(theta), v * np.sin(theta), omega])
+        v, omega, *aside = trial.velocity.T
+        v_y = aside[0] if aside else np.zeros_like(v)
+        c, s = np.cos(theta), np.sin(theta)
+        rates = np.column_stack([v * c - v_y * s, v * s + v_y * c, omega])
         cubic = _hermite(a, b, rates[i] * width[:, None], rates[i + 1] * width[:, None], share[:, None])
         out = np.where(np.isfinite(cubic).all(axis=1, keepdims=True), cubic, line)
     out = np.where((share == 0)[:, None], a, np.where((share == 1)[:, None], b, out))
@@ -225,7 +227,7 @@ def robot_at(trial: Trial, t: FloatArray) -> FloatArray:
     late = t > trial.t[-1]
     out[late] = pose[-1]
     if trial.velocity is not None and np.isfinite(trial.velocity[-1]).all():
-        v, omega = trial.velocity[-1]
+        v, omega = trial.velocity[-1, :2]
         stop = abs(v) / BRAKING
         s = np.minimum(t[late] - trial.t[-1], stop)
         way = v * s - math.copysign(BRAKING, v) * s**2 / 2
