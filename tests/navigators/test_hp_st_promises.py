@@ -74,13 +74,14 @@ PROVOKED: dict[str, Callable[[], list[str]]] = {
     "obstacle #: appeared within sight": lambda: periods(NOTHING, at(1.1, 0.0)),
     "obstacle #: stands # m within sight": lambda: periods(NOTHING, at(2.0, moving=False, error=0.0)),
     "surface: stands # m": lambda: periods(NOTHING, at(2.0, 1.0, moving=False, error=0.0), robot="tiago"),
+    "base: the certificate covers": lambda: periods(NOTHING, robot="f1tenth"),
 }
 """How each text begins, and how to make it happen."""
 
 
 def test_the_page_promises_what_is_provoked_here() -> None:
     texts = [without_numbers(text) for text in promised()]
-    assert len(texts) == len(set(texts)) == len(PROVOKED) == 13
+    assert len(texts) == len(set(texts)) == len(PROVOKED) == 14
     assert all(sum(text.startswith(begins) for begins in PROVOKED) == 1 for text in texts)
 
 

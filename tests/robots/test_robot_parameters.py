@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 
+from clearway.navigators.move_base import MoveBase
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import load_robot, robot_names
 
-ALL = [name + preset for name in robot_names() for preset in ["", *(f":{p}" for p in load_robot(name).presets)]]
+DRIVEN = [name for name in robot_names() if load_robot(name).limits().kind in MoveBase.drives]
+ALL = [name + preset for name in DRIVEN for preset in ["", *(f":{p}" for p in load_robot(name).presets)]]
 
 
 @pytest.mark.parametrize("name", ALL)

@@ -190,7 +190,7 @@ def test_meter_scoring_has_no_effect_unless_it_is_honoured():
 
 
 def test_a_strafing_base_is_refused():
-    with pytest.raises(ValueError, match="differential"):
+    with pytest.raises(ValueError, match="DWAPlannerROS has y velocities"):
         TrajectoryParameters(holonomic_robot=True)
 
 

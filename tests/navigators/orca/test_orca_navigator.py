@@ -42,7 +42,7 @@ def test_the_tracking_error_is_that_of_the_arc(speed, turn, time, omega_max):
 )
 def test_velocities_of_the_polygon_are_followed_as_exactly_as_they_are_to_be(theta, error, time, omega_max, seed):
     lines = np.empty((SIDES, 4))
-    followed(theta, error, Rules(5.0, 10, 3.0, 1.0, error, time, 0.8, omega_max, PERIOD), lines)
+    followed(theta, error, Rules(5.0, 10, 3.0, 1.0, error, time, 0.8, omega_max, PERIOD, False), lines)
     tried = np.random.default_rng(seed).uniform(-0.8, 0.8, (300, 2)) * (1.0, 0.5)
     tried = tried @ np.array(((math.cos(theta), math.sin(theta)), (-math.sin(theta), math.cos(theta))))
     off = lines[:, 2] * (lines[:, 1] - tried[:, 1:]) - lines[:, 3] * (lines[:, 0] - tried[:, :1])

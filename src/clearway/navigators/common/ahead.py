@@ -17,7 +17,8 @@ from clearway.contract import Latency
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
-from clearway.robots.drive_limits import DriveLimits
+from clearway.navigators.common.steering import steered
+from clearway.robots.drive_limits import DriveLimits, possible
 
 _STEP = 0.01  # s, within which a base is taken to keep its mean speed
 _SAME = 1e-9  # s
@@ -104,10 +105,11 @@ def follow(
         since: See above.
         duration: See above.
     """
-    v_goal = min(max(command[0], limits.v_min), limits.v_max)
-    w_goal = min(max(command[1], -limits.omega_max), limits.omega_max)
-    v, omega = velocity[0], velocity[1]
-    if since > 0.0:
+    v_goal, w_goal, _ = possible(limits, command[0], command[1], 0.0)
+    v, omega, car = velocity[0], velocity[1], limits.wheelbase > 0.0
+    if since > 0.0 and car:
+        v, _, omega, _ = steered(limits, v, omega, v_goal, w_goal, since)
+    elif since > 0.0:
         v, _ = ramp(v, v_goal, limits.acceleration, limits.deceleration, since)
         omega, _ = ramp(omega, w_goal, limits.angular_acceleration, limits.angular_deceleration, since)
     n = max(1, math.ceil(duration / _STEP - 1e-9))
@@ -115,8 +117,11 @@ def follow(
     for _ in range(n):
         low[0], low[1] = min(low[0], v), min(low[1], omega)
         high[0], high[1] = max(high[0], v), max(high[1], omega)
-        v, driven = ramp(v, v_goal, limits.acceleration, limits.deceleration, h)
-        omega, turned = ramp(omega, w_goal, limits.angular_acceleration, limits.angular_deceleration, h)
+        if car:
+            v, driven, omega, turned = steered(limits, v, omega, v_goal, w_goal, h)
+        else:
+            v, driven = ramp(v, v_goal, limits.acceleration, limits.deceleration, h)
+            omega, turned = ramp(omega, w_goal, limits.angular_acceleration, limits.angular_deceleration, h)
         pose[0], pose[1], pose[2] = arc(pose[0], pose[1], pose[2], driven, turned, h)
     low[0], low[1] = min(low[0], v), min(low[1], omega)
     high[0], high[1] = max(high[0], v), max(high[1], omega)

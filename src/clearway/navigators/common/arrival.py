@@ -40,14 +40,17 @@ class Approach:
         period: Between two judgements, s.
         begin: Share of the distance tolerance within which it wants to come to rest.
         heading: Share of the heading's tolerance within which the turn ends.
+        turns: Whether the base turns on the spot; if not, it brakes only where its heading will do as well.
 
     Attributes:
         stopping: Whether it is to brake, or stand, but for `turn`.
         turn: What is left to turn on the spot, rad; 0 once the goal is called reached, or where the heading is free.
     """
 
-    def __init__(self, limits: DriveLimits, period: float, begin: float = BEGIN, heading: float = HEADING) -> None:
-        self._limits, self._period, self._begin, self._heading = limits, period, begin, heading
+    def __init__(
+        self, limits: DriveLimits, period: float, begin: float = BEGIN, heading: float = HEADING, turns: bool = True
+    ) -> None:
+        self._limits, self._period, self._begin, self._heading, self._turns = limits, period, begin, heading, turns
         self.reset(None)
 
     def reset(self, goal: Goal | None) -> None:
@@ -64,8 +67,8 @@ class Approach:
         return Status.ARRIVING if self.turn == 0.0 else Status.TURNING
 
     def reached(self, pose: FloatArray, velocity: FloatArray) -> bool:
-        """Whether the goal is called reached at the estimated `pose` (3,) and `velocity` (2,), v [m/s] and omega [rad/s]; sets
-        `stopping` and `turn`."""
+        """Whether the goal is called reached at the estimated `pose` (3,) and `velocity` (2,), v [m/s] and omega [rad/s], or (3,)
+        with v_y; sets `stopping` and `turn`."""
         goal = self._goal
         if goal is None:
             return False
@@ -75,8 +78,10 @@ class Approach:
         begin, heading = (self._begin, self._heading) if patient else (1.0, 1.0)
         if not self.stopping:
             self._stays = SHARE if patient else 1.0
-        resting = self._resting(pose, float(velocity[0]))
+        resting = self._resting(pose, *velocity[::2].tolist())
         self.stopping = resting <= goal.xy_tolerance * (self._stays if self.stopping else begin)
+        if not self._turns and abs(turned) > goal.yaw_tolerance * (1.0 if self.stopping and self._called else heading):
+            self.stopping = False
         if self._called:
             self._called = away <= goal.xy_tolerance and abs(turned) <= goal.yaw_tolerance
         else:
@@ -97,8 +102,11 @@ class Approach:
                 self._idle += self._period
         return self._idle < PATIENCE
 
-    def _resting(self, pose: FloatArray, v: float) -> float:
+    def _resting(self, pose: FloatArray, v: float, v_y: float = 0.0) -> float:
         """How far from the goal the robot comes to rest if it brakes now, m."""
         assert self._goal is not None
         way, (x, y, _) = 0.5 * v * abs(v) / self._limits.deceleration, self._goal.pose
+        if v_y != 0.0:
+            aside = 0.5 * v_y * abs(v_y) / self._limits.lateral_deceleration
+            x, y = x + aside * math.sin(pose[2]), y - aside * math.cos(pose[2])
         return math.hypot(pose[0] + way * math.cos(pose[2]) - x, pose[1] + way * math.sin(pose[2]) - y)

@@ -12,11 +12,11 @@ from clearway.crowds.outlines import outlines
 from clearway.crowds.walls import Walls, walls_of
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.navigators.common.arrival import Approach
-from clearway.navigators.common.holonomic import follow
+from clearway.navigators.common.holonomic import follow, slide_along
 from clearway.navigators.common.inputs import finite, own
-from clearway.navigators.common.motion import stop_and_turn
+from clearway.navigators.common.motion import braked, stop_and_turn
 from clearway.navigators.common.route import Route, Seen, seen
-from clearway.robots import DriveLimits, Robot
+from clearway.robots import DriveKind, DriveLimits, Robot
 from clearway.tuning import TunedOn
 
 
@@ -51,6 +51,7 @@ class CrowdNavigator(ABC, Generic[_P]):
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
+    drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = ()
 
     def __init__(self, **options: Any) -> None:
@@ -77,7 +78,7 @@ class CrowdNavigator(ABC, Generic[_P]):
 
         Args:
             pose: (3,) of the robot.
-            velocity: (2,) v [m/s] and omega [rad/s].
+            velocity: (2,) v [m/s] and omega [rad/s], or (3,) with v_y [m/s].
             others: What is perceived.
             wish: (2,) the velocity that it would drive at alone, m/s.
         """
@@ -86,6 +87,7 @@ class CrowdNavigator(ABC, Generic[_P]):
         """Forget everything. Nothing is drawn from `rng`."""
         p = self._parameters = self.read_parameters(robot)
         self._limits = robot.limits(task.speed_limit)
+        self._components = 3 if self._limits.kind == "omnidirectional" else 2
         self._period, self._mapped = task.period, task.map is not None
         self._radius = circumscribed_radius(robot.planner_shape) + p.padding
         self._walls: Walls = walls_of([] if task.map is None else outlines(task.map))
@@ -101,7 +103,7 @@ class CrowdNavigator(ABC, Generic[_P]):
         Raises:
             ValueError: the pose, the velocity or the goal is not finite.
         """
-        pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, 2)
+        pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, self._components)
         finite("goal.pose", observation.goal.pose)
         goal, limits = observation.goal, self._limits
         if goal is not self._goal:
@@ -110,11 +112,16 @@ class CrowdNavigator(ABC, Generic[_P]):
         arrived = self._approach.reached(pose, velocity)
         if self._approach.stopping:
             v, omega = stop_and_turn(self._approach.turn, velocity[0], velocity[1], limits, self._period)
-            return Command(v, omega, arrived=arrived, status=self._approach.status)
+            v_y = braked(velocity[2], limits.lateral_deceleration, self._period) if self._components > 2 else 0.0
+            return Command(v, omega, arrived=arrived, status=self._approach.status, v_y=v_y)
         others = seen(own(observation).obstacles, self._mapped)
         point, wish = self._route.wish(observation.t, pose, goal, others)
         vx, vy = self._velocity(pose, velocity, others, wish)
-        v, omega = follow(vx, vy, pose[2], self._parameters.tracking_time, limits.v_max, limits.omega_max)
+        v_y, time = 0.0, self._parameters.tracking_time
+        if self._components > 2:
+            v, omega, v_y = slide_along(vx, vy, pose, wish, time, limits)
+        else:
+            v, omega = follow(vx, vy, pose[2], time, limits.v_max, limits.omega_max)
         status = Status.TRACKING if wish.any() else Status.NO_PATH
         self._shown = Diagnostics(
             polylines={
@@ -124,7 +131,7 @@ class CrowdNavigator(ABC, Generic[_P]):
             circles={"obstacles": others.discs[:, (0, 1, 4)]},
             status=status,
         )
-        return Command(v, omega, arrived=False, status=status)
+        return Command(v, omega, arrived=False, status=status, v_y=v_y)
 
     def diagnostics(self) -> Diagnostics:
         """Where it heads, the velocity that it follows, and the obstacles as it sees them."""

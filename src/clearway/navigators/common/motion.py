@@ -41,8 +41,14 @@ def stop_and_turn(error: float, v: float, omega: float, limits: DriveLimits, c: 
         limits: What the base can do.
         c: Control period, s.
     """
-    v = math.copysign(max(abs(v) - min(limits.deceleration, abs(v) / c) * c, 0.0), v)
-    return v, spin(error, omega, limits.omega_max, limits.angular_acceleration, limits.angular_deceleration, c)
+    return braked(v, limits.deceleration, c), spin(
+        error, omega, limits.omega_max, limits.angular_acceleration, limits.angular_deceleration, c
+    )
+
+
+def braked(v: float, deceleration: float, c: float) -> float:
+    """`v` [m/s] after a period `c` [s] of `deceleration` [m/s^2], which may be infinite."""
+    return math.copysign(max(abs(v) - min(deceleration, abs(v) / c) * c, 0.0), v)
 
 
 @kernel

@@ -54,16 +54,20 @@ def seen(obstacles: Obstacles | None, mapped: bool) -> Seen:
 
 
 def with_others(pose: FloatArray, velocity: FloatArray, radius: float, others: Seen, share: float) -> Bodies:
-    """The robot, a disc of `radius` [m] that drives at `velocity` (2,), v and omega, and all that it sees; it is the first.
+    """The robot, a disc of `radius` [m] that drives at `velocity` (2,), v and omega, or (3,) with v_y, and all that it sees; it is
+    the first.
 
     Args:
         share: Of avoiding what moves, as it falls to the robot; all of it does for what stands.
     """
     heading = np.array((math.cos(pose[2]), math.sin(pose[2])))
+    own = velocity[0] * heading
+    if len(velocity) > 2:
+        own = own + velocity[2] * np.array((-heading[1], heading[0]))
     n = len(others.discs) + 1
     return Bodies(
         np.vstack((pose[:2], others.discs[:, :2])),
-        np.vstack((velocity[0] * heading, others.discs[:, 2:4])),
+        np.vstack((own, others.discs[:, 2:4])),
         np.concatenate(((radius,), others.discs[:, 4])),
         np.ones(n, np.int64),
         np.concatenate(((share,), np.where(others.moving, share, 1.0))),

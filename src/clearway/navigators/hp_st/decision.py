@@ -23,8 +23,9 @@ from clearway.navigators.hp_st.contact import (
 )
 from clearway.navigators.hp_st.field import Field, look
 from clearway.navigators.hp_st.goal_approach import home
+from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
 from clearway.navigators.hp_st.search import nodes_of, search
-from clearway.navigators.hp_st.search_costs import SearchCosts, time_to_go, worth
+from clearway.navigators.hp_st.search_costs import SearchCosts, faces, time_to_go, worth
 from clearway.navigators.hp_st.search_layer import Problem
 from clearway.navigators.hp_st.search_tree import COST, Tree, leaf, trace
 from clearway.navigators.hp_st.tracking import track
@@ -225,7 +226,8 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         gx, gy = field.goal[0] - x, field.goal[1] - y
         if costs.stop:
             left, v = math.hypot(gx - dx, gy - dy), plan.velocities[k + 1, 0]
-            if left <= costs.reach and v * v <= 2.0 * fall * costs.reach:
+            near_enough = left <= costs.reach and v * v <= 2.0 * fall * costs.reach
+            if near_enough and faces(costs, plan.states[k + 1, 2]):
                 total = worth(costs, first, (k + 1) * c, 0.0, abs(v) / fall + left / base.limits.v_max)
             continue
         share = min(max((gx * dx + gy * dy) / max(dx * dx + dy * dy, 1e-12), 0.0), 1.0)
@@ -235,6 +237,9 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         x, y, theta = states[n, 0], states[n, 1], states[n, 2]
         far, ux, uy = look(field, x, y)
         left = time_to_go(base, far, ux * math.cos(theta) + uy * math.sin(theta), states[n, 3], costs.stop)
+        if len(costs.manoeuvres) > 0:
+            way = to_manoeuvre(costs.manoeuvres, field.goal, costs.heading, x, y, theta)
+            left = max(left, way / base.limits.v_max)
         total = worth(costs, first, n * c, far, left)
     return total + cost, cost
 

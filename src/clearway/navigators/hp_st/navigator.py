@@ -19,7 +19,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.ahead import Ahead, blurred
-from clearway.navigators.common.arrival import BEGIN, Approach
+from clearway.navigators.common.arrival import BEGIN, HEADING, Approach
 from clearway.navigators.common.inputs import area_of, finite
 from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
@@ -40,6 +40,7 @@ from clearway.navigators.hp_st.decision import (
     widen,
 )
 from clearway.navigators.hp_st.field import Field, make_field
+from clearway.navigators.hp_st.manoeuvres import NONE, manoeuvres_of
 from clearway.navigators.hp_st.parameters import (
     GUARANTEES,
     INGREDIENTS,
@@ -51,7 +52,7 @@ from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
-from clearway.robots import Robot
+from clearway.robots import DriveKind, Robot
 from clearway.tuning import HOSPITAL, TunedOn
 
 REACH = 0.6
@@ -90,6 +91,7 @@ class HpSt:
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+    drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional", "ackermann"})
     privileged: ClassVar[bool] = False
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         *(
@@ -126,8 +128,11 @@ class HpSt:
         layers = p.short if "horizon" in without else p.layers
         stride = max(1, round(p.step / task.period))
         periods = layers * stride
-        certified = self._guarantee == "passive" and "certificate" not in without
         sight, limits = sight_of(robot, p.scan_range), robot.limits(task.speed_limit)
+        car = limits.kind == "ackermann"
+        certified = self._guarantee == "passive" and "certificate" not in without and not car
+        self._uncovered: tuple[str, ...] = (_UNCOVERED,) if car and self._guarantee == "passive" else ()
+        self._car, self._table = car, manoeuvres_of(limits, p.reverse_cost if p.reverse else math.inf)
         blind = certified and not sees(sight, math.pi, 0.0)  # what leads where it doesn't look is never certified
         if blind or not p.reverse or "reverse" in without:
             limits = limits._replace(v_min=0.0)
@@ -137,7 +142,7 @@ class HpSt:
             period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
             budget=_ENDLESS if task.budget.iterations is None else task.budget.iterations,
             controls=CONTROLS if limits.v_min < 0.0 else CONTROLS[:11].copy(),
-            candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=p.rounds,
+            candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=0 if car else p.rounds,
             effort=p.effort, heading_weight=p.heading_weight,
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
             certified=certified,
@@ -145,7 +150,7 @@ class HpSt:
         self._wishes = SearchCosts(
             stride * task.period, stride, p.contact_cost, p.discount, p.margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
             0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
-            0.0 if "time-to-go" not in without else PACE * limits.v_max, "candidates" not in without,
+            0.0 if "time-to-go" not in without else PACE * limits.v_max, 0.0, math.inf, NONE, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
         self._area = area_of(task)
@@ -174,7 +179,8 @@ class HpSt:
         self._decision = None
         self._forecast: Forecast | None = None
         self._seconds = task.budget.seconds
-        self._approach = Approach(limits, task.period, CLOSE if self._wishes.stop else BEGIN, FACED)
+        begin, faced = (BEGIN, HEADING) if car else (CLOSE if self._wishes.stop else BEGIN, FACED)
+        self._approach = Approach(limits, task.period, begin, faced, not car)
         self._stored: tuple[Plan, Tube, int] | None = None
         self._frame = _Frame(np.zeros(3), np.zeros(3))
 
@@ -202,7 +208,9 @@ class HpSt:
             self._goal = observation.goal
             self._approach.reset(observation.goal)
             memory.age[1] = 0.0
-        violated = self._watch.seen(observation.t, pose, observation.velocity)
+        violated, self._uncovered = self._uncovered, ()
+        if not self._car:
+            violated += self._watch.seen(observation.t, pose, observation.velocity)
         now, more = self._forecaster.update(observation.t, seen)
         violated += self._looks.seen(observation.t, pose, seen, now)
         perceived = pose
@@ -216,8 +224,10 @@ class HpSt:
             arrived = arrived and status != STATUSES[STORED]  # else it evades
         else:
             self._see(goal, pose)
-            share = CLOSE if self._wishes.stop else REACH
+            share = CLOSE if self._wishes.stop and not self._car else REACH * (0.5 if self._car else 1.0)
             costs = self._wishes._replace(reach=share * observation.goal.xy_tolerance)
+            if self._car:
+                costs = self._poised(costs, goal, observation.goal)
             decision = self._decision = self._think(costs, pose, began)
             cut = decision.cut
             v, omega = self._commit(decision, pose)
@@ -229,6 +239,12 @@ class HpSt:
         self._ahead.decided(observation.t, before, v, omega)
         self._watch.told(observation.t, perceived, v, omega)
         return Command(v, omega, arrived, status=status, cut=cut, violated=violated + more)
+
+    def _poised(self, costs: SearchCosts, goal: FloatArray, told: Goal) -> SearchCosts:
+        """What a car weighs, which has to come to `goal` (3,) with its heading: it can't turn there."""
+        if told.yaw_tolerance >= math.pi:
+            return costs
+        return costs._replace(heading=float(goal[2]), turn=0.8 * HEADING * told.yaw_tolerance, manoeuvres=self._table)
 
     def _think(self, costs: SearchCosts, pose: FloatArray, began: float) -> Decision:
         """Decide; where there is a deadline, what comes after the first search is left out once it is over."""
@@ -259,6 +275,7 @@ class HpSt:
         """Brake at the goal and turn to its heading on the spot, where that is certified."""
         memory, base = self._memory, self._base
         before = memory.velocity
+        error = 0.0 if self._car else error
         v, omega = stop_and_turn(error, float(before[0]), float(before[1]), base.limits, self._period)
         memory.age[1], self._decision = 0.0, None
         if self._settings.certified:
@@ -381,6 +398,8 @@ class _Frame:
         out[:, :2] = (out[:, :2] - self._odom[:2]) @ self._rotation.T + self._pose[:2]
         return np.asarray(out[np.isfinite(out).all(axis=1)])
 
+
+_UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"
 
 _ENDLESS = 2**62  # nodes
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import Base
 
 
@@ -27,6 +29,9 @@ class SearchCosts(NamedTuple):
             at its own.
         stop: Whether the robot has to stop at the goal.
         pace: Speed of the reference that is tracked where time to go doesn't count, see `worth`, m/s; 0: it counts.
+        heading: With which heading it has to be there, rad.
+        turn: Within which of that, rad; inf: the heading is free, or it can turn there.
+        manoeuvres: What that takes, see `manoeuvres.manoeuvres_of`; `NONE` where the heading doesn't count.
         sectors: Whether some nodes of each sector are kept; if not, as many more of the best.
     """
 
@@ -43,6 +48,9 @@ class SearchCosts(NamedTuple):
     union: int
     stop: bool
     pace: float
+    heading: float
+    turn: float
+    manoeuvres: FloatArray
     sectors: bool
 
 
@@ -97,6 +105,12 @@ def _along(high: float, rate: float, fall: float, far: float, v: float) -> float
     if rate < math.inf:
         lost += max(high - v, 0.0) ** 2 / (2.0 * rate * high)
     return far / high + lost
+
+
+@kernel
+def faces(costs: SearchCosts, theta: float) -> bool:
+    """Whether the heading `theta` [rad] will do at the goal."""
+    return costs.turn == math.inf or abs(wrap(theta - costs.heading)) <= costs.turn
 
 
 @kernel

@@ -14,9 +14,10 @@ from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import Base, Nearby, PredictedObstacles, belts_of, collision_risk, near
 from clearway.navigators.hp_st.field import Field, look_at
-from clearway.navigators.hp_st.search_costs import SearchCosts, to_go, worth
+from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
+from clearway.navigators.hp_st.search_costs import SearchCosts, faces, to_go, worth
 from clearway.navigators.hp_st.search_tree import COST, OMEGA, THETA, TOTAL, IntArray, Tree, V, X, Y
-from clearway.robots.drive_limits import immediate
+from clearway.robots.drive_limits import immediate, possible
 
 SECTORS = 17
 """Eight directions from the start in two rings, and what has hardly left it."""
@@ -124,6 +125,8 @@ def expand(
     dt, yaw_change_cost, pace = costs.step, costs.yaw_change_cost, costs.pace
     free, reach, per_high = immediate(limits), costs.reach, 1.0 / high
     fall = slower if costs.stop else math.inf
+    car, coupled = limits.wheelbase > 0.0, limits.wheelbase > 0.0 or limits.v_y_max > 0.0
+    poised = len(costs.manoeuvres) > 0
     still_near, moving_near = nearby.stills, nearby.moving
     nodes, count, goal = tree.nodes, tree.count, tree.goal
     child, origin, command, cell, slot, sector, owner = children
@@ -159,7 +162,13 @@ def expand(
                 v_goal, w_goal = low, min(max(wrap(off + math.pi) / dt, -yaw), yaw)
             else:
                 v_goal, w_goal = hint[k, 0], hint[k, 1]
-            if free:
+            if coupled:
+                v_goal, w_goal, _ = possible(limits, v_goal, w_goal, 0.0)
+            if car:  # the wheels are steered in less than a step
+                v_end, v = ramp(v0, v_goal, faster, slower, dt)
+                bent = w_goal / v_goal if v_goal != 0.0 else (w0 / v0 if v0 != 0.0 else 0.0)
+                w_end, w = bent * v_end, bent * v
+            elif free:
                 v_end, v, w_end, w = v_goal, v_goal, w_goal, w_goal
             else:
                 v_end, v = ramp(v0, v_goal, faster, slower, dt)
@@ -179,6 +188,11 @@ def expand(
             far1, ux, uy = look_at(distance, hidden, corner, resolution, target, x, y)
             along = ux * (cos0 * c2 - sin0 * s2) + uy * (sin0 * c2 + cos0 * s2)
             left = to_go(low, high, yaw, faster, fall, far1, along, v_end)
+            if poised:
+                left = max(
+                    left,
+                    to_manoeuvre(costs.manoeuvres, target, costs.heading, x, y, theta0 + 2.0 * h) * per_high,
+                )
             total = worth(costs, first, ended, far1, left) + cost
             if total >= best_goal and pace == 0.0:
                 continue
@@ -202,7 +216,7 @@ def expand(
             cost += weight * risk
             total += weight * risk
             left = _arrival(gx, gy, dx, dy, far, v_end, reach, fall, per_high)
-            arrives = left >= 0.0
+            arrives = left >= 0.0 and (not poised or faces(costs, theta))
             if arrives:
                 total = worth(costs, first, ended if fall < math.inf else begun, 0.0, left) + cost
             if total >= best_goal and (arrives or pace == 0.0):

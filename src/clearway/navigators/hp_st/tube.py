@@ -20,8 +20,9 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.steering import steered
 from clearway.navigators.common.tracking.ancillary import chord, gain
-from clearway.robots.drive_limits import DriveLimits, immediate
+from clearway.robots.drive_limits import DriveLimits, immediate, possible
 
 POLES = (0.3, 0.3, 0.3)
 """Of the error along, left, and of the heading (benchmarks/certified_tube.py compares)."""
@@ -101,10 +102,14 @@ def drive(state: FloatArray, commands: FloatArray, limits: DriveLimits, period: 
     states[0, 0], states[0, 1], states[0, 2] = state[0], state[1], state[2]
     velocities[0, 0], velocities[0, 1] = state[3], state[4]
     for j in range(n):
-        told[j, 0] = min(max(commands[j, 0], limits.v_min), limits.v_max)
-        told[j, 1] = min(max(commands[j, 1], -limits.omega_max), limits.omega_max)
-        velocities[j + 1, 0], inputs[j, 0] = ramp(velocities[j, 0], told[j, 0], faster, slower, period)
-        velocities[j + 1, 1], inputs[j, 1] = ramp(velocities[j, 1], told[j, 1], turn_faster, turn_slower, period)
+        told[j, 0], told[j, 1], _ = possible(limits, commands[j, 0], commands[j, 1], 0.0)
+        if limits.wheelbase > 0.0:
+            velocities[j + 1, 0], inputs[j, 0], velocities[j + 1, 1], inputs[j, 1] = steered(
+                limits, velocities[j, 0], velocities[j, 1], told[j, 0], told[j, 1], period
+            )
+        else:
+            velocities[j + 1, 0], inputs[j, 0] = ramp(velocities[j, 0], told[j, 0], faster, slower, period)
+            velocities[j + 1, 1], inputs[j, 1] = ramp(velocities[j, 1], told[j, 1], turn_faster, turn_slower, period)
         swings[j, 0] = abs(velocities[j + 1, 0] - velocities[j, 0]) if math.isfinite(faster + slower) else 0.0
         swings[j, 1] = abs(velocities[j + 1, 1] - velocities[j, 1]) if math.isfinite(turn_faster + turn_slower) else 0.0
         states[j + 1, 0], states[j + 1, 1], states[j + 1, 2] = arc(

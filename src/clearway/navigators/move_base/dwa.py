@@ -35,10 +35,11 @@ class Oscillation:
     def clear(self) -> None:
         """Allow every direction."""
         self._forward = self._reverse = self._left = self._right = False
+        self._strafing = 0  # last to the left: 1, to the right: -1
         self.signs = Signs()
 
-    def update(self, pose: FloatArray, v: float, w: float, min_vel_trans: float) -> None:
-        """Note the command (v, w) that was chosen at `pose`."""
+    def update(self, pose: FloatArray, v: float, w: float, min_vel_trans: float, u: float = 0.0) -> None:
+        """Note the command (v, w), and u to the left, that was chosen at `pose`."""
         s = self.signs
         changed = False
         if v < 0:
@@ -50,6 +51,14 @@ class Oscillation:
                 s, changed = s._replace(no_reverse=True), True
             self._forward, self._reverse = True, False
         if abs(v) <= min_vel_trans:
+            if u < 0.0:
+                if self._strafing > 0:
+                    s, changed = s._replace(no_strafe_left=True), True
+                self._strafing = -1
+            elif u > 0.0:
+                if self._strafing < 0:
+                    s, changed = s._replace(no_strafe_right=True), True
+                self._strafing = 1
             if w < 0:
                 if self._left:
                     s, changed = s._replace(no_left=True), True
@@ -70,13 +79,15 @@ class Oscillation:
 class DWAPlanner:
     """`dwa_local_planner/DWAPlannerROS`."""
 
-    def __init__(self, parameters: DWAParameters, polygon: FloatArray, period: float) -> None:
+    def __init__(self, parameters: DWAParameters, polygon: FloatArray, period: float, sideways: bool = False) -> None:
         """
         Args:
+            parameters: As the robot's file has them.
             polygon: (m, 2) padded outline in base_link, m.
             period: One over the controller's frequency, s.
+            sideways: Whether the base moves to its sides as well.
         """
-        self._parameters = parameters
+        self._parameters, self._sideways = parameters, sideways
         self._polygon = np.ascontiguousarray(polygon, dtype=np.float64)
         self._period = period
         self._room: Room | None = None
@@ -117,18 +128,18 @@ class DWAPlanner:
         window = self.window(resolution, speed_limit, math.hypot(plan[-1, 0] - pose[0], plan[-1, 1] - pose[1]))
         scene = make_scene(cost, origin, resolution, self._polygon)
         if self._finish.at_place(pose, goal):
-            v, w = self._finish.command(pose, velocity, goal)
+            v, w, u = self._finish.command(pose, velocity, goal)
             self._oscillation.clear()  # as the real one does in every check of such a command
-            if (v, w) != (0.0, 0.0) and motion_cost(window, pose, velocity, v, w, scene) < 0.0:
+            if (v, w, u) != (0.0, 0.0, 0.0) and motion_cost(window, pose, velocity, v, w, u, scene) < 0.0:
                 return LocalResult(0.0, 0.0, False, _NOTHING)
-            return LocalResult(v, w, True, _NOTHING)
+            return LocalResult(v, w, True, _NOTHING, u)
         if self._room is None or len(self._room.blank) != (cost.shape[0] + 2) * (cost.shape[1] + 2):
             self._room = make_room(cost.shape)
-        total, v, w, points = search(window, self._oscillation.signs, pose, velocity, plan, scene, self._room)
+        total, v, w, u, points = search(window, self._oscillation.signs, pose, velocity, plan, scene, self._room)
         if total < 0.0:
             return LocalResult(0.0, 0.0, False, _NOTHING)
-        self._oscillation.update(pose, v, w, self._parameters.min_vel_trans)
-        return LocalResult(v, w, True, points[:, :2].copy())
+        self._oscillation.update(pose, v, w, self._parameters.min_vel_trans, u)
+        return LocalResult(v, w, True, points[:, :2].copy(), u)
 
     def window(self, resolution: float, speed_limit: float, goal_distance: float) -> Window:
         """The parameters of one cycle: forward speed capped (m/s), nothing asked of the nose close to the goal."""
@@ -140,12 +151,16 @@ class DWAPlanner:
             min_vel_trans=p.min_vel_trans,
             max_vel_x=min(p.max_vel_x, speed_limit),
             min_vel_x=p.min_vel_x,
+            max_vel_y=min(p.max_vel_y, speed_limit) if self._sideways else 0.0,
+            min_vel_y=max(p.min_vel_y, -speed_limit) if self._sideways else 0.0,
             max_vel_theta=p.max_vel_theta,
             min_vel_theta=p.min_vel_theta,
             acc_lim_x=p.acc_lim_x,
+            acc_lim_y=p.acc_lim_y,
             acc_lim_theta=p.acc_lim_theta,
             period=self._period,
             vx_samples=p.vx_samples,
+            vy_samples=p.vy_samples,
             vth_samples=p.vth_samples,
             use_dwa=p.use_dwa,
             sim_time=p.sim_time,

@@ -38,12 +38,16 @@ class Window(NamedTuple):
         min_vel_trans: Speed below which a sample is dropped unless it turns fast, m/s.
         max_vel_x: Largest forward speed, at most the set speed, m/s.
         min_vel_x: Least forward speed, m/s.
+        max_vel_y: Largest speed to the left, at most the set speed, m/s; 0 for a base that has no sides.
+        min_vel_y: Least speed to the left, m/s; likewise.
         max_vel_theta: Largest yaw rate, rad/s.
         min_vel_theta: Yaw rate from which a sample turns fast, rad/s.
         acc_lim_x: Acceleration, m/s^2.
+        acc_lim_y: Acceleration to the sides, m/s^2.
         acc_lim_theta: Angular acceleration, rad/s^2.
         period: Control period, s.
         vx_samples: Number of speeds that are tried.
+        vy_samples: Number of speeds to the left that are tried.
         vth_samples: Number of yaw rates that are tried.
         use_dwa: Whether samples are what can be reached in a period; else in `sim_time`.
         sim_time: How far ahead a motion is looked at, s.
@@ -64,12 +68,16 @@ class Window(NamedTuple):
     min_vel_trans: float
     max_vel_x: float
     min_vel_x: float
+    max_vel_y: float
+    min_vel_y: float
     max_vel_theta: float
     min_vel_theta: float
     acc_lim_x: float
+    acc_lim_y: float
     acc_lim_theta: float
     period: float
     vx_samples: int
+    vy_samples: int
     vth_samples: int
     use_dwa: bool
     sim_time: float
@@ -94,12 +102,16 @@ class Signs(NamedTuple):
         no_forward: Whether it may not drive forwards.
         no_right: Whether it may not turn right.
         no_left: Whether it may not turn left.
+        no_strafe_right: Whether it may not move to its right.
+        no_strafe_left: Whether it may not move to its left.
     """
 
     no_reverse: bool = False
     no_forward: bool = False
     no_right: bool = False
     no_left: bool = False
+    no_strafe_right: bool = False
+    no_strafe_left: bool = False
 
 
 @kernel
@@ -125,9 +137,9 @@ def velocity_samples(low: float, high: float, count: int) -> FloatArray:
 
 
 @kernel
-def sample_steps(p: Window, v: float, w: float) -> int:
+def sample_steps(p: Window, v: float, w: float, u: float = 0.0) -> int:
     """Number of points of a sample's rollout; 0 where the generator refuses the sample."""
-    speed = abs(v)
+    speed = abs(v) if u == 0.0 else math.hypot(v, u)
     if speed + _EPSILON < p.min_vel_trans and abs(w) + _EPSILON < p.min_vel_theta:
         return 0
     if speed - _EPSILON > p.max_vel_trans:
@@ -151,25 +163,39 @@ def window_of(p: Window, velocity: FloatArray, goal_distance: float) -> tuple[fl
 
 
 @kernel
-def _roll_sample(
-    p: Window, pose: FloatArray, velocity: FloatArray, v: float, w: float, steps: int, out: FloatArray
-) -> tuple[float, float]:
-    """Roll a sample out; returns the speeds that it would command: its own, or what a first step of accelerating gives."""
-    dt = p.sim_time / steps
-    if p.use_dwa:
-        roll(pose, v, w, v, w, 0.0, 0.0, dt, steps, out)
-        return v, w
-    first_v, first_w = approach(v, velocity[0], p.acc_lim_x, dt), approach(w, velocity[1], p.acc_lim_theta, dt)
-    roll(pose, first_v, first_w, v, w, p.acc_lim_x, p.acc_lim_theta, dt, steps, out)
-    return first_v, first_w
+def sideways_of(p: Window, velocity: FloatArray, goal_distance: float) -> tuple[float, float]:
+    """The least and the largest speed to the left within reach, as `window_of` has the others; 0 for a base without sides."""
+    if p.max_vel_y == 0.0 and p.min_vel_y == 0.0:
+        return 0.0, 0.0
+    span, top, now = p.period, p.max_vel_y, velocity[2]
+    if not p.use_dwa:
+        span = p.sim_time
+        top = max(min(top, goal_distance / p.sim_time), p.min_vel_y)
+    return max(p.min_vel_y, now - p.acc_lim_y * span), min(top, now + p.acc_lim_y * span)
 
 
 @kernel
-def growth(p: Window, v: float) -> float:
+def _roll_sample(
+    p: Window, pose: FloatArray, velocity: FloatArray, v: float, w: float, u: float, steps: int, out: FloatArray
+) -> tuple[float, float, float]:
+    """Roll a sample out; returns the speeds that it would command: its own, or what a first step of accelerating gives."""
+    dt = p.sim_time / steps
+    if p.use_dwa:
+        roll(pose, v, w, v, w, 0.0, 0.0, dt, steps, out, u, u, 0.0)
+        return v, w, u
+    first_v, first_w = approach(v, velocity[0], p.acc_lim_x, dt), approach(w, velocity[1], p.acc_lim_theta, dt)
+    first_u = 0.0 if velocity.size < 3 else approach(u, velocity[2], p.acc_lim_y, dt)
+    roll(pose, first_v, first_w, v, w, p.acc_lim_x, p.acc_lim_theta, dt, steps, out, first_u, u, p.acc_lim_y)
+    return first_v, first_w, first_u
+
+
+@kernel
+def growth(p: Window, v: float, u: float = 0.0) -> float:
     """How much the footprint is enlarged at a speed (obstacle_cost_function.cpp)."""
-    if abs(v) <= p.scaling_speed or p.max_vel_trans == p.scaling_speed:
+    speed = abs(v) if u == 0.0 else math.hypot(v, u)
+    if speed <= p.scaling_speed or p.max_vel_trans == p.scaling_speed:
         return 1.0
-    return p.max_scaling_factor * (abs(v) - p.scaling_speed) / (p.max_vel_trans - p.scaling_speed) + 1.0
+    return p.max_scaling_factor * (speed - p.scaling_speed) / (p.max_vel_trans - p.scaling_speed) + 1.0
 
 
 @kernel
@@ -181,33 +207,37 @@ def search(
     ahead: FloatArray,
     scene: Scene,
     room: Room,
-) -> tuple[float, float, float, FloatArray]:
-    """The cheapest legal sample: its cost (negative if there is none), v, w and rollout (k, 5)."""
+) -> tuple[float, float, float, float, FloatArray]:
+    """The cheapest legal sample: its cost (negative if there is none), v, w, speed to the left and rollout (k, 5)."""
     frame = scene.frame
     stride = frame.cols + 2
     path, goal, front, wanted = room.path, room.goal, room.front, room.wanted
     last = ahead.shape[0] - 1
     end_x, end_y = ahead[last, 0], ahead[last, 1]
-    low_v, high_v, low_w, high_w = window_of(p, velocity, math.hypot(end_x - pose[0], end_y - pose[1]))
+    left = math.hypot(end_x - pose[0], end_y - pose[1])
+    low_v, high_v, low_w, high_w = window_of(p, velocity, left)
+    low_u, high_u = sideways_of(p, velocity, left)
     speeds, turns = velocity_samples(low_v, high_v, p.vx_samples), velocity_samples(low_w, high_w, p.vth_samples)
-    n = speeds.size * turns.size
-    sample_v, sample_w = np.empty(n), np.empty(n)
+    sides = velocity_samples(low_u, high_u, p.vy_samples)
+    n = speeds.size * sides.size * turns.size
+    sample_v, sample_w, sample_u = np.empty(n), np.empty(n), np.empty(n)
     begin = np.zeros(n + 1, np.int64)
     longest, k = 0, 0
     for v in speeds:
-        for w in turns:
-            sample_v[k], sample_w[k] = v, w
-            steps = sample_steps(p, v, w)
-            longest = max(longest, steps)
-            begin[k + 1] = begin[k] + steps
-            k += 1
+        for u in sides:
+            for w in turns:
+                sample_v[k], sample_w[k], sample_u[k] = v, w, u
+                steps = sample_steps(p, v, w, u)
+                longest = max(longest, steps)
+                begin[k + 1] = begin[k] + steps
+                k += 1
 
     # Which cells does each rollout pass, and in which does its nose end?
     points = np.empty((max(longest, 1), 5))
     cells = np.empty(begin[n], np.int32)
     nose = np.full(n, -1, np.int32)
     legal = np.zeros(n, np.bool_)
-    command = np.empty((n, 2))
+    command = np.empty((n, 3))
     distinct = np.empty(begin[n] + n, np.int32)
     count = 0
     use_nose = p.goal_bias != 0.0 or p.align_bias != 0.0
@@ -215,13 +245,15 @@ def search(
         steps = begin[k + 1] - begin[k]
         if steps == 0:
             continue
-        v, w = _roll_sample(p, pose, velocity, sample_v[k], sample_w[k], steps, points)
-        command[k, 0], command[k, 1] = v, w
+        v, w, u = _roll_sample(p, pose, velocity, sample_v[k], sample_w[k], sample_u[k], steps, points)
+        command[k, 0], command[k, 1], command[k, 2] = v, w, u
         if (
             (signs.no_reverse and v < 0)
             or (signs.no_forward and v > 0)
             or (signs.no_right and w < 0)
             or (signs.no_left and w > 0)
+            or (signs.no_strafe_right and u < 0)
+            or (signs.no_strafe_left and u > 0)
         ):
             continue
         inside = True
@@ -299,9 +331,9 @@ def search(
         steps = begin[k + 1] - begin[k]
         total = least
         if p.occ_scale != 0.0:
-            _roll_sample(p, pose, velocity, sample_v[k], sample_w[k], steps, points)
+            _roll_sample(p, pose, velocity, sample_v[k], sample_w[k], sample_u[k], steps, points)
             limit = (best_cost + 1e-9 - least) / p.occ_scale
-            occ = occlusion(scene, points, steps, growth(p, command[k, 0]), p.sum_scores, limit)
+            occ = occlusion(scene, points, steps, growth(p, command[k, 0], command[k, 2]), p.sum_scores, limit)
             if occ < 0.0:
                 continue
             end = cells[begin[k + 1] - 1]
@@ -313,18 +345,18 @@ def search(
         if total < best_cost or (total == best_cost and k < best):
             best, best_cost = k, total
     if best < 0:
-        return -1.0, 0.0, 0.0, points[:0]
+        return -1.0, 0.0, 0.0, 0.0, points[:0]
     steps = begin[best + 1] - begin[best]
-    _roll_sample(p, pose, velocity, sample_v[best], sample_w[best], steps, points)
-    return best_cost, command[best, 0], command[best, 1], points[:steps]
+    _roll_sample(p, pose, velocity, sample_v[best], sample_w[best], sample_u[best], steps, points)
+    return best_cost, command[best, 0], command[best, 1], command[best, 2], points[:steps]
 
 
 @kernel
-def motion_cost(p: Window, pose: FloatArray, velocity: FloatArray, v: float, w: float, scene: Scene) -> float:
+def motion_cost(p: Window, pose: FloatArray, velocity: FloatArray, v: float, w: float, u: float, scene: Scene) -> float:
     """The obstacle cost of one motion, -1 where it is illegal; 0 where it is too slow to be rolled out."""
-    steps = sample_steps(p, v, w)
+    steps = sample_steps(p, v, w, u)
     if steps == 0 or p.occ_scale == 0.0:
         return 0.0
     points = np.empty((steps, 5))
-    _roll_sample(p, pose, velocity, v, w, steps, points)
-    return occlusion(scene, points, steps, growth(p, v), False, np.inf)
+    _roll_sample(p, pose, velocity, v, w, u, steps, points)
+    return occlusion(scene, points, steps, growth(p, v, u), False, np.inf)

@@ -66,20 +66,22 @@ class StopAndTurn:
 
     def _standing(self, velocity: FloatArray) -> bool:
         p = self._parameters
-        return bool(abs(velocity[1]) <= p.theta_stopped_vel and abs(velocity[0]) <= p.trans_stopped_vel)
+        straight = (abs(speed) <= p.trans_stopped_vel for speed in velocity[::2])
+        return bool(abs(velocity[1]) <= p.theta_stopped_vel and all(straight))
 
-    def command(self, pose: FloatArray, velocity: FloatArray, goal: FloatArray) -> tuple[float, float]:
-        """(v, omega) at the goal's place: nothing once turned, else brake, then turn in place."""
+    def command(self, pose: FloatArray, velocity: FloatArray, goal: FloatArray) -> tuple[float, float, float]:
+        """(v, omega, v_y) at the goal's place: nothing once turned, else brake, then turn in place."""
         p = self._parameters
         difference = wrap(goal[2] - pose[2])
         if abs(difference) <= p.yaw_goal_tolerance:
             self._turning = False
-            return 0.0, 0.0
+            return 0.0, 0.0, 0.0
         if not self._turning and not self._standing(velocity):
             return (
                 slow_down(float(velocity[0]), p.acc_lim_x * self._period),
                 slow_down(float(velocity[1]), p.acc_lim_theta * self._period),
+                slow_down(float(velocity[2]), p.acc_lim_y * self._period) if len(velocity) > 2 else 0.0,
             )
         self._turning = True
         w = turn_rate(difference, float(velocity[1]), p.acc_lim_theta, self._period, p.min_vel_theta, p.max_vel_theta)
-        return 0.0, w
+        return 0.0, w, 0.0

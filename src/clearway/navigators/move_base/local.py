@@ -10,17 +10,18 @@ from clearway.navigators.move_base.rollout import TrajectoryPlanner
 
 
 def make_local_planner(
-    parameters: Parameters, polygon: FloatArray, base_local_planner: str | None = None
+    parameters: Parameters, polygon: FloatArray, base_local_planner: str | None = None, sideways: bool = False
 ) -> LocalPlanner:
     """The local planner of `parameters.move_base.base_local_planner`, or the one named here instead.
 
     Args:
         polygon: (m, 2) padded outline in base_link, m, as the local costmap has it.
         base_local_planner: `dwa_local_planner/DWAPlannerROS` or `base_local_planner/TrajectoryPlannerROS`.
+        sideways: Whether the base moves to its sides as well, which only the former makes use of.
     """
     rate = parameters.move_base.controller_frequency
     if (base_local_planner or parameters.move_base.base_local_planner) == "dwa_local_planner/DWAPlannerROS":
         dwa = parameters.DWAPlannerROS
-        return DWAPlanner(dwa, polygon, 1.0 / (dwa.controller_frequency or rate))
+        return DWAPlanner(dwa, polygon, 1.0 / (dwa.controller_frequency or rate), sideways)
     trajectory = parameters.TrajectoryPlannerROS
     return TrajectoryPlanner(trajectory, polygon, 1.0 / (trajectory.controller_frequency or rate))

@@ -20,12 +20,14 @@ class LocalResult:
         omega: Yaw rate, rad/s.
         ok: Whether a valid command was found (else move_base stops and replans).
         trajectory: (k, 2) where the command leads, odom frame; empty while it stops or turns at the goal.
+        v_y: Speed to the left, m/s.
     """
 
     v: float
     omega: float
     ok: bool
     trajectory: FloatArray
+    v_y: float = 0.0
 
 
 class LocalPlanner(Protocol):
@@ -46,7 +48,7 @@ class LocalPlanner(Protocol):
 
         Args:
             pose: (3,) odom frame.
-            velocity: (2,) v, omega.
+            velocity: (2,) v, omega, or (3,) with v_y.
             goal: (3,) the whole plan's last pose, odom frame.
         """
 
@@ -65,7 +67,7 @@ class LocalPlanner(Protocol):
 
         Args:
             pose: (3,) odom frame.
-            velocity: (2,) measured v [m/s], omega [rad/s].
+            velocity: (2,) measured v [m/s], omega [rad/s], or (3,) with v_y [m/s].
             plan: (n, 3), n >= 1: the part of the global plan inside the local costmap's reach, pruned, moved into the
                 odom frame (base_local_planner::transformGlobalPlan and prunePlan).
             goal: (3,) the whole plan's last pose, odom frame.

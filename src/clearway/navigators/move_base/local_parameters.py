@@ -20,19 +20,19 @@ class _Group(BaseModel):
 class DWAParameters(_Group):
     """dwa_local_planner/cfg/DWAPlanner.cfg and base_local_planner's generic limits.
 
-    A differential base does not strafe: the y velocities and their samples are accepted and have no effect.
+    Only an omnidirectional base strafes: elsewhere the y velocities and their samples are accepted and have no effect.
     """
 
     max_vel_trans: NonNegative = Field(default=0.55, description="m/s")
     min_vel_trans: NonNegative = Field(default=0.1, description="m/s; slower samples are dropped unless they turn fast")
     max_vel_x: Finite = Field(default=0.55, description="m/s")
     min_vel_x: Finite = Field(default=0.0, description="m/s; negative allows reverse")
-    max_vel_y: Finite = Field(default=0.0, description="m/s; no effect on a differential base")
-    min_vel_y: Finite = Field(default=0.0, description="m/s; no effect on a differential base")
+    max_vel_y: Finite = Field(default=0.0, description="m/s; of an omnidirectional base only")
+    min_vel_y: Finite = Field(default=0.0, description="m/s; of an omnidirectional base only")
     max_vel_theta: NonNegative = Field(default=1.0, description="rad/s")
     min_vel_theta: NonNegative = Field(default=0.4, description="rad/s")
     acc_lim_x: NonNegative = Field(default=2.5, description="m/s^2")
-    acc_lim_y: NonNegative = Field(default=2.5, description="m/s^2; no effect on a differential base")
+    acc_lim_y: NonNegative = Field(default=2.5, description="m/s^2; of an omnidirectional base only")
     acc_lim_theta: NonNegative = Field(default=3.2, description="rad/s^2")
     acc_lim_trans: NonNegative = Field(default=0.1, description="m/s^2; read by nothing in the real planner either")
     acc_lim_th: NonNegative | None = Field(
@@ -66,7 +66,7 @@ class DWAParameters(_Group):
     scaling_speed: NonNegative = Field(default=0.25, description="m/s from which the footprint grows")
     max_scaling_factor: NonNegative = Field(default=0.2, description="how much the footprint has grown at full speed")
     vx_samples: Whole = Field(le=1000, default=3, ge=0, description="0 counts as 1; the real one takes at least 2")
-    vy_samples: Whole = Field(le=1000, default=10, ge=0, description="no effect on a differential base")
+    vy_samples: Whole = Field(le=1000, default=10, ge=0, description="of an omnidirectional base only")
     vth_samples: Whole = Field(le=1000, default=20, ge=0, description="0 counts as 1; the real one takes at least 2")
     vtheta_samples: Whole | None = Field(
         le=1000,
@@ -84,7 +84,7 @@ class TrajectoryParameters(_Group):
     """
 
     acc_lim_x: NonNegative = Field(default=2.5, description="m/s^2")
-    acc_lim_y: NonNegative = Field(default=2.5, description="m/s^2; no effect on a differential base")
+    acc_lim_y: NonNegative = Field(default=2.5, description="m/s^2; of an omnidirectional base only")
     acc_lim_theta: NonNegative = Field(default=3.2, description="rad/s^2")
     max_vel_x: NonNegative = Field(default=0.55, description="m/s")
     min_vel_x: NonNegative = Field(default=0.0, description="m/s")
@@ -98,7 +98,8 @@ class TrajectoryParameters(_Group):
     max_rotational_vel: NonNegative = Field(default=1.0, description="rad/s, of the turn at the goal")
     escape_vel: Finite = Field(default=-0.1, description="m/s, backing out when nothing else is legal")
     holonomic_robot: bool = Field(
-        default=False, description="only false: Clearway's bases are differential (ROS: true)"
+        default=False,
+        description="only false: what it tries of y velocities is not built; DWAPlannerROS has them (ROS: true)",
     )
     xy_goal_tolerance: Positive = Field(default=0.10, description="m; in a robot's file by default its goal_checker's")
     yaw_goal_tolerance: Positive = Field(
@@ -148,7 +149,9 @@ class TrajectoryParameters(_Group):
     @model_validator(mode="after")
     def _differential(self) -> TrajectoryParameters:
         if self.holonomic_robot:
-            raise ValueError("holonomic_robot must be false: Clearway's bases are differential")
+            raise ValueError(
+                "holonomic_robot must be false: DWAPlannerROS has y velocities, this planner has none here"
+            )
         return self
 
     @property

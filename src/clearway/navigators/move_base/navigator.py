@@ -28,7 +28,7 @@ from clearway.navigators.move_base.local import make_local_planner
 from clearway.navigators.move_base.parameters import ClearCostmapRecovery, Parameters
 from clearway.navigators.move_base.plans import local_plan, to_frame
 from clearway.navigators.move_base.recovery import Rotation, clear_costmap, recovery_behaviors
-from clearway.robots import Robot
+from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import TunedOn
 
 LOCAL_PLANNERS = ("base_local_planner/TrajectoryPlannerROS", "dwa_local_planner/DWAPlannerROS")
@@ -85,6 +85,7 @@ class MoveBase:
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "scan"})
+    drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         TunedOn("barn", ("jackal",), draws=range(0), note="how meter_scoring is read; all else is the vendors'"),
     )
@@ -120,7 +121,7 @@ class MoveBase:
         )
         self._control_rate = _Rate(s.controller_frequency)
         self._planner = make_global_planner(p)
-        self._controller = make_local_planner(p, self._local.footprint, self._local_name)
+        self._controller = make_local_planner(p, self._local.footprint, self._local_name, robot.limits().v_y_max > 0.0)
         self._controller.reset()
         self._behaviors = recovery_behaviors(s)
         self._speed_limit = task.speed_limit
@@ -139,7 +140,7 @@ class MoveBase:
         self._state, self._trigger = State.PLANNING, Trigger.PLANNING
         self._recovery = 0
         self._rotation: Rotation | None = None
-        self._v = self._omega = 0.0  # as last published: the base holds it until the next
+        self._v = self._omega = self._v_y = 0.0  # as last published: the base holds it until the next
         self._arrived = False
         self._gave_up: str | None = None
         self._status = ""
@@ -159,6 +160,9 @@ class MoveBase:
         limits = self._limits
         v = min(max(self._v, limits.v_min), limits.v_max)
         omega = min(max(self._omega, -limits.omega_max), limits.omega_max)
+        if limits.v_y_max > 0.0:
+            v, omega, v_y = possible(limits, self._v, self._omega, self._v_y)
+            return Command(v, omega, arrived=self._arrived, gave_up=self._gave_up, v_y=v_y)
         return Command(v, omega, arrived=self._arrived, gave_up=self._gave_up)
 
     def diagnostics(self) -> Diagnostics:
@@ -250,7 +254,8 @@ class MoveBase:
             )
             if result.ok:
                 self._last_control = o.t
-                self._v, self._omega, self._trajectory = result.v, result.omega, result.trajectory
+                self._v, self._omega, self._v_y = result.v, result.omega, result.v_y
+                self._trajectory = result.trajectory
                 if self._trigger is Trigger.CONTROLLING:
                     self._recovery = 0
                 return
@@ -287,7 +292,7 @@ class MoveBase:
             self._rotation = None
             self._recovered(o)
         else:
-            self._v, self._omega = 0.0, rate
+            self._v, self._omega, self._v_y = 0.0, rate, 0.0
 
     def _recovered(self, o: Observation) -> None:
         """After a recovery: try to plan again."""
@@ -321,7 +326,7 @@ class MoveBase:
         self._next_plan = start + period + _SLIP
 
     def _stop(self) -> None:
-        self._v = self._omega = 0.0
+        self._v = self._omega = self._v_y = 0.0
         self._trajectory = self._trajectory[:0]
 
     def _end(self, *, arrived: bool = False, gave_up: str | None = None) -> None:

@@ -31,8 +31,11 @@ def roll(
     dt: float,
     steps: int,
     out: FloatArray,
+    u_now: float = 0.0,
+    u: float = 0.0,
+    acc_u: float = 0.0,
 ) -> None:
-    """Roll a sample (v, w) out with Euler steps, from the current speeds at the given accelerations.
+    """Roll a sample (v, w), and u to the left, out with Euler steps, from the current speeds at the given accelerations.
 
     Each step moves along the heading at its beginning, as simple_trajectory_generator.cpp and
     trajectory_planner.cpp do. The first point is the pose itself; the last one lies a step before the horizon.
@@ -51,6 +54,10 @@ def roll(
         w_now = approach(w, w_now, acc_w, dt)
         x += v_now * c * dt
         y += v_now * s * dt
+        if u_now != 0.0 or u != 0.0:
+            u_now = approach(u, u_now, acc_u, dt)
+            x -= u_now * s * dt
+            y += u_now * c * dt
         if w_now != 0.0:
             if w_now != turned_at:  # at a constant rate, a turn by the same angle: no cosine per step
                 turned_at = w_now

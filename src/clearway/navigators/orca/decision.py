@@ -1,4 +1,4 @@
-"""The velocity of one control period: ORCA's, among those that a differential drive can follow (Alonso-Mora et al. 2013)."""
+"""The velocity of one control period: ORCA's; of a differential drive, among those that it can follow (Alonso-Mora et al. 2013)."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ class Rules(NamedTuple):
         v_max: Largest speed, m/s.
         omega_max: Largest yaw rate, rad/s.
         period: Control period, s.
+        holonomic: Whether the base can take up any velocity.
     """
 
     distance: float
@@ -47,6 +48,7 @@ class Rules(NamedTuple):
     v_max: float
     omega_max: float
     period: float
+    holonomic: bool
 
 
 @kernel
@@ -63,13 +65,14 @@ def choose(theta: float, wx: float, wy: float, bodies: Bodies, walls: Walls, rul
         between = math.sqrt((bodies.position[j, 0] - x) ** 2 + (bodies.position[j, 1] - y) ** 2)
         gap = min(gap, between - radius - bodies.radius[j])
     # Where little room is left, the radius grows less, and fewer velocities can be followed that well.
-    error = max(min(rules.tracking_error, 0.5 * gap), LEAST_ERROR)
+    error = LEAST_ERROR if rules.holonomic else max(min(rules.tracking_error, 0.5 * gap), LEAST_ERROR)
     radii = bodies.radius.copy()
     radii[0] += error
     grown = Bodies(bodies.position, bodies.velocity, radii, bodies.layer, bodies.share)
     hard = wall_lines(0, grown, rules.wall_horizon, walls, found[:near], lines)
-    followed(theta, error, rules, lines[hard : hard + SIDES])
-    hard += SIDES
+    if not rules.holonomic:
+        followed(theta, error, rules, lines[hard : hard + SIDES])
+        hard += SIDES
     near = nearest(0, 1, rules.distance, grown, sweep(grown.position), found[:most], distance[:most])
     for k in range(near):
         body_line(0, found[k], grown, rules.horizon, rules.period, lines[hard + k])

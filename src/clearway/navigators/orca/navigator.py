@@ -32,7 +32,7 @@ class Orca(CrowdNavigator[Parameters]):
         p = self._parameters
         self._rules = Rules(
             p.distance, p.neighbours, p.horizon, p.wall_horizon, p.tracking_error, p.tracking_time,
-            limits.v_max, limits.omega_max, period,
+            limits.v_max, limits.omega_max, period, limits.kind == "omnidirectional",
         )  # fmt: skip
 
     def _velocity(self, pose: FloatArray, velocity: FloatArray, others: Seen, wish: FloatArray) -> tuple[float, float]:
