@@ -5,6 +5,8 @@ DEMO ?= results/demo
 
 # Dozens of processes start in the tests: without bytecode on disk each would compile every module anew.
 unexport PYTHONDONTWRITEBYTECODE
+# What `make test` asks for goes on side by side: type checking, one process, fills what the tests leave while they wait.
+MAKEFLAGS += --jobs=2
 
 .PHONY: demo install test lint pytest clean
 
