@@ -29,4 +29,5 @@ def test_every_cell_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
     results: clearway.Results = vars(main)["results"]
     assert results.trials["navigator"].to_pylist() == ["object:Straight", "move-base"]
     assert results.trials["success"].to_pylist() == [True, True]
+    assert results.figure("trial", trial=0)._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
     assert vars(main)["trial"].outcome.value == "reached"

@@ -12,6 +12,7 @@ import operator
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -115,9 +116,12 @@ class Results(store.Results):
             ClearwayError: no such figure, or a selection that selects nothing.
         """
         from clearway.reports import figure
+        from clearway.reports.notebook import as_png
 
-        drawn: Figure = figure(self, name, **selection)
-        return drawn
+        drawn: Any = figure(self, name, **selection)
+        drawn._repr_png_ = partial(as_png, drawn)  # which a notebook shows; a Figure alone it doesn't
+        found: Figure = drawn
+        return found
 
     def report(self) -> Path:
         """Write the report (a self-contained page, figures, tables) into the directory; returns the page's path."""

@@ -6,9 +6,14 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from types import TracebackType
+from typing import TYPE_CHECKING
 
 import typer
+
+if TYPE_CHECKING:
+    from clearway.api import Results
 
 
 class Progress:
@@ -27,6 +32,10 @@ class Progress:
         self.width = self.last = 0
 
     def __enter__(self) -> Progress:
+        if self.live:  # every scenario and navigator is looked at before the first trial
+            text = f"{self.what}: getting ready"
+            print(text, end="", file=sys.stderr, flush=True)
+            self.width = len(text)
         return self
 
     def __exit__(
@@ -57,13 +66,26 @@ class Progress:
 
 
 @contextmanager
-def stoppable() -> Iterator[None]:
-    """On Ctrl-C, say where the work stands and how to go on."""
+def stoppable(otherwise: str = "") -> Iterator[None]:
+    """On Ctrl-C, say where the work stands and how to go on.
+
+    Args:
+        otherwise: That, where whoever was stopped doesn't say it; empty: nothing.
+    """
     try:
         yield
     except KeyboardInterrupt as stopped:
-        typer.echo(f"clearway: {stopped}" if str(stopped) else "clearway: stopped", err=True)
+        said = str(stopped) or "; ".join(filter(None, ("stopped", otherwise)))
+        typer.echo(f"clearway: {said}", err=True)
         raise typer.Exit(130) from None
+
+
+def written(results: Results) -> Path:
+    """The page of results, with a line that says that it is being written, and on Ctrl-C what does it later."""
+    print("writing the report", file=sys.stderr, flush=True)
+    with stoppable(f"the results are whole, and `clearway report {results.path}` writes their page"):
+        return results.report()
+    raise AssertionError("a context manager that swallows nothing")
 
 
 def _duration(seconds: float) -> str:

@@ -104,8 +104,9 @@ def run(
 ) -> None:
     """Run suites with robots and navigators, score every trial, and write the report."""
     from clearway import api
-    from clearway.cli._progress import Progress, stoppable
+    from clearway.cli._progress import Progress, stoppable, written
     from clearway.errors import ClearwayError
+    from clearway.reports.last_lines import for_machines, why_trials_failed
     from clearway.reports.text import beside_published, decision_times, headline
     from clearway.scenarios.suites import load_suite
 
@@ -118,7 +119,7 @@ def run(
         raise ClearwayError("--resume DIR names the results directory already; leave out --out", field="--out")
     if resume and not suites:
         _refuse_beside_resume(context)
-    with stoppable(), Progress("trials") as progress:
+    with stoppable("nothing was run yet; the same command begins again"), Progress("trials") as progress:
         if resume and not suites:
             results = api.resume(resume, workers=workers, progress=progress)
         else:
@@ -159,17 +160,19 @@ def run(
                 resume=resume is not None,
                 progress=progress,
             )
-    page = None if no_report else results.report()
+    page = None if no_report else written(results)
     failed = sum(outcome == "navigator_failed" for outcome in results.trials["outcome"].to_pylist())
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results), "failed": failed}
-        tell(about)
+        tell(about | for_machines(results))
     else:
         typer.echo(headline(results.trials))
         if published := beside_published(results):
             typer.echo(f"\n{published}")
         if took := decision_times(results):
             typer.echo(f"\n{took}\n")
+        if why := why_trials_failed(results):
+            typer.echo(f"{why}\n")
         typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
     if failed:
         typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)

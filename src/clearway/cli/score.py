@@ -32,7 +32,7 @@ def score(
     """
     from clearway import api
     from clearway.cli._day import followed
-    from clearway.cli._progress import Progress, stoppable
+    from clearway.cli._progress import Progress, stoppable, written
     from clearway.errors import ClearwayError
     from clearway.reports.findings import Findings
     from clearway.reports.recordings import reader_notes
@@ -49,7 +49,7 @@ def score(
             again = f"clearway score {test_plan} --watch {watch}" + ("" if out is None else f" --out {out}")
             rounds = api.watch(test_plan, watch, out=out, workers=workers)
             results = followed(rounds, again=again, report=not no_report)
-    page = None if no_report else results.report()
+    page = None if no_report else written(results)
     confirm = [(n, text) for n, text in enumerate(results.trials["to_confirm"].to_pylist()) if text]
     spoilt = int(any(UNUSABLE in str(reason) for reason in results.trials["reason"].to_pylist()))
     if as_json:

@@ -50,7 +50,7 @@ def write_comparison(found: Sequence[Found], folder: Path) -> Path:
 
 
 def differences(pair: Found) -> Figure:
-    """Mean differences with their 95 % intervals over all batches, a panel an indicator, each in its own unit and with its zero."""
+    """Mean differences with their intervals over all batches, a panel an indicator, each in its own unit and with its zero."""
     rows = [r for r in pair.differences.to_pylist() if r["batch"] is None and r["n"] > 0]
     figure = theme.new_figure(7.2, 0.55 * max(len(rows), 1) + 0.5)
     panels = figure.subplots(max(len(rows), 1), 1, squeeze=False)[:, 0]
@@ -66,7 +66,7 @@ def differences(pair: Found) -> Figure:
         axes.margins(x=0.15)
         axes.tick_params(labelsize=8)
     figure.suptitle(
-        f"{pair.b} minus {pair.a}: mean of the paired differences, 95 % interval where there is one", fontsize=9
+        f"{pair.b} minus {pair.a}: mean of the differences, with its interval where there is one", fontsize=9
     )
     return figure
 
@@ -89,7 +89,7 @@ def success_table(found: Sequence[Found]) -> Grid:
         lines.append([Cell(c.b, strong=True), c.a, ours, theirs, difference, p_value(s.p) if paired else NONE])
     heads: Heads = [text("System"), text("against"), "successes", "against's", "difference (points)", "p"]
     return grid(
-        "Success: difference of the rates with its 95 % interval; McNemar's exact test where the trials are pairs",
+        "Success: difference of the rates with its interval; McNemar's exact test where the trials are pairs",
         heads,
         lines,
     )

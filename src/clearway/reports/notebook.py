@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import io
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pyarrow as pa
 
 from clearway.trials.store import Results
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def as_html(results: Results, summary: pa.Table) -> str:
@@ -25,6 +29,13 @@ def as_html(results: Results, summary: pa.Table) -> str:
     body = "".join(f"<tr>{''.join(f'<td>{_cell(row, n)}</td>' for n in names)}</tr>" for row in rows)
     title = f"{len(results)} trials in {escape(str(results.path))}; 95 % intervals in brackets"
     return f"<p>{title}</p><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def as_png(figure: Figure) -> bytes:
+    """The figure as a PNG image."""
+    out = io.BytesIO()
+    figure.savefig(out, format="png", dpi=110)
+    return out.getvalue()
 
 
 def _cell(row: dict[str, Any], name: str) -> str:
