@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -56,7 +57,80 @@ def test_loads_alone_and_without_a_complaint(browser: Any, report: Path) -> None
     fetched = browser.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
     assert fetched == []
     assert browser.execute_script("return document.documentElement.scrollWidth <= window.innerWidth")
-    assert len(browser.find_elements("css selector", "figure svg")) == 6  # layout, 2 trajectories, 2 bars, correlations
+    assert (
+        len(browser.find_elements("css selector", "figure svg")) == 12
+    )  # layout, 2 trajectories, 6 strips, 2 bars, correlations
+
+
+PHONE = {"width": 390, "height": 844, "deviceScaleFactor": 1, "mobile": True}
+LETTERS = """
+  const small = [];
+  for (const text of document.querySelectorAll("text, p, td, th, li, small, a, button, summary, caption")) {
+    if (!text.textContent.trim() || !text.checkVisibility()) continue;
+    const svg = text.closest("svg[viewBox]");
+    const scale = svg ? svg.getBoundingClientRect().width / svg.viewBox.baseVal.width : 1;
+    const size = parseFloat(getComputedStyle(text).fontSize) * scale;
+    if (size < 10.9) small.push([text.textContent.slice(0, 20), size]);
+  }
+  return small;
+"""
+
+
+@pytest.fixture
+def phone(browser: Any) -> Iterator[Any]:
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", PHONE)
+    yield browser
+    browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_on_a_telephone_all_can_be_read(phone: Any, report: Path) -> None:
+    load(phone, report)
+    phone.execute_script("for (const d of document.querySelectorAll('details')) d.open = true")
+    assert phone.execute_script(LETTERS) == []
+    assert phone.execute_script("return document.documentElement.scrollWidth") <= 390
+
+
+def test_on_a_telephone_the_sections_are_a_menu(phone: Any, report: Path) -> None:
+    load(phone, report)
+    bar = "return document.querySelector('nav').getBoundingClientRect().height"
+    assert phone.execute_script(bar) < 60
+    button, link = find(phone, "#menu"), find(phone, '#sections a[href="#trials"]')
+    assert not link.is_displayed()
+    phone.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", button)
+    button.click()
+    assert (button.get_attribute("aria-expanded"), link.is_displayed()) == ("true", True)
+    phone.execute_script("arguments[0].click()", link)
+    assert not link.is_displayed()
+    assert phone.execute_script("return location.hash") == "#trials"
+
+
+def test_a_cause_leads_to_the_replay_of_a_typical_trial(browser: Any, report: Path) -> None:
+    load(browser, report)
+    link = find(browser, "#fix a")
+    number = int(link.get_attribute("href").rpartition("-")[2])
+    browser.execute_script("arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})", link)
+    link.click()
+    wait(browser, f"return Replay.state().trial === {number}")
+    assert find(browser, "#verdict").text != "success"
+
+
+def test_all_that_can_be_used_has_a_name(browser: Any, report: Path) -> None:
+    """What an accessibility checker calls serious: nameless controls, figures and tables, wrong headings, equal ids."""
+    load(browser, report)
+    found = browser.execute_script("""
+      const bad = [], all = (selector) => [...document.querySelectorAll(selector)];
+      const named = (e) => (e.getAttribute("aria-label") || e.textContent.trim() || e.labels?.[0]?.textContent.trim() || e.title);
+      for (const e of all("a, button, input, select, summary")) if (!named(e)) bad.push(e.outerHTML.slice(0, 80));
+      for (const e of all("svg:not([aria-hidden]), canvas")) if (e.getAttribute("role") !== "img" || !e.getAttribute("aria-label")) bad.push(e.outerHTML.slice(0, 80));
+      for (const e of all("th")) if (!e.scope && e.closest("table").tHead === null) bad.push(e.outerHTML);
+      for (const e of all(".scroll")) if (e.tabIndex !== 0 && e.scrollWidth > e.clientWidth) bad.push("cannot be scrolled by keyboard");
+      let level = 0;
+      for (const h of all("h1, h2, h3")) { const l = Number(h.tagName[1]); if (l > level + 1) bad.push(h.textContent); level = l; }
+      const ids = all("[id]").map((e) => e.id);
+      if (ids.length !== new Set(ids).size) bad.push("an id twice");
+      return bad;
+    """)
+    assert found == []
 
 
 def test_on_paper_no_table_is_cut_off(browser: Any, report: Path) -> None:

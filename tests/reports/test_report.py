@@ -78,6 +78,7 @@ def test_files_stand_beside_the_page(report: Path, results: Results) -> None:
     assert names == {
         "layout.svg", "correlations.svg", "trajectories-hosbot-move-base.svg", "trajectories-tiago-move-base.svg",
         "bars-hosbot-move-base.svg", "bars-tiago-move-base.svg",
+        *(f"strips-{n}.svg" for n in ("ct", "pl", "de-max", "oe-max", "mdo", "tcs")),
     }  # fmt: skip
     with open(report.parent / "tables" / "trials.csv", encoding="utf-8", newline="") as file:
         assert len(list(csv.DictReader(file))) == len(results)

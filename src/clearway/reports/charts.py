@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 SHOWN = ("CT", "PL", "DE", "OE", "SR", "MDO", "TCS")
 """Paper A's seven, in its order."""
+FEWEST_FOR_A_BAR = 5
+"""Values below which a mean is a point, not a bar."""
 _SAME, _ABOVE, _BELOW = (
     "#f3f5f7",
     "#c8590c",
@@ -58,7 +60,7 @@ def bars(data: Bars) -> Figure:
     """A panel a batch: each indicator at each set speed, normalised by its range over the batch, 95 % intervals."""
     batches = list(dict.fromkeys(r["batch"] for r in data.rates))
     speeds = sorted({r["speed"] for r in data.rates}, key=by_speed)
-    colours = _shades(len(speeds))
+    colours = shades(len(speeds))
     lines = -(-len(batches) // 2)
     figure = theme.new_figure(10.0, 0.45 + 2.3 * lines)
     figure.get_layout_engine().set(hspace=0.1)  # type: ignore[union-attr,call-arg]
@@ -81,7 +83,8 @@ def bars(data: Bars) -> Figure:
     return figure
 
 
-def _shades(count: int) -> Sequence[str]:
+def shades(count: int) -> Sequence[str]:
+    """A colour for each of so many set speeds, slow to fast."""
     return theme.SPEEDS[1:2] if count == 1 else (theme.SPEEDS * (1 + count // len(theme.SPEEDS)))[:count]
 
 
@@ -101,14 +104,18 @@ def _group(
         found = _bar(name, batch, speed, data)
         if found is None:
             continue
-        mean, low, high = found
+        mean, low, high, n = found
+        if n < FEWEST_FOR_A_BAR:
+            ax.plot(at[speed], mean, "o", color=colour, markersize=4, zorder=2)
+            tops[speed] = mean
+            continue
         ax.bar(at[speed], max(mean, 0.008), width * 0.9, color=colour, zorder=2)
         ends = [max(low, 0.0), min(high, 1.12)]
         ax.plot([at[speed]] * 2, ends, color=theme.PAPER, linewidth=2.0, zorder=3)  # so that it shows on a dark bar
         ax.plot([at[speed]] * 2, ends, color=theme.INK, linewidth=0.8, zorder=3)
         tops[speed] = min(max(high, mean), 1.12)
     if not tops:
-        ax.text(place, 0.03, "n/a", ha="center", color=theme.MUTED, fontsize=7)
+        ax.text(place, 0.03, "n/a", ha="center", color=theme.MUTED, fontsize=theme.SMALLEST)
         return 0.0
     level = max(tops.values()) + 0.05
     for a, b in combinations(sorted(s for s in tops if s is not None), 2):
@@ -118,24 +125,35 @@ def _group(
         kept = bool(test["stars_holm"])
         colour = theme.INK if kept else theme.MUTED
         ax.plot([at[a], at[a], at[b], at[b]], [level - 0.015, level, level, level - 0.015], color=colour, linewidth=0.6)
-        ax.text((at[a] + at[b]) / 2, level - 0.012, test["stars"], ha="center", va="bottom", fontsize=6.5, color=colour)
+        ax.text(
+            (at[a] + at[b]) / 2,
+            level - 0.012,
+            test["stars"],
+            ha="center",
+            va="bottom",
+            fontsize=theme.SMALLEST,
+            color=colour,
+        )
         level += 0.085
     return level
 
 
-def _bar(name: str, batch: str, speed: float | None, data: Bars) -> tuple[float, float, float] | None:
+def _bar(name: str, batch: str, speed: float | None, data: Bars) -> tuple[float, float, float, int] | None:
     if name == "SR":
         rate = next((r for r in data.rates if (r["batch"], r["speed"]) == (batch, speed)), None)
-        return None if rate is None or rate["SR"] is None else (rate["SR"] / 100, rate["low"] / 100, rate["high"] / 100)
+        if rate is None or rate["SR"] is None:
+            return None
+        return rate["SR"] / 100, rate["low"] / 100, rate["high"] / 100, rate["n"]
     key = (batch, speed, name)
     row = next((r for r in data.descriptions if (r["batch"], r["speed"], r["indicator"]) == key), None)
-    if row is None or row["norm_mean"] is None:
-        return None
+    if row is None or row["norm_mean"] is None or row["range_low"] == row["range_high"]:
+        return None  # one value, or all alike: there is no range to normalise by
     mean = row["norm_mean"]
     return (
         mean,
         mean if row["norm_low"] is None else row["norm_low"],
         mean if row["norm_high"] is None else row["norm_high"],
+        row["n"],
     )
 
 
@@ -175,7 +193,9 @@ def _matrix(ax: Axes, matrix: Correlations, shades: Any) -> None:
             ax.add_patch(_square(column, row, colour))
             text = _LIGHT_TEXT if known and abs(value) > 0.55 else _DARK_TEXT
             ax.text(column, row - 0.08, num(value), ha="center", va="center", color=text, fontsize=8)
-            ax.text(column, row + 0.28, f"n {n[row, column]}", ha="center", va="center", color=text, fontsize=5.5)
+            ax.text(
+                column, row + 0.28, f"n {n[row, column]}", ha="center", va="center", color=text, fontsize=theme.SMALLEST
+            )
     ax.set(xlim=(-0.5, k - 1.5), ylim=(k - 0.5, 0.5), aspect="equal", xticks=range(k - 1), yticks=range(1, k))
     ax.set_xticklabels(names[:-1], color=theme.INK)
     ax.set_yticklabels(names[1:], color=theme.INK)

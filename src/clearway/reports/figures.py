@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 FIGURES = {
     "layout": "every configuration as it was set up (paper A, Fig. 2)",
     "trajectories": "a representative trial of each configuration (Fig. 5)",
-    "bars": "normalised means with intervals and asterisks (Fig. 6); one robot",
+    "strips": "the indicators of every trial in their units, all systems on one scale",
+    "bars": "normalised means with intervals and asterisks (paper A's Fig. 6); one robot",
     "correlations": "Pearson's r between the indicators (Fig. 7)",
     "trial": "the trajectory of one trial",
     "clearance": "clearance over time of one trial",
@@ -67,6 +68,13 @@ def figure(results: Results, name: str, *, at: float | None = None, **selection:
             if len({(r["scenario"], r["robot"], r["navigator"]) for r in rows}) > 1:
                 raise ClearwayError("paths are of one scenario, robot and navigator; select them", field="scenario")
             return rescue_figures.paths(results, rows, f"{rows[0]['navigator']}, {rows[0]['scenario']}")
+        if name == "strips":
+            from clearway.reports import strips
+
+            drawn = strips.strips(rows, lambda s: f"{s.robot} {s.navigator}", tuple(strips.SHOWN))
+            if drawn is None:
+                raise ClearwayError("none of the selected trials has any of the indicators", field="strips")
+            return drawn
         from clearway.reports import charts
         from clearway.statistics import correlations_by_robot
 

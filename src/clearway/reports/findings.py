@@ -175,6 +175,16 @@ class Findings:
     def _by_key(self) -> dict[tuple[Any, ...], Row]:
         return {(system_of(r), r["batch"], r["speed"], r["indicator"]): r for r in self.described}
 
+    @cached_property
+    def tolerances(self) -> dict[tuple[System, str], float]:
+        """How far a system's ends may be off, m and rad, by its robot's file."""
+        found = {}
+        for system in self.systems:
+            robot = self.robots.get(system.robot)
+            if robot is not None:
+                found[system, "DE_max"], found[system, "OE_max"] = robot.tolerances.xy, robot.tolerances.yaw
+        return found
+
     def bars(self, system: System) -> Bars:
         """What the bars of one system show."""
         return Bars(*(system.of(found) for found in (self.described, self.rates, self.tests)))

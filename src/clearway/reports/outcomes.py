@@ -8,7 +8,7 @@ from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
 from clearway.reports import paper, recordings, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System, by_speed, verdict
+from clearway.reports.selection import Row, System, by_speed, system_of, verdict
 from clearway.reports.words import contact
 from clearway.scenarios.suite import Section
 from clearway.statistics import FEWEST, PAPER_A, POOLED, reduced_set
@@ -132,6 +132,8 @@ def beside(f: Findings) -> Grid | None:
                     Cell(f.name(system), strong=True), f"{m.batch}, {m.speed:g} m/s", m.indicator, _mean(found, digits),
                     f"{m.mean:.2f} ± {m.spread:.2f}", percent(found["mean"], m.mean), m.source,
                 ])  # fmt: skip
+        if system.robot.partition(":")[0] in paper.YAW_TOLERANCE:
+            rows.append(_success_beside(f, system))
     columns: Heads = [
         text("Robot"),
         text("Where"),
@@ -141,7 +143,16 @@ def beside(f: Findings) -> Grid | None:
         "difference",
         text("Printed in"),
     ]
-    return grid("Other means that the paper prints, in the indicator's unit", columns, rows) if rows else None
+    return grid("What else the paper prints, in the indicator's unit", columns, rows) if rows else None
+
+
+def _success_beside(f: Findings, system: System) -> list[Cell | str]:
+    """SR over all batches beside what the paper says of it, which is no number."""
+    rate = next(r for r in f.overall if system_of(r) == system)
+    return [
+        Cell(f.name(system), strong=True), "all batches", "SR", Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
+        paper.SUCCESS, NONE, "Results and discussion, text; Fig. 6 draws SR as bars without numbers",
+    ]  # fmt: skip
 
 
 def space(f: Findings) -> Grid | None:

@@ -39,6 +39,7 @@ from clearway.reports import (
     rescue,
     rescue_figures,
     same_tests,
+    strips,
     summary,
     theme,
     trajectory_plots,
@@ -54,7 +55,7 @@ from clearway.scenarios.suite import Section
 from clearway.trials.store import Results, open_results
 
 PAGE = "index.html"
-_SCRIPTS = ("decode.js", "lidar.js", "stage.js", "replay.js", "table.js")
+_SCRIPTS = ("decode.js", "lidar.js", "stage.js", "replay.js", "table.js", "menu.js")
 
 
 def write_report(path: str | os.PathLike[str]) -> Path:
@@ -188,6 +189,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
     out: dict[str, list[tuple[str, Markup]]] = {
         "layout": [],
         "trajectories": [],
+        "strips": [],
         "bars": [],
         "correlations": [],
         "barn": [],
@@ -212,7 +214,8 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
             slug, name = _slug(f"{system.robot} {system.navigator} {system.setup or ''}".strip()), f.name(system)
             rows = f.of(system)
             keep("trajectories", f"trajectories-{slug}", name, trajectory_plots.trajectories(f.results, rows))
-            keep("bars", f"bars-{slug}", name, charts.bars(f.bars(system)))
+            if any(r["suite"] in f.asked(Section.PAPER_A) for r in rows):
+                keep("bars", f"bars-{slug}", name, charts.bars(f.bars(system)))
             if found := barn(f, system):
                 points = [(str(c.world), c.published, c.here) for c in found.courses]
                 drawn = charts.agreement(points, "success, published", "success, here", "Success per world")
@@ -234,6 +237,10 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                 )
                 if f.results.trial(row["trial"]).snapshots:
                     keep("thoughts", f"thought-{slug}", title, rescue_figures.thought(f.results, row))
+        for indicator in strips.SHOWN:
+            strip = strips.strips(f.rows, f.name, (indicator,), f.tolerances)
+            if strip is not None:
+                keep("strips", f"strips-{indicator.lower().replace('_', '-')}", f"{indicator} of every trial", strip)
         if f.correlated:
             titles = {key[0]: f.title(key[0]) for key in f.matrices}
             keep("correlations", "correlations", "Correlations", charts.correlations(f.matrices, titles))

@@ -143,6 +143,9 @@ TABLE_3 = (
 YAW_TOLERANCE = {"hosbot": 0.01, "tiago": 0.2}
 """Table 3, tolerance in reaching goal orientation, rad."""
 
+SUCCESS = "“a very high success rate”, no number"
+"""What it prints of SR."""
+
 FIGURE_5: dict[tuple[str, str], dict[str, float]] = {
     ("SO", "single"): {"size": 0.15},
     ("SO", "parallel"): {"size": 0.03},

@@ -47,7 +47,7 @@ def paths(results: Results, rows: Sequence[Row], title: str) -> Figure:
             distance.plot(trial.t, nearest, label=name, **line)
             distance.axhline(touching, color=theme.INK, linestyle="--", linewidth=0.9)
     ax.set_title(title)
-    ax.legend(loc="upper left", fontsize=7)
+    ax.legend(loc="upper left", fontsize=theme.SMALLEST)
     distance.set(title="Distance to the nearest obstacle", xlabel="time (s)", ylabel="centre to centre (m)")
     distance.set_ylim(bottom=0)
     return figure
@@ -73,7 +73,7 @@ def thought(results: Results, row: Row, at: float | None = None) -> Figure:
     status = f", {snapshot.diagnostics.status}" if snapshot.diagnostics.status else ""
     ax.set_title(f"{row['navigator']}, {label(row)}, at {snapshot.t:.1f} s{status}")
     if ax.get_legend_handles_labels()[0]:
-        ax.legend(loc="upper left", fontsize=7)
+        ax.legend(loc="upper left", fontsize=theme.SMALLEST)
     return figure
 
 

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 INK, MUTED, RULE, PAPER = "#1c2733", "#5c6976", "#d3dae1", "#fefefe"
 FIXTURE, FURNITURE, OBSTACLE = "#8d99a5", "#dfe4e9", "#6b4e3d"
 ROBOT, MOVING, MARK, BAD = "#1f6098", "#c8590b", "#0d7a72", "#b3261e"
+SMALLEST = 7.7
+"""Points, of the smallest letters of a figure."""
+_LEGIBLE = 11
+"""Pixels that these have at least on a page, however narrow: a wider figure scrolls."""
 SPEEDS = ("#a9cbe4", "#4c91c4", "#134f7c", "#0a2f4c")
 """Sequential, light to dark: slow to fast."""
 
@@ -117,7 +121,9 @@ def themed(svg: str, title: str) -> str:
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     body = re.sub(r"<title>.*?</title>", "", body, flags=re.DOTALL)
     body = re.sub(r' width="[^"]*pt"', "", re.sub(r' height="[^"]*pt"', "", body, count=1), count=1)
-    body = body.replace("<svg ", f'<svg role="img" aria-label="{title}" ', 1)
+    box = re.search(r'viewBox="0 0 ([\d.]+)', body)
+    width = f' style="--legible: {float(box[1]) * _LEGIBLE / SMALLEST:.0f}px"' if box else ""
+    body = body.replace("<svg ", f'<svg role="img" aria-label="{title}"{width} ', 1)
     used = set(re.findall(r"#([\w.-]+)", body))
     body = re.sub(
         r' id="([^"]*)"', lambda found: found[0] if found[1] in used else "", body

@@ -180,7 +180,9 @@ def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
         side.set_visible(True)
     at = (x0 + 0.05 * (x1 - x0), y0 + 0.05 * (y1 - y0))
     ax.plot([at[0], at[0] + 1], [at[1], at[1]], color=theme.MUTED, linewidth=1.2, zorder=9)
-    ax.text(at[0] + 0.5, at[1] + 0.03 * (y1 - y0), "1 m", color=theme.MUTED, fontsize=6.5, ha="center", zorder=9)
+    ax.text(
+        at[0] + 0.5, at[1] + 0.03 * (y1 - y0), "1 m", color=theme.MUTED, fontsize=theme.SMALLEST, ha="center", zorder=9
+    )
 
 
 def _set_up(ax: Axes, trial: Trial, edge: str) -> None:
@@ -354,7 +356,7 @@ def _prints(ax: Axes, body: Body, track: FloatArray, colour: str, every: float) 
 
 
 def _note(ax: Axes, text: str) -> None:
-    ax.set_xlabel(text, fontsize=7.5, loc="left", color=theme.MUTED)
+    ax.set_xlabel(text, fontsize=theme.SMALLEST, loc="left", color=theme.MUTED)
 
 
 def _named(letter: str, values: Sequence[float], all_of_them: Sequence[float]) -> str:
