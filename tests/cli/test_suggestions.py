@@ -109,3 +109,20 @@ def test_the_ends_of_a_plans_line(clearway: Shell, tmp_path: Path, a: str, b: st
     said = clearway("check", file)
     assert said.code == 1
     assert says in said.err
+
+
+@pytest.mark.parametrize(
+    ("words", "word", "found"),
+    [
+        ("clearway run hospital-h", 2, ["hospital-held-out", "hospital-held-out-blind"]),
+        ("clearway run hospital --robot mi", 4, ["mir100"]),
+        ("clearway run hospital --navigator hp-s", 4, ["hp-st", "hp-st-foresight"]),
+    ],
+)
+def test_a_shell_completes_names(
+    clearway: Shell, monkeypatch: pytest.MonkeyPatch, words: str, word: int, found: list[str]
+) -> None:
+    monkeypatch.setenv("_CLEARWAY_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", words)
+    monkeypatch.setenv("COMP_CWORD", str(word))
+    assert [n for n in clearway().out.split() if n.startswith(found[0])] == found

@@ -151,7 +151,7 @@ def test_command_line_is_understood(command: Found):
 def test_mentioned_command_exists(mention: Found):
     words = shlex.split(mention.text)[1:]
     if words[0].startswith("-"):
-        assert words[0] in ("--help", "--version")
+        assert words[0] in ("--help", "--version", "--install-completion")
         return
     assert words[0] in COMMAND.commands, mention.text
     options = {o for p in COMMAND.commands[words[0]].params for o in p.opts} | {"--help", "-h"}

@@ -15,10 +15,38 @@ from typing import Annotated, Any
 
 import typer
 
+
+def suites_beginning(incomplete: str) -> list[str]:
+    """Suites for the shell to complete."""
+    from clearway.scenarios.suites import suite_names
+
+    return [name for name in suite_names() if name.startswith(incomplete)]
+
+
+def robots_beginning(incomplete: str) -> list[str]:
+    """Robots for the shell to complete."""
+    from clearway.robots import robot_names
+
+    return [name for name in robot_names() if name.startswith(incomplete)]
+
+
+def navigators_beginning(incomplete: str) -> list[str]:
+    """Navigators for the shell to complete."""
+    from clearway.navigators.registry import navigator_names
+
+    return [name for name in navigator_names() if name.startswith(incomplete)]
+
+
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 ResultsDirectory = Annotated[Path, typer.Argument(help="A results directory, as `run` writes it.", show_default=False)]
 RobotName = Annotated[
-    str, typer.Option("--robot", "-r", help="A robot's name or TOML file; NAME:PRESET for one of its presets.")
+    str,
+    typer.Option(
+        "--robot",
+        "-r",
+        help="A robot's name or TOML file; NAME:PRESET for one of its presets.",
+        autocompletion=robots_beginning,
+    ),
 ]
 Batches = Annotated[list[str] | None, typer.Option("--batch", help="Only these batches.")]
 Configurations = Annotated[list[str] | None, typer.Option("--configuration", help="Only these configurations.")]

@@ -13,12 +13,21 @@ from clearway.cli._options import Json, tell
 
 def run(
     context: typer.Context,
-    suites: Annotated[list[str] | None, typer.Argument(help="Suites: names, or TOML files of your own.")] = None,
-    robots: Annotated[list[str] | None, typer.Option("--robot", "-r", help="Robot; repeat for several.")] = None,
+    suites: Annotated[
+        list[str] | None,
+        typer.Argument(help="Suites: names, or TOML files of your own.", autocompletion=_options.suites_beginning),
+    ] = None,
+    robots: Annotated[
+        list[str] | None,
+        typer.Option("--robot", "-r", help="Robot; repeat for several.", autocompletion=_options.robots_beginning),
+    ] = None,
     navigators: Annotated[
         list[str] | None,
         typer.Option(
-            "--navigator", "-n", help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; repeatable."
+            "--navigator",
+            "-n",
+            help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; repeatable.",
+            autocompletion=_options.navigators_beginning,
         ),
     ] = None,
     without: Annotated[

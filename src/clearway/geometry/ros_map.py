@@ -1,4 +1,4 @@
-"""ROS map files: what `map_server` reads and writes, a yaml beside a pgm.
+"""ROS map files: what `map_server` reads and writes, a yaml beside a pgm or png.
 
 The image's first row is the top of the map (highest y); the yaml's `origin` is the pose of the lower-left pixel's
 corner. A pixel v is `p = (255 - v) / 255` occupied (`v / 255` with `negate`): occupied above `occupied_thresh`, free
@@ -17,7 +17,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError, shown
 from clearway.geometry.grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from clearway.reading import read_pgm, read_yaml
+from clearway.reading import read_pgm, read_png, read_yaml
 from clearway.reading.limits import COORDINATE, LENGTH, SHORTEST
 
 PIXEL = {FREE: 254, OCCUPIED: 0, UNKNOWN: 205}
@@ -70,7 +70,7 @@ def read_map(path: str | Path) -> OccupancyGrid:
         raise ClearwayError(f"{shown(name)} does not exist beside the yaml", file=path, field="image")
     if (negate := table.get("negate", 0)) not in (0, 1):
         raise ClearwayError(f"{shown(negate)} must be 0 or 1", file=path, field="negate")
-    image = read_pgm(path.parent / name)
+    image = (read_png if name.lower().endswith(".png") else read_pgm)(path.parent / name)
     pixels = np.arange(image.top + 1, dtype=np.float64) * (255.0 / image.top) / 255.0  # of each value that there may be
     chance = pixels if negate else 1.0 - pixels
     meaning = np.full(chance.shape, UNKNOWN, dtype=np.int8)
