@@ -11,6 +11,7 @@ from clearway.contract import Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import FREE, OCCUPIED, OccupancyGrid
 from clearway.perception import Amcl, AmclParameters, make_localiser
+from clearway.perception import particle_filter as pf
 from clearway.perception.amcl import likelihood_field, room_at
 
 PAL = {  # TIAGo's public amcl.yaml
@@ -166,3 +167,15 @@ def test_kld_limit_is_the_chi_square_bound() -> None:
         assert kld_limit(bins, 1, 100_000, 0.05, 2.33) == pytest.approx(exact, rel=0.02)
     assert kld_limit(1, 10, 777, 0.05, 0.99) == 777
     assert kld_limit(2, 10, 777, 0.05, 0.99) == pytest.approx(stats.chi2.ppf(stats.norm.cdf(0.99), 1) / 0.1, rel=0.1)
+
+
+@pytest.mark.parametrize("corrected", [False, True])
+def test_particles_of_an_omnidirectional_base_move_to_its_side(corrected: bool) -> None:
+    """A metre to its left while it turns by 0.5 rad: they follow, and spread along by alpha3, across by alpha5."""
+    old, new = np.array([3.0, 1.0, 0.4]), np.array([3.0 - math.sin(0.4), 1.0 + math.cos(0.4), 0.9])
+    poses = np.tile([5.0, 5.0, 0.0], (20_000, 1))
+    alpha = np.array([0.0, 0.0004, 0.01, 0.0, 0.0025])
+    pf.move_anywhere(poses, old, new, alpha, corrected, np.random.default_rng(1))
+    assert poses.mean(0) == pytest.approx([5.0, 6.0, 0.5], abs=5e-3)
+    expected = np.array([0.0025, 0.01, 0.0004])  # across is along x here
+    assert poses.std(0) == pytest.approx(np.sqrt(expected) if corrected else expected, rel=0.05)

@@ -16,6 +16,7 @@ from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.indicators.clipping import clipped
 from clearway.robots import DriveLimits, Robot, possible
 from clearway.trials import Outcome, Trial
+from clearway.trials.store_tables import from_tables, to_tables
 
 FAR = [{"name": "forth", "goal": (99.0, 0.0, 0.0), "time_limit": 3.0}]
 MECANUM = [
@@ -208,3 +209,28 @@ def test_bases_know_their_kind() -> None:
     assert isinstance(car, DriveLimits)
     assert car.kind == "ackermann"
     assert car.omega_max == pytest.approx(0.5 * math.tan(0.5) / 0.65)
+
+
+def test_what_an_omnidirectional_base_is_told_late_is_what_was() -> None:
+    """On a circle of 1 m, 35 ms late: between the ends of the plant's steps, on the arc that it drove."""
+    inf = dict.fromkeys([k for k in OMNI if "celeration" in k], math.inf)
+    seen: list[tuple[float, FloatArray, FloatArray]] = []
+    pilot = Pilot(lambda s: (seen.append((s.t, s.truth, s.odom_velocity)), Command(0.6, 1.0, v_y=0.8))[1])
+    robot = robot_with(OMNI | inf, latency={"sensing": 0.035})
+    run(pilot, scenario=make_scenario(legs=FAR, speed=9.0), robot=robot)
+    start = math.atan2(0.8, 0.6)
+    for t, truth, velocity in seen[2:]:
+        assert truth[:2] == pytest.approx([math.sin(t + start) - 0.8, 0.6 - math.cos(t + start)], abs=1e-9)
+        assert velocity == pytest.approx([0.6, 1.0, 0.8])
+
+
+def test_a_trial_of_an_omnidirectional_base_survives_its_store() -> None:
+    trial = driven(robot_with(OMNI | {"wheels": MECANUM}), [(0.5, 0.3, -0.4), (0.0, 0.0, 0.5)])
+    again = from_tables(to_tables(0, trial))
+    assert again.attempt.limits == trial.attempt.limits
+    assert trial.velocity is not None
+    assert trial.command is not None
+    assert again.velocity is not None
+    assert again.command is not None
+    assert np.array_equal(again.velocity, trial.velocity)
+    assert np.array_equal(again.command, trial.command)

@@ -10,7 +10,7 @@ from local_oracle import dwa_scores, speeds
 
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.navigators.move_base.dwa import DWAPlanner, Oscillation
-from clearway.navigators.move_base.dwa_search import Signs, sample_steps, velocity_samples, window_of
+from clearway.navigators.move_base.dwa_search import Signs, sample_steps, sideways_of, velocity_samples, window_of
 from clearway.navigators.move_base.footprint import outline
 from clearway.navigators.move_base.local_parameters import DWAParameters
 from clearway.navigators.move_base.sampling import roll
@@ -187,6 +187,60 @@ def test_forbidden_directions_are_not_chosen():
     assert decide(who, (0.0, 0.0, 0.0), plan=left).omega <= 0
     who.set_plan()
     assert decide(who, (0.0, 0.0, 0.0), plan=left).omega > 0
+
+
+OMNI = TIAGO.model_copy(update={"max_vel_y": 0.4, "min_vel_y": -0.3, "acc_lim_y": 1.0, "vy_samples": 5})
+
+
+def test_sideways_is_what_one_period_reaches_and_nothing_for_a_base_without_sides():
+    window = DWAPlanner(OMNI, ROUND, PERIOD, sideways=True).window(RESOLUTION, 9.0, 5.0)
+    assert sideways_of(window, np.array([0.5, 0.0, 0.35]), 5.0) == pytest.approx((0.25, 0.4))
+    assert sideways_of(window, np.array([0.5, 0.0, -0.28]), 5.0) == pytest.approx((-0.3, -0.18))
+    slow = DWAPlanner(OMNI, ROUND, PERIOD, sideways=True).window(RESOLUTION, 0.2, 5.0)
+    assert sideways_of(slow, np.array([0.1, 0.0, 0.15]), 5.0) == pytest.approx((0.05, 0.2))
+    assert sideways_of(planner(OMNI).window(RESOLUTION, 9.0, 5.0), np.array([0.5, 0.0]), 5.0) == (0.0, 0.0)
+
+
+def test_a_base_with_sides_steps_aside_and_rolls_there():
+    """The plan leads to the left; sideways speed and turn bring it there."""
+    left = np.column_stack((np.zeros(30), np.linspace(0, 1.5, 30), np.full(30, 1.57)))
+    moving = (0.1, 0.0, 0.2)
+    chosen = decide(DWAPlanner(OMNI, ROUND, PERIOD, sideways=True), (0.0, 0.0, 0.0), moving, plan=left)
+    assert chosen.ok
+    assert chosen.v_y == pytest.approx(0.3)
+    assert chosen.trajectory[-1, 1] > 0.3
+    assert decide(planner(OMNI), (0.0, 0.0, 0.0), moving[:2], plan=left).v_y == 0.0
+
+
+def test_a_strafing_rollout_by_hand():
+    """0.3 m/s ahead and 0.4 m/s to the left, heading along y: so it moves along y and along -x."""
+    out = np.empty((11, 5))
+    roll(np.array([1.0, 2.0, math.pi / 2]), 0.3, 0.0, 0.3, 0.0, 0.0, 0.0, 0.1, 11, out, 0.4, 0.4, 0.0)
+    assert out[10, :3] == pytest.approx([1.0 - 0.4, 2.0 + 0.3, math.pi / 2])
+
+
+def test_too_fast_in_both_together_is_refused():
+    window = DWAPlanner(OMNI, ROUND, PERIOD, sideways=True).window(RESOLUTION, 0.5, 5.0)
+    assert sample_steps(window, 0.4, 0.0, 0.3) > 0
+    assert sample_steps(window, 0.4, 0.0, 0.4) == 0
+
+
+def test_strafing_back_and_forth_is_forbidden_until_the_robot_has_moved():
+    flags = Oscillation(distance=0.1, angle=0.2)
+    here = np.zeros(3)
+    flags.update(here, 0.0, 0.0, 0.1, 0.2)
+    assert flags.signs == Signs()
+    flags.update(here, 0.0, 0.0, 0.1, -0.2)
+    assert flags.signs == Signs(no_strafe_left=True)
+    flags.update(np.array([0.0, -0.2, 0.0]), 0.0, 0.0, 0.1, -0.2)
+    assert flags.signs == Signs()
+
+
+def test_at_the_goal_a_base_with_sides_brakes_to_its_side_as_well():
+    goal = np.array([0.1, 0.0, 1.0])
+    who = DWAPlanner(OMNI, ROUND, PERIOD, sideways=True)
+    braking = decide(who, (0.0, 0.0, 0.0), (0.5, -0.5, -0.3), goal[None, :])
+    assert (braking.v, braking.omega, braking.v_y) == pytest.approx((0.4, -0.18, -0.2))
 
 
 def test_at_the_goal_it_brakes_then_turns_then_arrives():

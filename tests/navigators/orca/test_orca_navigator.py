@@ -17,7 +17,7 @@ from clearway.navigators.common.holonomic import follow, tracking_error, turning
 from clearway.navigators.orca import Orca
 from clearway.navigators.orca.decision import SIDES, Rules, followed
 from clearway.navigators.social_force import SocialForceNavigator
-from clearway.robots import load_robot
+from clearway.robots import load_robot, possible
 
 RADIUS, PERIOD = 0.25, 0.1
 ROBOT = load_robot("rescue").model_copy(update={"period": PERIOD})
@@ -144,3 +144,25 @@ def test_without_a_way_it_stands_and_says_so(make):
 def test_a_wrong_option_is_told_at_once(make, option):
     with pytest.raises(ClearwayError, match=option):
         make(**{option: -1.0})
+
+
+@pytest.mark.parametrize("make", [Orca, SocialForceNavigator])
+def test_an_omnidirectional_base_goes_to_its_side_at_once(make):
+    """The goal lies to its left, in the open: it moves there while it turns, and within what the base can hold."""
+    pepper = load_robot("pepper")
+    navigator, pose = make(), np.zeros(3)
+    navigator.reset(Task(PERIOD, 0.5, pose), pepper, np.random.default_rng(0))
+    goal = Goal(np.array((0.0, 3.0, 0.0)), 0.2, math.pi)
+    nothing = Obstacles(
+        np.empty((0, 2)), np.empty((0, 2)), np.empty(0), np.empty(0), np.empty(0), np.empty(0, np.int64),
+        np.empty(0, bool),
+    )  # fmt: skip
+    command = navigator.step(Observation(0.0, pose, np.zeros(3), pose, goal, None, nothing))
+    assert command.v_y == pytest.approx(0.5, abs=0.01)
+    assert abs(command.v) < 0.05
+    assert command.omega > 0.5
+    limits = pepper.limits(0.5)
+    told = command.v, command.omega, command.v_y
+    assert possible(limits, *told) == pytest.approx(told)
+    with pytest.raises(ValueError, match="velocity"):
+        navigator.step(Observation(PERIOD, pose, np.zeros(2), pose, goal, None, nothing))

@@ -56,14 +56,15 @@ def iterate(length: FloatArray, radius: float, cell: float, reverse: float) -> N
     headings, n = length.shape[0], length.shape[1]
     half, bin = n // 2, 2.0 * math.pi / headings
     step = max(1.2 * cell, 1.05 * radius * bin)
-    length[0, half, half] = 0.0
+    for k in (headings - 1, 0, 1):  # as near as this is near enough: else what lies between two cells never comes there
+        for i in range(half - 1, half + 2):
+            for j in range(half - 1, half + 2):
+                length[k, i, j] = cell * math.hypot(i - half, j - half)
     for _ in range(_ROUNDS):
         change = 0.0
         for k in range(headings):
             for i in range(n):
                 for j in range(n):
-                    if k == 0 and i == half and j == half:
-                        continue
                     x, y, theta = (j - half) * cell, (i - half) * cell, k * bin
                     best = length[k, i, j]
                     for way in range(6):
