@@ -136,7 +136,9 @@ def contents(path: Path) -> dict[str, bytes]:
     """All that must be the same bytes: everything but the wall clock, the machine and what the report says of both."""
     files = (p for p in sorted(path.rglob("*")) if p.is_file() and "report" not in p.relative_to(path).parts)
     found = {
-        str(p.relative_to(path)): p.read_bytes() for p in files if p.name not in ("timing.parquet", "campaign.json")
+        str(p.relative_to(path)): p.read_bytes()
+        for p in files
+        if p.name not in ("timing.parquet", "thinking.parquet", "campaign.json")
     }
     campaign = json.loads((path / "campaign.json").read_text())
     return found | {"campaign.json": json.dumps({k: v for k, v in campaign.items() if k != "run"}).encode()}

@@ -58,7 +58,7 @@ def contents(path: Path) -> dict[str, bytes]:
     found = {
         str(p.relative_to(path)): p.read_bytes()
         for p in sorted(path.rglob("*"))
-        if p.is_file() and p.name not in ("timing.parquet", "campaign.json")
+        if p.is_file() and p.name not in ("timing.parquet", "thinking.parquet", "campaign.json")
     }
     campaign = json.loads((path / "campaign.json").read_text())
     return found | {"campaign.json": json.dumps({k: v for k, v in campaign.items() if k != "run"}).encode()}

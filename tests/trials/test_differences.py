@@ -29,7 +29,13 @@ def first(trial: Trial, **changes: Any) -> Difference:
 
 @pytest.mark.parametrize("trial", [make_trial(0), make_trial(1), make_recorded(3)])
 def test_a_trial_does_not_differ_from_itself_whatever_the_clock_says(trial: Trial) -> None:
-    again = replace(trial, timing={"wall": 7.0}, provenance={"clearway": "another"}, pose=trial.pose.copy())
+    again = replace(
+        trial,
+        timing={"wall": 7.0},
+        thinking=np.zeros(len(trial.t)),
+        provenance={"clearway": "another"},
+        pose=trial.pose.copy(),
+    )
     assert first_difference(trial, again) is None
 
 

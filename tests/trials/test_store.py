@@ -46,7 +46,7 @@ def contents(path: Path) -> dict[str, bytes]:
     return {
         str(p.relative_to(path)): p.read_bytes()
         for p in sorted(path.rglob("*"))
-        if p.is_file() and p.name != "timing.parquet"
+        if p.is_file() and p.name not in ("timing.parquet", "thinking.parquet")
     }
 
 

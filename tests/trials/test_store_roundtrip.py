@@ -121,6 +121,9 @@ def trials(draw: st.DrawFn) -> Trial:
             st.dictionaries(text, text | st.integers(-(2**60), 2**60) | st.booleans() | finite, max_size=3)
         ),
         timing=draw(st.dictionaries(text, finite, max_size=2)),
+        thinking=draw(
+            st.none() | st.just(np.linspace(0.0, 1.0, n).astype(np.float32).astype(np.float64)) if n else st.none()
+        ),
         cut=draw(st.none() | hnp.arrays(np.bool_, n)),
         sigma=draw(st.none() | array(n, 1 + m, 2)),
     )

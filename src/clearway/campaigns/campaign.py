@@ -32,7 +32,7 @@ def run_campaign(
     """Run every trial of a plan and store the results.
 
     They are the same bytes whatever the number of workers, and whether or not the campaign was interrupted; wall-clock
-    figures are kept apart in timing.parquet.
+    figures are kept apart in timing.parquet and thinking.parquet.
 
     Args:
         plan: What to run.

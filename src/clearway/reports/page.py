@@ -48,7 +48,7 @@ from clearway.reports import (
 )
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
-from clearway.reports.replays import EVERY, FOLDER, Replays, in_page, in_turn
+from clearway.reports.replays import EVERY, FOLDER, Replays, companions, in_page, in_turn
 from clearway.reports.selection import is_recorded, label, representative
 from clearway.reports.tables import NAMES, write_tables
 from clearway.scenarios.suite import Section
@@ -78,7 +78,8 @@ def write_report(path: str | os.PathLike[str]) -> Path:
 
 
 def write_replay(results: Results, trial: int) -> Path:
-    """Write a page that replays one trial, into `report/` of its results directory, and return it.
+    """Write a page that replays one trial, with those of its simulation and of the same test beside it, into `report/` of its
+    results directory, and return it.
 
     Raises:
         ClearwayError: there is no such trial, or it can't be written.
@@ -88,11 +89,12 @@ def write_replay(results: Results, trial: int) -> Path:
     if row is None:
         raise ClearwayError(f"there is no trial {trial}; it holds 0 to {len(results) - 1}", file=results.path)
     replays = Replays(f)
-    replays.write([row], None)
+    rows = [row, *companions(f, row)]
+    replays.write(rows, None)
     page = _environment().get_template("replay.html").render(
         title=f"Trial {trial}: {f.title(row['robot'])}, {label(row)}",
         scenario=row["scenario"] or "recording",
-        replay=replays.shown([row], trial),
+        replay=replays.shown(sorted(rows, key=lambda r: int(r["trial"])), trial),
         **_frame(("decode.js", "lidar.js", "stage.js", "replay.js")),
     )  # fmt: skip
     file = results.path / "report" / f"trial-{trial:05d}.html"

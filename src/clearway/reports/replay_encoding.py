@@ -130,7 +130,7 @@ def broken(trial: Trial) -> Trial:
     assert moving_obstacles is not None
     return replace(
         trial, t=t, pose=pose, moving_obstacles=moving_obstacles, velocity=torn(trial.velocity), estimate=torn(trial.estimate), command=None,
-        leg=np.insert(trial.leg, after, trial.leg[after - 1]), cut=None, sigma=None,
+        leg=np.insert(trial.leg, after, trial.leg[after - 1]), cut=None, sigma=None, thinking=None,
     )  # fmt: skip
 
 
@@ -199,6 +199,8 @@ def _columns(trial: Trial, keep: npt.NDArray[np.int64]) -> dict[str, tuple[Float
     clearance = clearance_over_time(trial)
     if clearance is not None:
         columns["c"] = (np.minimum(clearance, 30.0), MILLI)
+    if trial.thinking is not None and np.isfinite(trial.thinking).any():
+        columns["d"] = (1e3 * trial.thinking, 1e-2)  # ms
     columns["leg"] = (np.asarray(trial.leg, dtype=np.float64), 1.0)
     for m in range(trial.moving_obstacles.shape[1]):
         poses(f"m{m}", trial.moving_obstacles[:, m])
@@ -269,7 +271,8 @@ def _moving(body: Body) -> dict[str, Any]:
     if not body.outlined:
         return {"name": body.name, **CROSS}
     person = {"person": True} if body.kind is BodyKind.PERSON and isinstance(body.shape, Circle) else {}
-    return {"name": body.name, **_shape(body.shape), **person}
+    robot = {"robot": True} if body.kind is BodyKind.ROBOT else {}
+    return {"name": body.name, **_shape(body.shape), **person, **robot}
 
 
 def _body(body: Body) -> dict[str, Any]:

@@ -13,6 +13,7 @@ import zlib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -31,6 +32,8 @@ MOST_INSIDE = 16_000_000
 """Bytes of packed replays inside the page."""
 MOST_LISTED = 2000
 """Trials that the page's table and its replays list; of more, a sample."""
+MOST_BESIDE = 40
+"""Trials that a page of one trial holds beside it."""
 FOLDER, EVERY = "replay", "trials.js"
 """Where all of them lie then, seen from the page: a script a trial, and the table of all of them."""
 
@@ -126,9 +129,13 @@ class Replays:
             first: The trial to show first; None: none.
         """
         floors = [_deflated(floor) for floor in self._packer.floors.things]
+        tests, runs = (
+            {key: k for k, key in enumerate(dict.fromkeys(map(of, rows)))} for of in (_test, itemgetter("run"))
+        )
         index = {
             "robots": self._packer.robots.things, "floors": floors, "first": first, "folder": FOLDER,
-            "total": len(self._order), "trials": [[r["trial"], _option(self._f, r)] for r in rows],
+            "total": len(self._order),
+            "trials": [[r["trial"], _option(self._f, r), tests[_test(r)], runs[r["run"]] if r["run"] else -1] for r in rows],
         }  # fmt: skip
         return {"index": in_page(index), "inline": sorted(self._inside.items())}
 
@@ -168,9 +175,25 @@ def _file(page: Path, number: int) -> Path:
     return page / FOLDER / f"{number:05d}.js"
 
 
+def _test(row: Row) -> tuple[Any, ...]:
+    """What trials share that can be shown side by side: all but who drove."""
+    if row["scenario"] is None:
+        return (row["trial"],)
+    return row["suite"], row["scenario"], row["robot"], row["member"]
+
+
+def companions(f: Findings, row: Row) -> list[Row]:
+    """The trials that a trial is shown with: of its simulation's other robots, and of the same test with other drivers."""
+    return [
+        r for r in f.rows
+        if r is not row and (_test(r) == _test(row) or (r["run"] and r["run"] == row["run"]))
+    ][:MOST_BESIDE]  # fmt: skip
+
+
 def _option(f: Findings, row: Row) -> str:
     """What a trial is called in the player's list."""
-    who = f"{f.title(row['robot'])}, " if len(f.systems) > 1 else ""
+    drove = row["navigator"] if row["navigator"] else ""
+    who = f"{f.title(row['robot'])}{f' ({drove})' if drove else ''}{', ' + row['member'] if row['member'] else ''}, "
     return f"{row['trial']}  {who}{label(row)}: {verdict(row)}"
 
 

@@ -124,6 +124,9 @@ FILES: dict[str, TableFile] = {
             trial=(_I, ""), name=(_S, ""), value=(_F, "s of wall clock; but decide_count, and decide_overrun: a share")
         ),
     ),
+    "thinking": TableFile(
+        "thinking.parquet", _schema(trial=(_I, ""), seconds=(pa.float32(), "s of wall clock, by sample"))
+    ),
 }
 """The files of a results directory beside `trials.parquet`. `fixtures` has one row a floor plan, the others any
 number a trial, in order."""
@@ -190,6 +193,7 @@ def to_tables(index: int, trial: Trial) -> Tables:
             [{"trial": index, "name": k, "value": float(v)} for k, v in trial.timing.items()],
             schema=FILES["timing"].schema,
         ),
+        "thinking": pa.table(_thinking(index, trial.thinking), schema=FILES["thinking"].schema),
     }
 
 
@@ -224,8 +228,14 @@ def from_tables(tables: Tables) -> Trial:
         snapshots=_read_snapshots(tables["snapshots"], tables["drawings"]),
         provenance=json.loads(row["provenance"]),
         timing={r["name"]: r["value"] for r in tables["timing"].to_pylist()},
+        thinking=_vector(tables["thinking"], "seconds").astype(np.float64) if tables["thinking"].num_rows else None,
         between=_read_between(tables["between"], m),
     )
+
+
+def _thinking(index: int, thinking: FloatArray | None) -> dict[str, Any]:
+    seconds = np.zeros(0, np.float32) if thinking is None else np.asarray(thinking, np.float32)
+    return {"trial": np.full(len(seconds), index, np.int32), "seconds": seconds}
 
 
 def _between(index: int, between: Instants | None, m: int) -> dict[str, Any]:

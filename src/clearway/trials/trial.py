@@ -278,6 +278,8 @@ class Trial:
         snapshots: What the navigator showed of its thinking.
         provenance: What ran, on which version, from which file.
         timing: Wall-clock figures, s, kept apart.
+        thinking: (n,) wall clock that the decision at t took, s, kept apart; NaN where there was none, and of the first one,
+            which may load or compile code; None: unknown.
         cut: (n,) bool, whether the budget cut the decision at t short, or None.
         sigma: (n, 1 + m, 2) standard uncertainty of position [m] and heading [rad] of the robot and of the moving
             obstacles, NaN where unknown; None: of a simulation, that there is none, of a recording, that it is unknown.
@@ -302,6 +304,7 @@ class Trial:
     snapshots: tuple[Snapshot, ...] = ()
     provenance: Mapping[str, Any] = field(default_factory=dict)
     timing: Mapping[str, float] = field(default_factory=dict)
+    thinking: FloatArray | None = None
     cut: npt.NDArray[np.bool_] | None = None
     sigma: FloatArray | None = None
     tie: FloatArray | None = None

@@ -74,6 +74,7 @@ class Drive:
         log: The samples.
         snapshots: What the navigator showed of its thinking.
         thinking: How long each decision took, s of wall clock.
+        thought_at: When each was asked for, s.
     """
 
     def __init__(
@@ -90,6 +91,7 @@ class Drive:
         self.log = Log(len(world.moving_obstacles), len(world.motion) - 3)
         self.snapshots: list[Snapshot] = []
         self.thinking: list[float] = []
+        self.thought_at: list[float] = []
         self._count, self._busy, self._status, self._called = 0, 0.0, "", False  # busy: until then the pilot thinks
         self._estimate, self._command = task.start, Command(0.0, 0.0)
         self._driven = self._period
@@ -134,6 +136,7 @@ class Drive:
             try:
                 decision = self._decide(sensing)
                 thinking.append(perf_counter() - before)
+                self.thought_at.append(t)
                 estimate, command = _sound(decision, self._estimate)
             except Exception as error:
                 if self._raise_errors:
@@ -213,6 +216,13 @@ class Drive:
     def _record(self, t: float) -> None:
         """The last instant, with the estimate and the command that were in force."""
         self.log.add(t, self.world.motion, self._estimate, self._command, self.checker.leg, self.world.moving_obstacles)
+
+
+def thinking_of(drive: Drive, t: FloatArray) -> FloatArray:
+    """(n,) how long the decision at each of `t` (n,) [s] took, as `Trial` has it."""
+    out = np.full(len(t), np.nan)
+    out[np.searchsorted(t, drive.thought_at[1:])] = drive.thinking[1:]
+    return out
 
 
 def _sound(decision: Decision, before: FloatArray) -> tuple[FloatArray, Command]:

@@ -20,7 +20,7 @@ from clearway.trials import Attempt, Body, Trial
 from clearway.world.attempt import attempt_of, placed, run_of
 from clearway.world.behaviours.registry import behaviours_of
 from clearway.world.bodies import bodies_of, moving_obstacles_of
-from clearway.world.drive import Drive, Driver, timing
+from clearway.world.drive import Drive, Driver, thinking_of, timing
 from clearway.world.goal_and_progress_checker import GoalAndProgressChecker
 from clearway.world.together import drive_together
 from clearway.world.tracks import Tracks, longest, tracks
@@ -154,6 +154,7 @@ def _trial(scenario: Scenario, attempt: Attempt, drive: Drive, wall: float) -> T
         between=world.between.instants(),
         provenance={"source": "simulation", "clearway": _version(), "scenario": scenario.name, "seed": scenario.seed},
         timing=timing(wall, drive.thinking, attempt.period),
+        thinking=thinking_of(drive, columns["t"]),
     )
 
 

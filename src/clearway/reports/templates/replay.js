@@ -1,9 +1,9 @@
-// The player: picks a trial, runs its clock, and asks Stage to draw.
+// The player: picks a trial, and one beside it, runs their clock, and asks Stage to draw. Robots of one simulation show their plans too.
 const Replay = (() => {
   const $ = (id) => document.getElementById(id);
   const meta = JSON.parse($("replay-index").textContent);
   const waiting = new Map();
-  let trial = null, time = 0, playing = false, last = 0, toTime = null, asked = 0;
+  let trial = null, beside = null, fellows = [], end = 0, time = 0, playing = false, last = 0, toTime = null, asked = 0;
 
   // Replays beside the page call this by name.
   window.clearwayTrial = (packed) => { waiting.get(packed.index)?.(packed); waiting.delete(packed.index); };
@@ -45,8 +45,8 @@ const Replay = (() => {
     };
   }
 
-  // The state at `t`, between samples interpolated.
-  function at(t) {
+  // The state of a trial at `t`, between samples interpolated.
+  function at(trial, t) {
     const s = trial.samples, n = s.t.length;
     let low = 0, high = n - 1;
     while (high - low > 1) { const mid = (low + high) >> 1; if (s.t[mid] <= t) low = mid; else high = mid; }
@@ -65,12 +65,15 @@ const Replay = (() => {
 
   function render() {
     if (!trial) return;
-    const now = at(time), options = Object.fromEntries(["scan", "plan", "path", "estimate", "whole"].map((k) => [k, $(`show-${k}`).checked]));
-    Stage.draw($("stage"), trial, now, options);
-    toTime = Stage.chart($("clearance"), trial, now);
+    const now = at(trial, time), options = Object.fromEntries(["scan", "plan", "path", "estimate", "whole"].map((k) => [k, $(`show-${k}`).checked]));
+    const shown = (beside ? [trial, beside] : [trial]).map((one) => one.bounds(options.whole)); // both to one scale
+    options.bounds = [Math.min, Math.min, Math.max, Math.max].map((most, k) => most(...shown.map((bounds) => bounds[k])));
+    Stage.draw($("stage"), trial, now, options, fellows);
+    if (beside) Stage.draw($("stage-beside"), beside, at(beside, time), options, []);
+    toTime = Stage.chart($("clearance"), beside ? [trial, beside] : [trial], time, end);
     $("scrub").value = String(time);
-    $("scrub").setAttribute("aria-valuetext", `${time.toFixed(1)} of ${trial.end.toFixed(1)} seconds`);
-    $("clock").textContent = `${time.toFixed(1)} / ${trial.end.toFixed(1)} s`;
+    $("scrub").setAttribute("aria-valuetext", `${time.toFixed(1)} of ${end.toFixed(1)} seconds`);
+    $("clock").textContent = `${time.toFixed(1)} / ${end.toFixed(1)} s`;
     const off = now.estimate && now.pose ? Math.hypot(now.estimate[0] - now.pose[0], now.estimate[1] - now.pose[1]) : NaN;
     const thought = trial.thoughtAt(time), leg = trial.legs[trial.samples.leg[now.index]];
     for (const [id, text] of [
@@ -79,11 +82,11 @@ const Replay = (() => {
     ]) $(id).textContent = text;
   }
 
-  function seek(t) { if (trial) { time = Math.min(Math.max(t, 0), trial.end); render(); } }
+  function seek(t) { if (trial) { time = Math.min(Math.max(t, 0), end); render(); } }
 
   function step(samples) {
     if (!trial) return;
-    const s = trial.samples.t, i = Math.min(Math.max(at(time).index + samples, 0), s.length - 1);
+    const s = trial.samples.t, i = Math.min(Math.max(at(trial, time).index + samples, 0), s.length - 1);
     play(false); seek(s[i]);
   }
 
@@ -92,7 +95,7 @@ const Replay = (() => {
     const passed = Math.min((stamp - last) / 1000, 0.1) * Number($("rate").value);
     last = stamp;
     seek(time + Math.max(passed, 0));
-    if (time >= trial.end) play(false); else requestAnimationFrame(tick);
+    if (time >= end) play(false); else requestAnimationFrame(tick);
   }
 
   function play(on) {
@@ -100,7 +103,7 @@ const Replay = (() => {
     playing = on;
     $("play").textContent = on ? "Pause" : "Play";
     $("play").setAttribute("aria-pressed", String(on));
-    if (on) { if (time >= trial.end) time = 0; last = performance.now(); requestAnimationFrame(tick); }
+    if (on) { if (time >= end) time = 0; last = performance.now(); requestAnimationFrame(tick); }
   }
 
   function describe() {
@@ -114,7 +117,7 @@ const Replay = (() => {
     $("verdict").className = trial.success ? "verdict good" : "verdict bad";
     for (const [t, kind, detail] of trial.events.slice(0, 60)) {
       const item = document.createElement("li"), button = document.createElement("button");
-      button.type = "button"; button.textContent = `${t.toFixed(1)} s  ${kind}`; button.title = detail[0];
+      button.type = "button"; button.textContent = `${t.toFixed(1)} s  ${kind}${detail[0] ? `: ${detail[0]}` : ""}`;
       button.addEventListener("click", () => { play(false); seek(t); });
       item.append(button);
       if (trial.video) {
@@ -133,21 +136,57 @@ const Replay = (() => {
     $("replay-problem").hidden = true;
     try {
       const opened = await open(await packedTrial(index));
+      const about = listed(index), others = about ? meta.trials.filter((other) => other[0] !== index) : [];
+      const together = about?.[3] >= 0 ? others.filter((other) => other[3] === about[3]) : [];
+      const along = await Promise.all(together.map(async (other) => open(await packedTrial(other[0]))));
       if (mine !== asked) return; // another was picked meanwhile
-      trial = opened;
+      [trial, beside, fellows] = [opened, null, along];
+      offer(others.filter((other) => other[2] === about[2]));
     } catch (error) {
-      $("replay-problem").textContent = `This trial can't be shown: ${error.message}`;
-      $("replay-problem").hidden = false;
+      problem(error);
       return;
     }
     time = 0;
-    $("scrub").max = String(trial.end);
     if (![...$("pick").options].some((o) => o.value === String(index))) $("pick").add(new Option(trial.title, index)); // none of the sample
     $("pick").value = String(index);
     $("stage").setAttribute("aria-label", `Floor plan with the robot, trial ${index}`);
     for (const [id, there] of [["plan", trial.thoughts.length > 0], ["estimate", trial.samples.ex !== undefined], ["scan", Stage.scans(trial)]]) $(`layer-${id}`).hidden = !there;
-    describe(); render();
+    describe(); settle();
     $("player").dataset.trial = String(index);
+  }
+
+  const listed = (index) => meta.trials.find((other) => other[0] === index);
+
+  function problem(error) {
+    $("replay-problem").textContent = `This trial can't be shown: ${error.message}`;
+    $("replay-problem").hidden = false;
+  }
+
+  // Trials of the same test, one of which may be shown beside.
+  function offer(others) {
+    $("beside").replaceChildren(new Option("nothing beside it", ""), ...others.map(([index, title]) => new Option(title, index)));
+    $("beside-it").hidden = !others.length;
+  }
+
+  async function showBeside(index) {
+    const mine = asked;
+    try {
+      const opened = index === null ? null : await open(await packedTrial(index));
+      if (mine === asked) beside = opened;
+    } catch (error) { problem(error); }
+    settle();
+  }
+
+  // What follows from which trials are shown.
+  function settle() {
+    end = Math.max(trial.end, beside ? beside.end : 0);
+    time = Math.min(time, end);
+    $("scrub").max = String(end);
+    $("stages").classList.toggle("two", Boolean(beside));
+    for (const [id, shown] of [["stage-title", trial], ["stage-beside-title", beside]]) {
+      $(id).textContent = beside ? `${shown.row.navigator}: ${shown.verdict || shown.outcome}` : "";
+    }
+    render();
   }
 
   function neighbour(by) {
@@ -160,7 +199,7 @@ const Replay = (() => {
     const button = event.target.tagName === "BUTTON" || event.target.type === "checkbox";
     const act = {
       " ": button ? null : () => play(!playing), k: () => play(!playing), ArrowRight: () => step(event.shiftKey ? 10 : 1),
-      ArrowLeft: () => step(event.shiftKey ? -10 : -1), Home: () => seek(0), End: () => seek(trial?.end || 0),
+      ArrowLeft: () => step(event.shiftKey ? -10 : -1), Home: () => seek(0), End: () => seek(end),
       n: () => neighbour(1), p: () => neighbour(-1),
     }[event.key];
     if (act) { event.preventDefault(); act(); }
@@ -177,6 +216,7 @@ const Replay = (() => {
   function start() {
     for (const [index, title] of meta.trials) $("pick").add(new Option(title, index));
     $("pick").addEventListener("change", () => show(Number($("pick").value)));
+    $("beside").addEventListener("change", () => showBeside($("beside").value === "" ? null : Number($("beside").value)));
     $("play").addEventListener("click", () => play(!playing));
     $("previous").addEventListener("click", () => neighbour(-1));
     $("next").addEventListener("click", () => neighbour(1));
@@ -193,5 +233,5 @@ const Replay = (() => {
   }
 
   start();
-  return { show, seek, state: () => ({ time, playing, now: trial && at(time), trial: trial && trial.index }) };
+  return { show, seek, state: () => ({ time, playing, now: trial && at(trial, time), trial: trial && trial.index, beside: beside && beside.index, fellows: fellows.map((f) => f.index) }) };
 })();

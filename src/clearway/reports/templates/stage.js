@@ -1,4 +1,4 @@
-// Draws one instant of a trial on a canvas, and its clearance over time on another.
+// Draws one instant of a trial on a canvas, and over time on another how near it came, how fast it was and how long it thought.
 const Stage = (() => {
   const COLOURS = ["ink", "muted", "rule", "paper", "panel", "fixture", "furniture", "obstacle", "robot", "moving", "mark",
     "bad", "scan", "estimate", "plan"];
@@ -77,8 +77,9 @@ const Stage = (() => {
     trace(g, v, [[at[0], at[1]], tip]); g.stroke();
   }
 
-  function draw(canvas, trial, now, options) {
-    const c = palette(), { g, width, height } = fit(canvas), v = view(trial.bounds(options.whole), width, height);
+  // fellows: the trials of the other robots of its simulation.
+  function draw(canvas, trial, now, options, fellows) {
+    const c = palette(), { g, width, height } = fit(canvas), v = view(options.bounds, width, height);
     const s = trial.samples, i = now.index, pose = now.pose, thought = trial.thoughtAt(now.t);
     g.lineJoin = g.lineCap = "round";
     if (options.plan && thought && thought.field) field(g, v, c, thought.field);
@@ -98,6 +99,7 @@ const Stage = (() => {
     }
     if (trial.recorded && options.path) found(g, v, c, trial);
     if (options.scan && scans(trial)) scan(g, v, c, trial, now);
+    if (options.plan) for (const fellow of fellows) { const own = fellow.thoughtAt(now.t); if (own && now.t <= fellow.end) plans(g, v, c, own, 0.35); }
     if (options.plan && thought) thoughts(g, v, c, thought);
     if (options.path) { g.strokeStyle = c.robot; g.lineWidth = 2; track(g, v, s.x, s.y, 0, i); }
     trial.movingObstacles.forEach((obstacle, m) => {
@@ -107,6 +109,11 @@ const Stage = (() => {
       g.setLineDash([]);
       if (at && obstacle.person) person(g, v, obstacle, at, c.moving, c.ink);
       else if (at) { g.globalAlpha = 0.85; body(g, v, obstacle, at, c.moving, c.moving); g.globalAlpha = 1; }
+      if (at && obstacle.robot) {
+        arrow(g, v, at, 0.3, c.ink);
+        g.font = "12px system-ui, sans-serif"; g.textAlign = "center"; g.fillStyle = c.ink;
+        g.fillText(obstacle.name, v.x(at[0]), v.y(at[1]) - 0.4 * v.scale);
+      }
     });
     if (options.estimate && now.estimate) {
       g.strokeStyle = c.estimate; g.lineWidth = 1.5; g.setLineDash([3, 3]);
@@ -153,17 +160,28 @@ const Stage = (() => {
     trace(g, v, [origin, ...hits], true); g.fill();
     g.globalAlpha = 0.9;
     for (const [x, y, seen] of hits) if (seen) g.fillRect(v.x(x) - 1, v.y(y) - 1, 2, 2);
-    g.globalAlpha = 1;
+    g.globalAlpha = 0.6; g.strokeStyle = c.scan; g.lineWidth = 1; g.setLineDash([1, 3]); // to whom it sees
+    trial.movingObstacles.forEach((m, k) => {
+      const at = now.movingObstacles[k], reach = m.r ?? Math.max(0, ...(m.p || []).map(([x, y]) => Math.hypot(x, y)));
+      if (!at || !hits.some(([x, y, seen]) => seen && Math.hypot(x - at[0], y - at[1]) <= reach + 0.01)) return;
+      trace(g, v, [origin, at]); g.stroke();
+    });
+    g.setLineDash([]); g.globalAlpha = 1;
   }
 
-  function thoughts(g, v, c, thought) {
+  function plans(g, v, c, thought, alpha) {
     Object.entries(thought.lines).forEach(([name, points]) => {
       const local = name.includes("local") || name.includes("trajectory");
-      g.strokeStyle = c.plan; g.lineWidth = local ? 3 : 1.5; g.globalAlpha = local ? 0.9 : 0.75;
+      g.strokeStyle = c.plan; g.lineWidth = local ? 3 : 1.5; g.globalAlpha = alpha * (local ? 1 : 0.8);
       g.setLineDash(local ? [] : [6, 3]);
       trace(g, v, points); g.stroke();
     });
-    g.setLineDash([]); g.globalAlpha = 0.6; g.strokeStyle = c.muted; g.lineWidth = 0.7;
+    g.setLineDash([]); g.globalAlpha = 1;
+  }
+
+  function thoughts(g, v, c, thought) {
+    plans(g, v, c, thought, 0.9);
+    g.globalAlpha = 0.6; g.strokeStyle = c.muted; g.lineWidth = 0.7;
     g.beginPath();
     for (const [x0, y0, x1, y1] of thought.tree || []) { g.moveTo(v.x(x0), v.y(y0)); g.lineTo(v.x(x1), v.y(y1)); }
     g.stroke();
@@ -192,45 +210,65 @@ const Stage = (() => {
   function ruler(g, v, c, height) {
     g.strokeStyle = g.fillStyle = c.muted; g.lineWidth = 1.5;
     g.beginPath(); g.moveTo(14, height - 14); g.lineTo(14 + v.scale, height - 14); g.stroke();
-    g.font = "12px system-ui, sans-serif"; g.fillText("1 m", 14, height - 20);
+    g.font = "12px system-ui, sans-serif"; g.textAlign = "left"; g.fillText("1 m", 14, height - 20);
   }
 
-  // Clearance over time with a cursor; returns pixel -> time for clicks.
-  function chart(canvas, trial, now) {
-    const c = palette(), { g, width, height } = fit(canvas);
-    const s = trial.samples, n = s.t.length, end = s.t[n - 1] || 1, left = 74, right = 10, top = 8, bottom = 20;
-    const px = (t) => left + ((width - left - right) * t) / end;
+  const ROWS = [ // [column, name, unit, the most that is shown, whether it is shown below 0 too]
+    ["c", "clearance", "m", 3, false], ["v", "speed", "m/s", 100, true], ["w", "yaw rate", "rad/s", 100, true], ["d", "decision", "ms", 1e6, false],
+  ];
+
+  // What trials (one, or two to compare) did over time, a plot a quantity, with one cursor; returns pixel -> time for clicks.
+  function chart(canvas, trials, time, end) {
+    const rows = ROWS.filter(([column]) => trials.some((trial) => trial.samples[column]));
+    canvas.style.height = `${28 + 58 * Math.max(rows.length, 1)}px`;
+    const c = palette(), { g, width, height } = fit(canvas), first = trials[0];
+    const left = 84, right = 10, top = 8, bottom = 20, each = (height - top - bottom) / Math.max(rows.length, 1);
+    const px = (t) => left + ((width - left - right) * t) / (end || 1);
     g.font = "12px system-ui, sans-serif"; g.lineWidth = 1;
-    for (const [leg, from, to] of trial.spans) {
+    for (const [leg, from, to] of first.spans) {
       if (leg % 2 === 0) { g.fillStyle = c.panel; g.fillRect(px(from), top, px(to) - px(from), height - top - bottom); }
-      const name = trial.legs[leg].name;
+      const name = first.legs[leg].name;
       g.fillStyle = c.muted; g.textAlign = "center";
       if (px(to) - px(from) > 12 + g.measureText(name).width) g.fillText(name, (px(from) + px(to)) / 2, height - 5);
     }
-    if (s.c) {
-      let high = 0.2;
-      for (const value of s.c) if (value > high) high = value;
-      high = Math.min(high, 3);
-      const py = (value) => height - bottom - ((height - top - bottom) * Math.min(Math.max(value, 0), high)) / high;
-      g.textAlign = "right"; g.fillStyle = c.muted;
-      g.fillText(high.toFixed(1) + " m", left - 6, top + 9); g.fillText("0", left - 6, height - bottom + 1); g.fillText("clearance", left - 6, height - 5);
-      g.strokeStyle = c.rule;
-      g.beginPath(); g.moveTo(left, py(0)); g.lineTo(width - right, py(0)); g.stroke();
-      g.strokeStyle = c.robot; g.lineWidth = 1.5; g.beginPath();
+    rows.forEach((row, k) => plot(g, c, trials, row, px, top + k * each, top + (k + 1) * each - 8, left, width - right));
+    if (!rows.some(([column]) => column === "c")) {
+      g.fillStyle = c.muted; g.textAlign = "center";
+      g.fillText(first.samples.x.some(Number.isFinite) ? "no clearance: nothing to stay clear of, or footprint unknown" : "not recorded", width / 2, top + each / 2);
+    }
+    const mark = (t) => g.fillRect(px(t) - 1, top, 2, height - top - bottom);
+    g.fillStyle = c.moving;
+    for (const trial of trials) for (const [t, kind] of trial.events) if (kind === "possible contact") mark(t);
+    g.fillStyle = c.bad;
+    for (const trial of trials) for (const [t, kind] of trial.events) if (kind === "contact" || kind === "error") mark(t);
+    g.strokeStyle = c.ink; g.lineWidth = 1;
+    g.beginPath(); g.moveTo(px(time), top - 4); g.lineTo(px(time), height - bottom); g.stroke();
+    return (x) => ((x - left) / (width - left - right)) * end;
+  }
+
+  function plot(g, c, trials, [column, name, unit, most, signed], px, top, bottom, left, right) {
+    let low = 0, high = 0;
+    for (const trial of trials) for (const value of trial.samples[column] || []) { if (value > high) high = value; if (signed && value < low) low = value; }
+    high = Math.max(Math.min(high, most), low < -0.01 ? 0 : 0.2);
+    const py = (value) => bottom - ((bottom - top) * (Math.min(Math.max(value, low), high) - low)) / (high - low);
+    g.textAlign = "right"; g.fillStyle = c.muted;
+    g.fillText(name, left - 6, (top + bottom) / 2 + 4);
+    g.fillText(`${high.toPrecision(2)} ${unit}`, left - 6, top + 9);
+    g.fillText(low ? low.toPrecision(2) : "0", left - 6, bottom + 1);
+    g.strokeStyle = c.rule; g.lineWidth = 1;
+    g.beginPath(); g.moveTo(left, py(0)); g.lineTo(right, py(0)); g.stroke();
+    trials.forEach((trial, k) => {
+      const { t } = trial.samples, values = trial.samples[column];
+      if (!values) return;
+      g.strokeStyle = k ? c.plan : c.robot; g.lineWidth = 1.5; g.beginPath();
       let down = false;
-      for (let i = 0; i < n; i++) {
-        if (Number.isNaN(s.c[i])) { down = false; continue; }
-        if (down) g.lineTo(px(s.t[i]), py(s.c[i])); else g.moveTo(px(s.t[i]), py(s.c[i]));
+      for (let i = 0; i < t.length; i++) {
+        if (Number.isNaN(values[i])) { down = false; continue; }
+        if (down) g.lineTo(px(t[i]), py(values[i])); else g.moveTo(px(t[i]), py(values[i]));
         down = true;
       }
       g.stroke();
-    } else { g.fillStyle = c.muted; g.textAlign = "center"; g.fillText(s.x.some(Number.isFinite) ? "no clearance: nothing to stay clear of, or footprint unknown" : "not recorded", width / 2, height / 2); }
-    for (const [t, kind] of trial.events) if (kind === "possible contact") { g.fillStyle = c.moving; g.fillRect(px(t) - 1, top, 2, height - top - bottom); }
-    g.fillStyle = c.bad;
-    for (const [t, kind] of trial.events) if (kind === "contact" || kind === "error") g.fillRect(px(t) - 1, top, 2, height - top - bottom);
-    g.strokeStyle = c.ink; g.lineWidth = 1;
-    g.beginPath(); g.moveTo(px(now.t), top - 4); g.lineTo(px(now.t), height - bottom); g.stroke();
-    return (x) => ((x - left) / (width - left - right)) * end;
+    });
   }
 
   return { draw, chart, scans };
