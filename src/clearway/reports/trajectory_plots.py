@@ -92,12 +92,17 @@ def one_trial(trial: Trial, title: str) -> Figure:
     """One trial's trajectory, large."""
     figure = theme.new_figure(8.0, 4.8)
     ax = figure.add_subplot()
-    _frame(ax, _around([trial]))
-    _set_up(ax, trial, theme.FIXTURE)
-    _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
+    floor(ax, trial, around([trial]))
     _tracks(ax, trial)
     ax.set_title(title)
     return figure
+
+
+def floor(ax: Axes, trial: Trial, box: tuple[float, float, float, float]) -> None:
+    """What stands in a trial, within `box` (x0, y0, x1, y1) [m]."""
+    _frame(ax, box)
+    _set_up(ax, trial, theme.FIXTURE)
+    _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
 
 
 def clearance(trial: Trial, title: str) -> Figure:
@@ -138,7 +143,7 @@ def _panels(
         row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
         assert row is not None
         samples.append(results.trial(row["trial"]))
-    x0, y0, x1, y1 = _around(samples, driven=not setting)
+    x0, y0, x1, y1 = around(samples, driven=not setting)
     tall = (y1 - y0) / (x1 - x0)
     columns = min(max(columns, 6 if tall > 1.5 else 4 if tall > 0.72 or len(panels) > 4 else 2), max(len(panels), 2))
     if len(panels) == 1 and tall < 0.6:
@@ -151,7 +156,7 @@ def _panels(
     return figure, axes
 
 
-def _around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
+def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
     """Box around where robots, goals and obstacles of the test were, m; and of the moving obstacles' lanes, cut short."""
     points, moving_obstacles = [], []
     for trial in trials:
@@ -308,7 +313,7 @@ def _first_way(trial: Trial, m: int) -> FloatArray:
 def _robot_at(ax: Axes, trial: Trial, pose: FloatArray) -> None:
     if not known_positions(pose):
         return
-    robot = _robot(trial)
+    robot = robot_of(trial)
     if robot is not None and has_outline(robot, pose):
         points = theme.outline(robot.shape, upright(pose)).T
         ax.fill(*points, facecolor=theme.ROBOT, alpha=0.35, zorder=4)
@@ -331,11 +336,11 @@ def _tracks(ax: Axes, trial: Trial) -> None:
             ax.plot(track[:, 0], track[:, 1], color=theme.MOVING, linewidth=1.3, zorder=4)
             _prints(ax, body, track, theme.MOVING, 3 * FOOTPRINT_EVERY)
     ax.plot(trial.pose[:, 0], trial.pose[:, 1], color=theme.ROBOT, linewidth=1.4, zorder=6)
-    if (robot := _robot(trial)) is not None:
+    if (robot := robot_of(trial)) is not None:
         _prints(ax, robot, trial.pose, theme.ROBOT, FOOTPRINT_EVERY)
 
 
-def _robot(trial: Trial) -> Body | None:
+def robot_of(trial: Trial) -> Body | None:
     """The robot as a body; None if nobody knows its footprint."""
     footprint = trial.attempt.footprint
     return None if footprint is None else Body("robot", BodyKind.MOVING_OBSTACLE, footprint, None)
