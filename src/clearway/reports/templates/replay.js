@@ -190,7 +190,12 @@ const Replay = (() => {
   }
 
   function neighbour(by) {
-    const next = meta.trials.length < meta.total ? Number($("pick").value) + by : meta.trials[$("pick").selectedIndex + by]?.[0];
+    if (meta.trials.length === meta.total) { // all of them are listed
+      const next = meta.trials[$("pick").selectedIndex + by];
+      if (next) show(next[0]);
+      return;
+    }
+    const next = Number($("pick").value) + by;
     if (next >= 0 && next < meta.total) show(next);
   }
 
