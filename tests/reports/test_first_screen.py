@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from synthetic_results import write_campaign
 
-from clearway.reports.causes import causes, causes_of_all, failures, what_happened
+from clearway.reports.causes import causes, causes_of_all, failures, of_slack, what_happened
 from clearway.reports.findings import Findings
 from clearway.reports.same_tests import same_tests
 from clearway.reports.selection import System
@@ -132,6 +132,16 @@ def test_causes_are_counted_and_the_typical_trial_is_the_middle_one() -> None:
         assert "fault" not in what_happened(row)
     both = made_up(("a", "x", trials), ("b", "x", [MISSED] * 3 + [{}] * 8))
     assert next((c.count, c.who) for c in causes_of_all(both)) == (6, "a x: 3 of them")
+
+
+def test_the_localisation_is_named_only_where_the_robot_took_itself_to_be_right() -> None:
+    forgiven = MISSED | {"success_slack": True}
+    assert (
+        of_slack(
+            [PLAIN | forgiven, PLAIN | forgiven | {"success_self": False}, PLAIN | MISSED | {"success_slack": False}]
+        )
+        == 1
+    )
 
 
 def test_the_sentences_say_the_numbers(results: Results) -> None:

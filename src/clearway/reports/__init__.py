@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from clearway.reports.figures import FIGURES, figure
 from clearway.reports.page import write_replay, write_report
+from clearway.reports.pdf import printing_browser, write_pdf
 
-__all__ = ["FIGURES", "figure", "write_replay", "write_report"]
+__all__ = ["FIGURES", "figure", "printing_browser", "write_pdf", "write_replay", "write_report"]

@@ -158,8 +158,8 @@ def _of_precision(f: Findings, system: System, rows: Sequence[Row], failure: str
 
 
 def of_slack(rows: Iterable[Row]) -> int:
-    """How many of these failures are ends that a small slack for the localisation would forgive."""
-    return sum(r["success"] is False and bool(r.get("success_slack")) for r in rows)
+    """How many of these failures are ends that the robot took for right and a small slack for its localisation would forgive."""
+    return sum(r["success"] is False and bool(r["success_self"] and r.get("success_slack")) for r in rows)
 
 
 def _last_line(reason: str) -> str:

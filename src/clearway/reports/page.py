@@ -116,17 +116,11 @@ def build(results: Results, folder: Path) -> None:
     listed = replays.listed()
     if len(listed) < len(f.rows):
         replays.write_table(columns, folder)
-    found = [verdicts.verdicts(f, group) for group in same_tests.same_tests(f)]
     duels = head_to_head.comparisons(f)
     simulated = {r["robot"] for r in f.rows if not is_recorded(r)}
     page = _environment().get_template("page.html").render(
         f=f,
-        title=_title(f),
-        said=summary.summary(f, found),
-        verdicts=found,
-        questions=verdicts.QUESTIONS,
-        fixes_of=[(f.name(s), n, causes.causes(f, s)) for s in f.systems if (n := causes.failures(f.of(s)))],
-        fixes_of_all=causes.causes_of_all(f),
+        **_first_screen(f),
         about=conditions.test(f),
         vehicles=[(f.title(name), conditions.vehicle(f, name)) for name in f.robots],
         deviations=conditions.deviations(f),
@@ -134,7 +128,6 @@ def build(results: Results, folder: Path) -> None:
         batches=[outcomes.batches(f, s) for s in f.systems],
         breakdown=outcomes.breakdown(f),
         decisions=decision_time.table(f),
-        slow=list(decision_time.warnings(f).values()),
         beside=outcomes.beside(f),
         space=outcomes.space(f),
         people=encounters.people(f),
@@ -172,6 +165,24 @@ def build(results: Results, folder: Path) -> None:
         **_frame(_SCRIPTS, beside=replays.beside),
     )  # fmt: skip
     (folder / PAGE).write_text(page, encoding="utf-8", errors="replace")
+
+
+def first_screen(results: Results) -> dict[str, Any]:
+    """What the page begins with, as its template asks for it."""
+    return _first_screen(Findings(results))
+
+
+def _first_screen(f: Findings) -> dict[str, Any]:
+    found = [verdicts.verdicts(f, group) for group in same_tests.same_tests(f)]
+    return {
+        "title": _title(f),
+        "said": summary.summary(f, found),
+        "verdicts": found,
+        "questions": verdicts.QUESTIONS,
+        "fixes_of": [(f.name(s), n, causes.causes(f, s)) for s in f.systems if (n := causes.failures(f.of(s)))],
+        "fixes_of_all": causes.causes_of_all(f),
+        "slow": list(decision_time.warnings(f).values()),
+    }
 
 
 def _swap(new: Path, folder: Path) -> None:
