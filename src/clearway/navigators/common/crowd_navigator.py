@@ -16,7 +16,7 @@ from clearway.navigators.common.holonomic import follow, slide_along
 from clearway.navigators.common.inputs import finite, own
 from clearway.navigators.common.motion import braked, stop_and_turn
 from clearway.navigators.common.route import Route, Seen, seen
-from clearway.robots import DriveKind, DriveLimits, Robot
+from clearway.robots import DriveKind, DriveLimits, Robot, possible
 from clearway.tuning import TunedOn
 
 
@@ -112,7 +112,10 @@ class CrowdNavigator(ABC, Generic[_P]):
         arrived = self._approach.reached(pose, velocity)
         if self._approach.stopping:
             v, omega = stop_and_turn(self._approach.turn, velocity[0], velocity[1], limits, self._period)
-            v_y = braked(velocity[2], limits.lateral_deceleration, self._period) if self._components > 2 else 0.0
+            v_y = 0.0
+            if self._components > 2:
+                v_y = braked(velocity[2], limits.lateral_deceleration, self._period)
+                v, omega, v_y = possible(limits, v, omega, v_y)
             return Command(v, omega, arrived=arrived, status=self._approach.status, v_y=v_y)
         others = seen(own(observation).obstacles, self._mapped)
         point, wish = self._route.wish(observation.t, pose, goal, others)

@@ -52,7 +52,7 @@ from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
-from clearway.robots import DriveKind, Robot
+from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import HOSPITAL, TunedOn
 
 REACH = 0.6
@@ -277,6 +277,8 @@ class HpSt:
         before = memory.velocity
         error = 0.0 if self._car else error
         v, omega = stop_and_turn(error, float(before[0]), float(before[1]), base.limits, self._period)
+        if base.limits.kind == "omnidirectional":
+            v, omega, _ = possible(base.limits, v, omega, 0.0)
         memory.age[1], self._decision = 0.0, None
         if self._settings.certified:
             assert self._forecast is not None
