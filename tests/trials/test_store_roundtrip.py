@@ -150,7 +150,7 @@ def _bits(a: np.ndarray) -> bytes:
     return a.tobytes()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.lists(trials(), min_size=1, max_size=3))
 def test_every_trial_comes_back(written: list[Trial]) -> None:
     with tempfile.TemporaryDirectory() as folder:
