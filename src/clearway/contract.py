@@ -75,7 +75,8 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scan:
-    """One sweep of a 2-D lidar.
+    """One sweep of a 2-D lidar, whose beams are cast one after another (`lidar.sweep` of the robot); it is stamped with the
+    time of its middle.
 
     Attributes:
         ranges: (n,) metres along beam i at `angle_min + i * angle_increment` in the sensor's frame; inf: no return.

@@ -43,7 +43,8 @@ def vehicle(f: Findings, name: str) -> Facts:
         facts.append(
             ("lidar", f"{lidar.beams} beams over {57.29578 * (lidar.angle_max - lidar.angle_min):.0f}°, "
              f"{lidar.range_min:g} to {lidar.range_max:g} m, σ {100 * lidar.sigma:g} cm, bias within "
-             f"{100 * lidar.bias:g} cm, spots of {1000 * lidar.divergence:g} mrad, {100 * lidar.dropout:g} % lost")
+             f"{100 * lidar.bias:g} cm, spots of {1000 * lidar.divergence:g} mrad, {100 * lidar.dropout:g} % lost, "
+             f"a sweep of {1000 * lidar.sweep:g} ms")
         )  # fmt: skip
     o = robot.odometry
     if any(r["robot"] == name and not is_recorded(r) for r in f.rows):

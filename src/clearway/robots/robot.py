@@ -94,6 +94,11 @@ class Lidar(Part):
         default=0.0, ge=0, lt=1, description="probability that a beam which hits something brings no return"
     )
     mount: PoseSpec = Field(default=(0.0, 0.0, 0.0), description="pose in base_link: m, m, rad")
+    sweep: Delay = Field(
+        default=0.0,
+        description="from the first beam to the last one, s; a scan's stamp is its middle. `--latency` scales it too",
+    )
+    clockwise: bool = Field(default=False, description="whether a sweep begins with the last beam")
 
     @model_validator(mode="after")
     def _ordered(self) -> Lidar:
@@ -220,6 +225,15 @@ class Robot(Part):
                 raise ValueError(
                     f"the {name} reaches {reach:.1f} m from base_link; metres are meant, at most {FARTHEST:g}"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _over_when_it_arrives(self) -> Robot:
+        if self.lidar is not None and self.lidar.sweep > 2.0 * self.latency.sensing:
+            raise ValueError(
+                f"half of lidar.sweep, {0.5 * self.lidar.sweep:g} s, is more than latency.sensing, {self.latency.sensing:g} s:"
+                " a scan would arrive before its last beam; its stamp is its middle"
+            )
         return self
 
     @property

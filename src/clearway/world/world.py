@@ -7,12 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from clearway.contract import BodyKind, Goal, Latency, Obstacles, Scan, Sensing
+from clearway.contract import BodyKind, Goal, Latency, Obstacles, Sensing
 from clearway.geometry.distance import clearance
-from clearway.geometry.held import Held
 from clearway.geometry.packing import boxes, pack, place
-from clearway.geometry.raycast import beams, scene
-from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
 from clearway.robots import Robot
@@ -23,7 +20,7 @@ from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
 from clearway.world.contact import TOUCH
 from clearway.world.latency import Delays, Past, between
-from clearway.world.lidar import View, errors_of, hold, scan
+from clearway.world.scanner import Scanner
 from clearway.world.tracks import pose_at
 from clearway.world.traffic import Traffic
 
@@ -40,7 +37,7 @@ class World:
         traffic: What moves; of the robots there, this one joins. Its bodies are those of `bodies` without a pose, in their order.
         seed: Seed of the errors of odometry, lidar and camera, and of the disturbance.
         disturbance: How the ground moves it; None: it does not.
-        latency: Factor on the robot's latency.
+        latency: Factor on the robot's latency, and on the time that its lidar takes for a sweep.
 
     Attributes:
         member: Which of the robots in `traffic` it is.
@@ -71,7 +68,8 @@ class World:
         late = robot.latency
         self.latency = Latency(latency * late.sensing, latency * late.command, latency * late.jitter)
         self._delays = Delays(self.latency, robot.period, seed)
-        self._past = Past(self.latency.sensing + self.latency.jitter, robot.period, self._state)
+        sweep = 0.0 if robot.lidar is None else latency * robot.lidar.sweep
+        self._past = Past(self.latency.sensing + self.latency.jitter + 0.5 * sweep, robot.period, self._state)
         self._commands = np.full((self._delays.rows, 4), math.inf)
         self._sideways = robot.limits().v_y_max > 0.0
         self._odometry = slice(setting.ODOM_V, setting.ODOM_V + (3 if self._sideways else 2))
@@ -114,25 +112,13 @@ class World:
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
 
-        self._view: Held[View] | None = None
+        self._scanner: Scanner | None = None
         if robot.lidar is not None:
-            lidar = robot.lidar
-            rays = beams(lidar.beams, lidar.angle_min, lidar.angle_max, lidar.range_min, lidar.range_max)
-            mount = read_only(np.array(lidar.mount, dtype=np.float64))
-            key = stream(seed, "lidar")
-            self._view = hold(
-                View(
-                    mount=mount - (self._pivot, 0.0, 0.0),
-                    rays=rays,
-                    errors=errors_of(lidar, rays.increment, key),
-                    key=key,
-                    still=scene([b.shape for b in self._still], poses),
-                    movable=scene([b.shape for b in self._moving]),
-                    poses=self._sensed_obstacles,
-                )
-            )
-            self._beams = lidar.beams
-            self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
+            self._scanner = Scanner(
+                robot.lidar, self._pivot, self._still, self._moving, traffic, self._around, self._past, robot.period,
+                self._state[:3], latency, self.latency.sensing + self.latency.jitter, seed,
+            )  # fmt: skip
+            self._sensed_obstacles = self._scanner.poses
 
     @property
     def state(self) -> FloatArray:
@@ -184,20 +170,11 @@ class World:
             stamp,
             state[setting.ODOM_X : setting.WAY],
             state[self._odometry],
-            self._sweep(inner),
+            None if self._scanner is None else self._scanner.look(stamp, inner[:3], self._count),
             self._picture(state),
             goal,
             state[0:3].copy(),
         )
-
-    def _sweep(self, inner: FloatArray) -> Scan | None:
-        """The lidar's sweep from `inner` (TOLD,), the state of the point that the base turns about; None without a lidar."""
-        if self._view is None:
-            return None
-        x, y, theta = inner[:3].tolist()
-        ranges = np.empty(self._beams)
-        scan(ranges, x, y, theta, self._count, self._view)
-        return Scan(ranges, *self._about)
 
     def _picture(self, state: FloatArray) -> Obstacles | None:
         """What the camera sees from `state` (TOLD,); None without a camera."""
@@ -240,6 +217,8 @@ class World:
         self._count += 1
         self._began[:] = self._state
         self._past.drive(t, self._period, self._way, self._state)
+        if self._scanner is not None:
+            self._scanner.keep(t, self._way)
         self.between.look(self._traffic.leg, t, driven)
 
     def halt(self, t: float, driven: float) -> None:
