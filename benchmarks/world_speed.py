@@ -5,7 +5,10 @@ One robot (0.2 m) circles in a room of 10 x 10 m among 16 discs (0.2 m) that go 
 whole trial: ten plant steps a period with exact contact, odometry, lidar, recording. IR-SIM and navground make one
 step a period and one scan. CPU time of one process each, the best of several rounds, in turns.
 
-    python benchmarks/world_speed.py [--rivals PYTHON] [--steps N] [--rounds N] [--json] [--smoke]
+With `--people` the discs walk their lanes by ORCA, and see each other and the robot: in Clearway they decide each 0.05 s, in
+navground each 0.1 s, among neighbours within 5 m; IR-SIM is left out.
+
+    python benchmarks/world_speed.py [--people] [--rivals PYTHON] [--steps N] [--rounds N] [--json] [--smoke]
 
 `--rivals`: a Python that has the packages ir-sim and navground; default: this one. A rival that is missing is named.
 """
@@ -30,7 +33,7 @@ LANES = [((1 if i % 2 else -1) * (1.2 + 0.45 * (i // 2)), 0.5 + 0.05 * i) for i 
 AIM = {"irsim": 100.0, "navground": 1.0}
 
 
-def clearway(steps: int) -> Callable[[], float]:
+def clearway(steps: int, people: bool) -> Callable[[], float]:
     """A whole trial, a fresh world each time."""
     import numpy as np
 
@@ -40,7 +43,8 @@ def clearway(steps: int) -> Callable[[], float]:
     from clearway.scenarios.scenario import Scenario
     from clearway.trials import Body
     from clearway.world import simulate_in
-    from clearway.world.tracks import stack
+    from clearway.world.bodies import bodies_of
+    from clearway.world.tracks import stack, tracks
 
     walls = [rectangle(2 * HALF, 0.1), rectangle(2 * HALF, 0.1), rectangle(0.1, 2 * HALF), rectangle(0.1, 2 * HALF)]
     places = [(0, HALF + 0.05), (0, -HALF - 0.05), (HALF + 0.05, 0), (-HALF - 0.05, 0)]
@@ -65,7 +69,13 @@ def clearway(steps: int) -> Callable[[], float]:
     scenario = Scenario.model_validate({
         "name": "s", "floor_plan": "none", "start": (0, 0, 0), "speed": 1.0,
         "legs": [{"name": "forth", "goal": (4, 4, 0), "time_limit": steps * PERIOD}],
+        "people": [
+            {"name": f"p{k}", "start": (-LANE_END, y), "route": [{"at": (LANE_END, y)}, {"at": (-LANE_END, y)}], "loop": True,
+             "speed": speed, "radius": RADIUS, "behaviour": "orca"} for k, (y, speed) in enumerate(LANES)
+        ] if people else [],
     })  # fmt: skip
+    if people:
+        bodies = [*bodies[: len(walls)], *bodies_of((), scenario)]
 
     class Pilot:
         def reset(self, task: object, robot: object, rng: object) -> None:
@@ -76,16 +86,15 @@ def clearway(steps: int) -> Callable[[], float]:
 
     def once() -> float:
         before = time.process_time()
-        trial = simulate_in(
-            bodies, stack([knots]), scenario, robot, Pilot(), navigator="constant", localisation="truth"
-        )
+        way = tracks([], ["forth"], 0.0, len(LANES)) if people else stack([knots])
+        trial = simulate_in(bodies, way, scenario, robot, Pilot(), navigator="constant", localisation="truth")
         assert len(trial.t) == steps + 1, trial.reason
         return (time.process_time() - before) / steps
 
     return once
 
 
-def irsim(steps: int) -> Callable[[], float]:
+def irsim(steps: int, people: bool) -> Callable[[], float]:
     """`env.step` and `get_lidar_scan`, without drawing."""
     os.environ["MPLBACKEND"] = "Agg"
     import irsim as simulator
@@ -132,7 +141,7 @@ obstacle:{discs}
     return once
 
 
-def navground(steps: int) -> Callable[[], float]:
+def navground(steps: int, people: bool) -> Callable[[], float]:
     """`World.update`, then the lidar's update and its buffer: `World.run` would leave the lidar out."""
     import numpy as np
     from navground import core, sim
@@ -143,10 +152,13 @@ def navground(steps: int) -> Callable[[], float]:
         world.add_wall(sim.Wall(np.array(a), np.array(b)))
 
     def agent(kinematics: object, speed: float, points: list[tuple[float, float]], at: tuple[float, float]) -> object:
-        behavior = core.Behavior.make_type("Dummy")
+        walks = people and speed != V
+        behavior = core.Behavior.make_type("ORCA" if walks else "Dummy")
         behavior.kinematics, behavior.radius, behavior.optimal_speed = kinematics, RADIUS, speed
         task = sim.tasks.WaypointsTask(waypoints=points, loop=True, tolerance=0.1)
         made = sim.Agent(radius=RADIUS, behavior=behavior, kinematics=kinematics, task=task, control_period=PERIOD)
+        if walks:
+            made.state_estimation = sim.state_estimations.BoundedStateEstimation(range=5.0)
         made.pose = core.Pose2(at, 0)
         world.add_agent(made)
         return made
@@ -181,16 +193,17 @@ def main() -> int:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--smoke", action="store_true", help="few steps: only to see that it runs")
+    parser.add_argument("--people", action="store_true", help="the discs decide, by ORCA")
     parser.add_argument("--only", choices=("irsim", "navground"), help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.smoke:
         options.steps, options.rounds = 200, 1
     if options.only:
-        return _serve(options.only, options.steps)
+        return _serve(options.only, options.steps, options.people)
 
-    ours = clearway(options.steps)
+    ours = clearway(options.steps, options.people)
     ours()  # compiles
-    rivals = {name: _start(name, options.rivals, options.steps) for name in AIM}
+    rivals = {name: _start(name, options) for name in AIM if not (options.people and name == "irsim")}
     best = {"clearway": math.inf} | {name: math.inf for name, process in rivals.items() if process}
     for _ in range(options.rounds):
         best["clearway"] = min(best["clearway"], ours())
@@ -216,9 +229,9 @@ def main() -> int:
     return 0
 
 
-def _start(name: str, python: str, steps: int) -> subprocess.Popen[str] | None:
+def _start(name: str, options: argparse.Namespace) -> subprocess.Popen[str] | None:
     """A process that measures the rival each time it is asked; None if the rival can't be had."""
-    command = [python, __file__, "--only", name, "--steps", str(steps)]
+    command = [options.rivals, __file__, "--only", name, "--steps", str(options.steps), *["--people"] * options.people]
     process = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
     )
@@ -241,10 +254,10 @@ def _ask(process: subprocess.Popen[str], what: str = "go\n") -> float:
     return math.inf
 
 
-def _serve(name: str, steps: int) -> int:
+def _serve(name: str, steps: int, people: bool) -> int:
     if importlib.util.find_spec(name) is None:
         return 1
-    once = {"irsim": irsim, "navground": navground}[name](steps)
+    once = {"irsim": irsim, "navground": navground}[name](steps, people)
     once()
     print("ready", flush=True)
     for line in sys.stdin:

@@ -150,12 +150,13 @@ class Drive:
             if command.status != self._status:
                 self._status = command.status
                 checker.events.append(Event(t, EventKind.STATUS, self._status))
-            checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
+            if command.violated:
+                checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
             self._called = checker.called(estimate, command)
             if self._called:
                 command = replace(command, v=0.0, omega=0.0, v_y=0.0)
             self._estimate, self._command = estimate, command
-            world.send(command.v, command.omega, t, max(self._busy - t, 0.0), command.v_y)
+            world.send(command.v, command.omega, max(self._busy, t), command.v_y)
         command = self._command
         self.log.add(t, now, self._estimate, command, leg, world.moving_obstacles)
         self.outcome = checker.judge(t, now, self._called, command.gave_up)

@@ -30,6 +30,9 @@ def drive_together(drives: Sequence[Drive], names: Sequence[str], traffic: Traff
     traffic.start()
     for drive in drives:
         drive.begin()
+    if len(drives) == 1:
+        _drive_alone(drives[0], traffic)
+        return
     due = list(drives)
     while True:
         for drive in due:
@@ -37,7 +40,7 @@ def drive_together(drives: Sequence[Drive], names: Sequence[str], traffic: Traff
         if all(drive.outcome is not None for drive in drives):
             return
         under_way = [drive for drive in drives if not drive.halted]
-        for drive in due if traffic.decided else ():
+        for drive in due:
             if not drive.halted:
                 drive.rehearse(traffic)
         end = min(drive.end for drive in under_way)
@@ -45,6 +48,23 @@ def drive_together(drives: Sequence[Drive], names: Sequence[str], traffic: Traff
         due = [drive for drive in under_way if drive.end <= end + _SAME]
         _settle(due, dict(zip(names, drives, strict=True)), end)
         due = [drive for drive in due if not drive.halted]
+
+
+def _drive_alone(drive: Drive, traffic: Traffic) -> None:
+    """The same of one robot: whatever it touches ends it all."""
+    decided = traffic.decided
+    while drive.outcome is None:
+        drive.decide()
+        if drive.outcome is not None:
+            return
+        if decided:
+            drive.rehearse(traffic)
+            traffic.decide_until(drive.end)
+        _, touched = drive.look()
+        if touched is None:
+            drive.keep()
+        else:
+            drive.collide(touched)
 
 
 def _settle(due: Sequence[Drive], named: dict[str, Drive], end: float) -> None:

@@ -34,6 +34,7 @@ class Traffic:
 
     Attributes:
         several: Whether robots meet robots.
+        decided: Whether anything that moves is decided while the trial goes on, and may go by what a robot does.
         leg: Number of the first robot's leg.
         leg_began: When that began, s.
     """
@@ -42,6 +43,7 @@ class Traffic:
         self._tracks, self._behaviours, self._legs = tracks, tuple(behaviours), tuple(legs)
         self._since = np.zeros(len(tracks.speed))
         self.several = robots > 1
+        self.decided = bool(self._behaviours) or self.several
         self._others = len(tracks.speed) - (robots if self.several else 0)
         self._laid, self.leg, self.leg_began, self._count = LaidTracks(tracks), 0, 0.0, 0
         self._robots: list[SeenRobot] = []
@@ -49,11 +51,6 @@ class Traffic:
         for behaviour in behaviours:
             for m, speed in zip(behaviour.members, behaviour.speed, strict=True):
                 self._laid.add(m, float(speed))
-
-    @property
-    def decided(self) -> bool:
-        """Whether anything that moves is decided while the trial goes on, and may go by what a robot does."""
-        return bool(self._behaviours) or self.several
 
     def join(self, shape: Packed, pivot: float, pose: FloatArray, speed: float) -> int:
         """A robot stands at `pose` (3,) at time 0.

@@ -182,9 +182,9 @@ class World:
             return None
         return self._camera.look(float(state[0]), float(state[1]), self._sensed_obstacles, self._count)
 
-    def send(self, v: float, omega: float, t: float, late: float = 0.0, v_y: float = 0.0) -> None:
-        """Command v [m/s], omega [rad/s] and v_y [m/s] at time `t` [s], or so much later [s]."""
-        self._delays.send(t + late, self._count, v, omega, v_y)
+    def send(self, v: float, omega: float, t: float, v_y: float = 0.0) -> None:
+        """Command v [m/s], omega [rad/s] and v_y [m/s] at time `t` [s], which may be still to come in this control period."""
+        self._delays.send(t, self._count, v, omega, v_y)
 
     def rehearse(self, t: float) -> FloatArray:
         """(n + 1, 3 or more) the way that its pivot would take in the period from time `t` [s] on if nothing else moved."""
@@ -215,7 +215,8 @@ class World:
     def keep(self, t: float, driven: float) -> None:
         """What was driven in the period from time `t` [s] on, for `driven` [s], is what happened."""
         self._count += 1
-        self._began[:] = self._state
+        if self._traffic.decided:
+            self._began[:] = self._state
         self._past.drive(t, self._period, self._way, self._state)
         if self._scanner is not None:
             self._scanner.keep(t, self._way)
