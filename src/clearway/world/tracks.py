@@ -206,6 +206,13 @@ def place(tracks: Tracks, leg: int, since: FloatArray, t: float, out: FloatArray
 
 
 @kernel
+def place_twice(tracks: Tracks, leg: int, since: FloatArray, t: float, other: float, out: FloatArray) -> None:
+    """The same for times `t` and `other` [s], to `out` (2, m, 3)."""
+    place(tracks, leg, since, t, out[0])
+    place(tracks, leg, since, other, out[1])
+
+
+@kernel
 def on_line(knots: FloatArray, low: int, t: float, out: FloatArray) -> None:
     """Write the pose at time `t` [s] on the line from knot `low` to the next one to `out` (3,); at its end too."""
     s = (t - knots[low, 0]) / (knots[low + 1, 0] - knots[low, 0])

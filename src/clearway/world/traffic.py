@@ -5,7 +5,6 @@ Whoever decides lays its track up to its next decision, so that the robots meet 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +14,7 @@ from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
 from clearway.world.behaviours.behaviour import PERIOD, Behaviour, Scene, SeenRobot
 from clearway.world.laid import Laid, LaidTracks
-from clearway.world.tracks import Tracks, place
+from clearway.world.tracks import Tracks, place, place_twice
 
 _SAME = 1e-9  # s
 _OVER = 1e-6
@@ -70,7 +69,7 @@ class Traffic:
         self._robots[member].track.lay(0.0, pose)
         if self.several:
             self._laid.add(self._others + member, speed)
-            self._laid.lay(self._others + member, 0.0, self._base(member, pose))
+            self._laid.lay([self._others + member], 0.0, self._base(member, pose[None]))
         return member
 
     def start(self) -> None:
@@ -87,8 +86,7 @@ class Traffic:
             poses = behaviour.begin_leg(self._legs[leg], t)
             if poses is None:
                 continue
-            for m, pose in zip(behaviour.members, poses, strict=True):
-                self._laid.restart(m, t, pose)
+            self._laid.restart(behaviour.members, t, poses)
             until = self._count * PERIOD
             if until > t + _SAME:
                 self._lay(behaviour, until, behaviour.step(t, until, self._scene(t)))
@@ -96,17 +94,16 @@ class Traffic:
     def see(self, member: int, t: float, period: float, way: FloatArray) -> None:
         """In the `period` [s] from time `t` [s] on robot `member` drives along `way` (n + 1, 3 or more)."""
         n = len(way) - 1
-        step, track = period / n, self._robots[member].track
-        for i in range(1, n + 1):
-            track.lay(t + i * step, way[i, :3])
+        step = period / n
+        times = t + step * np.arange(1.0, n + 1.0, dtype=np.float64)
+        self._robots[member].track.lay(times, way[1:, :3])
         if not self.several:
             return
-        body = self._others + member
+        body, poses = self._others + member, self._base(member, way)
         self._laid.cut(body, t + _SAME)
-        for i in range(1, n + 1):
-            self._laid.lay(body, t + i * step, self._base(member, way[i]))
-        before, last = self._base(member, way[n - 1]), self._base(member, way[n])
-        self._laid.lay(body, t + period + _OVER, last + _OVER / step * (last - before))
+        for when, pose in zip(times.tolist(), poses[1:, None], strict=True):
+            self._laid.lay([body], when, pose)
+        self._laid.lay([body], t + period + _OVER, poses[-1:] + _OVER / step * (poses[-1:] - poses[-2:-1]))
 
     def halt(self, member: int, t: float, pose: FloatArray) -> None:
         """From time `t` [s] on robot `member` stands at `pose` (3,), for good."""
@@ -118,7 +115,7 @@ class Traffic:
             body = self._others + member
             self._laid.cut(body, t)
             for when in (t, _EVER):
-                self._laid.lay(body, when, self._base(member, pose))
+                self._laid.lay([body], when, self._base(member, pose[None]))
 
     def decide_until(self, t: float) -> None:
         """All behaviours decide up to time `t` [s], and thereby for a little longer; each by what was there when it decided."""
@@ -135,20 +132,20 @@ class Traffic:
         others = [m for m in range(len(self._since)) if not self.several or m != self._others + member]
         return Around(self, self._tracks, self._since, self._laid, others)
 
-    def _base(self, member: int, pose: FloatArray) -> FloatArray:
-        """Where base_link is (3,) when its pivot is at `pose` (3 or more,)."""
-        x, y, theta = pose[:3].tolist()
-        return np.array([x - self._pivots[member] * math.cos(theta), y - self._pivots[member] * math.sin(theta), theta])
+    def _base(self, member: int, poses: FloatArray) -> FloatArray:
+        """(n, 3) where base_link is when its pivot is at `poses` (n, 3 or more)."""
+        out, pivot = poses[:, :3].copy(), self._pivots[member]
+        out[:, 0] -= pivot * np.cos(out[:, 2])
+        out[:, 1] -= pivot * np.sin(out[:, 2])
+        return out
 
     def _lay(self, behaviour: Behaviour, until: float, poses: FloatArray) -> None:
-        for m, pose in zip(behaviour.members, poses, strict=True):
-            self._laid.lay(m, until, pose)
+        self._laid.lay(behaviour.members, until, poses)
 
     def _scene(self, t: float) -> Scene:
-        now, before = (np.empty((len(self._since), 3)) for _ in range(2))
-        place(self._tracks, self.leg, self._since, t, now)
-        place(self._tracks, self.leg, self._since, t - PERIOD, before)
-        return Scene(now[: self._others], before[: self._others], tuple(self._robots))
+        there = np.empty((2, len(self._since), 3))
+        place_twice(self._tracks, self.leg, self._since, t, t - PERIOD, there)
+        return Scene(there[0, : self._others], there[1, : self._others], tuple(self._robots))
 
 
 class Around:

@@ -1,0 +1,149 @@
+"""Where people are on their routes, and how they would walk if they were alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from clearway.crowds.ways import Room, Ways, way_point, ways_to
+from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
+from clearway.geometry.streams import stream, uniform
+from clearway.scenarios.people import PersonSpec
+
+AHEAD = 4.0
+"""How far along the way a person looks for the place to head for, m."""
+ARRIVED = 0.3
+"""So near to a place of the route the next one is walked to, m."""
+STOPPING = 1.0
+"""Who comes to stay somewhere slows down so as to be there in no less than this, s."""
+HELD_UP, PATIENCE, SIDESTEP, ASIDE = 0.3, 1.0, 1.0, 2.0
+"""Who comes no faster than this share of the preferred speed for so long, s, heads so far to the right, rad, for so long, s:
+those who give way to each other exactly would stand for ever."""
+STRAYING = 0.02
+"""By how much a person's course errs at most, rad: two who want exactly through each other would stand for ever."""
+
+
+class Routes:
+    """Those of a crowd.
+
+    Args:
+        people: Who they are.
+        speed: (k,) that each prefers, m/s.
+        room: Where what stands leaves how much.
+        seed: Of the trial.
+    """
+
+    def __init__(self, people: Sequence[PersonSpec], speed: FloatArray, room: Room, seed: int) -> None:
+        k = len(people)
+        self._people, self._speed, self._room, self._count = people, speed, room, 0
+        self._keys = np.array([stream(seed, f"person {person.name}") for person in people], np.uint64)
+        self._radius = np.array([person.radius for person in people])
+        self._stop, self._until = [0] * k, [-math.inf] * k
+        self._held: list[tuple[float, float]] = [person.start for person in people]
+        self._place = np.array(self._held)  # where each walks to, or stays
+        self._walks, self._stays = np.zeros(k, np.bool_), np.ones(k, np.bool_)
+        self._due = np.zeros(k)  # when it walks on from where it stays; inf: it walks, or stays for good
+        self._moved, self._aside = np.zeros(k), np.full(k, -math.inf)
+        self._slots: dict[tuple[tuple[float, float], float], int] = {}
+        self._slot = np.zeros(k, np.int64)
+        self._distance = np.empty((2 * k, *room.clearance.shape))
+
+    def wishes(self, t: float, at: FloatArray, velocity: FloatArray) -> FloatArray:
+        """(k, 2) the velocities [m/s] at which the people, at `at` (k, 3) and moving at `velocity` (k, 2) m/s, would walk alone
+        at time `t` [s]."""
+        if any_news(t, at, self._place, self._walks, self._due):
+            for k, (x, y, _) in enumerate(at.tolist()):
+                self._go_on(k, t, x, y)
+        found: FloatArray = wishes(
+            t, self._count, at, velocity, self._speed, self._radius, self._keys, self._place, self._stays, self._slot,
+            self._distance, self._room, self._moved, self._aside,
+        )  # fmt: skip
+        self._count += 1
+        return found
+
+    def _go_on(self, k: int, t: float, x: float, y: float) -> None:
+        """See whether person `k` at (x, y) [m] has come to a place of its route, or has stayed there for long enough."""
+        route, loop = self._people[k].route, self._people[k].loop
+        stop = self._stop[k]
+        while stop < len(route) and t >= self._until[k] and math.dist(route[stop].at, (x, y)) <= ARRIVED:
+            self._held[k], self._until[k] = route[stop].at, t + route[stop].wait
+            stop += 1
+            if stop == len(route) and loop:
+                stop = 0
+                break
+        walks = stop < len(route) and t >= self._until[k]
+        place = route[stop].at if walks else self._held[k]
+        self._stop[k], self._walks[k], self._place[k] = stop, walks, place
+        self._stays[k] = not walks or route[stop].wait > 0.0 or (stop == len(route) - 1 and not loop)
+        self._due[k] = self._until[k] if not walks and stop < len(route) else math.inf
+        self._slot[k] = -1
+        self._slot[k] = self._slot_of((place, self._people[k].radius))
+
+    def _slot_of(self, key: tuple[tuple[float, float], float]) -> int:
+        """Where the distances to a place, for somebody of a radius, are kept."""
+        if key in self._slots:
+            return self._slots[key]
+        if len(self._slots) < len(self._distance):
+            slot = len(self._slots)
+        else:  # nobody needs the oldest of these now
+            used = set(self._slot.tolist())
+            old = next(other for other, where in self._slots.items() if where not in used)
+            slot = self._slots.pop(old)
+        self._distance[slot] = ways_to(np.array(key[0]), self._room, key[1]).distance
+        self._slots[key] = slot
+        return slot
+
+
+@kernel
+def any_news(t: float, at: FloatArray, place: FloatArray, walks: npt.NDArray[np.bool_], due: FloatArray) -> bool:
+    """Whether anybody has come to where it walks, or is to walk on."""
+    for k in range(len(at)):
+        if t >= due[k] or (walks[k] and math.hypot(place[k, 0] - at[k, 0], place[k, 1] - at[k, 1]) <= ARRIVED):
+            return True
+    return False
+
+
+@kernel
+def wishes(
+    t: float, count: int, at: FloatArray, velocity: FloatArray, speed: FloatArray, radius: FloatArray, keys: npt.NDArray[np.uint64],
+    place: FloatArray, stays: npt.NDArray[np.bool_], slot: npt.NDArray[np.int64], distance: FloatArray, room: Room,
+    moved: FloatArray, aside: FloatArray,
+) -> FloatArray:  # fmt: skip
+    """(k, 2) the velocities at which people would walk alone, m/s.
+
+    Args:
+        t: Now, s.
+        count: Number of the decision.
+        at: (k, 3) where they are.
+        velocity: (k, 2) at which they walk now, m/s.
+        speed: (k,) that each prefers, m/s.
+        radius: (k,) m.
+        keys: (k,) of what is drawn for each.
+        place: (k, 2) where each walks to, or stays, m.
+        stays: (k,) whether it is to stand there.
+        slot: (k,) which of the distances are those to its place.
+        distance: (n, rows, columns) see `Ways`.
+        room: Where what stands leaves how much.
+        moved: (k,) when each last came on, s; updated.
+        aside: (k,) until when each heads to the right, s; updated.
+    """
+    out = np.empty((len(at), 2))
+    for k in range(len(at)):
+        x, y = at[k, 0], at[k, 1]
+        tx, ty, _ = way_point(Ways(distance[slot[k]], room, place[k], radius[k]), x, y, AHEAD)
+        wanted = speed[k]
+        if stays[k] and tx == place[k, 0] and ty == place[k, 1]:
+            wanted = min(wanted, math.hypot(tx - x, ty - y) / STOPPING)
+        course = math.atan2(ty - y, tx - x) + STRAYING * (2.0 * uniform(keys[k], 1, count) - 1.0)
+        if math.hypot(velocity[k, 0], velocity[k, 1]) >= HELD_UP * wanted:
+            moved[k] = t
+        elif t > moved[k] + PATIENCE:
+            aside[k] = t + ASIDE
+        if t < aside[k]:
+            course -= SIDESTEP
+        out[k, 0], out[k, 1] = wanted * math.cos(course), wanted * math.sin(course)
+    return out
