@@ -30,7 +30,7 @@ from clearway.indicators import score_row
 from clearway.reports.findings import Findings
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Outcome, Trial
-from clearway.trials.store_tables import to_tables
+from clearway.trials.trial_tables import to_tables
 
 OWN = Path(__file__).with_name("own_navigators.py")
 

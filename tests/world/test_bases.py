@@ -16,7 +16,7 @@ from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.indicators.clipping import clipped
 from clearway.robots import DriveLimits, Robot, possible
 from clearway.trials import Outcome, Trial
-from clearway.trials.store_tables import from_tables, to_tables
+from clearway.trials.trial_tables import from_tables, to_tables
 
 FAR = [{"name": "forth", "goal": (99.0, 0.0, 0.0), "time_limit": 3.0}]
 MECANUM = [

@@ -12,8 +12,9 @@ import numpy as np
 import pyarrow as pa
 
 from clearway.trials.store_results import Results
-from clearway.trials.store_tables import FILES, Tables, to_tables
+from clearway.trials.store_tables import FILES, Tables
 from clearway.trials.trial import Event, Trial
+from clearway.trials.trial_tables import to_tables
 
 _KEYS = ("trial", "obstacle", "snapshot")
 """Columns that only count the rows."""

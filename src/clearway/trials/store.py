@@ -39,8 +39,9 @@ from clearway.trials.store_results import (
     read_campaign,
     seal,
 )
-from clearway.trials.store_tables import FILES, Tables, from_tables, to_tables
+from clearway.trials.store_tables import FILES, Tables
 from clearway.trials.trial import Trial
+from clearway.trials.trial_tables import from_tables, to_tables
 
 __all__ = ["Results", "TrialStore", "open_results", "refuse_results", "write_partial"]
 

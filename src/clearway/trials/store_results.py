@@ -17,8 +17,9 @@ import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
 from clearway.reading import read_json
-from clearway.trials.store_tables import FILES, Tables, from_tables
+from clearway.trials.store_tables import FILES, Tables
 from clearway.trials.trial import Trial
+from clearway.trials.trial_tables import from_tables
 
 SCHEMA = 8
 """Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
