@@ -77,6 +77,28 @@ def test_systems_are_compared_on_the_tests_that_all_of_them_ran() -> None:
     assert [line.shares[2].yes for line in verdicts(f, together).lines] == [6, 6, 0]
 
 
+def test_robots_of_one_simulation_are_paired_by_name_and_their_dependence_is_told() -> None:
+    def met(robot: str, *trials: dict[str, Any]) -> tuple[str, str, list[dict[str, Any]]]:
+        names = ("robot", "robot 2") if robot == "a" else ("robot 2", "robot")
+        return (
+            robot,
+            "x",
+            [t | {"scenario": "s", "run": robot, "member": m} for t, m in zip(trials, names, strict=True)],
+        )
+
+    f = made_up(met("a", {}, MISSED), met("b", MISSED, {}))
+    (group,) = same_tests(f)
+    for s in group.systems:
+        assert [r["member"] for r in group.rows[s]] == ["robot", "robot 2"]
+        assert [r["success"] for r in group.rows[s]] == [True, False]
+    assert (
+        "4 of the trials are of robots that met each other in 2 simulations: they are not independent"
+        in only(f).caption
+    )
+    apart = made_up(("a", "x", [{"run": "1", "member": "robot"}, {"run": "2", "member": "robot"}]))
+    assert "met each other" not in only(apart).caption
+
+
 def test_a_difference_is_shown_by_the_paired_test_alone() -> None:
     clear = only(made_up(("a", "x", [{}] * 20), ("b", "x", [{}] * 10 + [MISSED] * 10)))
     first, second = clear.lines

@@ -371,6 +371,30 @@ def test_compare_two_navigators():
     assert only(found.differences, indicator="PL", batch=None)["p"] is None
 
 
+def test_robots_of_one_simulation_are_paired_by_name_and_told_of():
+    def both(*members, one):
+        runs = [(m, f"{one}/{r}") for r in range(4) for m in members]
+        rows = [trial(i // 2, navigator=one, member=m, run=run, CT=10.0 + len(m)) for i, (m, run) in enumerate(runs)]
+        return table(rows)
+
+    found = compare(both("robot", "robot 2", one="a"), both("robot 2", "robot", one="b"))
+    assert (
+        found.differences["mean_difference"].to_pylist()[0] == 0.0
+    )  # "robot" beside "robot", not the first beside the first
+    assert (found.pairs, found.together) == (8, 8)
+    alone = table([trial(i, CT=float(i)) for i in range(4)])
+    assert compare(alone, alone).together == 0
+
+
+def test_speeds_are_paired_robot_by_robot():
+    rows = [
+        trial(i, speed=v, repetition=r, member=m, run=f"{v} {r}", CT=v + r)
+        for i, (v, r, m) in enumerate((v, r, m) for v in (0.2, 0.6) for r in (1, 2, 3) for m in ("robot", "robot 2"))
+    ]
+    found = only(wilcoxon_between_speeds(table(rows), ["CT"]), analysis="complete pairs")
+    assert (found["n"], found["dropped"]) == (6, 0)
+
+
 def test_compare_needs_something_in_common():
     a = so(lambda v, s, r: 1.0)
     b = table([row | {"suite": "other"} for row in a.to_pylist()])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from clearway.errors import ClearwayError
-from clearway.reports import tuning
+from clearway.reports import sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.selection import Row, System, moving_at_contact, table_of
@@ -95,7 +95,8 @@ def table(f: Findings, suite: str) -> Grid | None:
         f"{suite}: what each ingredient brings, with it minus without it on the same seeds. Success: difference of the rates with "
         "Newcombe's 95 % interval, McNemar's exact test, Holm's correction over the ingredients. Path and time: the first line their "
         "mean, the others the mean of the paired differences over the tests that both finished, with its 95 % bootstrap interval "
-        "(negative: shorter with the ingredient). Moving at contact: trials of this line." + tuning.footnote(rows),
+        "(negative: shorter with the ingredient). Moving at contact: trials of this line."
+        + sharing.footnote(rows) + tuning.footnote(rows),
         heads, lines, groups,
     )  # fmt: skip
 

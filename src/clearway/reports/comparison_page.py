@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 from clearway.errors import ClearwayError
-from clearway.reports import theme
+from clearway.reports import sharing, theme
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.page import PAGE, page_of
 from clearway.statistics import Comparison, ConfigurationComparison
@@ -89,7 +89,8 @@ def success_table(found: Sequence[Found]) -> Grid:
         lines.append([Cell(c.b, strong=True), c.a, ours, theirs, difference, p_value(s.p) if paired else NONE])
     heads: Heads = [text("System"), text("against"), "successes", "against's", "difference (points)", "p"]
     return grid(
-        "Success: difference of the rates with its interval; McNemar's exact test where the trials are pairs",
+        "Success: difference of the rates with its interval; McNemar's exact test where the trials are pairs."
+        + sharing.of_pairs(found),
         heads,
         lines,
     )
@@ -118,7 +119,8 @@ def indicator_table(found: Sequence[Found]) -> Grid:
                     "p (Holm)", text("better")]  # fmt: skip
     return grid(
         "Indicators over the tests that both finished, so that who fails the hard ones is not punished here: read it with the "
-        "success above. Mean of the differences with its bootstrap interval, Wilcoxon's test, Holm's correction",
+        "success above. Mean of the differences with its bootstrap interval, Wilcoxon's test, Holm's correction."
+        + sharing.of_pairs(found),
         heads, lines,
     )  # fmt: skip
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
-from clearway.reports import ablation, tuning
+from clearway.reports import ablation, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.selection import System
@@ -86,7 +86,9 @@ def table(f: Findings, found: list[tuple[System, System, Comparison]]) -> Grid |
     doubt = DOUBT if any(s is not None and s.doubtful for s in wins) else ""
     return grid(
         "Success on the same tests: difference of the rates with Newcombe's 95 % interval, McNemar's exact test, Holm's "
-        f"correction over all rows.{doubt}{tuning.footnote(r for system in signs for r in f.of(system))}", heads, lines, groups,
+        f"correction over all rows.{doubt}"
+        f"{sharing.of_pairs(c for _, _, c in found)}{tuning.footnote(r for system in signs for r in f.of(system))}",
+        heads, lines, groups,
     )  # fmt: skip
 
 
@@ -110,7 +112,8 @@ def indicator_table(found: list[tuple[System, System, Comparison]]) -> Grid | No
     return grid(
         "Indicators over the tests that both finished (so a navigator that fails the hard ones is not punished here: read it "
         "with the success above; MDO alone counts a contact too, as 0): mean of the paired differences with its 95 % bootstrap interval, Wilcoxon's signed-rank "
-        "test, Holm's correction over the indicators of one pair, rank-biserial effect",
+        "test, Holm's correction over the indicators of one pair, rank-biserial effect."
+        f"{sharing.of_pairs(c for _, _, c in found)}",
         heads, lines, groups,
     )  # fmt: skip
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
-from clearway.reports import paper, recordings, tuning
+from clearway.reports import paper, recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
 from clearway.reports.selection import Row, System, by_speed, system_of, verdict
@@ -52,7 +52,7 @@ def batches(f: Findings, system: System) -> Grid:
         f"{SLACK_WORDS} for what a robot cannot know: how much its localisation errs. "
         "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one."
         + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else "")
-        + (recordings.BY_MOTION if f.by_motion else "") + tuning.footnote(own),
+        + (recordings.BY_MOTION if f.by_motion else "") + sharing.footnote(own) + tuning.footnote(own),
         columns, rows, groups,
     )  # fmt: skip
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from statistics import mean, stdev
 
 from clearway.indicators.avoidable import CLASSES
-from clearway.reports import ablation, paper_b, tuning
+from clearway.reports import ablation, paper_b, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
 from clearway.reports.selection import Row, System, distinct, is_recorded, moving_at_contact, system_of
@@ -55,16 +55,16 @@ def by_scenario(f: Findings, suite: str, setup: str | None) -> Grid:
         name += (" (privileged)" if s.navigator in f.privileged else "") + tuning.sign(s.of(rows))
         heads += [f"{name} path (m)", "time (s)"]
     lines: Rows = []
-    scenarios = dict.fromkeys((str(r["scenario"]), str(r["configuration"])) for r in rows)
-    runs: dict[tuple[System, str], Row] = {}
+    tests = dict.fromkeys((str(r["scenario"]), r.get("member") or "", str(r["configuration"])) for r in rows)
+    runs: dict[tuple[System, str, str], Row] = {}
     for r in rows:
-        runs.setdefault((system_of(r), r["scenario"]), r)
-    named = Counter(configuration for _, configuration in scenarios)
-    for scenario, configuration in scenarios:
+        runs.setdefault((system_of(r), str(r["scenario"]), r.get("member") or ""), r)
+    named = Counter(configuration for *_, configuration in tests)
+    for scenario, member, configuration in tests:
         short = configuration.removeprefix("scenario-") if named[configuration] == 1 else scenario
-        line: list[Cell | str] = [Cell(short, strong=True)]
+        line: list[Cell | str] = [Cell(f"{short}, {member}" if member else short, strong=True)]
         for s in systems:
-            line += _run(runs.get((s, scenario)))
+            line += _run(runs.get((s, scenario, member)))
         lines.append(line)
     groups = [len(lines)]
     for name, of in (("Mean", _mean), ("Standard deviation", _sd)):
@@ -127,7 +127,7 @@ def summary(f: Findings, suite: str) -> Grid:
         "acceleration up to the set speed, undisturbed (a push onwards can make a robot 0.2 % faster than that); the share of decisions "
         "that the budget cut short; trials with a contact while the robot moved; trials in which an assumption of the navigator's "
         "guarantee was seen to be untrue, and how often. A privileged navigator is told the obstacles' future."
-        f"{tuning.footnote(rows)}",
+        f"{sharing.footnote(rows)}{tuning.footnote(rows)}",
         heads, lines,
     )  # fmt: skip
 

@@ -60,11 +60,11 @@ def same_tests(f: Findings) -> list[SameTests]:
 
 
 def _by_test(rows: Sequence[Row]) -> dict[Hashable, Row]:
-    """The rows by what was asked; a recording that names no scenario by its labels, alike ones in the order of the plan."""
+    """The rows by what was asked, and of which robot among several; a recording that names no scenario by its labels, alike ones in the order of the plan."""
     seen: Counter[Hashable] = Counter()
     found: dict[Hashable, Row] = {}
     for row in rows:
-        what = (row["suite"], row["scenario"] or tuple(row[name] for name in LABELS))
+        what = (row["suite"], row["scenario"] or tuple(row[name] for name in LABELS), row.get("member") or "")
         seen[what] += 1
         found[what, seen[what]] = row
     return found

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from clearway.reports import causes, decision_time, paper, recordings, tuning
+from clearway.reports import causes, decision_time, paper, recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num
 from clearway.reports.same_tests import LABELS
@@ -148,6 +148,11 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
         ).values()
     ):
         parts.append("repetitions of one test are alike, so the intervals are rather too narrow")
+    together, runs = sharing.sharing(f.rows)
+    if together:
+        parts.append(
+            f"{together} of the trials are of robots that met each other in {_count(runs, 'simulation')}, so they are not independent"
+        )
     if len(found) > 1:
         parts.append("not all systems met the same tests: compare only those that stand in one table")
     if left := sum(v.left_out for v in found):

@@ -11,7 +11,7 @@ import pyarrow as pa
 
 from clearway.foreign import printable
 from clearway.indicators import HEADLINE, INDICATORS, TIMED
-from clearway.reports import ablation, decision_time, head_to_head, outcomes, rescue, tuning
+from clearway.reports import ablation, decision_time, head_to_head, outcomes, rescue, sharing, tuning
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
@@ -40,7 +40,7 @@ def headline(table: pa.Table) -> str:
     ]
     heads += [f"{name} [{INDICATORS[name].unit}]" for name in HEADLINE]
     rows = []
-    trials = table.select([c for c in (*GROUP, "tuned") if c in table.column_names]).to_pylist()
+    trials = table.select([c for c in (*GROUP, "tuned", "run") if c in table.column_names]).to_pylist()
     for r in success_rates(table).to_pylist():
         rate = "unknown" if r["SR"] is None else f"{r['SR']:.0f} ({r['low']:.0f}-{r['high']:.0f})"
         others = ["-" if r[c] is None else f"{r[c]:.0f}" for c in ("SR_self", "SR_slack")]
@@ -48,7 +48,8 @@ def headline(table: pa.Table) -> str:
         labels = [f"{r[c]:g}" if isinstance(r[c], float) else str(r[c] or "-") for c in shown]
         labels[shown.index("navigator")] += tuning.sign(t for t in trials if all(t[c] == r[c] for c in GROUP))
         rows.append([*labels, str(r["n"] + r["unknown"]), rate, *others, *numbers])
-    return "\n".join([columns(heads, rows), *([meaning.strip()] if (meaning := tuning.footnote(trials)) else [])])
+    notes = (sharing.footnote(trials), tuning.footnote(trials))
+    return "\n".join([columns(heads, rows), *(said.strip() for said in notes if said)])
 
 
 def numbers(results: Results) -> str:
@@ -218,7 +219,8 @@ def _paired(found: Comparison) -> str:
         if all(r["boot_low"] is not None for r in _lines(found))
         else [f"no interval: fewer than {FEWEST_RESAMPLED} pairs"]
     )
-    return "\n".join([*lines, *doubt, columns(heads, rows), *few, _EFFECT.format(found.b)])
+    shared = [said.strip()] if (said := sharing.of_pairs([found])) else []
+    return "\n".join([*lines, *doubt, *shared, columns(heads, rows), *few, _EFFECT.format(found.b)])
 
 
 def columns(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:

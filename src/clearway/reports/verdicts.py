@@ -13,7 +13,7 @@ from statistics import mean, median
 
 import numpy as np
 
-from clearway.reports import recordings, tuning
+from clearway.reports import recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, num
 from clearway.reports.same_tests import SameTests
@@ -120,12 +120,14 @@ class Verdicts:
         n: Number of tests.
         left_out: Trials of theirs that are left out here, for not all ran those tests.
         finished: On how many tests the times are.
+        shared: What has to be said of trials that share a simulation; empty if there are none.
     """
 
     lines: tuple[Line, ...]
     n: int
     left_out: int
     finished: int
+    shared: str = ""
 
     @property
     def scored(self) -> bool:
@@ -149,7 +151,7 @@ class Verdicts:
                 ": some intervals leave out 0 and yet nothing is shown, for each interval stands for itself, and of many some do by chance"
                 if any(s.doubtful for line in self.lines for s in line.shares) else ""
             )  # fmt: skip
-        return f"{said}."
+        return f"{said}.{self.shared}"
 
 
 def verdicts(f: Findings, group: SameTests) -> Verdicts:
@@ -170,7 +172,8 @@ def verdicts(f: Findings, group: SameTests) -> Verdicts:
             _nearest(rows), num(mean(scores), 3) if scores else "", tuning.sentence(rows) if tuning.sign(rows) else "",
         ))  # fmt: skip
     lines.sort(key=lambda line: (line.system not in rivals, -line.shares[-1].yes))
-    return Verdicts(tuple(lines), group.n, group.left_out, len(finished))
+    shared = sharing.footnote(r for s in group.systems for r in group.rows[s])
+    return Verdicts(tuple(lines), group.n, group.left_out, len(finished), shared)
 
 
 def _nearest(rows: Sequence[Row]) -> tuple[str, str]:

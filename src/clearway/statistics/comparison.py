@@ -7,6 +7,7 @@ robots, two with one navigator each across navigators.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -48,6 +49,7 @@ class Comparison:
             p_holm > 0.05).
         success: Paired success by batch (None: all); a batch without a known success is left out.
         success_self: The same by the robots' own estimates.
+        together: How many of the pairs share a simulation with another one (of several robots), and are not independent of it.
     """
 
     a: str
@@ -58,6 +60,7 @@ class Comparison:
     differences: pa.Table
     success: Mapping[str | None, PairedSuccess]
     success_self: Mapping[str | None, PairedSuccess]
+    together: int = 0
 
 
 def compare(
@@ -87,7 +90,17 @@ def compare(
     adjust(rows)
     success, own = (_successes(name, left, right, parts, confidence) for name in ("success", "success_self"))
     without = len(first) - len(shared), len(second) - len(shared)
-    return Comparison(*names, len(shared), *without, findings(rows, _DIFFERENCES), success, own)
+    return Comparison(*names, len(shared), *without, findings(rows, _DIFFERENCES), success, own, _together(left, right))
+
+
+def _together(left: pa.Table, right: pa.Table) -> int:
+    """How many of the pairs have a trial that shares a simulation with one of another pair."""
+    shared = np.zeros(left.num_rows, dtype=bool)
+    for side in (left, right):
+        runs = values(side, "run") if "run" in side.column_names else []
+        often = Counter(run for run in runs if run)
+        shared[: len(runs)] |= [often[run] > 1 for run in runs]
+    return int(shared.sum())
 
 
 def _successes(

@@ -54,12 +54,13 @@ def wilcoxon_between_speeds(
     data = {i.name: numbers(table, i.name) for i in chosen}
     success = numbers(table, "success")
     configuration = list(zip(*[values(table, c) for c in CONFIGURATION if c in table.column_names], strict=True))
-    repetition = values(table, "repetition")
+    members = values(table, "member") if "member" in table.column_names else [""] * len(table)  # of several robots
+    repetition = list(zip(values(table, "repetition"), members, strict=True))
     rows: list[dict[str, Any]] = []
     families: list[tuple[Any, ...]] = []
-    for group, members in groups(table, GROUP[:-1]).items():
-        speeds = groups(table.take(pa.array(members)), ("speed",))
-        known = [(key[0], members[rows]) for key, rows in speeds.items() if key[0] is not None]
+    for group, there in groups(table, GROUP[:-1]).items():
+        speeds = groups(table.take(pa.array(there)), ("speed",))
+        known = [(key[0], there[rows]) for key, rows in speeds.items() if key[0] is not None]
         for (a, in_a), (b, in_b) in combinations(known, 2):
             pairs, repeated = _pair(in_a, in_b, configuration, repetition)
             for indicator in chosen:
