@@ -155,6 +155,7 @@ def run(
     guarantees: Iterable[str] = (),
     disturbance: float | None = None,
     latency: float | None = None,
+    ideal: Iterable[str] = (),
     movers: str | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = None,
@@ -194,6 +195,8 @@ def run(
         guarantees: Modes (`passive`, `none`) in which to run the navigators that have them.
         disturbance: Factor on what disturbs the robot in each scenario; None: as each scenario says.
         latency: Factor on how late the robots sense and act; 0: at once; None: as their files say.
+        ideal: Errors of the robots' sensors to leave out: `sweep`, `legs`, `mixed-pixels`, `lost-returns`, `bias`, `noise`,
+            `odometry`, `all`; a robot and its navigator still know the sensors as its file has them.
         movers: `operator`: who drives a moving obstacle of the hospital protocol looks where it goes, as by default; `blind`:
             it runs as on rails (the suites `hospital-blind` and `hospital-held-out-blind`).
         options: What a navigator's constructor is given, by the navigator's name.
@@ -220,6 +223,7 @@ def run(
         seeds=seed_range(seeds) if isinstance(seeds, str) else seeds,
         disturbance=disturbance,
         latency=latency,
+        ideal=_strings(ideal, "ideal"),
     )
     named = with_movers(names_of(suites, "suites"), movers)
     folder = free_directory(named) if out is None else Path(out)

@@ -72,6 +72,14 @@ def run(
     latency: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Times how late the robot senses and acts; 0: at once.")
     ] = None,
+    ideal: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="ERROR",
+            help="Leave out this error of the sensors: sweep, legs, mixed-pixels, lost-returns, bias, noise, odometry, all;"
+            " repeatable.",
+        ),
+    ] = None,
     movers: Annotated[
         str | None,
         typer.Option(help="hospital: operator (who drives them looks, the default) or blind (as on rails, harder)."),
@@ -163,6 +171,7 @@ def run(
                 guarantees=guarantees or (),
                 disturbance=disturbance,
                 latency=latency,
+                ideal=ideal or (),
                 movers=movers,
                 workers=workers,
                 out=resume or out,

@@ -37,6 +37,16 @@ JOIN = 4.5
 part, and with it a body of a hundred returns every few scans."""
 
 
+LEG = 0.125
+"""m: a cluster in a larger circle is no leg (Bellotto, Hu 2009: legs are 0.1 to 0.25 m wide in a scan)."""
+PAIR = 0.4
+"""m: the middles of one person's two legs lie no farther apart (the same: the most between them as someone walks)."""
+PERSON = 0.25
+"""m: radius of the disc around two legs: what stands above them (shoulders: 0.51 m, Gordon et al. 2014)."""
+LEG_RETURNS = 2
+"""A leg has at least so many: single ones are mixed pixels."""
+
+
 class ClusterParameters(BaseModel):
     """How a scan becomes discs. No robot's file sets these: they are ours, unless a source is named."""
 
@@ -110,7 +120,7 @@ def known_structure(map: OccupancyGrid, within: float) -> KnownStructure:
 
 def perceive(
     scan: Scan, pose: FloatArray, parameters: ClusterParameters, sigma: float = 0.0,
-    known: KnownStructure = NOTHING_KNOWN, believed: FloatArray | None = None,
+    known: KnownStructure = NOTHING_KNOWN, believed: FloatArray | None = None, legs: bool = False,
 ) -> Returns:  # fmt: skip
     """The returns of `scan` within range, in clusters.
 
@@ -125,6 +135,8 @@ def perceive(
             along surfaces.
         known: What the map shows.
         believed: (3,) pose of the robot in the map frame; default: `pose`.
+        legs: Whether the lidar looks so low that it sees people's legs: two that are each other's nearest make one cluster,
+            whose circle is a person's about the middle between them. That moves evenly while the legs swing.
     """
     at = pose if believed is None else believed
     return Returns(
@@ -132,7 +144,7 @@ def perceive(
             np.asarray(scan.ranges, dtype=np.float64), scan.angle_min, scan.angle_increment, scan.range_min,
             min(scan.range_max, parameters.range_limit), np.asarray(scan.mount, dtype=np.float64),
             np.asarray(pose, dtype=np.float64), np.asarray(at, dtype=np.float64),
-            known.cells, known.origin, known.resolution, parameters.grazing, sigma,
+            known.cells, known.origin, known.resolution, parameters.grazing, sigma, legs,
         )
     )  # fmt: skip
 
@@ -162,7 +174,7 @@ def cover(
 def _perceive(
     ranges: FloatArray, angle_min: float, increment: float, range_min: float, range_max: float,
     mount: FloatArray, pose: FloatArray, believed: FloatArray,
-    cells: np.ndarray, origin: FloatArray, resolution: float, grazing: float, sigma: float,
+    cells: np.ndarray, origin: FloatArray, resolution: float, grazing: float, sigma: float, legs: bool,
 ) -> tuple[
     FloatArray, FloatArray, np.ndarray, IntArray, FloatArray, IntArray, FloatArray, np.ndarray, FloatArray
 ]:  # fmt: skip
@@ -202,6 +214,10 @@ def _perceive(
             k -= 1
     if sigma > 0.0:
         _smooth(points, distance, label, sensor, m, SIDES, JOIN * math.sqrt(2.0) * sigma)
+    people = np.empty((0, 3))
+    if legs:
+        people = _pair_legs(points, label[:m], known, k)
+        k = people.shape[0]
     circles, count, far, cut = np.empty((k, 3)), np.zeros(k, dtype=np.int64), np.zeros(k), np.zeros(k, dtype=np.uint8)
     for j in range(m):
         i = beam[j]
@@ -224,9 +240,50 @@ def _perceive(
         count[c] = members.shape[0]
         for j in members:
             far[c] += distance[j] / count[c]
-        circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(points, members)
+        if legs and people[c, 2] > 0.0:
+            circles[c] = people[c]
+        else:
+            circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(points, members)
         circles[c, 2] += 0.5 * increment * far[c]
     return points[:m], distance[:m], known[:m], label[:m], circles, count, far, cut, sensor
+
+
+@kernel
+def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int) -> FloatArray:
+    """Give the k clusters of `label` (m,) new labels, one to two legs of a person.
+
+    Returns:
+        (j, 3) of each of the j clusters then: x, y, radius of the person; radius 0 where it is not two legs.
+    """
+    order, first = _by_label(label, k)
+    leg, partner = np.full((k, 3), math.nan), np.full(k, -1, dtype=np.int64)
+    for c in range(k):
+        members = order[first[c] : first[c + 1]]
+        if members.shape[0] >= LEG_RETURNS and not known[members[0]]:
+            x, y, r = enclosing_circle(points, members)
+            if r <= LEG:
+                leg[c, 0], leg[c, 1], leg[c, 2] = x, y, r
+    for c in range(k):
+        nearest = PAIR
+        for d in range(k):
+            apart = math.hypot(leg[c, 0] - leg[d, 0], leg[c, 1] - leg[d, 1])
+            if d != c and apart <= nearest:  # never of one that is no leg: NaN
+                nearest, partner[c] = apart, d
+    renamed, people, j = np.full(k, -1, dtype=np.int64), np.zeros((k, 3)), 0
+    for c in range(k):
+        d = partner[c]
+        if d >= 0 and partner[d] == c:
+            if d < c:
+                renamed[c] = renamed[d]
+                continue
+            people[j, 0], people[j, 1] = 0.5 * (leg[c, 0] + leg[d, 0]), 0.5 * (leg[c, 1] + leg[d, 1])
+            apart = math.hypot(leg[c, 0] - leg[d, 0], leg[c, 1] - leg[d, 1])
+            people[j, 2] = max(PERSON, 0.5 * apart + max(leg[c, 2], leg[d, 2]))
+        renamed[c] = j
+        j += 1
+    for i in range(label.shape[0]):
+        label[i] = renamed[label[i]]
+    return people[:j]
 
 
 @kernel

@@ -24,6 +24,7 @@ from clearway.perception.clusters import NOTHING_KNOWN, ClusterParameters, cover
 from clearway.perception.structure import StructureMemory
 from clearway.quantities import Positive
 from clearway.robots import Robot
+from clearway.robots.robot import LEGS_END
 
 
 class TrackerParameters(BaseModel):
@@ -135,6 +136,7 @@ class LidarTracker:
         assert robot.lidar is not None
         self._remembers = remembers
         self._p, self._sigma, self._make = parameters, robot.lidar.sigma, follower
+        self._legs = robot.lidar.height is not None and robot.lidar.height < LEGS_END
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget all obstacles; learn the map, if one is granted."""
@@ -153,7 +155,7 @@ class LidarTracker:
             raise ClearwayError("the tracker needs a scan in every control period, and this world gives none")
         c = self._p.clusters
         odom = np.asarray(sensing.odom_pose, dtype=np.float64)
-        returns = perceive(scan, odom, c, self._sigma, self._known, pose)
+        returns = perceive(scan, odom, c, self._sigma, self._known, pose, self._legs)
         bodies = self._follower.update(returns, scan, sensing.t)
         structure = bodies.structure
         cores, whole = bodies.cores, len(bodies.x) + len(bodies.cores)

@@ -55,6 +55,8 @@ def vehicle(f: Findings, name: str) -> Facts:
         )
         facts.append(("wheel odometry", noise))
         facts.append(("latency", _latency(f, robot)))
+        if without := _dict(_dict(f.results.campaign.get("plan")).get("selection")).get("ideal"):
+            facts.append(("errors of sensors left out", ", ".join(map(str, without))))
     t, told = robot.tolerances, robot.planner_tolerances
     facts += [
         ("control period", f"{robot.period:g} s"),

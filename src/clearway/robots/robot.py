@@ -47,6 +47,10 @@ FARTHEST = 10.0
 """m from base_link that a footprint may reach: what is beyond was meant in centimetres, or is no robot among people."""
 
 
+LEGS_END = 0.78
+"""m above the floor: up to there a lidar sees people's legs. Crotch height of women, the lower one (Gordon et al. 2014, ANSUR II)."""
+
+
 class CircleSpec(Part):
     """A round footprint."""
 
@@ -99,6 +103,9 @@ class Lidar(Part):
         description="from the first beam to the last one, s; a scan's stamp is its middle. `--latency` scales it too",
     )
     clockwise: bool = Field(default=False, description="whether a sweep begins with the last beam")
+    height: Distance | None = Field(
+        default=None, description="above the floor, m: a low one sees two legs of a person; default: it is not known"
+    )
 
     @model_validator(mode="after")
     def _ordered(self) -> Lidar:

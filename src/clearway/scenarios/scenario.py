@@ -32,6 +32,7 @@ from clearway.quantities import (
 )
 from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, PEOPLE, POINTS, ROBOTS, RUNS, SECONDS
 from clearway.robots import Tolerances, load_robot
+from clearway.robots.ideal import SensorError
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
 from clearway.scenarios.people import PersonSpec
@@ -270,6 +271,7 @@ class Scenario(_Part):
     latency: NonNegative = Field(
         default=1.0, le=100, description="factor on the robot's latency: 0 for a world without, 1 as its file has it"
     )
+    ideal: tuple[SensorError, ...] = Field(default=(), description="errors of the robots' sensors that are left out")
     optimal: OptimalSpec | None = Field(
         default=None, description="the best that is possible, where somebody has searched"
     )

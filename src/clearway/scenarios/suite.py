@@ -11,6 +11,7 @@ from typing import Any
 from clearway.errors import ClearwayError, shown, unknown
 from clearway.reading.limits import LENGTH, TRIALS
 from clearway.robots import Robot
+from clearway.robots.ideal import errors_named
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import Scenario
 
@@ -37,6 +38,7 @@ class Selection:
         disturbance: Factor on each scenario's disturbance.
         scenarios: Names of scenarios; a suite that has none of them gives no scenario.
         latency: Factor on the robot's latency in each scenario; 0: a world without.
+        ideal: Errors of the robots' sensors that are left out in each scenario, beside those that it leaves out itself.
     """
 
     batches: tuple[str, ...] = ()
@@ -52,6 +54,7 @@ class Selection:
     disturbance: float | None = None
     scenarios: tuple[str, ...] = ()
     latency: float | None = None
+    ideal: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for one in fields(self):
@@ -192,6 +195,7 @@ class Suite:
                 f"{chosen.latency:g} is no factor on a latency: 0 for none, 1 as the robot's file has it, at most 100",
                 field="latency",
             )
+        without = errors_named(chosen.ideal)
         make = self.make
         if outlines and chosen.seeds is not None and self.generator is not None:
             make = self.generator.outlines
@@ -203,6 +207,8 @@ class Suite:
         kept = [s for s in named if _selects(chosen, s)]
         if not kept:
             raise ClearwayError(f"no scenario of the suite {self.name!r} has all that is selected together")
+        if without:
+            kept = [s.model_copy(update={"ideal": errors_named((*s.ideal, *without))}) for s in kept]
         if chosen.latency is not None:
             kept = [s.model_copy(update={"latency": chosen.latency}) for s in kept]
         return kept if chosen.disturbance is None else [_disturbed(s, chosen.disturbance, self.name) for s in kept]

@@ -3,6 +3,7 @@
 Its errors, in the order in which the light meets them:
 
 - **Sweep.** The beams are cast one after another, while the robot and all others move.
+- **Legs.** One that looks low sees two legs of a person (`clearway.world.legs`).
 
 - **Mixed pixels.** A beam is no line: its spot covers an angle, and where an edge lies within the spot, light comes back
   from two surfaces. Echoes that lie within half a pulse's length of each other merge into one range in between (Tuley,
@@ -27,6 +28,7 @@ from clearway.geometry.raycast import Beams, Scene, cast, cast_moving
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 from clearway.robots import Lidar
+from clearway.world.legs import Legs, walk
 from clearway.world.tracks import Tracks, place
 
 EDGE = 0.1
@@ -102,7 +104,8 @@ class Sweep(NamedTuple):
         lidar: It and what is around it; of its `poses` nothing is heeded.
         trace: Where its robot was.
         time: From the first beam to the last one, s; negative: the last one comes first.
-        tracks: Of the bodies that move.
+        legs: Of the people among the bodies that move.
+        tracks: Of these bodies.
         since: (m,) when the clock of each of them began, s.
         before: (GROUPS, m, 3) where they were as each group was cast, if the leg had not begun by then.
     """
@@ -110,6 +113,7 @@ class Sweep(NamedTuple):
     lidar: View
     trace: Trace
     time: float
+    legs: Legs
     tracks: Tracks
     since: FloatArray
     before: FloatArray
@@ -188,6 +192,7 @@ def scan_in_time(
             place(sweep.tracks, leg, sweep.since, middle, bodies)
         else:
             bodies[:] = sweep.before[g]
+        walk(movable.circles, sweep.legs, sweep.tracks, sweep.since, leg, middle)
         x, y, theta = pose_then(trace, middle)
         start = pose_then(trace, t0)[2]
         turn = wrap(pose_then(trace, t1)[2] - start) / max(end - 1 - first, 1)

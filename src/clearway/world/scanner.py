@@ -8,13 +8,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from clearway.contract import Scan
-from clearway.geometry.raycast import beams, scene
+from clearway.geometry.raycast import beams
 from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
 from clearway.robots import Lidar
+from clearway.robots.robot import LEGS_END
 from clearway.trials import Body
 from clearway.world.latency import Past
+from clearway.world.legs import on_legs, standing, walk
 from clearway.world.lidar import GROUPS, Sweep, Trace, View, errors_of, hold, hold_sweep, scan, scan_in_time
 from clearway.world.setting import steps
 from clearway.world.traffic import Around, Traffic
@@ -35,7 +37,7 @@ class Scanner:
         pose: (3,) where it stands before anything moves.
         factor: On the time that a sweep takes.
         late: How old the middle of a scan is at most when it arrives, s.
-        seed: Of the lidar's errors.
+        seed: Of the lidar's errors, and of how people walk.
 
     Attributes:
         poses: (m, 3) where the moving bodies are as a scan is taken; to be written before a scan is asked for.
@@ -48,17 +50,19 @@ class Scanner:
         rays = beams(lidar.beams, lidar.angle_min, lidar.angle_max, lidar.range_min, lidar.range_max)
         mount = read_only(np.array(lidar.mount, dtype=np.float64))
         key = stream(seed, "lidar")
+        low = lidar.height is not None and lidar.height < LEGS_END
+        movable, self._legs = on_legs(moving, seed, low)
         self.poses = np.full((len(moving), 3), np.nan)
         view = View(
             mount=mount - (pivot, 0.0, 0.0),
             rays=rays,
             errors=errors_of(lidar, rays.increment, key),
             key=key,
-            still=scene([b.shape for b in still], np.array([b.pose for b in still], dtype=np.float64).reshape(-1, 3)),
-            movable=scene([b.shape for b in moving]),
+            still=standing(still, low),
+            movable=movable,
             poses=self.poses,
         )
-        self._view = hold(view)
+        self._view, self._circles = hold(view), movable.circles
         self._beams = lidar.beams
         self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
         self._traffic, self._around, self._past = traffic, around, past
@@ -67,7 +71,9 @@ class Scanner:
             k = math.ceil((late + 0.5 * abs(self._time)) / period) + 1
             self._trace = Trace(period * np.arange(-k, 0.0), period, np.tile(pose[:3], (k, steps(period) + 1, 1)))
             self._before = np.full((GROUPS, len(moving), 3), np.nan)
-            self._sweep = hold_sweep(Sweep(view, self._trace, self._time, around.tracks, around.since, self._before))
+            self._sweep = hold_sweep(
+                Sweep(view, self._trace, self._time, self._legs, around.tracks, around.since, self._before)
+            )
 
     def keep(self, t: float, way: FloatArray) -> None:
         """In the period from time `t` [s] on the robot drove along `way` (n + 1, 3 or more)."""
@@ -87,6 +93,8 @@ class Scanner:
             self._around.now()
             scan_in_time(ranges, stamp, self._around.leg, began, count, self._sweep)
         else:
+            if len(self._legs.circle):
+                walk(self._circles, self._legs, self._around.tracks, self._around.since, self._around.leg, stamp)
             x, y, theta = pose.tolist()
             scan(ranges, x, y, theta, count, self._view)
         return Scan(ranges, *self._about)

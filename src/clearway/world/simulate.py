@@ -14,6 +14,7 @@ from clearway.contract import BodyKind, Budget, Pilot, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.read_only import read_only
 from clearway.robots import Robot
+from clearway.robots.ideal import ideal
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Attempt, Body, Trial
@@ -120,7 +121,7 @@ def _drive(
 ) -> Drive:
     robot, start = driver.robot, np.array(scenario.start, dtype=np.float64)
     world = World(
-        robot, placed(start, scenario), scenario.speed, attempt.bodies, traffic, scenario.seed, scenario.disturbance,
+        ideal(robot, scenario.ideal), placed(start, scenario), scenario.speed, attempt.bodies, traffic, scenario.seed, scenario.disturbance,
         scenario.latency,
     )  # fmt: skip
     checker = GoalAndProgressChecker(attempt.legs, scenario.legs, scenario.livelock, world.state)
