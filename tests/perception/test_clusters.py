@@ -13,6 +13,8 @@ from simulated_room import cast, make_robot, room_map
 
 from clearway.contract import Scan
 from clearway.geometry.grid import FREE, OCCUPIED, OccupancyGrid
+from clearway.geometry.raycast import beams, scene, sweep
+from clearway.geometry.shapes import Circle
 from clearway.perception.clusters import ClusterParameters, Returns, cover, known_structure, perceive
 
 P = ClusterParameters()
@@ -52,13 +54,14 @@ def everything(returns: Returns) -> np.ndarray:
     st.integers(0, 300).flatmap(lambda n: arrays(np.float64, n, elements=RANGES)),
     st.tuples(st.floats(-50, 50), st.floats(-50, 50), st.floats(-4, 4)),
     st.integers(16, 300),
+    st.booleans(),
 )
 def test_every_return_is_covered_by_a_bounded_number_of_discs(
-    ranges: np.ndarray, pose: tuple[float, float, float], most: int
+    ranges: np.ndarray, pose: tuple[float, float, float], most: int, legs: bool
 ) -> None:
     scan, at = scan_of(ranges), np.array(pose)
     truth = ends(scan, at)
-    returns = perceive(scan, at, P)
+    returns = perceive(scan, at, P, legs=legs)
     assert np.allclose(returns.points, truth, atol=1e-9)
     assert covered(truth, returns.circles)
     assert returns.size.sum() == len(truth)
@@ -74,6 +77,26 @@ def test_nothing_comes_of_nothing() -> None:
         returns = perceive(scan_of(ranges), np.zeros(3), P)
         assert len(returns.points) == len(returns.circles) == 0
         assert len(cover(returns, everything(returns), 0.1, P, 16)[0]) == 0
+
+
+@pytest.mark.parametrize(
+    ("apart", "radius", "third", "people"),
+    [(0.25, 0.06, None, 1), (0.35, 0.06, None, 1), (0.35, 0.06, 0.39, 1), (0.45, 0.06, None, 0), (0.39, 0.14, None, 0)],
+)
+def test_two_legs_are_one_person(apart: float, radius: float, third: float | None, people: int) -> None:
+    """Too far apart or too thick they are two things; a third leg beside two stays alone."""
+    rays = beams(1440, -math.pi, math.pi - math.tau / 1440, 0.05, 10.0)
+    at = [[0.8, 0.5 * apart, 0.0], [0.8, -0.5 * apart, 0.0]] + ([[0.8, 0.5 * apart + third, 0.0]] if third else [])
+    ranges = sweep(scene([Circle(radius)] * len(at), np.array(at)), rays, np.zeros(3))
+    scan = Scan(ranges, rays.angle_min, rays.increment, 0.05, 10.0, np.zeros(3))
+    single, paired = (perceive(scan, np.zeros(3), P, legs=legs) for legs in (False, True))
+    assert len(single.size) == len(at)
+    assert len(paired.size) == len(at) - people
+    assert paired.size.sum() == single.size.sum()
+    if people:
+        (k,) = np.flatnonzero(paired.circles[:, 2] > 0.2)
+        assert paired.circles[k, :2] == pytest.approx([0.76, 0.0], abs=0.04)
+        assert paired.circles[k, 2] == pytest.approx(0.25, abs=0.01)
 
 
 def test_one_face_of_a_square() -> None:

@@ -14,6 +14,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import GoalChecker, Tolerances, immediate, load_robot, robot_names
+from clearway.scenarios.suites import load_suite, suite_names
 from clearway.stand_ins import FILE as STAND_INS
 
 PRESETS = {
@@ -145,6 +146,15 @@ def test_the_longest_prefix_is_the_source() -> None:
     assert robot.source("drive.v_max") == robot.sources["drive"]
     assert robot.source("drive.deceleration") == robot.sources["drive.deceleration"] != robot.sources["drive"]
     assert robot.source("nothing.here") is None
+
+
+def test_only_paper_bs_robot_is_told_of_obstacles_by_a_camera() -> None:
+    """All others know them by their lidars, and its own preset `lidar` does."""
+    told = {name for name in robot_names() if load_robot(name).camera is not None}
+    assert told == {"rescue"}
+    assert all(load_robot(name).lidar is not None for name in robot_names())
+    for suite in suite_names():
+        assert "rescue" not in load_suite(suite).robots or suite.startswith("sar-")
 
 
 def test_a_preset_can_take_a_part_away(tmp_path: Path) -> None:
