@@ -41,7 +41,7 @@ def _follows(finding: Any) -> bool:
 
 def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayError:
     where = [p for p in finding["loc"] if not (isinstance(p, str) and p.startswith(_KINDS))]
-    field = ".".join(str(p) for p in where)
+    field = ".".join(str(p) for p in _keys_of(model, where))
     value = finding["input"]
     match finding["type"]:
         case "extra_forbidden":
@@ -61,6 +61,16 @@ def _translate(finding: Any, model: type[BaseModel], file: object) -> ClearwayEr
         case _:
             message = finding["msg"][0].lower() + finding["msg"][1:]
             return ClearwayError(f"{shown(value)} is wrong: {message}", file=file, field=field)
+
+
+def _keys_of(model: type[BaseModel], where: list[Any]) -> list[Any]:
+    """The path `where` without the tags of unions, which name no field."""
+    named: list[Any] = []
+    for k, step in enumerate(where):
+        models = _models_at(model, where[:k])
+        tag = any(step in get_args(_keys(m).get("kind")) for m in models) and not any(step in _keys(m) for m in models)
+        named += [] if tag else [step]
+    return named
 
 
 def _models_at(model: type[BaseModel], where: list[Any]) -> list[type[BaseModel]]:

@@ -56,10 +56,10 @@ def test_a_base_that_a_navigator_does_not_drive(car: Path) -> None:
     ("old", "new", "told"),
     [
         ('kind = "ackermann"', 'kind = "tracked"', "drive: .*tracked.* 'differential', 'omnidirectional', 'ackermann'"),
-        ("wheelbase = 0.4\n", "", "drive.ackermann.wheelbase: is missing"),
-        ("steering_max = 0.5", "steering_max = 1.6", "drive.ackermann.steering_max: 1.6 is wrong"),
-        ("steering_max = 0.5", "omega_max = 0.5", "drive.ackermann.omega_max: unknown key"),
-        ('kind = "ackermann"\n', "", "drive.differential.wheelbase: unknown key"),
+        ("wheelbase = 0.4\n", "", "drive.wheelbase: is missing"),
+        ("steering_max = 0.5", "steering_max = 1.6", "drive.steering_max: 1.6 is wrong"),
+        ("steering_max = 0.5", "omega_max = 0.5", "drive.omega_max: unknown key"),
+        ('kind = "ackermann"\n', "", "drive.wheelbase: unknown key"),
     ],
 )
 def test_a_wrong_drive_is_told(car: Path, old: str, new: str, told: str) -> None:

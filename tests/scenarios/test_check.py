@@ -128,8 +128,8 @@ def test_a_sound_scenario(tmp_path: Path) -> None:
         ("start = [1.0, 1.0, 0.0]", "start = [1.0, nan, 0.0]", "start.1: nan is wrong: input should be a finite number"),
         ("goal =", "gaol =", "legs.0.gaol: unknown key; did you mean 'goal'?"),
         ('"square"', '"sqare"', "obstacles.0.shape: {'kind': 'sqare', 'edge': 0.3} is wrong: input tag 'sqare' found using 'kind' does not match any of the expected tags: 'square', 'rectangle', 'disc', 'polygon', 'robot'"),
-        ("edge = 0.3", "edge = 0.0", "obstacles.0.shape.square.edge: 0.0 is wrong: input should be greater than or equal to 0.0001"),
-        ("edge = 0.3", "egde = 0.3", "obstacles.0.shape.square.egde: unknown key; did you mean 'edge'?"),
+        ("edge = 0.3", "edge = 0.0", "obstacles.0.shape.edge: 0.0 is wrong: input should be greater than or equal to 0.0001"),
+        ("edge = 0.3", "egde = 0.3", "obstacles.0.shape.egde: unknown key; did you mean 'edge'?"),
         ("pose = [3.0, 2.0, 0.0]\n", "", "obstacles.0: the obstacle 'box' needs one of these: a pose (static), runs (moving), an oscillation (moving), a motion (moving)"),
         ('leg = "there"', 'leg = "their"', "the obstacle 'visitor' runs on a leg 'their'; legs: there"),
         ('name = "visitor"', 'name = "box"', "two obstacles have the name 'box'"),
@@ -184,7 +184,7 @@ def test_all_problems_are_found_at_once(tmp_path: Path) -> None:
     text = SCENARIO.replace("speed = 0.6", "speed = -1", 1).replace("goal =", "gaol =").replace("edge", "egde")
     (tmp_path / "mine.toml").write_text(text)
     assert [e.field for e in check_file(tmp_path / "mine.toml")] == [
-        "legs.0.gaol", "obstacles.0.shape.square.egde", "legs.0.goal", "speed", "obstacles.0.shape.square.edge",
+        "legs.0.gaol", "obstacles.0.shape.egde", "legs.0.goal", "speed", "obstacles.0.shape.edge",
     ]  # fmt: skip
 
 
