@@ -175,7 +175,7 @@ def test_a_user_s_plan(tmp_path: Path) -> None:
         ("b = [3.0, 1.0, 0.0]", "b = [3.0, 1.0, 0.5]", r"must head along the line"),
         ("b = [3.0, 1.0, 0.0]", "", r"both a and b"),
         ('name = "table"', 'name = "south"', r"'south' stands twice"),
-        ("length = 1.0", "length = -1.0", r"furniture\.0\.shape\.rectangle\.length: -1\.0 is wrong"),
+        ("length = 1.0", "length = -1.0", r"furniture\.0\.shape\.length: -1\.0 is wrong"),
         ('name = "room"', 'name = "room" map', r"not a TOML file: .*line 2"),
     ],
 )
