@@ -1,4 +1,5 @@
-# make demo: a first report in minutes.  make test: everything that has to hold.  Both set themselves up.
+# make demo: a first report in minutes.  make test: what has to hold, in minutes.  make slow: the rest of it, in a browser, with
+# processes that are killed, with every navigator.  All set themselves up.
 PYTHON ?= python3
 BIN := .venv/bin
 DEMO ?= results/demo
@@ -8,7 +9,7 @@ unexport PYTHONDONTWRITEBYTECODE
 # What `make test` asks for goes on side by side: type checking, one process, fills what the tests leave while they wait.
 MAKEFLAGS += --jobs=2
 
-.PHONY: demo install test lint pytest clean
+.PHONY: demo install test slow lint pytest clean
 
 demo: .venv/installed
 	@rm -rf $(DEMO)
@@ -27,6 +28,9 @@ lint: .venv/developed
 
 pytest: .venv/developed
 	$(BIN)/python -m pytest -n 2
+
+slow: .venv/developed
+	$(BIN)/python -m pytest -n 2 -m slow
 
 .venv/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit("Clearway needs Python 3.11 or newer; try: make PYTHON=python3.12" if sys.version_info < (3, 11) else 0)'

@@ -21,6 +21,8 @@ from clearway.recordings.recording import Recording, Track, contents_of
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
 from clearway.scenarios.suite import Suite, scenario_seed
 
+pytestmark = pytest.mark.slow
+
 
 def samples(trial):
     return Value(float(len(trial.t)))

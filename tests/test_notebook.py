@@ -12,6 +12,8 @@ import pytest
 import clearway
 from clearway import given
 
+pytestmark = pytest.mark.slow
+
 NOTEBOOK = Path(__file__).parents[1] / "examples" / "07_notebook.ipynb"
 
 

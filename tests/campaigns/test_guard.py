@@ -340,6 +340,8 @@ sys.path[:0] = [{folder!r}]
 from test_guard import plan
 from pathlib import Path
 from clearway.campaigns import run_campaign
+
+pytestmark = pytest.mark.slow
 print(0, flush=True)
 run_campaign(plan("LoopsBlockingTheAlarm", "LoopsCompiled", decision_limit=1000.0), Path(sys.argv[1]), 2)
 """

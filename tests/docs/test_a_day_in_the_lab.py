@@ -17,6 +17,8 @@ from tests.reports.synthetic_results import write_campaign
 
 from clearway.scenarios.suites import Selection
 
+pytestmark = pytest.mark.slow
+
 PAGE = (Path(__file__).parents[2] / "docs" / "how-to" / "a-day-in-the-lab.md").read_text(encoding="utf-8")
 COMMANDS = [line for block in re.findall(r"^```sh\n(.*?)^```", PAGE, re.M | re.S) for line in block.splitlines()]
 
