@@ -23,7 +23,7 @@ from clearway.robots.ideal import SensorError
 from clearway.statistics import paired_success
 
 AS_IT_IS = ""
-KEY = ("suite", "robot", "navigator", "scenario")
+KEY = ("suite", "robot", "navigator", "scenario", "member")
 
 
 def outcomes(
