@@ -10,6 +10,8 @@ from pathlib import Path
 import pyarrow.parquet as pq
 import pytest
 
+pytestmark = pytest.mark.slow
+
 PACKAGE = '''
 import numpy as np
 
@@ -20,8 +22,6 @@ from clearway.recordings.formats.format import Format
 from clearway.recordings.recording import Recording, Track, contents_of
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
 from clearway.scenarios.suite import Suite, scenario_seed
-
-pytestmark = pytest.mark.slow
 
 
 def samples(trial):

@@ -36,6 +36,8 @@ from clearway.foreign import LONGEST, said, traced
 from clearway.geometry.grid import OccupancyGrid
 from clearway.scenarios.suites import Selection
 
+pytestmark = pytest.mark.slow
+
 FILE = Path(misbehaving.__file__)
 
 
@@ -340,8 +342,6 @@ sys.path[:0] = [{folder!r}]
 from test_guard import plan
 from pathlib import Path
 from clearway.campaigns import run_campaign
-
-pytestmark = pytest.mark.slow
 print(0, flush=True)
 run_campaign(plan("LoopsBlockingTheAlarm", "LoopsCompiled", decision_limit=1000.0), Path(sys.argv[1]), 2)
 """
