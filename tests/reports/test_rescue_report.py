@@ -262,3 +262,12 @@ def test_every_robot_is_read_back_from_what_was_recorded(name: str) -> None:
     for which in (name, *(f"{name}:{preset}" for preset in load_robot(name).presets)):
         robot = load_robot(which)
         assert _recorded(json.loads(robot.model_dump_json())) == robot
+
+
+def test_the_layout_has_the_static_obstacles_and_says_the_batch_once(few: Results) -> None:
+    ax = figure(few, "layout", suite="sar-case1", navigator="hp-tmpc").axes[0]
+    inside = [
+        c for c in ax.collections for p in c.get_paths() if p.get_extents().contains(4.0, 9.0)
+    ]  # static-1, a disc at (4, 9)
+    assert inside
+    assert ax.get_title("left") == "scenario-1"

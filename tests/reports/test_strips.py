@@ -74,3 +74,17 @@ def test_how_a_trial_failed_is_the_second_column(results: Results) -> None:
     keys = [c["key"] for c in columns]
     assert keys[:3] == ["trial", "verdict", "reason"]
     assert keys[keys.index("DE") + 1] == "DE_max"
+
+
+def test_a_line_says_what_the_lines_differ_in(results: Results) -> None:
+    rows = [r for r in Findings(results).rows if r["CT"] is not None and r["robot"] == "tiago"]
+
+    def labels(rows: list[Any]) -> list[str]:
+        drawn = strips(rows, lambda s: f"A robot of a long name · {s.navigator}", ("CT",))
+        assert drawn is not None
+        return [t.get_text() for t in drawn.axes[0].get_yticklabels()]
+
+    one = [r for r in rows if r["batch"] == "SO"]
+    assert labels(one) == ["SO"]
+    assert labels([dict(r) | {"navigator": n} for n in ("x", "y") for r in one]) == ["x", "y"]
+    assert "SO  y" in labels([dict(r) | {"navigator": n} for n in ("x", "y") for r in rows])

@@ -13,7 +13,7 @@ from clearway.reports.grid import Cell, Grid, Heads, Rows, grid, num, p_value, p
 from clearway.reports.selection import Row, System, is_recorded
 from clearway.scenarios.barn import PUBLISHED_TASK, TASKS, PublishedRun, published_runs, worlds
 from clearway.scenarios.suite import Section
-from clearway.statistics import spearman, success_interval
+from clearway.statistics import FEWEST, spearman, success_interval
 
 TOP_SPEED = 2.0
 """m/s, of BARN's score: a run's time is held against the reference path's length over it."""
@@ -75,12 +75,13 @@ def barn(f: Findings, system: System) -> Barn | None:
         _course(w, [p for p in published if p.world == w], here[w]) for w in sorted({p.world for p in published})
     )
     found = spearman(np.array([c.published for c in courses]), np.array([c.here for c in courses]))
-    agreement = f"Rank correlation of the success rate per world (Spearman, {found.n} worlds): {num(found.r)}"
-    agreement += (
-        f" {span(found.low, found.high)}, p {p_value(found.p)}."
-        if found.r is not None
-        else " not defined: one of the two has the same rate everywhere."
-    )
+    agreement = f"Rank correlation of the success rate per world (Spearman, {found.n} worlds): "
+    if len(courses) < FEWEST:
+        agreement = f"Of fewer than {FEWEST} worlds with a published run nothing is said about how well the two agree."
+    elif found.r is None:
+        agreement += "not defined, as one of the two has the same rate everywhere."
+    else:
+        agreement += f"{num(found.r)} {span(found.low, found.high)}, p {p_value(found.p)}."
     times = [(c.published_time, c.here_time) for c in courses if c.published_time and c.here_time]
     timed = spearman(*np.array(times).T) if len(times) > 2 else None
     if timed is not None and timed.r is not None:

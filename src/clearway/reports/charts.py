@@ -183,7 +183,8 @@ def correlations(
 
 
 def _matrix(ax: Axes, matrix: Correlations, shades: Any) -> None:
-    names, r, n = matrix.indicators, matrix.r, matrix.n
+    there = [i for i in range(len(matrix.indicators)) if matrix.n[i].sum() - matrix.n[i, i] > 0] or [0, 1]
+    names, r, n = [matrix.indicators[i] for i in there], matrix.r[np.ix_(there, there)], matrix.n[np.ix_(there, there)]
     k = len(names)
     for row in range(1, k):
         for column in range(row):

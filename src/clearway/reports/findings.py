@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -27,7 +28,7 @@ from clearway.statistics import (
 from clearway.trials.store import Results
 
 BREAKDOWN = ("T_acceleration", "T_cruise", "T_approach", "T_rotation", "T_turn")
-DESCRIBED = (*HEADLINE, *BREAKDOWN, "DE_self", "OE_self", "MDO_walls", "space", "space_rel")
+DESCRIBED = (*HEADLINE, "DE_max", "OE_max", *BREAKDOWN, "DE_self", "OE_self", "MDO_walls", "space", "space_rel")
 UNCERTAINTIES = tuple(f"{name}_U" for name in HEADLINE)
 
 
@@ -177,12 +178,17 @@ class Findings:
 
     @cached_property
     def tolerances(self) -> dict[tuple[System, str], float]:
-        """How far a system's ends may be off, m and rad, by its robot's file."""
+        """How far a system's ends may be off, m and rad, as its tests say; none of a system whose tests differ in it."""
         found = {}
         for system in self.systems:
-            robot = self.robots.get(system.robot)
-            if robot is not None:
-                found[system, "DE_max"], found[system, "OE_max"] = robot.tolerances.xy, robot.tolerances.yaw
+            firsts = {r["suite"]: r["trial"] for r in reversed(self.of(system))}
+            legs = [leg for number in firsts.values() for leg in self.results.trial(number).attempt.legs if leg.scored]
+            for name, allowed in (
+                ("DE_max", {leg.xy_tolerance for leg in legs}),
+                ("OE_max", {leg.yaw_tolerance for leg in legs}),
+            ):
+                if len(allowed) == 1 and (only := allowed.pop()) is not None and math.isfinite(only):
+                    found[system, name] = only
         return found
 
     def bars(self, system: System) -> Bars:

@@ -44,7 +44,9 @@ class Cell:
     @property
     def plain(self) -> str:
         """All of it in a line."""
-        return " ".join([part for part in (self.text, *(f"#{n}" for n in self.trials), self.small) if part])
+        return " ".join(
+            [part for part in (self.text, *(f"#{n}" for n in self.trials), self.small.replace("\n", " ")) if part]
+        )
 
 
 Heads: TypeAlias = "list[Column | str]"

@@ -25,6 +25,8 @@ def batches(f: Findings, system: System) -> Grid:
     rows: Rows = []
     groups: list[int] = []
     last, own = None, f.of(system)
+    names = _judged(f)
+    notes = sharing.footnote(own) + tuning.footnote(own)
     for rate in system.of(f.rates):
         if rate["batch"] != last:
             groups.append(len(rows))
@@ -37,24 +39,34 @@ def batches(f: Findings, system: System) -> Grid:
             Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
             *(Cell(NONE if rate[c] is None else f"{num(rate[c], 1)} %") for c in ("SR_self", "SR_slack")),
         ]
-        for name in HEADLINE:
+        for name in names:
             found = f.mean(system, rate["batch"], rate["speed"], name)
-            cells.append(_mean(found, DIGITS[name], f.mean(system, rate["batch"], rate["speed"], f"{name}_U")))
+            measured = f.mean(system, rate["batch"], rate["speed"], f"{name}_U")
+            cells.append(_mean(found, DIGITS[name.removesuffix("_max")], measured))
         rows.append(cells)
-    units = {n: INDICATORS[n].unit for n in HEADLINE}
+    units = {n: INDICATORS[n].unit for n in names}
     columns: Heads = [
         text("Batch"), "v (m/s)", "n", "SR", "SR (robot's estimate)", "SR (with slack)",
-        *(f"{n} ({units[n]})" if units[n] else n for n in HEADLINE),
+        *(f"{n} ({units[n]})" if units[n] else n for n in names),
     ]  # fmt: skip
     return grid(
-        f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
-        "SR judges the ends by the true pose; beside it by the robot's own estimate, and by the true pose with a slack of "
+        f"{f.name(system)}{'.' if notes else ''}{notes}"
+        if system != f.systems[0]
+        else f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
+        "DE and OE are means of a trial's ends, DE_max and OE_max its worst end, by which it is judged. SR judges the ends by the true pose; beside it by the robot's own estimate, and by the true pose with a slack of "
         f"{SLACK_WORDS} for what a robot cannot know: how much its localisation errs. "
         "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one."
         + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else "")
-        + (recordings.BY_MOTION if f.by_motion else "") + sharing.footnote(own) + tuning.footnote(own),
+        + (recordings.BY_MOTION if f.by_motion else "") + notes,
         columns, rows, groups,
     )  # fmt: skip
+
+
+def _judged(f: Findings) -> list[str]:
+    """The indicators of `JUDGED`, without the worst end where every trial has but one, and without those that no simulated trial has."""
+    there = {name for name in JUDGED if f.recorded or any(r.get(name) is not None for r in f.rows)}
+    alike = {n for n in ("DE_max", "OE_max") if all(r.get(n) == r.get(n.removesuffix("_max")) for r in f.rows)}
+    return [name for name in JUDGED if name in there - alike]
 
 
 def _speed(speed: float | None) -> str:
@@ -71,7 +83,7 @@ def _mean(row: Row | None, digits: int, measured: Row | None = None) -> Cell:
         parts.append(f"n {row['n']}")
     if measured is not None and measured["mean"]:
         parts.append(f"U {num(measured['mean'], shown_digits(measured['mean'], digits))}")
-    return Cell(num(row["mean"], digits) + spread, " ".join(part for part in parts if part))
+    return Cell(num(row["mean"], digits) + spread, "\n".join(part for part in parts if part))
 
 
 def breakdown(f: Findings) -> Grid | None:
@@ -185,8 +197,8 @@ def space(f: Findings) -> Grid | None:
                "largest / width", "within 10 %"]  # fmt: skip
     return grid(
         "How far the footprint reached beyond the strip that it would sweep on the straight line A–B, on the side where it "
-        "reached farther. The paper's rule leaves 10 % of the robot's size; going around an obstacle takes more by "
-        "necessity, so batch NO is the one to hold against it.",
+        "reached farther. Rondoni et al. 2024 leave 10 % of the robot's size; going around an obstacle takes more by necessity"
+        + (", so batch NO is the one to hold against it." if any(r["batch"] == "NO" for r in f.rows) else "."),
         columns, rows, groups,
     ) if rows else None  # fmt: skip
 
@@ -249,6 +261,7 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
         return None, []
     printed_too = bool(f.asked(Section.PAPER_A))
     pairs = [(a, b) for i, a in enumerate(HEADLINE) for b in HEADLINE[i + 1 :]]
+    pairs = [p for p in pairs if any((c := m.pairs.get(p)) is not None and c.r is not None for m in matrices.values())]
     order = sorted(pairs, key=lambda p: -abs(_paper_r(p) or 0.0))
     rows: Rows = []
     for a, b in order:
@@ -278,7 +291,8 @@ def correlations(f: Findings) -> tuple[Grid | None, list[str]]:
             continue
         left = reduced_set(matrix)
         dropped = "; ".join(f"{gone} (r {num(r)} with {stays})" for gone, stays, r in left.dropped) or "none"
-        kept.append(f"{name}: {', '.join(left.kept)} remain. Dropped as redundant: {dropped}."
+        there = [n for n in left.kept if matrix.pairs[n, n].n]
+        kept.append(f"{name}: {', '.join(there)}. Dropped as redundant: {dropped}."
                     + (f" Pairs with fewer than {FEWEST} trials don't count." if min(counts) < FEWEST else ""))  # fmt: skip
     caption = f"Pearson's r with paper A's word for its strength, from {FEWEST} trials on"
     caption += "; the paper prints nine pairs, both robots pooled" if printed_too else ""
@@ -294,8 +308,8 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     labels: list[tuple[str, str, str, int | None]] = [
         ("trial", "no.", "", 0), ("verdict", "result", "", None), ("reason", "how it failed", "", None), ("robot", "robot", "", None), ("navigator", "navigator", "", None), ("setup", "set-up", "", None),
         ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
-        ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0),
-        *((n, n, INDICATORS[n].unit, DIGITS[n.removesuffix("_max")]) for n in JUDGED),
+        ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0), ("member", "which robot", "", None),
+        *((n, n, INDICATORS[n].unit, DIGITS[n.removesuffix("_max")]) for n in _judged(f)),
     ]  # fmt: skip
     if any(r["barn_score"] is not None for r in f.rows):
         labels.append(("barn_score", "score", "", 3))
@@ -313,9 +327,9 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
         if key in ("to_confirm", "note", "avoidable"):
             values -= {""}
         optional = (
-            "navigator", "setup", "obstacle_speed", "size", "gap", "avoidable", "reason", "source", "to_confirm", "note",
+            "navigator", "setup", "obstacle_speed", "size", "gap", "member", "avoidable", "reason", "source", "to_confirm", "note",
         )  # fmt: skip
-        if key in optional and len(values) < 1 + (key in ("navigator", "source")):
+        if key in optional and len(values - {""}) < 1 + (key in ("navigator", "source", "member")):
             continue
         column: dict[str, Any] = {"key": key, "name": name, "unit": unit, "number": digits is not None}
         if digits is not None:
@@ -343,7 +357,8 @@ def why(row: Row, attempt: Attempt) -> str:
             continue
         for leg in scored:
             allowed = leg.xy_tolerance if name == "DE" else leg.yaw_tolerance
-            found = row.get(f"{name}_{leg.name}")
+            found = row.get(f"{name}_{leg.name}") if len(scored) > 1 else row.get(f"{name}_max")
             if found is not None and allowed is not None and found > allowed:
-                said.append(f"{leg.name}: {found:.3f} {unit} off, {allowed:g} allowed")
+                where = f"{leg.name}: " if len(scored) > 1 else ""
+                said.append(f"{where}{found:.3f} {unit} off, {allowed:g} allowed")
     return "; ".join(said)

@@ -52,6 +52,7 @@ from clearway.reports.replays import EVERY, FOLDER, Replays, companions, in_page
 from clearway.reports.selection import is_recorded, label, representative
 from clearway.reports.tables import NAMES, write_tables
 from clearway.scenarios.suite import Section
+from clearway.statistics import FEWEST
 from clearway.trials.store import Results, open_results
 
 PAGE = "index.html"
@@ -229,7 +230,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
             keep("trajectories", f"trajectories-{slug}", name, trajectory_plots.trajectories(f.results, rows))
             if any(r["suite"] in f.asked(Section.PAPER_A) for r in rows):
                 keep("bars", f"bars-{slug}", name, charts.bars(f.bars(system)))
-            if found := barn(f, system):
+            if (found := barn(f, system)) and len(found.courses) >= FEWEST:
                 points = [(str(c.world), c.published, c.here) for c in found.courses]
                 drawn = charts.agreement(points, "success, published", "success, here", "Success per world")
                 keep("barn", f"barn-{slug}", f"{name}, success per world", drawn)

@@ -10,7 +10,7 @@ import numpy as np
 from clearway.indicators import INDICATORS
 from clearway.reports import theme
 from clearway.reports.charts import shades
-from clearway.reports.selection import Row, System, at_speed, by_speed, system_of, systems
+from clearway.reports.selection import Row, System, at_speed, by_speed, system_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +25,7 @@ MOST_POINTS = 60
 """Values of a strip that are drawn one by one; of more their quantiles."""
 FEWEST = 5
 """Values below which no median is drawn."""
-_LINE, _WIDTH, _FONT = 0.19, 3.3, theme.SMALLEST
+_LINE, _WIDTH, _FONT = 0.19, 3.25, theme.SMALLEST
 
 
 def strips(
@@ -48,12 +48,17 @@ def strips(
     lines = [line for batch in batches for line in lines if line[0] == batch]
     speeds = sorted({r["speed"] for r in rows}, key=by_speed)
     figure = theme.new_figure(_WIDTH, len(known) * (0.75 + _LINE * max(2, len(lines))))
-    several = len(systems(rows)) > 1
-    names = [f"{batch}  {name_of(system)}" if several else str(batch) for batch, system in lines]
+    names = _names(lines, name_of)
     for i, name in enumerate(known):
         ax = figure.add_subplot(len(known), 1, i + 1)
+        unit = INDICATORS[name].unit
+        title = f"{name}: {SHOWN[name]}{f' ({unit})' if unit else ''}"
+        if len(known) == 1:  # from the figure's edge on: above the panel alone it would not fit
+            figure.suptitle(title, fontsize=_FONT + 0.8, x=0.01, ha="left", weight="bold")
+        else:
+            ax.set_title(title, fontsize=_FONT + 0.8)
         _panel(ax, name, rows, lines, speeds, tolerances or {})
-        ax.set_yticks(range(len(lines)), [n if len(n) <= 30 else f"{n[:29]}…" for n in names], fontsize=_FONT)
+        ax.set_yticks(range(len(lines)), [n if len(n) <= 32 else f"{n[:31]}…" for n in names], fontsize=_FONT)
     if len(speeds) > 1:
         from matplotlib.lines import Line2D
 
@@ -65,12 +70,20 @@ def strips(
     return figure
 
 
+def _names(lines: Sequence[tuple[str, System]], name_of: Callable[[System], str]) -> list[str]:
+    """Batch and system of each line, as far as lines differ in them."""
+    batches, others = {batch for batch, _ in lines}, {system for _, system in lines}
+    named = {system: name_of(system).split(" · ") for system in others}
+    alike = len({parts[0] for parts in named.values()}) == 1 and len(others) > 1
+    names = {system: " · ".join(parts[1:] if alike and len(parts) > 1 else parts) for system, parts in named.items()}
+    shown = [[str(batch)] * (len(batches) > 1) + [names[system]] * (len(others) > 1) for batch, system in lines]
+    return ["  ".join(parts) or str(batch) for parts, (batch, _) in zip(shown, lines, strict=True)]
+
+
 def _panel(
     ax: Axes, name: str, rows: Sequence[Row], lines: Sequence[tuple[str, System]], speeds: Sequence[float | None],
     tolerances: Mapping[tuple[System, str], float],
 ) -> None:  # fmt: skip
-    unit = INDICATORS[name].unit
-    ax.set_title(f"{name}: {SHOWN[name]}{f' ({unit})' if unit else ''}", fontsize=_FONT + 0.8)
     ax.grid(axis="x")
     ax.set_axisbelow(True)
     height = 0.8 / len(speeds)

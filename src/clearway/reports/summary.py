@@ -98,8 +98,8 @@ def _of_one(line: Line) -> str:
     if not precise.judged:
         return f"{name}: of no trial it is known whether it succeeded."
     parts = []
-    if free.judged == precise.judged and (free.yes == free.judged or free.yes != arrived.yes):
-        parts.append("touched nothing" if free.yes == free.judged else f"touched nothing in {free.yes}")
+    if free.judged == precise.judged:
+        parts.append("touched nothing" if free.yes == free.judged else f"touched something in {free.judged - free.yes}")
     if arrived.judged == precise.judged and arrived.yes != precise.yes:
         parts.append(f"arrived by its own estimate in {arrived.yes}")
     parts.append(
@@ -144,7 +144,8 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
     if any(
         n > 1
         for n in Counter(
-            (r["robot"], r["navigator"], r.get("setup"), *(r[name] for name in LABELS[:-1])) for r in f.rows
+            (r["robot"], r["navigator"], r.get("setup"), r.get("member") or "", *(r[name] for name in LABELS[:-1]))
+            for r in f.rows
         ).values()
     ):
         parts.append("repetitions of one test are alike, so the intervals are rather too narrow")

@@ -28,6 +28,10 @@ SLIMMEST = 0.42
 """Short side of a panel over its long one, at least."""
 FOOTPRINT_EVERY = 0.6
 """m of path between two footprints drawn."""
+_ROOMIEST = 1.5
+"""Area of a box that all panels share over that which the largest needs, at most."""
+_PIECE = 0.15
+"""Radius of a piece of wall, m, of which a course is built."""
 _FILLS = {BodyKind.WALL: theme.FIXTURE, BodyKind.FURNITURE: theme.FURNITURE} | dict.fromkeys(PLACED, theme.OBSTACLE)
 
 
@@ -43,6 +47,8 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         trial = max(there, key=lambda t: (known_positions(t.pose).any(), _shown(t)))  # an attempt may be unrecorded
         _set_up(ax, trial, theme.FIXTURE)
         lanes = [results.trial(r["trial"]) for r in chosen[:MOST_LANES] if r["obstacle_speed"] is not None]
+        if not sizes:
+            _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
         for size in reversed(sizes):
             row = next((r for r in chosen if r["gap"] == gap and r["size"] == size), None)
             if row is not None:
@@ -51,7 +57,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         _lanes(ax, lanes or [trial])
         for leg in trial.attempt.legs[:1]:
             _robot_at(ax, trial, leg.start)
-        ax.set_title(f"{batch} {configuration}" if configuration not in (batch, "free") else batch)
+        ax.set_title(_titled(batch, configuration, panels))
         notes = []
         if sizes:
             notes.append(f"{_named('S', sizes, paper.EDGES) or 'edge'} {_join(sizes)} m")
@@ -60,7 +66,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
             notes.append(f"{_named('d', gaps, paper.GAPS) or 'gap'} {_join(gaps)} d_base{drawn}")
         if not sizes and not distinct(chosen, "obstacle_speed"):
             ways = [float(np.hypot(*(leg.goal[:2] - leg.start[:2]))) for leg in trial.attempt.legs[:1]]
-            said = [f"A–B {way:g} m" for way in ways if np.isfinite(way)]
+            said = [f"A–B {round(way, 2):g} m" for way in ways if np.isfinite(way)]
             speeds = distinct(chosen, "speed")
             notes.append(", ".join([*said, *([f"v {_join(speeds)} m/s"] if speeds else [])]))
         if distinct(chosen, "obstacle_speed"):
@@ -82,7 +88,7 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
         _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
         _tracks(ax, trial)
         ended = "" if row["success"] else f" ({verdict(row)})"
-        ax.set_title(f"{key[0]} {key[1]}" if key[1] not in (key[0], "free") else key[0])
+        ax.set_title(_titled(*key, panels))
         words = f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}"
         _note(ax, textwrap.fill(words, 38 if columns > 2 else 90))
     return figure
@@ -137,13 +143,14 @@ def spread(panels: Sequence[tuple[str, str]], most: int = MOST_PANELS) -> list[t
 def _panels(
     panels: Sequence[tuple[str, str]], results: Results, rows: Sequence[Row], columns: int, *, setting: bool = False
 ) -> tuple[Figure, list[Axes]]:
-    """A figure with a panel for each, which all show the same stretch of floor: what the trials need, or the `setting`."""
+    """A figure with a panel for each, all of one scale: of the stretch of floor that the trials need, or the `setting`."""
     samples = []
     for key in panels:
         row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
         assert row is not None
         samples.append(results.trial(row["trial"]))
-    x0, y0, x1, y1 = around(samples, driven=not setting)
+    boxes = _boxes(samples, driven=not setting)
+    x0, y0, x1, y1 = boxes[0]
     tall = (y1 - y0) / (x1 - x0)
     columns = min(max(columns, 6 if tall > 1.5 else 4 if tall > 0.72 or len(panels) > 4 else 2), max(len(panels), 2))
     if len(panels) == 1 and tall < 0.6:
@@ -151,9 +158,27 @@ def _panels(
     lines, width = -(-len(panels) // columns), 10.0
     figure = theme.new_figure(width, lines * (0.62 + width / columns * (y1 - y0) / (x1 - x0)))
     axes = [figure.add_subplot(lines, columns, i + 1) for i in range(len(panels))]
-    for ax in axes:
-        _frame(ax, (x0, y0, x1, y1))
+    for ax, box in zip(axes, boxes, strict=True):
+        _frame(ax, box)
     return figure, axes
+
+
+def _boxes(samples: Sequence[Trial], *, driven: bool) -> list[tuple[float, float, float, float]]:
+    """A box (x0, y0, x1, y1) [m] a trial, all of one size: the same place for all where that takes little more, else each its own."""
+    own = np.array([around([sample], driven=driven) for sample in samples])
+    every = np.array(around(samples, driven=driven))
+    size = (own[:, 2:] - own[:, :2]).max(0)
+    if np.prod(every[2:] - every[:2]) <= _ROOMIEST * np.prod(size):
+        return [tuple(every.tolist())] * len(samples)
+    middle = (own[:, :2] + own[:, 2:]) / 2
+    return [tuple(box) for box in np.hstack([middle - size / 2, middle + size / 2]).tolist()]
+
+
+def _titled(batch: str, configuration: str, panels: Sequence[tuple[str, str]]) -> str:
+    """A panel's title: its batch, if there are several, and its configuration."""
+    if configuration in (batch, "free"):
+        return batch
+    return f"{batch} {configuration}" if len({b for b, _ in panels}) > 1 else configuration
 
 
 def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
@@ -162,7 +187,7 @@ def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True)
     for trial in trials:
         points += [trial.pose[:, :2]] if driven else []
         points += [*(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
-        points += [np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.kind in PLACED and b.pose is not None]
+        points += [np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.pose is not None and _belongs(b)]
         moving_obstacles.append(trial.moving_obstacles[:, :, :2].reshape(-1, 2))
     inner = np.vstack([np.empty((0, 2)), *points])
     inner = inner[np.isfinite(inner).all(1)]
@@ -176,6 +201,12 @@ def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True)
     more = np.maximum(SLIMMEST * (high - low).max() - (high - low), 0.0) / 2
     (x0, y0), (x1, y1) = (low - more).tolist(), (high + more).tolist()
     return x0, y0, x1, y1
+
+
+def _belongs(body: Body) -> bool:
+    """Whether a body that stands is of the test itself: an obstacle, or a piece of a course built of small ones (BARN's)."""
+    small = body.kind is BodyKind.WALL and circumscribed_radius(body.shape) < _PIECE
+    return body.kind in PLACED or small
 
 
 def _frame(ax: Axes, box: tuple[float, float, float, float]) -> None:
@@ -261,7 +292,7 @@ def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
         aside = (longest[:, :2] - start) @ np.array([-along[1], along[0]])
         if np.abs(aside).max() > 0.05:  # not straight: as far as this one trial shows it
             ax.plot(*longest[:, :2].T, color=theme.MOVING, linewidth=1.2, zorder=5)
-            _moving_obstacle_at(ax, body, longest[0])
+            _moving_obstacle_at(ax, body, _first_within(ax, body, longest))
             continue
         ends = np.concatenate([(t[[0, -1], :2] - start) @ along for t in tracks])
         x, y = ax.get_xlim(), ax.get_ylim()
@@ -272,6 +303,15 @@ def _lanes(ax: Axes, trials: Sequence[Trial]) -> None:
         style = {"arrowstyle": "-|>", "color": theme.MOVING, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0}
         ax.annotate("", xy=tuple(inside[-1]), xytext=tuple(inside[0]), arrowprops=style, zorder=5)
         _moving_obstacle_at(ax, body, np.array([*inside[len(inside) // 10], longest[0, 2]]), edge=theme.MOVING)
+
+
+def _first_within(ax: Axes, body: Body, track: FloatArray) -> FloatArray:
+    """The first pose of a track (n, 3) at which the body is within the panel, or its first."""
+    reach = circumscribed_radius(body.shape)
+    low, high = (np.array(ends) for ends in zip(ax.get_xlim(), ax.get_ylim(), strict=True))
+    within = ((track[:, :2] > low + reach) & (track[:, :2] < high - reach)).all(1)
+    pose: FloatArray = track[int(np.argmax(within))]
+    return pose
 
 
 def _moving_obstacle_at(ax: Axes, body: Body, pose: FloatArray, edge: str | None = None) -> None:
