@@ -81,7 +81,8 @@ def test_retuning_removes_a_livelock() -> None:
     from clearway.trials import Outcome
     from clearway.world import simulate
 
-    scenario = load_suite("sar-case2").build(RESCUE)[8]
+    robot = load_robot("rescue:unlimited")  # the gains were chosen for it
+    scenario = load_suite("sar-case2").build(robot)[8]
     by_hand = {
         "eta_d": 0.3,
         "eta_e": 1.0,
@@ -93,8 +94,8 @@ def test_retuning_removes_a_livelock() -> None:
     }
     outcomes = []
     for navigator in (ColregsApf(**by_hand), RetunedColregsApf()):
-        tracker = make_tracker(scenario.tracking, RESCUE)
-        pilot = compose(navigator, make_localiser("truth", RESCUE), "truth", tracker=tracker)
-        trial = simulate(scenario, RESCUE, pilot, navigator="colregs-apf", localisation="truth", map=None)
+        tracker = make_tracker(scenario.tracking, robot)
+        pilot = compose(navigator, make_localiser("truth", robot), "truth", tracker=tracker)
+        trial = simulate(scenario, robot, pilot, navigator="colregs-apf", localisation="truth", map=None)
         outcomes.append(trial.outcome)
     assert outcomes == [Outcome.LIVELOCK, Outcome.REACHED]
