@@ -200,8 +200,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", nargs="?", type=Path, default=Path(), help="where the files are")
     parser.add_argument("--list", action="store_true", help="print where the files are to be had")
+    parser.add_argument("--smoke", action="store_true", help="the same: nothing is fetched")
     asked = parser.parse_args()
-    if asked.list:
+    if asked.list or asked.smoke:
         for repository, path, _, _ in FILES:
             print(f"https://github.com/{repository.replace('+', '/')}/blob/{COMMITS[repository]}/{path}")
         return

@@ -30,8 +30,10 @@ from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
+from clearway.world.behaviours.registry import behaviours_of
 from clearway.world.bodies import bodies_of, moving_obstacles_of
 from clearway.world.tracks import tracks
+from clearway.world.traffic import Traffic
 from clearway.world.world import World
 
 GOAL = Goal(np.zeros(3), 0.2, 0.2)
@@ -86,10 +88,15 @@ def arena(count: int, periods: int, seed: int, robot: Robot) -> list[Step]:
 def hospital(scenario: Scenario, robot: Robot, periods: int) -> Iterator[Step]:
     """The robot winds along the line while the other one moves as the test has it."""
     plan = load_floor_plan(scenario.floor_plan)
-    way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs])
-    start = np.array(scenario.start)
-    world = World(robot, start, scenario.speed, bodies_of(plan.fixtures, scenario), way, scenario.seed)
-    world.begin_leg(0, 0.0)
+    legs, bodies, start = (
+        [leg.name for leg in scenario.legs],
+        bodies_of(plan.fixtures, scenario),
+        np.array(scenario.start),
+    )
+    traffic = Traffic(tracks(moving_obstacles_of(scenario), legs), behaviours_of(scenario, bodies), legs)
+    world = World(robot, start, scenario.speed, bodies, traffic, scenario.seed)
+    traffic.start()
+    world.begin()
     localiser = make_localiser("amcl", robot)
     localiser.reset(
         Task(robot.period, scenario.speed, start, map=plan.map), robot, np.random.default_rng(scenario.seed)
@@ -102,8 +109,13 @@ def hospital(scenario: Scenario, robot: Robot, periods: int) -> Iterator[Step]:
         yield Step(sensing, localiser.update(sensing), world.moving_obstacles[:, :2].copy(), velocity)
         before = world.moving_obstacles.copy()
         world.send(0.25, 0.6 * math.sin(0.8 * t), t)
-        if world.advance(t)[1] is not None:
+        if traffic.decided:
+            traffic.see(world.member, t, robot.period, world.rehearse(t))
+            traffic.decide_until(t + robot.period)
+        driven, touched = world.drive(t)
+        if touched is not None:
             return
+        world.keep(t, driven)
 
 
 def follow(name: str, robot: Robot, steps: list[Step], task: Task) -> Figures:

@@ -40,9 +40,11 @@ def refuse_mistaken(which: str | Path, *wanted: Kind) -> None:
     Raises:
         ClearwayError: it is of another kind, or can't be read.
     """
+    if ".toml" not in str(which):
+        return
     file = Path(str(which).partition(".toml:")[0])
     file = file if file.suffix == ".toml" else file.with_name(f"{file.name}.toml")
-    if ".toml" not in str(which) or not file.is_file():
+    if not file.is_file():
         return
     found = _kind(read_toml(file), wanted)
     if found is not None and found not in wanted:
