@@ -12,6 +12,8 @@ from clearway.campaigns.conformance import Finding, check_navigator
 from clearway.contract import Command, Diagnostics, Observation
 from clearway.robots import load_robot
 
+pytestmark = pytest.mark.slow
+
 ROBOT = load_robot("tiago")
 
 

@@ -19,6 +19,8 @@ from clearway.scenarios.suites import Selection
 from clearway.trials import Outcome
 from clearway.trials.store import Results, open_results
 
+pytestmark = pytest.mark.slow
+
 OWN = Path(__file__).with_name("own_navigators.py")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "06_score_recordings" / "plan.toml"
 SCENARIO = """

@@ -26,6 +26,8 @@ from clearway.robots import load_robot, robot_names
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 from clearway.trials.store import Results, TrialStore, write_partial
 
+pytestmark = pytest.mark.slow
+
 START, GOAL = np.array([1.75, 1.75, 0.8]), np.array([12.25, 12.25, 0.8])
 SNAPSHOT = Diagnostics(
     polylines={"plan": np.array([[1.75, 1.75], [12.25, 12.25]])},

@@ -16,6 +16,8 @@ from clearway.navigators.hl_rrt.checking import look
 from clearway.navigators.hl_rrt.following import Body, follow, turn
 from clearway.robots import DriveLimits, Robot, load_robot
 
+pytestmark = pytest.mark.slow
+
 RESCUE = load_robot("rescue")
 GOAL = Goal(np.array((6.0, 0.0, 0.0)), 0.2, math.pi)
 FAST = Body(DriveLimits(0.0, 0.5, math.inf, math.inf, 1.5, math.inf, math.inf), 0.15)
