@@ -41,12 +41,49 @@ def write_comparison(found: Sequence[Found], folder: Path) -> Path:
             (folder / f"differences-{number}.svg").write_text(svg, encoding="utf-8")
             figures.append((name, Markup(theme.themed(svg, escape(name)))))
         _csv(found, folder / "differences.csv")
-        page = page_of("comparison.html", title="Side by side", figures=figures,
+        page = page_of("comparison.html", title="Side by side", figures=figures, said=[_said(pair) for pair in found], doubt=_doubt(found),
                        success=success_table(found), indicators=indicator_table(found))  # fmt: skip
         (folder / PAGE).write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
         raise ClearwayError(f"the comparison cannot be written: {error.strerror or error}", file=folder) from error
     return folder / PAGE
+
+
+def _said(pair: Found) -> str:
+    """What came out of a pair, in a sentence."""
+    s: Any = pair.success.get(None)
+    parts = []
+    if isinstance(pair, Comparison):
+        on = f"on the same {pair.pairs} tests"
+        if s is not None:
+            shown = "" if s.p <= 0.05 else " (no difference shown)"
+            parts.append(f"{s.both + s.only_b} against {s.both + s.only_a} of {s.n} succeeded{shown}")
+    else:
+        on = f"over {pair.configurations} configurations in common"
+    if isinstance(pair, ConfigurationComparison) and s is not None:
+        parts.append(f"{s.successes_b} of {s.trials_b} succeeded against {s.successes_a} of {s.trials_a}")
+    rows = [r for r in pair.differences.to_pylist() if r["batch"] is None and r["n"]]
+    for r in rows:
+        if r["favours"]:
+            unit = f" {r['unit']}" if r["unit"] else ""
+            by = f"{num(abs(r['mean_difference']), 3)}{unit}"
+            parts.append(
+                f"{pair.a if r['favours'] == 'A' else pair.b} is better in {r['indicator']}, by {by} on average"
+            )
+    if not any(r["favours"] for r in rows):
+        parts.append("in no indicator a difference is shown")
+    return f"{pair.b} against {pair.a}, {on}: {'; '.join(parts)}."
+
+
+def _doubt(found: Sequence[Found]) -> str:
+    """What has to be said where an indicator's interval leaves out 0 and yet no difference is shown; empty if none does."""
+    rows = [r for pair in found for r in pair.differences.to_pylist() if r["batch"] is None and r["n"]]
+    if not any(r["boot_low"] is not None and not r["favours"] and r["boot_low"] * r["boot_high"] > 0 for r in rows):
+        return ""
+    return (
+        "Some intervals leave out 0 and yet no difference is shown: each interval stands for itself, and of many some leave it out by "
+        "chance, for which Holm's correction makes up."
+    )
 
 
 def differences(pair: Found) -> Figure:
