@@ -9,7 +9,7 @@ import pytest
 
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_file
-from clearway.scenarios.way import widest_way
+from clearway.scenarios.way import room_for, widest_way
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -274,7 +274,7 @@ def test_widest_way_between_two_walls() -> None:
         off = (gap + 2) / 2
         walls = [(rectangle(0.2, 2.0), np.array([2.5, 2.5 + s * off, 0.0])) for s in (1, -1)]
         walls += [(rectangle(0.2, 5.0), np.array([2.5, 2.5 + s * (off + 3.4), 0.0])) for s in (1, -1)]
-        args = walls, (0.0, 0.0, 5.0, 5.0), [(1.0, 2.5), (4.0, 2.5)]
-        assert widest_way(*args, needed=gap / 2 - 0.01) == [None]
-        (width,) = widest_way(*args, needed=gap / 2 + 0.1)
+        bounds, ends = (0.0, 0.0, 5.0, 5.0), [(1.0, 2.5), (4.0, 2.5)]
+        assert widest_way(room_for(walls, bounds, gap / 2 - 0.01), ends) == [None]
+        (width,) = widest_way(room_for(walls, bounds, gap / 2 + 0.1), ends)
         assert width == pytest.approx(gap, abs=0.1)

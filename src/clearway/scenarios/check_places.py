@@ -17,7 +17,7 @@ from clearway.robots import Robot, load_robot
 from clearway.scenarios.crowd import Crowd, Standing
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import Scenario
-from clearway.scenarios.way import CELL, widest_way
+from clearway.scenarios.way import CELL, Room, room_for, widest_way
 
 
 def robot_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
@@ -149,7 +149,13 @@ def widest(
     needed: float,
 ) -> tuple[float | None, ...]:
     """`widest_way`, once for all the tests of a suite in which the same things stand."""
-    return tuple(widest_way([(shape, np.array(pose)) for shape, pose in bodies], bounds, points, needed))
+    return tuple(widest_way(_room(bodies, bounds, needed), points))
+
+
+@lru_cache(maxsize=4)  # grids are large
+def _room(bodies: tuple[tuple[Shape, PoseSpec], ...], bounds: tuple[float, float, float, float], needed: float) -> Room:
+    """`room_for`, once for all robots and people of one size among the same things."""
+    return room_for([(shape, np.array(pose)) for shape, pose in bodies], bounds, needed)
 
 
 def first_hit(shape: Shape, pose: FloatArray, standing: Crowd, first: int | None = None) -> str | None:

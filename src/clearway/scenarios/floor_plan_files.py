@@ -213,14 +213,23 @@ def _bounds(fixtures: tuple[Fixture, ...], area: Box | None = None) -> tuple[flo
 
 def _from_toml(path: Path) -> FloorPlan:
     spec = read_floor_plan(path)
+    _refuse_vast(path, spec, fixtures := _fixtures(spec), _bounds(fixtures, spec.area))
+    return floor_plan_of(spec, None if spec.map is None else read_map(path.parent / spec.map))
+
+
+def floor_plan_of(spec: FloorPlanSpec, grid: OccupancyGrid | None = None) -> FloorPlan:
+    """The floor plan that `spec` describes.
+
+    Args:
+        spec: It.
+        grid: The map that a robot is given; None: drawn from the vectors.
+    """
     fixtures = _fixtures(spec)
-    bounds = _bounds(fixtures, spec.area)
-    _refuse_vast(path, spec, fixtures, bounds)
-    grid = None if spec.map is None else read_map(path.parent / spec.map)
     if grid is None and fixtures:  # where nothing stands there is nothing to know
         grid = draw_map(spec)
     a, b = (None if p is None else np.array(p) for p in (spec.a, spec.b))
     rooms = tuple(Room(r.name, r.kind, r.beds, r.floor) for r in spec.rooms)
+    bounds = _bounds(fixtures, spec.area)
     return FloorPlan(spec.name, spec.title or spec.name, fixtures, grid, a, b, spec.clear, bounds, rooms, spec.area)
 
 

@@ -23,6 +23,8 @@ SUITES = Registry(
         "hospital-blind": "clearway.scenarios.hospital:BLIND",
         "hospital-held-out": "clearway.scenarios.hospital:HELD_OUT",
         "hospital-held-out-blind": "clearway.scenarios.hospital:HELD_OUT_BLIND",
+        "meeting-points": "clearway.scenarios.meeting_points:MEETING_POINTS",
+        "meeting-points-held-out": "clearway.scenarios.meeting_points:HELD_OUT_MEETING_POINTS",
         "people": "clearway.scenarios.people_scenes:PEOPLE",
         "sar-case1": "clearway.scenarios.sar:CASE_1",
         "sar-case2": "clearway.scenarios.sar:CASE_2",
