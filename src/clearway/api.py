@@ -177,7 +177,7 @@ def run(
         obstacle_speeds: Only these speeds of the moving obstacle, m/s; empty: all.
         sizes: Only these edges of the static obstacles, m; empty: all.
         gaps: Only these gaps, in multiples of d_base; empty: all.
-        worlds: Only these of BARN's worlds, by number; empty: all.
+        worlds: Only these of BARN's or DynaBARN's worlds, by number; empty: all.
         scenarios: Only these scenarios, by name (the column `scenario` of a table of trials); empty: all.
         seeds: (A, B) or "A:B": instead of a suite's frozen scenarios those that its generator draws from the seeds
             A, A + 1, ..., B - 1 (`sar-case1` and its like).

@@ -50,7 +50,7 @@ def run(
     obstacle_speeds: _options.ObstacleSpeeds = None,
     sizes: _options.Sizes = None,
     gaps: _options.Gaps = None,
-    worlds: Annotated[list[int] | None, typer.Option("--worlds", help="Only these worlds (barn).")] = None,
+    worlds: Annotated[list[int] | None, typer.Option("--worlds", help="Only these worlds (barn, dynabarn).")] = None,
     scenarios: Annotated[
         list[str] | None,
         typer.Option("--scenario", help="Only these scenarios, by name (the column scenario of trials.csv)."),

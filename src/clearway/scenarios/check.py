@@ -253,21 +253,23 @@ def _swinging(scenario: Scenario, robot: Robot, fixtures: Crowd, work: Work) -> 
         if isinstance(motion, OscillationSpec):
             start, velocity = np.array(motion.start), np.array(motion.velocity)
             attraction, stiffness = np.array(motion.attraction), np.array(motion.stiffness)
-            states = trajectory(start, velocity, attraction, stiffness, STEP, math.ceil(seconds / STEP))
+            count = math.ceil(seconds / STEP)
+            states = trajectory(start, velocity, attraction, stiffness, STEP, count)
+            way = np.column_stack([STEP * np.arange(count + 1), states[:, :2]])
         else:
-            states = motions.states(motion, seconds)
-        near = fixtures.near(states[:, :2], circumscribed_radius(shape))
+            way = motions.knots(motion, seconds)
+            way = way[np.isfinite(way[:, 1])]
+        near = fixtures.near(way[:, 1:], circumscribed_radius(shape))
         if not near:
             continue
-        work.add(len(states) * len(near), field)
-        poses = np.column_stack([states[:, :2], np.zeros(len(states))])
+        work.add(len(way) * len(near), field)
+        poses = np.column_stack([way[:, 1:], np.zeros(len(way))])
         gaps = min_clearance(shape, poses, near, np.zeros((len(poses), 0, 3)))
         if gaps.min() <= 0:
             first = int((gaps <= 0).argmax())
             hit = first_hit(shape, poses[first], fixtures)
             yield ClearwayError(
-                f"{obstacle.name!r} would swing into {hit!r} at {at_text(poses[first])} after "
-                f"{first * seconds / (len(states) - 1):.1f} s",
+                f"{obstacle.name!r} would swing into {hit!r} at {at_text(poses[first])} after {way[first, 0]:.1f} s",
                 field=field,
             )
 

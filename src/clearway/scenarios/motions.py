@@ -1,7 +1,8 @@
 """Ways in which an obstacle may move that no simple model of motion forecasts: what the suite `sar-misspecified` is made of.
 
-Each is a few numbers, which `states` lays out as knots in time: a function of the numbers alone, known ahead of the trial
-and independent of the robot. Between two knots the obstacle moves on a line at constant speed.
+Each is a few numbers, which `knots` lays out in time: a function of the numbers alone, known ahead of the trial and
+independent of the robot. Between two knots the obstacle moves on a line at constant speed. Motion through given key frames
+(`spline`) is laid out the same way.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.quantities import NonNegative, Point, Positive, Seed, Speed
 from clearway.reading.limits import LENGTH, POINTS, SHORTEST, SPEED
+from clearway.scenarios import spline
+from clearway.scenarios.spline import SplineSpec
 
 KNOT = 0.05
 """Time between two knots, s."""
@@ -111,10 +114,21 @@ class PursuitSpec(_Motion):
         return self
 
 
-MotionSpec = Annotated[DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, Field(discriminator="kind")]
+DrivenSpec = Annotated[DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, Field(discriminator="kind")]
+"""What is pulled, braked and pushed about."""
+MotionSpec = Annotated[DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec | SplineSpec, Field(discriminator="kind")]
 
 
-def states(motion: DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, duration: float) -> FloatArray:
+def knots(motion: MotionSpec, duration: float) -> FloatArray:
+    """(k, 3) t [s], x, y [m] from time 0 on, for `duration` [s] and no less, on a line from one to the next; a NaN stands
+    between two at one time where it is elsewhere at once."""
+    if isinstance(motion, SplineSpec):
+        return spline.knots(motion, duration)
+    way = states(motion, duration)[:, :2]
+    return np.column_stack([KNOT * np.arange(len(way)), way])
+
+
+def states(motion: DrivenSpec, duration: float) -> FloatArray:
     """(k, 4) x, y [m], v_x, v_y [m/s] every `KNOT` s from time 0 on, for `duration` [s] and no less. A longer one goes on
     where a shorter one ends."""
     count = math.ceil(duration / KNOT - 1e-9)
@@ -135,8 +149,10 @@ def states(motion: DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, durati
     )  # fmt: skip
 
 
-def effort(motion: DampedSpec | ShakenSpec | StopAndGoSpec | PursuitSpec, duration: float) -> float:
-    """About what `states` takes, in comparisons: a piece that is drawn takes as long as 400."""
+def effort(motion: MotionSpec, duration: float) -> float:
+    """About what `knots` takes, in comparisons: a piece that is drawn takes as long as 400, a key frame as 100 knots."""
+    if isinstance(motion, SplineSpec):
+        return 100.0 * len(motion.keyframes) * (1.0 + duration / motion.period)
     shortest = (
         motion.hold[0]
         if isinstance(motion, ShakenSpec)

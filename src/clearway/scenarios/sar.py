@@ -24,7 +24,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, inscribed_radius
 from clearway.robots import Robot
 from clearway.robots.robot import RESCUE, load_robot
-from clearway.scenarios.motions import MotionSpec
+from clearway.scenarios.motions import DrivenSpec
 from clearway.scenarios.sar_draws import CASES, Case, Drawn, generate
 from clearway.scenarios.sar_rules import RADIUS, TASK, Layout
 from clearway.scenarios.scenario import (
@@ -45,7 +45,7 @@ FROZEN = 10
 SHARP = 0.005
 """Error of the clairvoyant's time that a frozen scenario may have at most."""
 _FILE = "sar_scenarios.json"
-_MOTIONS: TypeAdapter[tuple[MotionSpec, ...]] = TypeAdapter(tuple[MotionSpec, ...])
+_MOTIONS: TypeAdapter[tuple[DrivenSpec, ...]] = TypeAdapter(tuple[DrivenSpec, ...])
 _START, _GOAL = ((float(x), float(y), float(theta)) for x, y, theta in (TASK["start"], TASK["goal"]))
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import uniform
-from clearway.scenarios.motions import DampedSpec, MotionSpec, PursuitSpec, ShakenSpec, StopAndGoSpec
+from clearway.scenarios.motions import DampedSpec, DrivenSpec, PursuitSpec, ShakenSpec, StopAndGoSpec
 from clearway.scenarios.sar_rules import Layout
 from clearway.stand_ins import stand_ins
 
@@ -29,7 +29,7 @@ def misspecified(layout: Layout, path: FloatArray, key: np.uint64) -> Layout:
     return dataclasses.replace(layout, motions=tuple(_motion(layout, j, path, key) for j in range(len(layout.start))))
 
 
-def _motion(layout: Layout, j: int, path: FloatArray, key: np.uint64) -> MotionSpec:
+def _motion(layout: Layout, j: int, path: FloatArray, key: np.uint64) -> DrivenSpec:
     def drawn(index: int, between: list[float]) -> float:
         return round(between[0] + (between[1] - between[0]) * uniform(key, j, index), 4)
 

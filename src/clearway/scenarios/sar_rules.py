@@ -15,7 +15,7 @@ import numpy.typing as npt
 from clearway.geometry.compiled import kernel
 from clearway.geometry.oscillator import amplitude, trajectory
 from clearway.geometry.shapes import FloatArray
-from clearway.scenarios.motions import KNOT, MotionSpec, states
+from clearway.scenarios.motions import KNOT, DrivenSpec, states
 from clearway.stand_ins import stand_ins
 
 TASK, OBSTACLES, GAP, HARDER, ROBOT = map(stand_ins, ("task", "obstacles", "closing_gap", "harder", "robot"))
@@ -49,7 +49,7 @@ class Layout:
     velocity: FloatArray
     attraction: FloatArray
     stiffness: FloatArray
-    motions: tuple[MotionSpec, ...] = ()
+    motions: tuple[DrivenSpec, ...] = ()
 
     def motion(self, seconds: float) -> FloatArray:
         """(k, m, 4) x, y, v_x, v_y of the moving ones every `SAMPLE` s, for `seconds` and no less."""

@@ -31,7 +31,7 @@ class Selection:
         gaps: Widths of gaps, in multiples of d_base.
         obstacle_speeds: Speeds of the moving obstacles, m/s.
         repetitions: How often each test is run.
-        worlds: Numbers of BARN's worlds.
+        worlds: Numbers of BARN's or DynaBARN's worlds.
         floor_plan: The floor plan to use instead of the suite's.
         seeds: The range (a, b): instead of the suite's frozen scenarios those that its generator draws from the seeds
             a, a + 1, ..., b - 1.

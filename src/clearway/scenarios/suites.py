@@ -19,6 +19,7 @@ SUITES = Registry(
     {
         "barn": "clearway.scenarios.barn:BARN",
         "barn-2022": "clearway.scenarios.barn:BARN_2022",
+        "dynabarn": "clearway.scenarios.dynabarn:DYNABARN",
         "hospital": "clearway.scenarios.hospital:HOSPITAL",
         "hospital-blind": "clearway.scenarios.hospital:BLIND",
         "hospital-held-out": "clearway.scenarios.hospital:HELD_OUT",

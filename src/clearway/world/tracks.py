@@ -114,8 +114,8 @@ def stack(parts: Sequence[Sequence[FloatArray]], lasting: Sequence[bool] | None 
 def swing(motion: OscillationSpec | MotionSpec, duration: float) -> FloatArray:
     """Knots (k, 4) of an oscillation or another motion for `duration` [s] and a little more; the body doesn't turn."""
     if not isinstance(motion, OscillationSpec):
-        way = motions.states(motion, duration)[:, :2]
-        return np.column_stack([motions.KNOT * np.arange(len(way)), way, np.zeros(len(way))])
+        way = motions.knots(motion, duration)
+        return np.column_stack([way, np.where(np.isnan(way[:, 1]), np.nan, 0.0)])
     start, velocity, attraction, stiffness = (
         np.array(v, dtype=np.float64) for v in (motion.start, motion.velocity, motion.attraction, motion.stiffness)
     )
