@@ -31,6 +31,7 @@ def results(clearway: Shell, own: Path, tmp_path: Path) -> Path:
     return out
 
 
+@pytest.mark.slow
 def test_rerun(clearway: Shell, own: Path, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = clearway("rerun", results, "--trial", "0", "--out", tmp_path / "one")
     assert (said.code, said.err) == (0, "")

@@ -9,6 +9,8 @@ from clearway.campaigns.checks import check_file
 from clearway.recordings.formats import formats
 from clearway.robots import load_robot
 
+pytestmark = pytest.mark.slow
+
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 QUICK = 20_000
 """Characters of a file that is checked here; the larger ones are the benchmark's."""

@@ -20,6 +20,8 @@ from clearway.recordings.exports.export import CAPTURES, TARGETS
 from clearway.recordings.exports.synthetic import LAB
 from clearway.trials import Outcome
 
+pytestmark = pytest.mark.slow
+
 BY_HAND = {"PL": 10.08, "DE": 0.025, "OE": 0.0, "MDO": 0.38}
 
 

@@ -95,6 +95,7 @@ class _Crash(BaseException):
     pass
 
 
+@pytest.mark.slow
 def test_a_crash_at_any_step_is_made_good(small: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every call that changes the disk crashes once, before it or after it."""
     real = {name: getattr(os, name) for name in ("replace", "fsync", "mkdir", "unlink", "rmdir")}
@@ -153,6 +154,7 @@ with TrialStore(Path(sys.argv[1]), json.loads(sys.argv[2]), 40, SCHEMA, resume=T
 """
 
 
+@pytest.mark.slow
 def test_sigkill_at_random_moments_is_made_good(whole: Path, tmp_path: Path) -> None:
     moments, killed = random.Random(7), 0
     command = [sys.executable, "-c", WRITER.format(folder=str(Path(__file__).parent)), str(tmp_path / "out")]

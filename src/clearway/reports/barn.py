@@ -155,7 +155,7 @@ def _summary(f: Findings, system: System, published: Sequence[PublishedRun], row
             else ""
         )
         + (f"; {said}" if (said := tuning.sentence(rows)) else ""),
-        [text(""), f"published (n {n})", f"here (n {k})", "difference"],
+        [text("Quantity"), f"published (n {n})", f"here (n {k})", "difference"],
         lines,
     )
 
