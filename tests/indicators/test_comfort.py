@@ -19,7 +19,7 @@ from clearway.indicators import score_row
 from clearway.indicators.comfort import _until
 from clearway.trials import Body, Outcome
 
-NAMES = ("person_distance", "personal_time", "intimate_time", "person_ttc")
+NAMES = ("person_distance", "social_time", "personal_time", "intimate_time", "person_speed", "person_ttc")
 
 
 def person(x: float, y: float) -> Body:
@@ -40,7 +40,9 @@ def test_a_person_beside_the_way():
     half = math.sqrt((1.2 + 0.52) ** 2 - 1.0)
     assert row["personal_time"] == pytest.approx(2 * 2 * half / 0.5, abs=0.01)
     assert row["intimate_time"] == 0
-    assert row["person_ttc"] is None
+    assert row["social_time"] == pytest.approx(22.4, abs=0.01), "all the way"
+    assert row["person_speed"] == pytest.approx(0.5)
+    assert row["person_ttc"] is row["ttc"] is None
     assert why(row, "person_ttc") == "no collision course with a person"
     near = score_row(shuttle(bodies=(person(2.5, 0.9),)))
     assert near["intimate_time"] == pytest.approx(4 * math.sqrt(0.97**2 - 0.9**2) / 0.5, abs=0.05)
@@ -62,12 +64,60 @@ def test_one_who_walks_towards_the_robot():
     first = t <= trial.spans[0].end
     v = np.gradient(x, t)
     assert gap[first].min() > 0
-    assert score_row(trial)["person_ttc"] <= (gap / (v + 0.3))[first].min() * 1.05
+    row = score_row(trial)
+    assert row["person_ttc"] <= (gap / (v + 0.3))[first].min() * 1.05
+    assert row["ttc"] == row["person_ttc"]
+
+
+def test_time_to_collision_with_what_else_moves_is_no_persons():
+    def coming(t):
+        return np.stack([9.0 - 0.3 * t, np.zeros_like(t), np.full_like(t, math.nan)], axis=1)[:, None]
+
+    row = score_row(shuttle(bodies=(replace(walker(), kind=BodyKind.ROBOT),), moving_obstacles=coming))
+    assert row["ttc"] == score_row(shuttle(bodies=(walker(),), moving_obstacles=coming))["person_ttc"]
+    assert row["person_ttc"] is None
+
+
+def wandering(rng, t):
+    """(n, 2, 3) two who walk at random about the robot's way."""
+    steps = rng.normal(0.0, 0.1, (len(t), 2, 2)).cumsum(axis=0) + rng.uniform([0.0, 0.8], [5.0, 2.0], (2, 2))
+    return np.concatenate([steps, np.zeros((len(t), 2, 1))], axis=2)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=15, deadline=None)
+def test_the_indicators_of_people_against_a_plain_reading(seed):
+    """Sample by sample and person by person, with times from looking finely between samples."""
+
+    def moving(t):
+        return wandering(np.random.default_rng(seed), t)
+
+    bodies = (walker(), replace(walker(), name="bert"))
+    trial = shuttle(bodies=bodies, moving_obstacles=moving)
+    row = score_row(trial)
+    zones = {"social_time": 3.6, "personal_time": 1.2, "intimate_time": 0.45}
+    seconds, near, fast = dict.fromkeys(zones, 0.0), math.inf, math.nan
+    for leg in (trial.spans[0], trial.spans[2]):
+        at = [i for i, t in enumerate(trial.t) if leg.start - 1e-9 <= t <= leg.end + 1e-9]
+        gaps = []
+        for i in at:
+            x, y = trial.pose[i, :2]
+            gap = min(max(math.hypot(px - x, py - y) - 0.52, 0.0) for px, py, _ in trial.moving_obstacles[i])
+            if gap < near:
+                near, fast = gap, abs(trial.velocity[i, 0])
+            gaps.append(gap)
+        fine = np.interp(np.arange(trial.t[at[0]], trial.t[at[-1]], 1e-3), trial.t[at], gaps)
+        for name, zone in zones.items():
+            seconds[name] += 1e-3 * float((fine < zone).sum())
+    for name in zones:
+        assert row[name] == pytest.approx(seconds[name], abs=0.02)
+    assert row["person_speed"] == pytest.approx(fast, abs=1e-9)
+    assert row["person_distance"] <= near + 1e-4
 
 
 def test_obstacles_are_no_people_and_without_people_nothing_is_said():
     row = score_row(shuttle(bodies=(box(2.5, 1.0),)))
-    assert [row[n] for n in NAMES] == [None] * 4
+    assert [row[n] for n in NAMES] == [None] * len(NAMES)
     assert not set(NAMES) & set(json.loads(row["not_computable"]))
     assert row["MDO"] is not None
 
@@ -81,7 +131,7 @@ def test_one_who_gave_up_was_near_nobody_for_no_time():
     trial = shuttle(bodies=(person(2.5, 1.0),))
     spans = (replace(trial.spans[0], reached=False), *trial.spans[1:])
     row = score_row(replace(trial, spans=spans, outcome=Outcome.ABORTED))
-    assert [row[n] for n in NAMES] == [None] * 4
+    assert [row[n] for n in NAMES] == [None] * len(NAMES)
     assert "leg forth was not finished" in why(row, "personal_time")
 
 

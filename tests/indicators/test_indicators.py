@@ -273,7 +273,19 @@ def test_barn_score():
     [
         (
             {"velocity": None},
-            {"TCS", "TCS_5", "TCS_20", "TCS_U", "T_acceleration", "T_cruise", "T_approach", "T_rotation"},
+            {
+                "TCS",
+                "TCS_5",
+                "TCS_20",
+                "TCS_U",
+                "T_acceleration",
+                "T_cruise",
+                "T_approach",
+                "T_rotation",
+                "jerk",
+                "jerk_max",
+                "stopped_time",
+            },
         ),
         ({"estimate": None}, {"DE_self", "OE_self", "success_self"}),
         (

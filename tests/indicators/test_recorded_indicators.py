@@ -16,8 +16,8 @@ from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import INDICATORS, score_row
 from clearway.trials import Body, Event, Outcome
 
-PEOPLE = {"person_distance", "personal_time", "intimate_time", "person_ttc"}
-NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut"} | PEOPLE
+PEOPLE = {"person_distance", "social_time", "personal_time", "intimate_time", "person_speed", "person_ttc"}
+NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut", "jerk", "jerk_max"} | PEOPLE
 SPEEDS = {"TCS", "TCS_5", "TCS_20", "TCS_U", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
 
 
@@ -120,7 +120,7 @@ def test_a_gap_in_the_speed():
     velocity = trial.velocity.copy()
     velocity[30:34] = np.nan
     row = score_row(replace(trial, velocity=velocity))
-    assert set(lost(row)) - {"MDO", "MDO_centre", "MDO_U", "MDO_walls"} == SPEEDS
+    assert set(lost(row)) - {"MDO", "MDO_centre", "MDO_U", "MDO_walls"} == SPEEDS | {"stopped_time"}
     assert lost(row)["TCS"] == "the velocity has gaps (0.5 s)"
 
 

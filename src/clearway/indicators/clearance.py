@@ -202,12 +202,12 @@ def _seen(scene: Scene) -> float:
     )
 
 
-def _unseen(trial: Trial, parts: Sequence[Scene], ways: tuple[Way, Sequence[Way]]) -> float:
+def _unseen(trial: Trial, parts: Sequence[Scene], known: tuple[Way, Sequence[Way]]) -> float:
     """How near the robot can have come on its legs to any of the bodies while one of the two was not seen, m; inf where both
     were throughout."""
     if trial.attempt.source != "recorded":
         return math.inf
-    robot, bodies = ways
+    robot, bodies = known
     least = math.inf
     for drive in (scene.drive for scene in parts):
         for body in bodies:
@@ -221,10 +221,11 @@ def _unseen(trial: Trial, parts: Sequence[Scene], ways: tuple[Way, Sequence[Way]
 def unseen_clearance(trial: Trial, parts: Sequence[Scene], kinds: Iterable[str] | None) -> float:
     """How near the robot can have come on its legs to a body of these kinds while one of the two was not seen, m; inf: both were."""
     assert trial.attempt.footprint is not None
-    return _unseen(trial, parts, _ways(trial, kinds, trial.attempt.footprint))
+    return _unseen(trial, parts, ways(trial, kinds, trial.attempt.footprint))
 
 
-def _ways(trial: Trial, kinds: Iterable[str] | None, footprint: Shape) -> tuple[Way, list[Way]]:
+def ways(trial: Trial, kinds: Iterable[str] | None, footprint: Shape) -> tuple[Way, list[Way]]:
+    """What is known of how the robot of this footprint moved, and each body of these kinds."""
     bodies = body_ways(trial.attempt, trial.t, trial.moving_obstacles)
     wanted = [w for w, b in zip(bodies, trial.attempt.bodies, strict=True) if kinds is None or b.kind in kinds]
     return robot_way(trial.attempt, trial.t, trial.pose, footprint), wanted
@@ -317,7 +318,7 @@ def minimum_distance_centre(trial: Trial) -> float:
     moving = _moving(trial, columns)
     _present(trial, drives, fixed, moving, columns)
     parts = [_origins(drive, fixed, moving, columns) for drive in drives]
-    robot, bodies = _ways(trial, PLACED, _POINT)
+    robot, bodies = ways(trial, PLACED, _POINT)
     most = min(map(_seen, parts))
     least = min(most, _unseen(trial, parts, (robot, [replace(body, shape=_POINT) for body in bodies])))
     return _known(trial, least, most)

@@ -11,7 +11,7 @@ from operator import attrgetter
 
 from clearway.contract import EventKind
 from clearway.indicators import clearance, cruise, incidents, path_length
-from clearway.indicators.avoidable import avoidable
+from clearway.indicators.avoidable import avoidable, touched_body
 from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.clipping import clipped
 from clearway.indicators.column import Column, Kind
@@ -30,6 +30,11 @@ def _failure(trial: Trial) -> str | None:
 
 def _violations(trial: Trial) -> int:
     return sum(event.kind == EventKind.ASSUMPTION for event in trial.events)
+
+
+def _touched(trial: Trial) -> str:
+    body = touched_body(trial)
+    return "" if body is None else str(body.kind)
 
 
 def _legs_by_motion(trial: Trial) -> bool:
@@ -103,6 +108,11 @@ COLUMNS = (
     Column(
         "moved_at_contact", Kind.WORD,
         "who moved at contact: robot, obstacle, both or neither; empty without one", who_moved,
+    ),
+    Column(
+        "touched", Kind.WORD,
+        "what kind of body was touched: wall, furniture, obstacle, moving obstacle, person, robot; empty without a contact, or where"
+        " nobody knows", _touched,
     ),
     Column(
         "avoidable", Kind.WORD,

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.indicators import barn, comfort, optimal
+from clearway.indicators import barn, comfort, optimal, smoothness
 from clearway.indicators.column import Cell, Column, Kind
 from clearway.indicators.indicator import Indicator
 from clearway.trials import Trial
@@ -22,7 +22,7 @@ def score(trial: Trial, columns: Iterable[Column], indicators: Mapping[str, Indi
     """The row of `trial`: each of `columns`, then each of `indicators`, then `not_computable` (JSON: name -> why).
 
     What does not apply or cannot be computed is None. Of a recording, `not_computable` leaves out what is no question
-    there: the scores of other suites, and what only a simulator knows; of a trial without people also what is about them.
+    there: the scores of other suites, and what only a simulator knows; of any trial also what is about people or what moves, where there is none.
     """
     row: dict[str, Cell] = {column.name: column.value(trial) for column in columns}
     why: dict[str, str] = {}
@@ -60,8 +60,12 @@ def schema(columns: Iterable[Column], indicators: Mapping[str, Indicator]) -> An
 
 def _beside_the_point(trial: Trial) -> frozenset[str]:
     """Indicators that no recording of this suite can ever have, and those of people where there are none."""
-    people = () if any(body.kind in comfort.PEOPLE for body in trial.attempt.bodies) else comfort.ALL
+    kinds = {body.kind for body in trial.attempt.bodies}
+    people = () if kinds & comfort.PEOPLE else comfort.OF_PEOPLE
+    moving = () if kinds & comfort.MOVING else comfort.OF_MOVING
     if trial.attempt.source == "simulated":
-        return frozenset(indicator.name for indicator in people)
+        return frozenset(indicator.name for indicator in (*people, *moving))
     other = () if trial.attempt.labels.family == barn.FAMILY else barn.ALL
-    return frozenset(indicator.name for indicator in (*people, *other, *optimal.ALL))
+    return frozenset(
+        indicator.name for indicator in (*people, *moving, *other, *optimal.ALL, *smoothness.OF_SIMULATIONS)
+    )
