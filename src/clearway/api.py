@@ -32,6 +32,7 @@ from clearway.robots import Robot
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection, Suite, seed_range
 from clearway.scenarios.suites import with_movers
+from clearway.scenarios.teams import read_team
 from clearway.trials import Trial, store
 
 if TYPE_CHECKING:
@@ -156,6 +157,7 @@ def run(
     disturbance: float | None = None,
     latency: float | None = None,
     ideal: Iterable[str] = (),
+    team: str | Iterable[str | Robot] = (),
     movers: str | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = None,
@@ -170,7 +172,8 @@ def run(
         robots: Names, presets (`hosbot:vendor`), files or `Robot`s; default: the suite's usual ones.
         navigators: Registered names, addresses such as `my_pkg:MyNavigator` or `path/to/file.py:MyNavigator`, or classes,
             those of a notebook too. What no other process can find by its name is recorded as `object:NAME`, and has to be handed
-            over again to `rerun` or to go on with.
+            over again to `rerun` or to go on with. By robot: `"tiago=hp-st,hosbot=orca"`, or `"orca,tiago=hp-st"`, which is `orca` for all
+            others.
         batches: Only these batches; empty: all.
         configurations: Only these configurations; empty: all.
         speeds: Only these set speeds, m/s; empty: all.
@@ -197,6 +200,8 @@ def run(
         latency: Factor on how late the robots sense and act; 0: at once; None: as their files say.
         ideal: Errors of the robots' sensors to leave out: `sweep`, `legs`, `mixed-pixels`, `lost-returns`, `bias`, `noise`,
             `odometry`, `all`; a robot and its navigator still know the sensors as its file has them.
+        team: `"tiago*2+hosbot"`, or robots one by one: who takes part in scenarios of several robots, in their order, instead of
+            `robots`.
         movers: `operator`: who drives a moving obstacle of the hospital protocol looks where it goes, as by default; `blind`:
             it runs as on rails (the suites `hospital-blind` and `hospital-held-out-blind`).
         options: What a navigator's constructor is given, by the navigator's name.
@@ -224,6 +229,7 @@ def run(
         disturbance=disturbance,
         latency=latency,
         ideal=_strings(ideal, "ideal"),
+        team=read_team(team) if isinstance(team, str) and team else names_of(team or (), "robots"),
     )
     named = with_movers(names_of(suites, "suites"), movers)
     folder = free_directory(named) if out is None else Path(out)

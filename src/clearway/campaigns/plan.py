@@ -13,6 +13,7 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
+from clearway.campaigns.by_robot import is_by_robot, navigator_of, refuse_strangers
 from clearway.campaigns.mistaken import refuse_mistaken
 from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
 from clearway.errors import ClearwayError, shown
@@ -30,8 +31,8 @@ class CampaignPlan:
 
     Attributes:
         suites: Names, or paths of TOML files.
-        robots: Names, presets or files; empty: the suites' usual ones.
-        navigators: Registered names, or addresses such as `my_pkg:MyNavigator`.
+        robots: Names, presets or files; empty: the suites' usual ones. Of a selected team its first.
+        navigators: Registered names, or addresses such as `my_pkg:MyNavigator`; or by robot, as `campaigns.by_robot` has it.
         selection: Which part of each suite.
         seed: Of the whole campaign.
         localisation: `truth`, `odometry` or `amcl`; None: as each scenario says.
@@ -79,7 +80,11 @@ class CampaignPlan:
             )
         for suite in self.suites:
             refuse_mistaken(suite, "suite", "scenario")
-        for robot in self.robots:
+        if team := self.selection.team:
+            if self.robots not in ((), team[:1]):
+                raise ClearwayError("a team says which robots take part; leave out --robot", field="team")
+            object.__setattr__(self, "robots", team[:1])
+        for robot in dict.fromkeys((*self.robots, *team)):
             refuse_mistaken(robot, "robot")
         if not self.robots:
             object.__setattr__(self, "robots", _usual_robots(self.suites))
@@ -122,7 +127,7 @@ class CampaignPlan:
         """
         built: list[tuple[str, str, str, ThinkingBudget, Scenario]] = []
         setups = [read_thinking_budget(s) for s in self.setups] or [FREE]
-        _refuse_namesakes(self.robots)
+        _refuse_namesakes(tuple(dict.fromkeys((*self.robots, *self.selection.team))))
         for name in self.suites:
             suite = load_suite(name)
             for robot in self.robots:
@@ -131,6 +136,9 @@ class CampaignPlan:
                 refuse_many(len(built) + trials * len(self.navigators) * len(setups), name)
                 built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
         _refuse_unknown(self, {s.name for *_, s in built})
+        for navigator in filter(is_by_robot, self.navigators):
+            others = (other.robot for *_, s in built for other in s.robots if other.robot and not other.navigator)
+            refuse_strangers(navigator, (*self.robots, *others))
         every = [(*asked, member) for asked in built for member in asked[-1].tested()]
         specs = [
             TrialSpec(
@@ -158,7 +166,7 @@ class TrialSpec:
         index: Its number in the results.
         scenario: The test; its outline where it has yet to be drawn (`campaigns.drawing`).
         robot: Who does it: a name, a preset or a file.
-        navigator: Who decides: a registered name or an address.
+        navigator: Who decides: a registered name or an address, or several by robot.
         localisation: How the robot knows where it is, by name.
         tracking: How it follows obstacles, by name.
         setup: How much the navigator may think per control period.
@@ -200,7 +208,13 @@ class TrialSpec:
     @property
     def navigators(self) -> list[str]:
         """Who drives these."""
-        return [self.navigator, *(other.navigator or self.navigator for other in self.scenario.robots)]
+        own = [navigator_of(self.navigator, robot) for robot in self.robots]
+        return [own[0], *(other.navigator or mine for other, mine in zip(self.scenario.robots, own[1:], strict=True))]
+
+    @property
+    def driver(self) -> str:
+        """Who drives the robot of this trial."""
+        return self.navigators[self.member]
 
 
 def _refuse_namesakes(robots: Sequence[str]) -> None:

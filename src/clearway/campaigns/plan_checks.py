@@ -74,7 +74,7 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None
     limit = prepare_limit(plan.decision_limit)
     work = work or Pool(0, Path())
     found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))
-    return {name: found[name] for name in dict.fromkeys([*plan.navigators, *(n for s in specs for n in s.navigators)])}
+    return {name: found[name] for name in dict.fromkeys(n for s in specs for n in s.navigators)}
 
 
 def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:

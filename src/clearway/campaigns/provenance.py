@@ -43,7 +43,7 @@ def asked_of_plan(
     robots = {name: json.loads(robot.model_dump_json()) for name, robot in known.items()}  # JSON knows no infinity
     floors = dict.fromkeys(spec.scenario.floor_plan for spec in specs)
     tasks = {spec.task: spec.scenario.model_dump_json() for spec in specs}
-    driving = dict.fromkeys([*plan.navigators, *(name for spec in specs for name in spec.navigators)])
+    driving = dict.fromkeys(name for spec in specs for name in spec.navigators)
     code = {name: code_of(name) for name in driving} if code is None else dict(code)
     people = dict.fromkeys(person.behaviour for spec in specs for person in spec.scenario.people)
     code |= {name: source.of_object(BEHAVIOURS.find(name)) for name in people if name not in BEHAVIOURS.shipped}

@@ -130,11 +130,11 @@ def rerun(
     finally:
         if store is not None:
             store.close()
-    same = spec.navigator == before.attempt.navigator
+    same = spec.driver == before.attempt.navigator
     return Rerun(
         number=number,
         id=row_before["id"],
-        navigator=spec.navigator,
+        navigator=spec.driver,
         before=before,
         now=again,
         difference=first_difference(before, again) if same else None,

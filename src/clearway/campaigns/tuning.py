@@ -57,7 +57,7 @@ def _near(one: TunedOn, plan: CampaignPlan, spec: TrialSpec) -> Tuned:
     if not same or one.floor_plan not in ("", scenario.floor_plan):
         return Tuned.SUITE
     very = (
-        (not one.robots or spec.robot.partition(":")[0] in one.robots)
+        (not one.robots or spec.robots[spec.member].partition(":")[0] in one.robots)
         and (not one.seeds or plan.seed in one.seeds)
         and (not one.speeds or scenario.speed in one.speeds)
     )

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+from clearway.campaigns.by_robot import is_by_robot
 from clearway.campaigns.pool import Fate, Pool
 from clearway.errors import ClearwayError, unknown
 from clearway.navigators.registry import navigator_class, split_options, with_option
@@ -75,6 +76,8 @@ def variants(
 
 
 def _known(name: str, attribute: str) -> tuple[str, frozenset[str]]:
+    if is_by_robot(name):
+        return name, frozenset()  # it runs as it is
     made = navigator_class(name)
     if attribute == "INGREDIENTS" and getattr(made, "privileged", False) is True:
         return name, frozenset()

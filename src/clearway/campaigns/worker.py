@@ -184,7 +184,7 @@ def _about(spec: TrialSpec, navigator: str, known: Known) -> dict[str, Any]:
 
 
 def _marked(trial: Trial, plan: CampaignPlan, spec: TrialSpec, known: Mapping[str, Known]) -> Trial:
-    return replace(trial, attempt=replace(trial.attempt, tuned=tuned(known[spec.navigator].tuned_on, plan, spec)))
+    return replace(trial, attempt=replace(trial.attempt, tuned=tuned(known[spec.driver].tuned_on, plan, spec)))
 
 
 def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str) -> Done:
@@ -197,8 +197,8 @@ def _broken(plan: CampaignPlan, spec: TrialSpec, known: Mapping[str, Known], rea
     """A trial of which nothing is known but what was attempted and that it broke: one sample, at its start."""
     robots, scenario = [load_robot(name) for name in spec.robots], spec.scenario.members()[spec.member]
     bodies = bodies_of(load_floor_plan(scenario.floor_plan).fixtures, spec.scenario, robots, spec.member)
-    about = _about(spec, spec.navigator, known[spec.navigator])
-    run = run_of(spec.scenario, robots[0], spec.navigator, spec.setup.name)
+    about = _about(spec, spec.driver, known[spec.driver])
+    run = run_of(spec.scenario, robots, spec.navigators, spec.setup.name)
     trial = Trial(
         attempt=attempt_of(scenario, robots[spec.member], bodies, run=run, **about),
         t=np.zeros(1),

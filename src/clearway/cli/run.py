@@ -21,12 +21,21 @@ def run(
         list[str] | None,
         typer.Option("--robot", "-r", help="Robot; repeat for several.", autocompletion=_options.robots_beginning),
     ] = None,
+    team: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ROBOTS",
+            help="Who takes part in scenarios of several robots, instead of --robot: tiago*2+hosbot are two TIAGos and a"
+            " HOSBOT. Only scenarios for so many are run.",
+        ),
+    ] = None,
     navigators: Annotated[
         list[str] | None,
         typer.Option(
             "--navigator",
             "-n",
-            help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; repeatable.",
+            help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; by robot: tiago=hp-st,hosbot=orca or"
+            " orca,tiago=hp-st (orca for all others); repeatable.",
             autocompletion=_options.navigators_beginning,
         ),
     ] = None,
@@ -126,6 +135,7 @@ def run(
     from clearway.reports.last_lines import for_machines, why_trials_failed
     from clearway.reports.text import beside_published, decision_times, headline
     from clearway.scenarios.suites import load_suite
+    from clearway.scenarios.teams import read_team
 
     if official:
         for suite in suites or ():
@@ -172,6 +182,7 @@ def run(
                 disturbance=disturbance,
                 latency=latency,
                 ideal=ideal or (),
+                team=read_team(team) if team is not None else (),
                 movers=movers,
                 workers=workers,
                 out=resume or out,

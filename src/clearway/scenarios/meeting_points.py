@@ -15,10 +15,11 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.geometry.streams import stream, uniform
 from clearway.quantities import PoseSpec
-from clearway.robots import Robot
+from clearway.robots import Robot, load_robot
 from clearway.scenarios.meeting_places import (
     GEOMETRY,
     HELD_OUT,
+    MOST,
     PLANS,
     SIZES,
     Geometry,
@@ -39,10 +40,15 @@ PATIENCE = 30.0
 
 
 def build(robot: Robot, selection: Selection, seed: int, geometry: Geometry) -> Sequence[Scenario]:
-    """Every batch with every number of robots, at `selection.speeds`, in each of its variations."""
+    """Every batch with every number of robots, or with that of the team, at `selection.speeds`, in each of its variations."""
     if selection.floor_plan is not None:
         raise ClearwayError(f"the suite {geometry.name!r} brings its own floor plans", field="floor_plan")
-    team = [robot]
+    team = [robot] if not selection.team else [load_robot(name) for name in dict.fromkeys(selection.team)]
+    if len(selection.team) > MOST:
+        raise ClearwayError(
+            f"{len(selection.team)} robots are more than the floors of the suite {geometry.name!r} hold; at most {MOST}",
+            field="team",
+        )
     size = size_of(max(2.0 * circumscribed_radius(one.shape) for one in team))
     if size > SIZES[-1]:
         raise ClearwayError(
@@ -54,7 +60,7 @@ def build(robot: Robot, selection: Selection, seed: int, geometry: Geometry) -> 
     for batch in selection.batches or PLANS:
         if batch not in PLANS:
             continue  # the caller complains of it
-        for number in NUMBERS:
+        for number in (len(selection.team),) if selection.team else NUMBERS:
             for speed in selection.speeds or (geometry.speed,):
                 for label, repetition, key in _variations(selection):
                     name = f"{batch}-{number}-v{speed:g}-{label}"

@@ -14,6 +14,7 @@ from clearway.robots import Robot
 from clearway.robots.ideal import errors_named
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.teams import with_team
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,8 @@ class Selection:
         scenarios: Names of scenarios; a suite that has none of them gives no scenario.
         latency: Factor on the robot's latency in each scenario; 0: a world without.
         ideal: Errors of the robots' sensors that are left out in each scenario, beside those that it leaves out itself.
+        team: Who takes part in scenarios of several robots, by name, each as often as it does; only scenarios for so many
+            are made. Empty: as each scenario says.
     """
 
     batches: tuple[str, ...] = ()
@@ -55,10 +58,11 @@ class Selection:
     scenarios: tuple[str, ...] = ()
     latency: float | None = None
     ideal: tuple[str, ...] = ()
+    team: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         for one in fields(self):
-            if isinstance(value := getattr(self, one.name), tuple) and one.name != "seeds":
+            if isinstance(value := getattr(self, one.name), tuple) and one.name not in ("seeds", "team"):
                 object.__setattr__(self, one.name, tuple(dict.fromkeys(value)))
 
 
@@ -127,7 +131,7 @@ class Suite:
         configurations: Names.
         make: Builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered. Of
             the selection it heeds `floor_plan`, `repetitions`, `worlds` and `seeds`; it may leave out what isn't among
-            `scenarios`.
+            `scenarios`, and make scenarios for as many robots as the `team` has.
         family: What it shares with its like, such as `barn`: a score that makes sense for these alone asks for it.
         robots: Who drives it unless the user says otherwise; empty: the user has to say.
         report: What the report shows of it beside what it always shows.
@@ -162,13 +166,14 @@ class Suite:
         selection meets the same.
 
         Args:
-            robot: Who drives.
+            robot: Who drives; of a team its first.
             selection: Which of them; None: all.
             seed: The campaign's.
             outlines: Whether those of `selection.seeds` are wanted without what is drawn, and nothing is drawn.
 
         Raises:
-            ClearwayError: a selected value that no scenario has (it names those that exist), or none is left.
+            ClearwayError: a selected value that no scenario has (it names those that exist), a team for which there is none, or none
+                is left.
         """
         chosen = selection or Selection()
         if chosen.floor_plan == "":
@@ -200,6 +205,8 @@ class Suite:
         if outlines and chosen.seeds is not None and self.generator is not None:
             make = self.generator.outlines
         made = [_of(self, s) for s in make(robot, chosen, seed)]
+        if chosen.team and (made or not chosen.scenarios):
+            made = with_team(made, chosen.team, self.name)
         named = [s for s in made if not chosen.scenarios or s.name in chosen.scenarios]
         if chosen.scenarios and not named:
             return []

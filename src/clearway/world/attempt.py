@@ -76,18 +76,22 @@ def attempt_of(
     )
 
 
-def run_of(scenario: Scenario, robot: Robot, navigator: str, setup: str | None) -> str:
+def run_of(scenario: Scenario, robots: Sequence[Robot], navigators: Sequence[str], setup: str | None) -> str:
     """What the trials of all robots of `scenario` share, readable; empty if it has one only.
 
     Args:
         scenario: The test.
-        robot: Its own robot.
-        navigator: Who drives that, by name.
+        robots: All of its robots.
+        navigators: Who drives each, by name.
         setup: The name of the bound on the thinking, None without one.
     """
     if not scenario.robots:
         return ""
-    return "/".join([scenario.labels.suite, scenario.name, robot.name, navigator, *([setup] if setup else [])])
+    tested = dict.fromkeys((robots[k].name, navigators[k]) for k in scenario.tested())
+    who = "/".join((robots[0].name, navigators[0]))
+    if len({navigator for _, navigator in tested}) > 1:
+        who = "+".join(f"{robot}={navigator}" for robot, navigator in tested)
+    return "/".join([scenario.labels.suite, scenario.name, who, *([setup] if setup else [])])
 
 
 def placed(start: FloatArray, scenario: Scenario) -> FloatArray:

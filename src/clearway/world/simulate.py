@@ -70,7 +70,7 @@ def simulate_all(scenario: Scenario, drivers: Sequence[Driver], *, raise_errors:
     time = max(longest(s.legs) for s in own)
     way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], time, deciding)
     bodies = [bodies_of(plan.fixtures, scenario, robots, member) for member in range(len(drivers))]
-    run = run_of(scenario, robots[0], drivers[0].navigator, drivers[0].setup)
+    run = run_of(scenario, robots, [driver.navigator for driver in drivers], drivers[0].setup)
     return _simulate(own, bodies, way, drivers, plan.area, raise_errors, run)
 
 
