@@ -30,6 +30,7 @@ PRESETS = {
     "tiago-omni": [],
     "pepper": [],
     "f1tenth": [],
+    "crowdnav-disc": [],
 }
 
 
@@ -148,11 +149,11 @@ def test_the_longest_prefix_is_the_source() -> None:
     assert robot.source("nothing.here") is None
 
 
-def test_only_paper_bs_robot_is_told_of_obstacles_by_a_camera() -> None:
-    """All others know them by their lidars, and its own preset `lidar` does."""
+def test_only_robots_of_two_papers_are_told_of_obstacles_by_a_camera() -> None:
+    """All others know them by their lidars, as paper B's own preset `lidar` does."""
     told = {name for name in robot_names() if load_robot(name).camera is not None}
-    assert told == {"rescue"}
-    assert all(load_robot(name).lidar is not None for name in robot_names())
+    assert told == {"rescue", "crowdnav-disc"}
+    assert {name for name in robot_names() if load_robot(name).lidar is None} == {"crowdnav-disc"}
     for suite in suite_names():
         assert "rescue" not in load_suite(suite).robots or suite.startswith("sar-")
 

@@ -70,7 +70,7 @@ def run(
     seeds: Annotated[
         str | None,
         typer.Option(
-            metavar="A:B", help="Scenarios drawn from the seeds A to B - 1 instead of the frozen ones (sar-...)."
+            metavar="A:B", help="Scenarios drawn from the seeds A to B - 1 instead of the frozen ones (crowd, sar-...)."
         ),
     ] = None,
     repetitions: _options.Repetitions = None,

@@ -19,6 +19,7 @@ BEHAVIOURS = Registry(
         "social-force": "clearway.world.behaviours.social_force:walkers",
         "headed-social-force": "clearway.world.behaviours.headed_social_force:walkers",
         "orca": "clearway.world.behaviours.orca:walkers",
+        "crowdnav": "clearway.world.behaviours.crowdnav:CrowdNav",
         "recorded": "clearway.world.behaviours.recorded:Recorded",
         "still": "clearway.world.behaviours.still:Still",
     },

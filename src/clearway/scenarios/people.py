@@ -20,9 +20,10 @@ from clearway.scenarios.behaviours import BEHAVIOURS
 HURRY = 5.0
 """The most that a person walks or runs, m/s; sprinters do 10."""
 _OWN = {
-    "yields_at": {"still"}, "track": {"recorded"}, "route": {"orca", "social-force", "headed-social-force"},
-    "loop": {"orca", "social-force", "headed-social-force"}, "speed": {"orca", "social-force", "headed-social-force"},
-    "group": {"social-force", "headed-social-force"},
+    "yields_at": {"still"}, "track": {"recorded"}, "route": {"orca", "crowdnav", "social-force", "headed-social-force"},
+    "loop": {"orca", "social-force", "headed-social-force"},
+    "speed": {"orca", "crowdnav", "social-force", "headed-social-force"}, "group": {"social-force", "headed-social-force"},
+    "reaction": {"orca", "social-force", "headed-social-force", "recorded", "still"},
 }  # fmt: skip
 """By which of the shipped behaviours a field is read, where not by all."""
 
@@ -55,8 +56,8 @@ class PersonSpec(_Part):
     radius: Annotated[float, Field(strict=True, ge=0.1, le=1)] = Field(default=0.25, description="m")
     behaviour: str = Field(
         default="social-force",
-        description="by which rule the person walks: `social-force`, `headed-social-force`, `orca`, `recorded`, `still`, or one of"
-        " your own, as `my_pkg:MyBehaviour`",
+        description="by which rule the person walks: `social-force`, `headed-social-force`, `orca`, `crowdnav`, `recorded`, `still`,"
+        " or one of your own, as `my_pkg:MyBehaviour`",
     )
     track: tuple[tuple[Finite, Finite, Finite], ...] = Field(
         default=(),
@@ -97,6 +98,8 @@ class PersonSpec(_Part):
                 raise ValueError(f"{name!r} means nothing to somebody whose behaviour is {self.behaviour!r}")
         if self.behaviour == "recorded":
             self._walkable()
+        if self.behaviour == "crowdnav" and (len(self.route) != 1 or self.route[0].wait > 0.0):
+            raise ValueError("somebody whose behaviour is 'crowdnav' needs a 'route' of one place, without a wait")
         return self
 
     def _walkable(self) -> None:

@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-import re
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from importlib import resources
@@ -38,7 +37,7 @@ from clearway.scenarios.scenario import (
     Scenario,
 )
 from clearway.scenarios.static_way import least_length
-from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed
+from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed, selected_seeds
 
 FROZEN = 10
 """Scenarios of each case, as in paper B."""
@@ -96,11 +95,7 @@ def _drawn(
 
 def _seeds(case: Case, selection: Selection) -> list[int]:
     """The seeds to draw from, without those that give no scenario of a name that is asked for."""
-    seeds = range(*(selection.seeds or (0, 0)))
-    if not selection.scenarios:
-        return list(seeds)
-    named = (re.match(re.escape(_stem(case, "seed-")) + r"(0|[1-9][0-9]{0,18})-v", n) for n in selection.scenarios)
-    return sorted({seed for name in named if name and (seed := int(name[1])) in seeds})
+    return selected_seeds(selection, _stem(case, "seed-"))
 
 
 def _stem(case: Case, label: str) -> str:

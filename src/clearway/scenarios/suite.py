@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
@@ -271,6 +272,16 @@ def refuse_many(count: int, suite: str) -> None:
 def scenario_seed(seed: int, name: str) -> int:
     """The seed of the scenario `name` in a campaign with `seed`: the first 63 bits of a SHA-256."""
     return int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:8], "big") >> 1
+
+
+def selected_seeds(selection: Selection, stem: str) -> list[int]:
+    """The seeds of `selection.seeds`; where scenarios are selected by name, those whose scenarios, called `stem`, the seed, `-v` and
+    so on, may be among them."""
+    seeds = range(*(selection.seeds or (0, 0)))
+    if not selection.scenarios:
+        return list(seeds)
+    named = (re.match(re.escape(stem) + r"(0|[1-9][0-9]{0,18})-v", n) for n in selection.scenarios)
+    return sorted({seed for name in named if name and (seed := int(name[1])) in seeds})
 
 
 def draw_label(seed: int) -> str:

@@ -19,6 +19,8 @@ SUITES = Registry(
     {
         "barn": "clearway.scenarios.barn:BARN",
         "barn-2022": "clearway.scenarios.barn:BARN_2022",
+        "crowd": "clearway.scenarios.crowdnav:CROWD",
+        "crowd-held-out": "clearway.scenarios.crowdnav:HELD_OUT",
         "dynabarn": "clearway.scenarios.dynabarn:DYNABARN",
         "hospital": "clearway.scenarios.hospital:HOSPITAL",
         "hospital-blind": "clearway.scenarios.hospital:BLIND",

@@ -6,6 +6,8 @@ Van den Berg, Guy, Lin, Manocha 2011, for bases that are not holonomic by Alonso
 
 from __future__ import annotations
 
+import math
+
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.crowd_navigator import CrowdNavigator
 from clearway.navigators.common.route import Seen, with_others
@@ -36,5 +38,9 @@ class Orca(CrowdNavigator[Parameters]):
         )  # fmt: skip
 
     def _velocity(self, pose: FloatArray, velocity: FloatArray, others: Seen, wish: FloatArray) -> tuple[float, float]:
-        bodies = with_others(pose, velocity, self._radius, others, self._parameters.share)
+        p = self._parameters
+        bodies = with_others(pose, velocity, self._radius, others, p.share)
+        if p.slowing > 0.0 and self._goal is not None:
+            (x, y, _), speed = self._goal.pose, math.hypot(wish[0], wish[1])
+            wish = wish * min(1.0, math.hypot(x - pose[0], y - pose[1]) / max(p.slowing * speed, 1e-9))
         return choose(pose[2], wish[0], wish[1], bodies, self._walls, self._rules)

@@ -67,7 +67,7 @@ class Walkers:
         self._routes = Routes(people, preferred, cast.room, cast.seed)
         self.speed = FASTER * preferred
         self._own = np.array([person.radius for person in people])
-        self._at = np.array([(*person.start, _course(person)) for person in people], np.float64)
+        self._at = np.array([(*person.start, course_of(person)) for person in people], np.float64)
         self._velocity = np.zeros((len(people), 2))
         self._reactions = sorted({person.reaction for person in people if person.sees_robots})
         self._sees = np.array([1 | (2 << self._reactions.index(p.reaction) if p.sees_robots else 0) for p in people])
@@ -224,7 +224,7 @@ def hold_off(velocity: FloatArray, to: FloatArray, apart: float, dt: float) -> N
         velocity -= (onto - most) / max(distance, 1e-9) * to
 
 
-def _course(person: PersonSpec) -> float:
+def course_of(person: PersonSpec) -> float:
     """Where a person looks at first: to the first place of the route."""
     if not person.route:
         return 0.0
