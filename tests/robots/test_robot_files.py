@@ -14,6 +14,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius, inscribed_radius
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import GoalChecker, Tolerances, immediate, load_robot, robot_names
+from clearway.robots.robot import _load
 from clearway.scenarios.suites import load_suite, suite_names
 from clearway.stand_ins import FILE as STAND_INS
 
@@ -21,7 +22,7 @@ PRESETS = {
     "tiago": ["trajectory"],
     "hosbot": ["vendor", "literal", "melodic", "rollout"],
     "jackal": ["hardware"],
-    "rescue": ["unlimited", "lidar", "fast"],
+    "rescue": ["unlimited", "lidar", "scout", "carrier", "fast"],
     "turtlebot3-waffle": [],
     "turtlebot4": ["full"],
     "mir100": ["trajectory"],
@@ -163,6 +164,9 @@ def test_a_preset_can_take_a_part_away(tmp_path: Path) -> None:
     assert plain.camera is not None
     assert lidar.camera is None
     assert lidar.lidar == plain.lidar
+    _load.cache_clear()
+    load_robot("rescue:lidar")
+    assert load_robot("rescue").camera == plain.camera  # what a preset takes away is there for the others
     own = tmp_path / "own.toml"
     text = Path(str(resources.files("clearway.robots") / "jackal.toml")).read_text(encoding="utf-8")
     own.write_text(text + '\n[presets.blind]\nwithout = ["lidr"]\n', encoding="utf-8")

@@ -300,7 +300,7 @@ def load_robot(which: str) -> Robot:
 def _load(path: Path, preset: str | None, changed: int) -> Robot:
     table = dict(read_toml(path))
     if path == STAND_INS:
-        table = table["robot"]
+        table = dict(table["robot"])
     if preset is not None:
         presets = table.get("presets", {})
         if not isinstance(presets, dict) or not all(isinstance(changes, dict) for changes in presets.values()):

@@ -128,15 +128,15 @@ def generate(case: Case, seed: int, kind: str = "held out") -> Drawn:
 def draw(case: Case, key: np.uint64, attempt: int) -> Layout:
     """One draw, good or bad."""
     if not case.one_by_one:
-        return _layout(case, _uniforms(key, attempt, case.numbers))
+        return layout_of(case, _uniforms(key, attempt, case.numbers))
     u = _uniforms(key, _ROUNDS * attempt, case.numbers)
-    layout = _layout(case, u)
+    layout = layout_of(case, u)
     for again in range(1, _ROUNDS):
         bad = np.concatenate([np.repeat(rules.crowding(layout.static), 2), np.repeat(_strays(case, layout), 7)])
         if not bad.any():
             break
         u = np.where(bad, _uniforms(key, _ROUNDS * attempt + again, len(u)), u)
-        layout = _layout(case, u)
+        layout = layout_of(case, u)
     return layout
 
 
@@ -146,7 +146,7 @@ def _strays(case: Case, layout: Layout) -> npt.NDArray[np.bool_]:
     return crowding | rules.leavers(layout) if case.confined else crowding
 
 
-def _layout(case: Case, u: FloatArray) -> Layout:
+def layout_of(case: Case, u: FloatArray) -> Layout:
     """The layout that the numbers `u` from (0, 1) stand for."""
     n, m = case.static, case.moving
     low, high = OBSTACLES["region"]

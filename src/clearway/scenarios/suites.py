@@ -35,6 +35,7 @@ SUITES = Registry(
         "sar-confined": "clearway.scenarios.sar:CONFINED",
         "sar-misspecified": "clearway.scenarios.sar:MISSPECIFIED",
         "sar-stress": "clearway.scenarios.sar:STRESS",
+        "sar-team": "clearway.scenarios.sar_team:SAR_TEAM",
     },
 )
 

@@ -1,0 +1,155 @@
+"""The suite `sar-team`: paper B's cases with several robots, of one kind or of several.
+
+Paper B names multi-robot systems "with potentially heterogeneous characteristics" as future work and says no more of them: robots, starts and
+goals are stand-ins (`clearway/stand_ins.toml`). None talks to another. Ten scenarios of each number of robots are frozen: drawn by the same
+rules from numbers of their own.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from clearway.errors import ClearwayError
+from clearway.robots import Robot, load_robot
+from clearway.robots.robot import RESCUE
+from clearway.scenarios.sar import obstacles
+from clearway.scenarios.sar_draws import CASES, Case
+from clearway.scenarios.sar_rules import SPEED, TASK, Layout
+from clearway.scenarios.sar_team_draws import KINDS, MOST, TEAM, TeamLayout, draw
+from clearway.scenarios.scenario import DisturbanceSpec, LabelSpec, LegSpec, RobotSpec, Scenario
+from clearway.scenarios.suite import Generator, Selection, Suite, draw_label, scenario_seed
+
+FROZEN = 10
+"""Scenarios of each batch and number of robots."""
+NUMBERS = (2, 4, 8)
+_NAME = "sar-team"
+_MIXED = " mixed"
+BATCHES = {f"{case}{kind}": CASES[f"{case} confined"] for case in ("case 1", "case 2") for kind in ("", _MIXED)}
+"""Batch -> by which of paper B's cases its obstacles are drawn; of a mixed one the robots are of several kinds."""
+_NONE = np.zeros((0, 2))
+_OUTLINE = TeamLayout(
+    tuple(((1.0 + k, 1.0), (1.0 + k, 9.0)) for k in range(MOST)), Layout(_NONE, _NONE, _NONE, _NONE, _NONE)
+)
+"""Stands for what has yet to be drawn."""
+
+_PARTS = ("static", "start", "velocity", "attraction", "stiffness")
+Draw = Callable[[Case, int, int, str], TeamLayout]
+
+
+def build(robot: Robot, selection: Selection, seed: int, drawn: Draw) -> list[Scenario]:
+    """The frozen scenarios, or those of `selection.seeds`, for each number of robots or for that of the team."""
+    if selection.floor_plan is not None:
+        raise ClearwayError(f"the suite {_NAME!r} takes place in the floor plan 'arena'", field="floor_plan")
+    if len(selection.team) > MOST:
+        raise ClearwayError(
+            f"{len(selection.team)} robots are more than the arena of the suite {_NAME!r} is meant for; at most {MOST}",
+            field="team",
+        )
+    made = []
+    for batch, number, seeds, family in _asked(selection):
+        usual = SPEED if _MIXED not in batch else TEAM["speed"]
+        if selection.team:
+            usual = max(load_robot(name).drive.v_max for name in dict.fromkeys(selection.team))
+        for draw_number in seeds:
+            for speed in selection.speeds or (min(usual, TEAM["speed"]),):
+                for repetition in range(1, (selection.repetitions or 1) + 1):
+                    label = draw_label(draw_number) if family != "frozen" else f"scenario-{draw_number}"
+                    name = f"{_stem(batch, number)}{label}-v{speed:g}-r{repetition}"
+                    if not selection.scenarios or name in selection.scenarios:
+                        layout = drawn(BATCHES[batch], number, draw_number, family)
+                        labels = LabelSpec(batch=batch, configuration=str(number), repetition=repetition)
+                        made.append(_scenario(name, speed, layout, number, labels, scenario_seed(seed, name)))
+    return made
+
+
+def _asked(selection: Selection) -> list[tuple[str, int, Sequence[int], str]]:
+    """Batches, numbers of robots, the seeds to draw from, and which family of draws these are of."""
+    family, seeds = (
+        ("frozen", range(1, FROZEN + 1)) if selection.seeds is None else ("held out", range(*selection.seeds))
+    )
+    chosen = [b for b in BATCHES if not selection.batches or b in selection.batches]
+    if selection.team:  # it says itself of which kinds it is
+        chosen = [b for b in chosen if _MIXED not in b] or chosen
+    numbers = (len(selection.team),) if selection.team else NUMBERS
+    return [(b, n, _seeds(b, n, seeds, selection), family) for b in chosen for n in numbers]
+
+
+def _seeds(batch: str, number: int, seeds: range, selection: Selection) -> Sequence[int]:
+    """Those that give a scenario of a name that is asked for."""
+    if not selection.scenarios or selection.seeds is None:
+        return seeds
+    named = (re.match(re.escape(_stem(batch, number)) + r"seed-(0|[1-9][0-9]{0,18})-v", n) for n in selection.scenarios)
+    return sorted({seed for name in named if name and (seed := int(name[1])) in seeds})
+
+
+def _stem(batch: str, number: int) -> str:
+    return f"{batch.replace(' ', '-')}-{number}-"
+
+
+def _scenario(name: str, speed: float, drawn: TeamLayout, number: int, labels: LabelSpec, seed: int) -> Scenario:
+    (start, leg), *others = (_way(*ends) for ends in drawn.ends[:number])
+    kinds = [KINDS[k % len(KINDS)] if _MIXED in labels.batch else None for k in range(number - 1)]
+    return Scenario(
+        name=name,
+        floor_plan="arena",
+        start=start,
+        legs=(leg,),
+        speed=speed,
+        obstacles=obstacles(drawn.layout),
+        robots=tuple(
+            RobotSpec(name=f"robot {k}", start=s, legs=(g,), robot=kind)
+            for k, ((s, g), kind) in enumerate(zip(others, kinds, strict=True), 2)
+        ),
+        labels=labels,
+        reference_length=math.dist(start[:2], leg.goal[:2]),
+        localisation="truth",
+        tracking="difference",
+        disturbance=DisturbanceSpec(**TASK["disturbance"]),
+        livelock=True,
+        placement_xy=0.0,
+        placement_yaw=0.0,
+        seed=seed,
+    )
+
+
+def _way(start: tuple[float, float], goal: tuple[float, float]) -> tuple[tuple[float, float, float], LegSpec]:
+    heading = round(math.atan2(goal[1] - start[1], goal[0] - start[0]), 4)
+    leg = LegSpec(
+        name="way", goal=(*goal, heading), yaw_tolerance=math.inf, time_limit=TASK["time_limit"], arrival="measured"
+    )
+    return (*start, heading), leg
+
+
+def _calls(selection: Selection) -> list[tuple[Case, int, int, str]]:
+    return [(BATCHES[b], n, seed, family) for b, n, seeds, family in _asked(selection) for seed in seeds]
+
+
+def _written(drawn: TeamLayout) -> dict[str, Any]:
+    return {"ends": drawn.ends} | {part: getattr(drawn.layout, part).tolist() for part in _PARTS}
+
+
+def _read(row: dict[str, Any]) -> TeamLayout:
+    ends = tuple(((a[0], a[1]), (b[0], b[1])) for a, b in row["ends"])
+    static, start, velocity, attraction, stiffness = (np.array(row[part], dtype=np.float64) for part in _PARTS)
+    return TeamLayout(ends, Layout(static, start, velocity, attraction, stiffness))
+
+
+_GENERATOR = Generator(_calls, draw, partial(build, drawn=lambda *_: _OUTLINE), _written, _read)
+
+SAR_TEAM = Suite(
+    _NAME,
+    "Search and rescue, several robots",
+    "2, 4 or 8 robots, equal or of three kinds, among the obstacles of paper B's cases, each from a start to a goal of its own",
+    tuple(BATCHES),
+    tuple(map(str, NUMBERS)),
+    partial(build, drawn=_GENERATOR),
+    family="search-and-rescue",
+    robots=(RESCUE,),
+    generator=_GENERATOR,
+)
