@@ -48,6 +48,7 @@ from clearway.reports import (
 )
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
+from clearway.reports.published import published
 from clearway.reports.replays import EVERY, FOLDER, Replays, companions, in_page, in_turn
 from clearway.reports.selection import is_recorded, label, representative
 from clearway.reports.tables import NAMES, write_tables
@@ -156,6 +157,7 @@ def build(results: Results, folder: Path) -> None:
         compared=head_to_head.verdicts(f, duels),
         paper_b=paper_b,
         of_paper_a=bool(f.asked(Section.PAPER_A)),
+        published=published(f),
         barns=[b for s in f.systems if (b := barn(f, s))],
         tables=[(name, NAMES[name]) for name in tables],
         trials=in_page({"columns": columns, "rows": replays.cells(listed, columns), "page": 50, "total": len(f.rows)}),

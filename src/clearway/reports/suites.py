@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
+
+from clearway.scenarios.suite import Published
+
+_PUBLISHED = {one.name for one in fields(Published)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,6 +21,8 @@ class SuiteAbout:
         sections: What the report shows of it beside what it always shows: values of `clearway.scenarios.suite.Section`.
         mapped: Whether the robot was given a map anywhere in it; None if nobody says.
         disturbances: The different ones that moved the robot, fields of `DisturbanceSpec`.
+        source: What it is and whom it was taken from, as a sentence; empty: nobody says.
+        published: What somebody published of its batches, fields of `clearway.scenarios.suite.Published`.
     """
 
     name: str
@@ -24,6 +30,8 @@ class SuiteAbout:
     sections: frozenset[str] = frozenset()
     mapped: bool | None = None
     disturbances: tuple[Mapping[str, Any], ...] = ()
+    source: str = ""
+    published: tuple[Published, ...] = ()
 
 
 def suites_of(campaign: Mapping[str, Any], names: Iterable[str]) -> dict[str, SuiteAbout]:
@@ -41,4 +49,8 @@ def _about(name: str, told: Any) -> SuiteAbout:
         frozenset(map(str, told.get("report", ()))),
         told.get("map"),
         tuple(d for d in told.get("disturbances", ()) if isinstance(d, dict)),
+        str(told.get("source") or ""),
+        tuple(
+            Published(**one) for one in told.get("published", ()) if isinstance(one, dict) and set(one) == _PUBLISHED
+        ),
     )

@@ -63,7 +63,8 @@ def _tested(f: Findings, found: Sequence[Verdicts]) -> str:
         if there
         else "simulated"
     )
-    return f"{suites} ({how}): {_who(f.systems, f)}, {tests}."
+    sources = "".join(f" {suite.source}" for suite in f.suites.values() if suite.source)
+    return f"{suites} ({how}): {_who(f.systems, f)}, {tests}.{sources}"
 
 
 def _who(systems: Sequence[System], f: Findings) -> str:

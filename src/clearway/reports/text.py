@@ -15,6 +15,7 @@ from clearway.reports import ablation, decision_time, head_to_head, outcomes, re
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
+from clearway.reports.published import published
 from clearway.statistics import (
     FEWEST,
     FEWEST_RESAMPLED,
@@ -70,11 +71,11 @@ def numbers(results: Results) -> str:
 
 
 def beside_published(results: Results) -> str:
-    """BARN beside the published runs and the rescue cases beside paper B, in sum, what each ingredient of a navigator
-    brings, and what the navigators' comparison shows; empty where there is none of it."""
+    """Suites beside what is published of them, BARN beside the published runs and the rescue cases beside paper B, in sum, what each
+    ingredient of a navigator brings, and what the navigators' comparison shows; empty where there is none of it."""
     f = Findings(results)
     found = [b for system in f.systems if (b := barn(f, system))]
-    parts = [f"{_text(b.summary)}\n{b.agreement}" for b in found]
+    parts = [*map(_text, published(f)), *(f"{_text(b.summary)}\n{b.agreement}" for b in found)]
     parts += [_text(g) for g in (*rescue.text_summary(f), *ablation.tables(f))]
     return "\n\n".join([*parts, "\n".join(head_to_head.verdicts(f, head_to_head.comparisons(f)))]).strip()
 

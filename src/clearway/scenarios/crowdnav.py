@@ -21,7 +21,7 @@ from clearway.robots import Robot
 from clearway.scenarios.people import PersonSpec, StopSpec
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
-from clearway.scenarios.suite import Generator, Selection, Suite, draw_label, scenario_seed, selected_seeds
+from clearway.scenarios.suite import Generator, Published, Selection, Suite, draw_label, scenario_seed, selected_seeds
 
 CASES = 500
 """Test cases of each batch."""
@@ -224,7 +224,20 @@ def floor() -> FloorPlan:
     return FloorPlan(FLOOR, "Open floor, 20 m x 20 m", (), None, None, None, None, box, area=box)
 
 
-def _suite(name: str, title: str, description: str, geometry: Geometry) -> Suite:
+_CODE = "ORCA, the authors' code run again"
+FIGURES = (
+    Published("circle-invisible", "ORCA, as the authors print it", CASES, 0.43, 0.57, 10.86),
+    Published("circle-invisible", _CODE, CASES, 0.426, 0.568, 10.86),
+    Published("circle-visible", _CODE, CASES, 1.0, 0.0, 10.02),
+    Published("square-invisible", _CODE, CASES, 0.738, 0.258, 9.12),
+    Published("square-visible", _CODE, CASES, 1.0, 0.0, 8.90),
+)
+"""How CrowdNav's own ORCA robot fares."""
+
+
+def _suite(
+    name: str, title: str, description: str, source: str, geometry: Geometry, published: tuple[Published, ...] = ()
+) -> Suite:
     outlines = partial(build, suite=name, geometry=geometry, draw=lambda rule, seed, geometry: None)
     generator = Generator(
         partial(_calls, geometry=geometry), crossings, outlines, read=lambda rows: tuple(tuple(row) for row in rows)
@@ -241,6 +254,8 @@ def _suite(name: str, title: str, description: str, geometry: Geometry) -> Suite
         report=(),
         floor_plans={FLOOR: floor} if geometry is PUBLISHED else {},
         generator=generator,
+        source=source,
+        published=published,
     )
 
 
@@ -248,11 +263,16 @@ CROWD = _suite(
     "crowd",
     "CrowdNav's benchmark",
     "8 m across an open floor among five people who cross it as well, who see the robot or not: CrowdNav's 500 test cases",
+    "CrowdNav's benchmark is that of Chen, Liu, Kreiss and Alahi (2019), by their code: 8 m across an open floor among five people who cross"
+    " it as well, who see the robot or not, and of whom it is told everything without error.",
     PUBLISHED,
+    FIGURES,
 )
 HELD_OUT = _suite(
     "crowd-held-out",
     "CrowdNav's benchmark, held out",
     "CrowdNav's rule at a density on which nothing was chosen: eight people, 10 m across",
+    "CrowdNav's benchmark, held out, is the rule of Chen, Liu, Kreiss and Alahi (2019) with eight people and 10 m to go: a density of our own, on"
+    " which nothing was chosen, and of which nothing is published.",
     DENSER,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from enum import StrEnum
 from typing import Any
 
@@ -121,6 +121,27 @@ class Section(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class Published:
+    """What somebody published of a batch: a report shows it beside what was run.
+
+    Attributes:
+        batch: The batch.
+        who: Which system it is, and whose figures they are.
+        trials: How many trials.
+        success: Share that was reached.
+        collision: Share that ended in a contact; None: nobody says.
+        time: Mean time of those reached, s; None: nobody says.
+    """
+
+    batch: str
+    who: str
+    trials: int
+    success: float
+    collision: float | None = None
+    time: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Suite:
     """A named set of tests, with everything that Clearway knows of it.
 
@@ -139,6 +160,8 @@ class Suite:
         floor_plans: Name -> maker of each floor plan that it brings, beside those that come as files.
         file: Where it was read from, None for one that was written in Python.
         generator: Draws more scenarios from `Selection.seeds`, if it has one.
+        source: What it is and whom it was taken from, as a sentence with which a report begins; empty: nothing is said.
+        published: Beside which published figures a report sets it.
     """
 
     name: str
@@ -153,10 +176,17 @@ class Suite:
     floor_plans: Mapping[str, Callable[[], FloorPlan]] = field(default_factory=dict)
     file: str | None = None
     generator: Generator | None = None
+    source: str = ""
+    published: tuple[Published, ...] = ()
 
     def about(self) -> dict[str, Any]:
         """What a results directory keeps of it, as JSON values, so that a report needs nothing but that directory."""
-        return {"title": self.title, "family": self.family, "report": list(self.report)}
+        told: dict[str, Any] = {"title": self.title, "family": self.family, "report": list(self.report)}
+        if self.source:
+            told["source"] = self.source
+        if self.published:
+            told["published"] = [asdict(one) for one in self.published]
+        return told
 
     def build(
         self, robot: Robot, selection: Selection | None = None, seed: int = 0, *, outlines: bool = False
