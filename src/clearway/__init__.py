@@ -11,13 +11,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clearway.api import Results, compare, open_results, rerun, resume, run, score, simulate
+    from clearway.api import Results, compare, open_results, recorded_people, rerun, resume, run, score, simulate
     from clearway.errors import ClearwayError
 
     __version__: str
 
 __all__ = [
-    "ClearwayError", "Results", "__version__", "compare", "open_results", "rerun", "resume", "run", "score", "simulate",
+    "ClearwayError", "Results", "__version__", "compare", "open_results", "recorded_people", "rerun", "resume", "run", "score",
+    "simulate",
 ]  # fmt: skip
 
 

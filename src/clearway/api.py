@@ -29,6 +29,7 @@ from clearway.contract import Navigator
 from clearway.errors import ClearwayError, shown
 from clearway.given import PREFIX
 from clearway.robots import Robot
+from clearway.scenarios.replay import Replay
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection, Suite, seed_range
 from clearway.scenarios.suites import with_movers
@@ -41,7 +42,9 @@ if TYPE_CHECKING:
     from clearway.campaigns.watching import Round
     from clearway.statistics import Comparison, ConfigurationComparison
 
-__all__ = ["Rerun", "Results", "compare", "open_results", "rerun", "resume", "run", "score", "simulate", "watch"]
+__all__ = [
+    "Rerun", "Results", "compare", "open_results", "recorded_people", "rerun", "resume", "run", "score", "simulate", "watch",
+]  # fmt: skip
 
 NavigatorLike = str | Callable[..., Navigator]
 """A navigator's name or address, or its class, or a function that makes one."""
@@ -159,6 +162,7 @@ def run(
     ideal: Iterable[str] = (),
     team: str | Iterable[str | Robot] = (),
     movers: str | None = None,
+    people: Replay | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     workers: int | None = None,
     out: str | Path | None = None,
@@ -204,6 +208,7 @@ def run(
             `robots`.
         movers: `operator`: who drives a moving obstacle of the hospital protocol looks where it goes, as by default; `blind`:
             it runs as on rails (the suites `hospital-blind` and `hospital-held-out-blind`).
+        people: Recorded people for the suite `replayed`, as `recorded_people` reads them; None: those that come with it.
         options: What a navigator's constructor is given, by the navigator's name.
         workers: How many processes; None: one a core. The results don't depend on it. 0: this one, for a debugger: a
             decision may take as long as it likes, and an error of a navigator is raised.
@@ -230,6 +235,7 @@ def run(
         latency=latency,
         ideal=_strings(ideal, "ideal"),
         team=read_team(team) if isinstance(team, str) and team else names_of(team or (), "robots"),
+        replay=people,
     )
     named = with_movers(names_of(suites, "suites"), movers)
     folder = free_directory(named) if out is None else Path(out)
@@ -257,6 +263,33 @@ def run(
     )
     done = run_campaign(campaign, folder, workers, resume, progress)
     return Results(done.path, done.campaign)
+
+
+def recorded_people(
+    file: str | Path,
+    start: Iterable[float],
+    goal: Iterable[float],
+    *,
+    at: Iterable[float] = (),
+    bodies: Iterable[str] = (),
+    format: str | None = None,
+) -> Replay:
+    """The people of a recording, and a robot's task among them: what `run` takes as `people`.
+
+    Args:
+        file: The recording; x and y are on the floor, in metres.
+        start: Where the robot starts, in the recording's frame: x, y [m], theta [rad].
+        goal: Where it goes: x, y [m], and theta [rad] unless its heading there is free.
+        at: When it starts, s on the recording's clock; empty: at ten times.
+        bodies: Who of the recording, as `clearway import --body` names them; empty: everything that moves.
+        format: As what to read it (`clearway list formats`); None: as it looks.
+
+    Raises:
+        ClearwayError: the file can't be read, nobody walks in it, somebody moves as nobody can, or a pose is none.
+    """
+    from clearway.campaigns.replaying import replay_of
+
+    return replay_of(file, tuple(start), tuple(goal), tuple(at), bodies=_strings(bodies, "bodies"), format=format)
 
 
 def rerun(

@@ -21,8 +21,8 @@ from clearway.stand_ins import FILE as STAND_INS
 PRESETS = {
     "tiago": ["trajectory"],
     "hosbot": ["vendor", "literal", "melodic", "rollout"],
-    "jackal": ["hardware"],
     "rescue": ["unlimited", "lidar", "scout", "carrier", "fast"],
+    "jackal": ["hardware", "wide"],
     "turtlebot3-waffle": [],
     "turtlebot4": ["full"],
     "mir100": ["trajectory"],

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from clearway.cli import _options
 from clearway.cli._options import Json, tell
+
+if TYPE_CHECKING:
+    from clearway.scenarios.replay import Replay
 
 
 def run(
@@ -93,6 +97,28 @@ def run(
         str | None,
         typer.Option(help="hospital: operator (who drives them looks, the default) or blind (as on rails, harder)."),
     ] = None,
+    people: Annotated[
+        Path | None,
+        typer.Option(
+            help="replayed: a recording of people, in any format that `clearway import` reads, with --start, --goal."
+        ),
+    ] = None,
+    bodies: Annotated[
+        list[str] | None,
+        typer.Option("--body", help="Only these of --people, as `clearway import --body` names them; repeatable."),
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option(metavar="X,Y,THETA", help="Where the robot starts among --people: m, m, rad.")
+    ] = None,
+    goal: Annotated[
+        str | None, typer.Option(metavar="X,Y[,THETA]", help="Where it goes; without THETA its heading there is free.")
+    ] = None,
+    at: Annotated[
+        list[float] | None,
+        typer.Option(
+            "--at", metavar="T", help="When it starts, s on the recording's clock; repeatable. Default: ten times."
+        ),
+    ] = None,
     floor_plan: _options.FloorPlanName = None,
     localisation: Annotated[str | None, typer.Option(help="truth, odometry or amcl; default: the scenario's.")] = None,
     map_: Annotated[
@@ -152,6 +178,7 @@ def run(
         else:
             if not suites:
                 raise ClearwayError("say which suite to run; `clearway list suites` shows them")
+            recorded = _recorded(people, start, goal, at or (), bodies or ())
             results = api.run(
                 *suites,
                 robots=robots or (),
@@ -184,6 +211,7 @@ def run(
                 ideal=ideal or (),
                 team=read_team(team) if team is not None else (),
                 movers=movers,
+                people=recorded,
                 workers=workers,
                 out=resume or out,
                 resume=resume is not None,
@@ -206,6 +234,36 @@ def run(
     if failed:
         typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)
         raise typer.Exit(1)
+
+
+def _recorded(
+    people: Path | None, start: str | None, goal: str | None, at: Sequence[float], bodies: Sequence[str]
+) -> Replay | None:
+    """The people of --people with the task among them; what was noticed of them is printed."""
+    from clearway import api
+    from clearway.errors import ClearwayError
+
+    given = {"--start": start, "--goal": goal, "--at": at, "--body": bodies}
+    if people is None:
+        if useless := next((name for name, value in given.items() if value), None):
+            raise ClearwayError("has no effect without --people FILE", field=useless)
+        return None
+    if start is None or goal is None:
+        lacking = "--goal" if start else "--start"
+        raise ClearwayError("recorded people need --start X,Y,THETA and --goal X,Y[,THETA]", field=lacking)
+    found = api.recorded_people(people, _numbers(start, "--start"), _numbers(goal, "--goal"), at=at, bodies=bodies)
+    for note in found.notes:
+        typer.echo(f"{people}: {note}", err=True)
+    return found
+
+
+def _numbers(text: str, option: str) -> list[float]:
+    from clearway.errors import ClearwayError, shown
+
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise ClearwayError(f"{shown(text)} is not numbers with commas between, as -3,1.5,0", field=option) from None
 
 
 _WITH_RESUME = {"suites", "resume", "out", "workers", "no_report", "as_json"}

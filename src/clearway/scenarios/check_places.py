@@ -19,6 +19,9 @@ from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.way import CELL, Room, room_for, widest_way
 
+_Placed = tuple[str, Shape, FloatArray]
+"""A robot or a person at its start: its name, its shape, its pose (3,)."""
+
 
 def robot_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
     """Where a robot starts and goes: inside of the plan, with room to stand, in time, on ways that it fits through.
@@ -45,7 +48,7 @@ def robot_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Cr
 
 def fleet_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
     """The same of a scenario's other robots, and whether robots start in each other."""
-    placed: list[tuple[str, Shape, FloatArray]] = [(scenario.member, robot.shape, np.array(scenario.start))]
+    placed: list[_Placed] = [(scenario.member, robot.shape, np.array(scenario.start))]
     for i, (spec, own) in enumerate(zip(scenario.robots, scenario.members()[1:], strict=True)):
         try:
             other = robot if spec.robot is None else load_robot(spec.robot)
@@ -66,7 +69,7 @@ def fleet_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Cr
 def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Crowd) -> Iterator[ClearwayError]:
     """Where people start and go: inside of the plan, with room to stand, on ways that they fit through."""
     bodies = tuple((s.shape, (float(s.pose[0]), float(s.pose[1]), float(s.pose[2]))) for s in standing.members)
-    placed: list[tuple[str, Shape, FloatArray]] = [(robot.name, robot.shape, np.array(scenario.start))]
+    placed: list[_Placed] = [(robot.name, robot.shape, np.array(scenario.start))]
     placed += [
         (r.name, robot.shape if r.robot is None else load_robot(r.robot).shape, np.array(r.start))
         for r in scenario.robots
@@ -84,6 +87,9 @@ def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: C
             elif hit:
                 yield ClearwayError(f"{what} would stand in {hit!r}", field=field)
             fits = fits and hit is None and is_inside(pose, plan)
+        if person.behaviour == "recorded":
+            yield from _met_at_once(scenario, i, placed)
+            continue
         start = np.array((*person.start, 0.0))
         for name, other, at in placed:
             if clearance(shape, start, other, at) <= 0.0:
@@ -105,6 +111,19 @@ def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: C
                         f"{person.name!r} is {2 * person.radius:.2f} m wide, but the widest way there is about {width:.2f} m",
                         field=f"people.{i}.route.{k - 1}.at",
                     )
+
+
+def _met_at_once(scenario: Scenario, i: int, placed: Sequence[_Placed]) -> Iterator[ClearwayError]:
+    """Where somebody who was recorded is in a robot when the trial begins; the others were minded when it was recorded."""
+    person, robots = scenario.people[i], placed[: 1 + len(scenario.robots)]
+    t, x, y = np.array(person.track).T
+    if not t[0] <= 0.0 <= t[-1]:
+        return
+    at = np.array((np.interp(0.0, t, x), np.interp(0.0, t, y), 0.0))
+    for name, other, there in robots:
+        if clearance(Circle(person.radius), at, other, there) <= 0.0:
+            yield ClearwayError(f"{person.name!r} at {at_text(at)} would stand in {name!r}", field=f"people.{i}.track")
+            return
 
 
 def place_problem(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Crowd) -> str | None:

@@ -174,7 +174,7 @@ DYNABARN = Suite(
     configurations=tuple(f"world-{n}" for n in NUMBERS),
     make=build,
     family="barn",
-    robots=("jackal",),
+    robots=("jackal:wide",),
     report=(),
     floor_plans={"dynabarn": floor},
 )

@@ -14,6 +14,7 @@ from clearway.reading.limits import LENGTH, TRIALS
 from clearway.robots import Robot
 from clearway.robots.ideal import errors_named
 from clearway.scenarios.plan import FloorPlan
+from clearway.scenarios.replay import Replay
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.teams import with_team
 
@@ -43,6 +44,7 @@ class Selection:
         ideal: Errors of the robots' sensors that are left out in each scenario, beside those that it leaves out itself.
         team: Who takes part in scenarios of several robots, by name, each as often as it does; only scenarios for so many
             are made. Empty: as each scenario says.
+        replay: Recorded people of a user's own, with the task among them, for the suite `replayed`.
     """
 
     batches: tuple[str, ...] = ()
@@ -60,6 +62,7 @@ class Selection:
     latency: float | None = None
     ideal: tuple[str, ...] = ()
     team: tuple[str, ...] = ()
+    replay: Replay | None = None
 
     def __post_init__(self) -> None:
         for one in fields(self):
@@ -152,8 +155,8 @@ class Suite:
         batches: Names, in the order in which they run.
         configurations: Names.
         make: Builds the scenarios: (robot, selection, campaign seed) -> all of them, before the labels are filtered. Of
-            the selection it heeds `floor_plan`, `repetitions`, `worlds` and `seeds`; it may leave out what isn't among
-            `scenarios`, and make scenarios for as many robots as the `team` has.
+            the selection it heeds `floor_plan`, `repetitions`, `worlds`, `seeds` and `replay`; it may leave out what isn't
+            among `scenarios`, and make scenarios for as many robots as the `team` has.
         family: What it shares with its like, such as `barn`: a score that makes sense for these alone asks for it.
         robots: Who drives it unless the user says otherwise; empty: the user has to say.
         report: What the report shows of it beside what it always shows.
@@ -162,6 +165,7 @@ class Suite:
         generator: Draws more scenarios from `Selection.seeds`, if it has one.
         source: What it is and whom it was taken from, as a sentence with which a report begins; empty: nothing is said.
         published: Beside which published figures a report sets it.
+        replays: Whether it sends robots through the people of `Selection.replay`.
     """
 
     name: str
@@ -178,6 +182,7 @@ class Suite:
     generator: Generator | None = None
     source: str = ""
     published: tuple[Published, ...] = ()
+    replays: bool = False
 
     def about(self) -> dict[str, Any]:
         """What a results directory keeps of it, as JSON values, so that a report needs nothing but that directory."""
@@ -221,6 +226,8 @@ class Suite:
         if (chosen.repetitions or 1) > 100:
             one = len(self.make(robot, replace(chosen, repetitions=1), seed))
             refuse_many(one * (chosen.repetitions or 1), self.name)
+        if chosen.replay is not None and not self.replays:
+            raise ClearwayError(f"the suite {self.name!r} has no recorded people; 'replayed' has", field="people")
         factor = chosen.disturbance
         if factor is not None and not 0.0 <= factor <= LENGTH:
             raise ClearwayError(

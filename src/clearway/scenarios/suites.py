@@ -29,6 +29,7 @@ SUITES = Registry(
         "meeting-points": "clearway.scenarios.meeting_points:MEETING_POINTS",
         "meeting-points-held-out": "clearway.scenarios.meeting_points:HELD_OUT_MEETING_POINTS",
         "people": "clearway.scenarios.people_scenes:PEOPLE",
+        "replayed": "clearway.scenarios.replayed:REPLAYED",
         "sar-case1": "clearway.scenarios.sar:CASE_1",
         "sar-case2": "clearway.scenarios.sar:CASE_2",
         "sar-case3": "clearway.scenarios.sar:CASE_3",
