@@ -85,6 +85,7 @@ class Scan:
         range_min: Shortest distance that is measured, m; a return below it is never given.
         range_max: Longest distance that is measured, m; a return beyond it is never given.
         mount: (3,) pose of the sensor in base_link.
+        time_increment: Time from a beam to the next, s; negative where the last one is cast first, 0 where all are at once.
     """
 
     ranges: FloatArray
@@ -93,6 +94,7 @@ class Scan:
     range_min: float
     range_max: float
     mount: FloatArray
+    time_increment: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,6 +12,7 @@ from worlds import DRIVE, Pilot, body, make_robot, make_scenario, moving_obstacl
 
 from clearway.contract import Command, Sensing
 from clearway.geometry.shapes import Circle, FloatArray, rectangle
+from clearway.perception.skew import straightened
 
 N, FIRST, LAST = 91, -1.5, 1.5
 AT_ONCE = DRIVE | {"acceleration": math.inf, "deceleration": math.inf,
@@ -61,6 +62,22 @@ def test_a_turning_robots_scan_is_skewed_by_omega_dt_of_each_beam(omega: float, 
                 assert ranges(s)[i] == pytest.approx(expected if expected <= 10.0 else math.inf, rel=1e-9), (s.t, i)
                 compared += expected <= 10.0
     assert compared > 300
+
+
+@pytest.mark.parametrize("clockwise", [False, True])
+def test_straightened_it_shows_what_stands_where_it_is(clockwise: bool) -> None:
+    wall, omega = body(rectangle(0.2, 1000.0), 3.1, 0.0), -1.9
+    seen = scans(Command(0.0, omega), [wall], clockwise=clockwise, mount=(0.0, 0.0, 0.0))
+    off = []
+    for s in seen:
+        if s.t < SWEEP or s.scan is None:
+            continue
+        for scan in (straightened(s.scan, omega), s.scan):
+            at = omega * s.t + scan.angle_min + scan.angle_increment * np.arange(N)
+            hit = scan.ranges < np.inf
+            off.append(np.abs(scan.ranges * np.cos(at) - 3.0)[hit].max(initial=0.0))
+    assert max(off[::2]) < 1e-9
+    assert max(off[1::2]) > 0.1
 
 
 def test_a_driving_robots_scan_is_skewed_within_what_the_groups_leave() -> None:

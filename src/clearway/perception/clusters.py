@@ -121,6 +121,7 @@ def known_structure(map: OccupancyGrid, within: float) -> KnownStructure:
 def perceive(
     scan: Scan, pose: FloatArray, parameters: ClusterParameters, sigma: float = 0.0,
     known: KnownStructure = NOTHING_KNOWN, believed: FloatArray | None = None, legs: bool = False,
+    around: bool | None = None,
 ) -> Returns:  # fmt: skip
     """The returns of `scan` within range, in clusters.
 
@@ -137,16 +138,24 @@ def perceive(
         believed: (3,) pose of the robot in the map frame; default: `pose`.
         legs: Whether the lidar looks so low that it sees people's legs: two that are each other's nearest make one cluster,
             whose circle is a person's about the middle between them. That moves evenly while the legs swing.
+        around: Whether the first beam is the last one's neighbour; default: as the angles say.
     """
+    if around is None:
+        around = looks_around(scan)
     at = pose if believed is None else believed
     return Returns(
         *_perceive(
             np.asarray(scan.ranges, dtype=np.float64), scan.angle_min, scan.angle_increment, scan.range_min,
             min(scan.range_max, parameters.range_limit), np.asarray(scan.mount, dtype=np.float64),
             np.asarray(pose, dtype=np.float64), np.asarray(at, dtype=np.float64),
-            known.cells, known.origin, known.resolution, parameters.grazing, sigma, legs,
+            known.cells, known.origin, known.resolution, parameters.grazing, sigma, legs, around,
         )
     )  # fmt: skip
+
+
+def looks_around(scan: Scan) -> bool:
+    """Whether the first beam of `scan` is the last one's neighbour."""
+    return 2.0 * math.pi - len(scan.ranges) * scan.angle_increment < 0.5 * scan.angle_increment
 
 
 def cover(
@@ -175,6 +184,7 @@ def _perceive(
     ranges: FloatArray, angle_min: float, increment: float, range_min: float, range_max: float,
     mount: FloatArray, pose: FloatArray, believed: FloatArray,
     cells: np.ndarray, origin: FloatArray, resolution: float, grazing: float, sigma: float, legs: bool,
+    around: bool,
 ) -> tuple[
     FloatArray, FloatArray, np.ndarray, IntArray, FloatArray, IntArray, FloatArray, np.ndarray, FloatArray
 ]:  # fmt: skip
@@ -203,7 +213,6 @@ def _perceive(
             k += 1
         label[m] = k - 1
         m += 1
-    around = 2.0 * math.pi - n * increment < 0.5 * increment
     if around and k > 1:
         gap = (n - beam[m - 1] + beam[0]) * increment
         if _joined(points, distance, known, m - 1, 0, gap, grazing, sigma):

@@ -20,7 +20,15 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.bodies import BodyFollower, DifferenceFollower, Follower
-from clearway.perception.clusters import NOTHING_KNOWN, ClusterParameters, cover, known_structure, perceive
+from clearway.perception.clusters import (
+    NOTHING_KNOWN,
+    ClusterParameters,
+    cover,
+    known_structure,
+    looks_around,
+    perceive,
+)
+from clearway.perception.skew import straightened
 from clearway.perception.structure import StructureMemory
 from clearway.quantities import Positive
 from clearway.robots import Robot
@@ -153,9 +161,10 @@ class LidarTracker:
         scan = sensing.scan
         if scan is None:
             raise ClearwayError("the tracker needs a scan in every control period, and this world gives none")
-        c = self._p.clusters
+        c, around = self._p.clusters, looks_around(scan)
+        scan = straightened(scan, float(sensing.odom_velocity[1]))
         odom = np.asarray(sensing.odom_pose, dtype=np.float64)
-        returns = perceive(scan, odom, c, self._sigma, self._known, pose, self._legs)
+        returns = perceive(scan, odom, c, self._sigma, self._known, pose, self._legs, around)
         bodies = self._follower.update(returns, scan, sensing.t)
         structure = bodies.structure
         cores, whole = bodies.cores, len(bodies.x) + len(bodies.cores)

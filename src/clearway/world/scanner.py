@@ -64,9 +64,10 @@ class Scanner:
         )
         self._view, self._circles = hold(view), movable.circles
         self._beams = lidar.beams
-        self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount)
         self._traffic, self._around, self._past = traffic, around, past
         self._time = factor * lidar.sweep * (-1.0 if lidar.clockwise else 1.0)
+        between = self._time / max(lidar.beams - 1, 1)
+        self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount, between)
         if self._time != 0.0:
             k = math.ceil((late + 0.5 * abs(self._time)) / period) + 1
             self._trace = Trace(period * np.arange(-k, 0.0), period, np.tile(pose[:3], (k, steps(period) + 1, 1)))
