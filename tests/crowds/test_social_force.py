@@ -73,6 +73,12 @@ def test_a_broad_body_is_felt_from_its_edge():
     )  # fmt: skip
 
 
+@given(crowds())
+def test_what_people_do_to_each_other_adds_up_to_nothing(crowd):
+    n = len(crowd[0].radius)
+    assert np.abs(forces(*crowd, ALONE[:n], MOUSSAID, walls_of([])).sum(0)).max() < 1e-9
+
+
 @given(crowds(), st.data())
 def test_the_order_of_bodies_changes_no_bit(crowd, data):
     n = len(crowd[0].radius)

@@ -18,6 +18,7 @@ from clearway.contract import BodyKind
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
+from clearway.world.behaviours.walkers import FASTER
 from clearway.world.behaviours.wishes import speed_of
 
 RULES = ("orca", "social-force", "headed-social-force")
@@ -168,6 +169,32 @@ def test_no_contact_with_the_robot_is_missed(seed: int, rule: str, v: float, ome
         px, py = (np.interp(fine, trial.t, trial.moving_obstacles[:, k, c]) for c in (0, 1))
         apart = np.hypot(px - x, py - y) - 0.5
         assert (apart[:-1] > -8e-3).all()  # a line between samples of 0.1 s is off by so much
+
+
+@settings(max_examples=15)
+@given(
+    seed=st.integers(0, 999),
+    rules=st.lists(st.sampled_from(RULES), min_size=8, max_size=8),
+    sees=st.lists(st.booleans(), min_size=8, max_size=8),
+    v=st.sampled_from((0.0, 0.9)),
+)
+def test_nobody_is_given_energy(seed: int, rules: list[str], sees: list[bool], v: float) -> None:
+    """In a throng at a door nobody is ever faster than contact is looked for, and a robot drives as it is told, whoever pushes."""
+    places = np.random.default_rng(seed).uniform(-2.5, 2.5, (8, 2, 2)).round(3)
+    places[..., 0] += np.copysign(0.4, places[..., 0])  # not in the wall
+    people = [
+        walker(f"p{k}", tuple(a), tuple(b), behaviour=rules[k], sees_robots=sees[k])
+        for k, (a, b) in enumerate(places.tolist())
+    ]
+    trial = watch(people, 8.0, start=(-3.5, 0.0, 0.0), pilot=constant(v), walls=WALL, seed=seed)
+    dt = np.diff(trial.t)
+    walked = np.hypot(*np.moveaxis(np.diff(trial.moving_obstacles[:, :, :2], axis=0), -1, 0))
+    assert (walked <= FASTER * 1.2 * dt[:, None] + 1e-9).all()
+    assert trial.t[-1] > 0.5
+    driven = trial.velocity[:, 0]
+    assert 0.0 <= driven.min() <= driven.max() <= v
+    assert (np.diff(driven) <= 0.5 * dt + 1e-9).all()
+    assert np.diff(trial.pose[:, 0]) == pytest.approx(0.5 * (driven[1:] + driven[:-1]) * dt, abs=1e-3)
 
 
 @pytest.mark.parametrize(
