@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearway.contract import Goal, Observation, Obstacles, Task
+from clearway.contract import Goal, Latency, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.motion import arc
@@ -166,3 +166,28 @@ def test_an_omnidirectional_base_goes_to_its_side_at_once(make):
     assert possible(limits, *told) == pytest.approx(told)
     with pytest.raises(ValueError, match="velocity"):
         navigator.step(Observation(PERIOD, pose, np.zeros(2), pose, goal, None, nothing))
+
+
+@pytest.mark.parametrize("made", [Orca, SocialForceNavigator])
+@pytest.mark.parametrize("name", ["tiago", "tiago-omni"])
+def test_who_senses_and_acts_late_decides_for_when_its_command_is_followed(made, name):
+    """It commands what one that isn't late does, who sees what will be by then."""
+    robot, late = load_robot(name), 0.4
+    omni = name == "tiago-omni"
+    velocity = np.array((0.4, 0.0, 0.2)) if omni else np.zeros(2)
+    pose = np.array((1.0, 2.0, 0.0))
+    rolled = pose + late * np.array((0.4, 0.2, 0.0)) if omni else pose
+
+    def command(latency, pose, x):
+        navigator = made()
+        navigator.reset(Task(robot.period, 0.8, pose.copy(), latency=latency), robot, np.random.default_rng(0))
+        seen = Obstacles(
+            np.array(((x, 2.3),)), np.array(((-0.6, 0.0),)), np.array((0.3,)), np.zeros(1), np.zeros(1), np.zeros(1, np.int64), np.ones(1, bool)
+        )  # fmt: skip
+        goal = Goal(np.array((9.0, 2.0, 0.0)), 0.2, math.pi)
+        c = navigator.step(Observation(0.0, pose.copy(), velocity.copy(), pose.copy(), goal, None, seen))
+        return c.v, c.omega, c.v_y
+
+    as_late = command(Latency(0.3, 0.1), pose, 3.0)
+    assert as_late == pytest.approx(command(Latency(), rolled, 3.0 - late * 0.6))
+    assert as_late != pytest.approx(command(Latency(), pose, 3.0))

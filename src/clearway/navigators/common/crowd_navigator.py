@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -11,11 +12,12 @@ from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Sta
 from clearway.crowds.outlines import outlines
 from clearway.crowds.walls import Walls, walls_of
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.common.arrival import Approach
 from clearway.navigators.common.holonomic import follow, slide_along
 from clearway.navigators.common.inputs import finite, own
 from clearway.navigators.common.motion import braked, stop_and_turn
-from clearway.navigators.common.route import Route, Seen, seen
+from clearway.navigators.common.route import Route, Seen, later, seen
 from clearway.robots import DriveKind, DriveLimits, Robot, possible
 from clearway.tuning import TunedOn
 
@@ -94,17 +96,36 @@ class CrowdNavigator(ABC, Generic[_P]):
         self._route = Route(task, self._radius, self._limits, p.ahead)
         self._goal: Goal | None = None
         self._approach = Approach(self._limits, task.period)
+        self._ahead = Ahead(task.latency, self._limits)
         self._shown = Diagnostics()
         self._prepare(self._limits, task.period)
 
     def step(self, observation: Observation) -> Command:
-        """Decide for one control period.
+        """Decide for one control period, for the time at which the command is followed.
 
         Raises:
             ValueError: the pose, the velocity or the goal is not finite.
         """
         pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, self._components)
         finite("goal.pose", observation.goal.pose)
+        if self._ahead.time > 0.0:
+            pose, velocity = self._later(observation.t, pose, velocity)
+        command = self._decide(observation, pose, velocity)
+        self._ahead.decided(observation.t, velocity[:2], command.v, command.omega)
+        return command
+
+    def _later(self, t: float, pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Pose and velocity when what is decided now is followed, of a robot that was told to have these at `t` [s]."""
+        late = self._ahead.time
+        if self._components == 2:
+            way = self._ahead.way(pose, t, t + late)
+            return way.pose, way.velocity
+        heading = float(pose[2]) + 0.5 * late * float(velocity[1])
+        c, s, (v, omega, v_y) = math.cos(heading), math.sin(heading), velocity.tolist()
+        return pose + late * np.array((c * v - s * v_y, s * v + c * v_y, omega)), velocity
+
+    def _decide(self, observation: Observation, pose: FloatArray, velocity: FloatArray) -> Command:
+        """The command for a robot at `pose` with `velocity` when it follows it."""
         goal, limits = observation.goal, self._limits
         if goal is not self._goal:
             self._goal = goal
@@ -117,7 +138,7 @@ class CrowdNavigator(ABC, Generic[_P]):
                 v_y = braked(velocity[2], limits.lateral_deceleration, self._period)
                 v, omega, v_y = possible(limits, v, omega, v_y)
             return Command(v, omega, arrived=arrived, status=self._approach.status, v_y=v_y)
-        others = seen(own(observation).obstacles, self._mapped)
+        others = later(seen(own(observation).obstacles, self._mapped), self._ahead.time)
         point, wish = self._route.wish(observation.t, pose, goal, others)
         vx, vy = self._velocity(pose, velocity, others, wish)
         v_y, time = 0.0, self._parameters.tracking_time

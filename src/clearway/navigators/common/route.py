@@ -53,6 +53,15 @@ def seen(obstacles: Obstacles | None, mapped: bool) -> Seen:
     return Seen(np.ascontiguousarray(discs[good]), obstacles.moving[good])
 
 
+def later(others: Seen, time: float) -> Seen:
+    """Where these are after `time` [s] if they go on as they do."""
+    if time == 0.0 or not len(others.discs):
+        return others
+    discs = others.discs.copy()
+    discs[:, :2] += time * discs[:, 2:4]
+    return Seen(discs, others.moving)
+
+
 def with_others(pose: FloatArray, velocity: FloatArray, radius: float, others: Seen, share: float) -> Bodies:
     """The robot, a disc of `radius` [m] that drives at `velocity` (2,), v and omega, or (3,) with v_y, and all that it sees; it is
     the first.
