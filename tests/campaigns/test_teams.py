@@ -122,6 +122,15 @@ def test_a_wrong_navigator_by_robot_is_one_clear_error(asked: str, problem: str)
         [spec.navigators for spec in plan.specs()]
 
 
+def test_a_pair_gets_past_each_other_in_every_batch(tmp_path: Path) -> None:
+    results = clearway.run(
+        "meeting-points", navigators=["orca"], configurations=["2"], repetitions=1, workers=1, out=tmp_path / "out"
+    )
+    rows = results.trials.to_pylist()
+    assert len(rows) == 10
+    assert [row["scenario"] for row in rows if row["outcome"] != "reached"] == []
+
+
 def test_a_team_of_two_kinds_with_a_navigator_each(tmp_path: Path) -> None:
     drives = f"{OWN}:Drives"
     results = clearway.run(
