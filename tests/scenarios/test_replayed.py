@@ -111,3 +111,7 @@ def test_a_recording_far_from_its_origin_is_refused() -> None:
 def test_other_suites_have_no_recorded_people() -> None:
     with pytest.raises(ClearwayError, match="the suite 'people' has no recorded people; 'replayed' has"):
         load_suite("people").build(TIAGO, Selection(replay=made()), 1)
+
+
+def test_the_page_says_that_people_are_blind() -> None:
+    assert "its effect on them is zero by construction" in load_suite("replayed").about()["source"]

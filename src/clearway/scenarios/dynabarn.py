@@ -177,4 +177,6 @@ DYNABARN = Suite(
     robots=("jackal:wide",),
     report=(),
     floor_plans={"dynabarn": floor},
+    source="DynaBARN's worlds are those of Nair et al. (2022), under the task and rules of the BARN Challenge: 20 m across an open floor past cylinders that go"
+    " to and fro and mind nobody. No results of others on them are public.",
 )

@@ -207,12 +207,14 @@ def _places(replay: Replay) -> FloatArray:
 
 REPLAYED = Suite(
     name="replayed",
-    title="Among recorded people, who do not see the robot: its effect on them is zero by construction",
+    title="A robot among recorded people",
     description="a robot goes from A to B through people who walk as they were recorded and do not see it",
     batches=("made", "own"),
     configurations=tuple(f"time-{k + 1}" for k in range(MOST_TIMES)),
     make=build,
     robots=("tiago",),
+    source="Among recorded people a robot goes from A to B while they walk as they were recorded, as many have done with the ETH and UCY sets: they do"
+    " not see it, so its effect on them is zero by construction, and what is asked is whether it gets through.",
     replays=True,
     floor_plans={f"open-{edge}": partial(floor, edge) for edge in EDGES},
 )

@@ -29,7 +29,7 @@ SOONEST = 0.01
 SHORTEST_ROUND = 1.0
 """s; DynaBARN's take 12 s at least."""
 AWAY = 0.1
-"""For how long one that begins anew elsewhere is absent before it does, s: two samples of the Jackal, so that at least one says so."""
+"""For how long one that begins anew elsewhere is absent before it does, s: at least one sample of the Jackal says so; of a slower robot, an instant between two."""
 Keyframe = tuple[Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=SECONDS)], Finite, Finite]
 
 

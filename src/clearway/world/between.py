@@ -2,7 +2,8 @@
 
 A trial has a sample for each control period. In between an obstacle may turn and the robot speed up, so that the lines from
 sample to sample are off by millimetres. Of a period in which something that moves came as near as in no other before on that
-leg, instants in between are kept too: as many as make the lines right.
+leg, instants in between are kept too: as many as make the lines right. So are those of a period in which something was gone for an
+instant and came back elsewhere.
 """
 
 from __future__ import annotations
@@ -105,14 +106,16 @@ def instants(
     count = len(times)
     poses, moving = np.empty((count, 3)), np.empty((count, m, 3))
     _places(held, leg, t, pivot, times, poses, moving)
-    low, high, origins = math.inf, math.inf, math.inf
+    low, high, origins, gone = math.inf, math.inf, math.inf, False
     for i in range(count):
         for b in range(m):
             d = math.hypot(moving[i, b, 0] - poses[i, 0], moving[i, b, 1] - poses[i, 1])
             if math.isfinite(d):
                 low, high = min(low, d - reach[0] - reach[1 + b]), min(high, d - inner[b])
                 origins = min(origins, d)
-    record = low < nearest[0] + MARGIN or origins < nearest[1] + MARGIN
+            elif math.isfinite(moving[0, b, 0]) and math.isfinite(moving[-1, b, 0]):
+                gone = True  # for an instant: the line between the samples would not know
+    record = gone or low < nearest[0] + MARGIN or origins < nearest[1] + MARGIN
     nearest[0], nearest[1] = min(nearest[0], max(high, 0.0)), min(nearest[1], origins)
     if not record:
         return nothing
