@@ -111,6 +111,19 @@ def test_bounds_hold_on_paper_b_s_obstacles(name: str) -> None:
     assert np.mean(bounds) < {"difference": 0.25, "kalman": 0.18}[name]
 
 
+@pytest.mark.parametrize("error", [0.0, 1e-6])
+def test_told_exactly_a_velocity_that_changes_at_once_is_known_soon(error: float) -> None:
+    tracker = fresh("kalman", make_robot(**CAMERA))
+    x, told = 0.0, []
+    for k in range(30):
+        v = 0.5 if k < 15 else -0.7
+        told.append(tracker.update(sensing(k * PERIOD, seen([[x, 0.0]], error=error)), np.zeros(3)).velocity[0, 0] - v)
+        x += v * PERIOD
+    assert np.abs(told[4:15]).max() < 1e-2
+    assert np.abs(told[16:]).max() < 0.2
+    assert np.abs(told[19:]).max() < 1e-2
+
+
 def test_kalman_remembers_an_obstacle_for_a_while() -> None:
     tracker = fresh("kalman", make_robot(**CAMERA))
     for k in range(20):

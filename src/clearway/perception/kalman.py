@@ -21,6 +21,10 @@ SIGMAS = 3.0
 SPREAD = 0.5
 """Standard deviation of the acceleration over its bound."""
 
+SHARPEST = 0.25
+"""No measurement is taken to be more exact than so much of q T^2, m: of exact ones alone the model makes a velocity that errs to
+the other side at each step, for ever, once somebody's has changed at once."""
+
 
 @kernel
 def predict(state: FloatArray, spread: FloatArray, dt: float, q: float) -> None:
@@ -160,7 +164,8 @@ def advance(
     at = find(new_ids, identity)
     for j in range(identity.shape[0]):
         if place[j] >= 0:
-            correct(new_state, new_spread, at[j], position[j, 0], position[j, 1], 0.25 * bound[j] ** 2)
+            variance = max(0.25 * bound[j] ** 2, (SHARPEST * q * dt * dt) ** 2)
+            correct(new_state, new_spread, at[j], position[j, 0], position[j, 1], variance)
             new_seen[at[j]] = t
     return new_ids, new_state, new_spread, new_seen, at
 
