@@ -26,7 +26,7 @@ from clearway.geometry.shapes import Circle
 from clearway.robots import Robot
 from clearway.scenarios.plan import Fixture, FloorPlan
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
-from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed
+from clearway.scenarios.suite import Section, Selection, Suite, refuse_speeds, scenario_seed
 
 RADIUS = 0.075
 """Of every cylinder, m."""
@@ -159,12 +159,7 @@ def build(robot: Robot, selection: Selection, seed: int, suite: str = "barn") ->
             raise ClearwayError(
                 f"no world {number} in the suite {suite!r}; it has the even numbers 0 to 298", field="worlds"
             )
-    for speed in selection.speeds:
-        if not 0 < speed <= robot.drive.v_max:
-            raise ClearwayError(
-                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
-                field="speeds",
-            )
+    refuse_speeds(selection.speeds, robot)
     chosen = [w for w in worlds().values() if not selection.worlds or w.number in selection.worlds]
     ordered = sorted(chosen, key=lambda w: (not w.official, w.number))
     return [

@@ -21,7 +21,16 @@ from clearway.robots import Robot
 from clearway.scenarios.people import PersonSpec, StopSpec
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
-from clearway.scenarios.suite import Generator, Published, Selection, Suite, draw_label, scenario_seed, selected_seeds
+from clearway.scenarios.suite import (
+    Generator,
+    Published,
+    Selection,
+    Suite,
+    draw_label,
+    refuse_speeds,
+    scenario_seed,
+    selected_seeds,
+)
 
 CASES = 500
 """Test cases of each batch."""
@@ -136,12 +145,7 @@ def build(
     """
     if selection.floor_plan is not None:
         raise ClearwayError(f"the suite {suite!r} takes place on an open floor, {FLOOR!r}", field="floor_plan")
-    for speed in selection.speeds:
-        if not 0 < speed <= robot.drive.v_max:
-            raise ClearwayError(
-                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
-                field="speeds",
-            )
+    refuse_speeds(selection.speeds, robot)
     return [
         _scenario(batch, label, people, robot, speed, repetition, seed, geometry)
         for batch in _chosen(selection)

@@ -29,7 +29,7 @@ from clearway.scenarios.barn import CLOCK_STARTS_AFTER, PLACEMENT, SPEED, TIME_L
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import DiscSpec, LabelSpec, LegSpec, ObstacleSpec, Scenario
 from clearway.scenarios.spline import SplineSpec, position
-from clearway.scenarios.suite import Selection, Suite, draw, scenario_seed
+from clearway.scenarios.suite import Selection, Suite, draw, refuse_speeds, scenario_seed
 
 START = (11.0, 0.0, 3.14)
 GOAL = (-9.0, 0.0, 0.0)
@@ -104,12 +104,7 @@ def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
     for number in selection.worlds:
         if number not in worlds():
             raise ClearwayError(f"no world {number} in the suite 'dynabarn'; it has 300 to 359", field="worlds")
-    for speed in selection.speeds:
-        if not 0 < speed <= robot.drive.v_max:
-            raise ClearwayError(
-                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
-                field="speeds",
-            )
+    refuse_speeds(selection.speeds, robot)
     return [
         _scenario(robot, world, speed, repetition, seed)
         for world in worlds().values()

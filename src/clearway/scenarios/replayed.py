@@ -22,7 +22,7 @@ from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.replay import MOST_TIMES, Replay, Walk
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
-from clearway.scenarios.suite import Selection, Suite, scenario_seed
+from clearway.scenarios.suite import Selection, Suite, refuse_speeds, scenario_seed
 
 SPEED = 0.6
 """Set speed unless the run says otherwise, m/s."""
@@ -68,12 +68,7 @@ def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
     """
     replay = selection.replay or made()
     plan = selection.floor_plan or f"open-{_edge(replay)}"
-    for speed in selection.speeds:
-        if not 0 < speed <= robot.drive.v_max:
-            raise ClearwayError(
-                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
-                field="speeds",
-            )
+    refuse_speeds(selection.speeds, robot)
     found = []
     for speed in selection.speeds or (min(SPEED, robot.drive.v_max),):
         for k, t in enumerate(_starts(robot, replay, speed), start=1):

@@ -37,7 +37,16 @@ from clearway.scenarios.scenario import (
     Scenario,
 )
 from clearway.scenarios.static_way import least_length
-from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed, selected_seeds
+from clearway.scenarios.suite import (
+    Generator,
+    Section,
+    Selection,
+    Suite,
+    draw_label,
+    refuse_speeds,
+    scenario_seed,
+    selected_seeds,
+)
 
 FROZEN = 10
 """Scenarios of each case, as in paper B."""
@@ -60,12 +69,7 @@ def build(
     case's set speed, or what the robot can do), `selection.repetitions` times, each with another disturbance."""
     if selection.floor_plan is not None:
         raise ClearwayError(f"the suite {suite!r} takes place in the floor plan 'arena'", field="floor_plan")
-    for speed in selection.speeds:
-        if not 0 < speed <= robot.drive.v_max:
-            raise ClearwayError(
-                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
-                field="speeds",
-            )
+    refuse_speeds(selection.speeds, robot)
     return [
         _scenario(suite, case, label, drawn, robot, speed, repetition, seed)
         for case in _chosen(cases, selection)

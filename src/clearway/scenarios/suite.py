@@ -306,6 +306,20 @@ def refuse_many(count: int, suite: str) -> None:
         )
 
 
+def refuse_speeds(speeds: Iterable[float], robot: Robot) -> None:
+    """Refuse set speeds [m/s] that `robot` cannot drive.
+
+    Raises:
+        ClearwayError: one is, which is named.
+    """
+    for speed in speeds:
+        if not 0 < speed <= robot.drive.v_max:
+            raise ClearwayError(
+                f"the speed {speed:g} m/s is out of reach for {robot.name!r}, at most {robot.drive.v_max:g}",
+                field="speeds",
+            )
+
+
 def scenario_seed(seed: int, name: str) -> int:
     """The seed of the scenario `name` in a campaign with `seed`: the first 63 bits of a SHA-256."""
     return int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:8], "big") >> 1
