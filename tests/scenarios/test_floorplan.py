@@ -18,21 +18,21 @@ from clearway.scenarios.floor_plan_files import draw_map, floor_plan_names, read
 from clearway.scenarios.floorplan import load_floor_plan
 
 PLANS = Path(str(resources.files("clearway.scenarios") / "plans"))
-both = pytest.mark.parametrize("name", ["hall", "ward"])
+every = pytest.mark.parametrize("name", ["hall", "ward", "wing"])
 
 
 def test_names() -> None:
-    assert floor_plan_names() == ["arena", "hall", "ward"]
+    assert floor_plan_names() == ["arena", "hall", "ward", "wing"]
 
 
-@both
+@every
 def test_the_shipped_map_is_the_drawn_one(name: str, tmp_path: Path) -> None:
     write_map(tmp_path / f"{name}.yaml", draw_map(read_floor_plan(PLANS / f"{name}.toml")))
     for suffix in ("yaml", "pgm"):
         assert (tmp_path / f"{name}.{suffix}").read_bytes() == (PLANS / f"{name}.{suffix}").read_bytes()
 
 
-@both
+@pytest.mark.parametrize("name", ["hall", "ward"])
 def test_the_line_is_5_m_and_8_by_5_m_around_it_are_clear(name: str) -> None:
     plan = load_floor_plan(name)
     assert plan.a is not None
@@ -47,7 +47,7 @@ def test_the_line_is_5_m_and_8_by_5_m_around_it_are_clear(name: str) -> None:
             assert not shapely.Polygon(outline(fixture.shape, fixture.pose)).intersects(area), fixture.name
 
 
-@both
+@every
 def test_the_map_agrees_with_the_vectors(name: str) -> None:
     plan = load_floor_plan(name)
     assert plan.map is not None
@@ -70,7 +70,7 @@ def test_the_map_agrees_with_the_vectors(name: str) -> None:
     assert plan.map.origin[1] + plan.map.data.shape[0] * plan.map.resolution > high
 
 
-@both
+@every
 def test_a_face_runs_through_the_middle_of_its_cells(name: str) -> None:
     plan = load_floor_plan(name)
     assert plan.map is not None

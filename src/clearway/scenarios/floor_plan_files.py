@@ -193,10 +193,12 @@ def draw_map(spec: FloorPlanSpec, margin: float = 0.2) -> OccupancyGrid:
     left, low = (round((math.floor((v - margin) / k) - 0.5) * k, 9) for v in (x0, y0))
     cols, rows = (math.ceil((high + margin - start) / k) for high, start in ((x1, left), (y1, low)))
     occupied = rasterise([(f.shape, f.pose) for f in fixtures], (rows, cols), k, (left, low))
-    if spec.a is None:
+    middles = [((a + c) / 2, (b + d) / 2) for room in spec.rooms for a, b, c, d in room.floor]
+    seeds = [spec.a[:2]] if spec.a is not None else [p for p in middles if x0 < p[0] < x1 and y0 < p[1] < y1]
+    cells = [(int((y - low) / k), int((x - left) / k)) for x, y in seeds]
+    if not cells:
         return OccupancyGrid(np.where(occupied, 100, 0).astype(np.int8), k, (left, low))
-    seed = (int((spec.a[1] - low) / k), int((spec.a[0] - left) / k))
-    return OccupancyGrid(explored(occupied, [seed]), k, (left, low))
+    return OccupancyGrid(explored(occupied, cells), k, (left, low))
 
 
 def _fixtures(spec: FloorPlanSpec) -> tuple[Fixture, ...]:

@@ -31,7 +31,7 @@ from clearway.scenarios.meeting_places import (
     starts,
 )
 from clearway.scenarios.scenario import LabelSpec, LegSpec, RobotSpec, Scenario
-from clearway.scenarios.suite import Generator, Selection, Suite, draw_label, scenario_seed
+from clearway.scenarios.suite import Generator, Selection, Suite, scenario_seed, variations
 
 NUMBERS = (2, 4, 8, 16, 32)
 REPETITIONS = 3
@@ -62,21 +62,13 @@ def build(robot: Robot, selection: Selection, seed: int, geometry: Geometry) -> 
             continue  # the caller complains of it
         for number in (len(selection.team),) if selection.team else NUMBERS:
             for speed in selection.speeds or (geometry.speed,):
-                for label, repetition, key in _variations(selection):
+                for label, repetition, key in variations(selection, REPETITIONS):
                     name = f"{batch}-{number}-v{speed:g}-{label}"
                     if not selection.scenarios or name in selection.scenarios:
                         places = _Places(geometry, batch, number, max(size, SIZES[0]), min(speed, slowest), key)
                         labels = LabelSpec(batch=batch, configuration=str(number), repetition=repetition)
                         made.append(_scenario(places, name, speed, labels, scenario_seed(seed, name)))
     return made
-
-
-def _variations(selection: Selection) -> list[tuple[str, int, str]]:
-    """Of each its part of a scenario's name, the repetition that it counts as, and by what its starts are drawn."""
-    if selection.seeds is None:
-        return [(f"r{k}", k, f"frozen {k}") for k in range(1, (selection.repetitions or REPETITIONS) + 1)]
-    repetitions = range(1, (selection.repetitions or 1) + 1)
-    return [(f"{draw_label(s)}-r{k}", k, draw_label(s)) for s in range(*selection.seeds) for k in repetitions]
 
 
 @dataclass(frozen=True, slots=True)

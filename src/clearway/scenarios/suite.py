@@ -340,6 +340,17 @@ def draw_label(seed: int) -> str:
     return f"seed-{seed}"
 
 
+def variations(selection: Selection, repetitions: int) -> list[tuple[str, int, str]]:
+    """Those of each test whose draws are cheap: its part of a scenario's name, the repetition that it counts as, and by what it is drawn.
+
+    The frozen ones (`repetitions` of them, or as many as are selected) are drawn by their number alone, those of `selection.seeds` by the seed.
+    """
+    if selection.seeds is None:
+        return [(f"r{k}", k, f"frozen {k}") for k in range(1, (selection.repetitions or repetitions) + 1)]
+    again = range(1, (selection.repetitions or 1) + 1)
+    return [(f"{draw_label(s)}-r{k}", k, draw_label(s)) for s in range(*selection.seeds) for k in again]
+
+
 def draw(seed: int, what: str) -> float:
     """A number in [0, 1) that depends on `seed` and `what` alone, the same on every machine and version."""
     return int.from_bytes(hashlib.sha256(f"{seed}:{what}".encode()).digest()[:8], "big") / 2**64
@@ -370,8 +381,9 @@ def _refuse_unknown(suite: Suite, selection: Selection, scenarios: Sequence[Scen
         (selection.batches, "batch", suite.batches),
         (selection.configurations, "configuration", suite.configurations),
     ):
+        made = {getattr(scenario.labels, kind) for scenario in scenarios}  # a suite may have more than it lists
         for name in asked:
-            if name not in known:
+            if name not in known and name not in made:
                 raise unknown(kind, name, known)
     _refuse_number("speed", selection.speeds, [s.speed for s in scenarios], suite.name)
     for plural, label in _FIELDS[2:]:
