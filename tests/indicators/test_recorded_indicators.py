@@ -17,7 +17,8 @@ from clearway.indicators import INDICATORS, score_row
 from clearway.trials import Body, Event, Outcome
 
 PEOPLE = {"person_distance", "social_time", "personal_time", "intimate_time", "person_speed", "person_ttc"}
-NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut", "jerk", "jerk_max"} | PEOPLE
+DELAYS = {"people_delay", "people_delay_max", "people_detour"}
+NEVER = {"barn_score", "barn_time", "PL_shortest", "CT_optimal", "cut", "jerk", "jerk_max"} | PEOPLE | DELAYS
 SPEEDS = {"TCS", "TCS_5", "TCS_20", "TCS_U", "T_acceleration", "T_cruise", "T_approach", "T_rotation"}
 
 

@@ -10,7 +10,7 @@ import pytest
 from made_trials import make_recorded, make_trial
 
 from clearway.contract import Diagnostics, EventKind
-from clearway.trials import Event, Outcome, Snapshot, Trial
+from clearway.trials import Errand, Event, Outcome, Snapshot, Trial
 from clearway.trials.differences import Difference, first_difference, first_in_json
 
 
@@ -98,3 +98,12 @@ def test_a_difference_of_json() -> None:
     assert first_in_json("a", {"b": 1}, {"b": 1, "c": 2}) == ("a.c", None, 2)
     assert first_in_json("a", [1], [1, 2]) == ("a", [1], [1, 2])
     assert first_in_json("a", {"b": 1.0}, {"b": 1.0}) is None
+
+
+def test_what_became_of_people_comes_last() -> None:
+    trial = replace(make_trial(0), errands=(Errand(0, 1, 5.0, 4.0, 4.0, 3.0),))
+    later = (Errand(0, 1, 5.0, 4.0, 4.5, 3.0),)
+    found = first(trial, errands=later)
+    assert (found.t, found.what, found.first, found.second) == (None, "errands.0.4", 4.0, 4.5)
+    assert first(trial, errands=later, outcome=Outcome.ABORTED).what == "outcome"
+    assert first(trial, errands=()).what == "errands"

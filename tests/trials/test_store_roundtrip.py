@@ -22,7 +22,7 @@ from clearway.contract import BodyKind, Diagnostics, EventKind
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, Polygon
 from clearway.robots import DriveLimits
-from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+from clearway.trials import Attempt, Body, Errand, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
 from clearway.trials.store import TrialStore, open_results, write_partial
 
 SCHEMA = pa.schema([pa.field("scenario", pa.string()), pa.field("speed", pa.float64(), metadata={"unit": "m/s"})])
@@ -126,6 +126,14 @@ def trials(draw: st.DrawFn) -> Trial:
         ),
         cut=draw(st.none() | hnp.arrays(np.bool_, n)),
         sigma=draw(st.none() | array(n, 1 + m, 2)),
+        errands=tuple(
+            draw(
+                st.lists(
+                    st.builds(Errand, st.integers(0, 3), st.integers(0, 9), anything, anything, anything, anything),
+                    max_size=3,
+                )
+            )
+        ),
     )
 
 

@@ -18,6 +18,7 @@ from clearway.indicators import (
     comfort,
     completion_time,
     cruise,
+    delay,
     driven_uncertainty,
     goal_error,
     optimal,
@@ -45,7 +46,7 @@ class _Indicators(Mapping[str, Indicator]):
     @cached_property
     def _known(self) -> dict[str, Indicator]:
         families = (
-            success, completion_time, path_length, goal_error, clearance, comfort, cruise, smoothness, space, barn, optimal, uncertainty,
+            success, completion_time, path_length, goal_error, clearance, comfort, delay, cruise, smoothness, space, barn, optimal, uncertainty,
             driven_uncertainty,
         )  # fmt: skip
         own = {indicator.name: indicator for family in families for indicator in family.ALL}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.indicators import barn, comfort, optimal, smoothness
+from clearway.indicators import barn, comfort, delay, optimal, smoothness
 from clearway.indicators.column import Cell, Column, Kind
 from clearway.indicators.indicator import Indicator
 from clearway.trials import Trial
@@ -61,11 +61,10 @@ def schema(columns: Iterable[Column], indicators: Mapping[str, Indicator]) -> An
 def _beside_the_point(trial: Trial) -> frozenset[str]:
     """Indicators that no recording of this suite can ever have, and those of people where there are none."""
     kinds = {body.kind for body in trial.attempt.bodies}
-    people = () if kinds & comfort.PEOPLE else comfort.OF_PEOPLE
+    people = () if kinds & comfort.PEOPLE else (*comfort.OF_PEOPLE, *delay.ALL)
     moving = () if kinds & comfort.MOVING else comfort.OF_MOVING
     if trial.attempt.source == "simulated":
         return frozenset(indicator.name for indicator in (*people, *moving))
     other = () if trial.attempt.labels.family == barn.FAMILY else barn.ALL
-    return frozenset(
-        indicator.name for indicator in (*people, *moving, *other, *optimal.ALL, *smoothness.OF_SIMULATIONS)
-    )
+    simulated = (*optimal.ALL, *smoothness.OF_SIMULATIONS, *delay.ALL)
+    return frozenset(indicator.name for indicator in (*people, *moving, *other, *simulated))

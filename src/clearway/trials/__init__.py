@@ -1,5 +1,31 @@
 """The waist: a Trial, simulated or recorded, and its store. Everything below makes trials, everything above reads them."""
 
-from clearway.trials.trial import Attempt, Body, Event, Instants, Labels, Leg, Outcome, Snapshot, Span, Trial, Wish
+from clearway.trials.trial import (
+    Attempt,
+    Body,
+    Errand,
+    Event,
+    Instants,
+    Labels,
+    Leg,
+    Outcome,
+    Snapshot,
+    Span,
+    Trial,
+    Wish,
+)
 
-__all__ = ["Attempt", "Body", "Event", "Instants", "Labels", "Leg", "Outcome", "Snapshot", "Span", "Trial", "Wish"]
+__all__ = [
+    "Attempt",
+    "Body",
+    "Errand",
+    "Event",
+    "Instants",
+    "Labels",
+    "Leg",
+    "Outcome",
+    "Snapshot",
+    "Span",
+    "Trial",
+    "Wish",
+]

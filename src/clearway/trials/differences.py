@@ -71,7 +71,8 @@ def first_difference(first: Trial, second: Trial) -> Difference | None:
         return min(found, key=lambda difference: difference.t or 0.0)  # of equal ones the first
     ends = (("outcome", first.outcome.value, second.outcome.value), ("reason", first.reason, second.reason))
     spans = [json.loads(t["attempts"]["spans"][0].as_py()) for t in (a, b)]
-    for what, x, y in (*ends, ("spans", *spans)):
+    errands = [json.loads(t["attempts"]["attempt"][0].as_py()).get("errands") for t in (a, b)]
+    for what, x, y in (*ends, ("spans", *spans), ("errands", *errands)):
         if (at := first_in_json(what, x, y)) is not None:
             return Difference(None, at[0], "", at[1], at[2])
     return None
@@ -113,7 +114,7 @@ def _attempted(first: Trial, second: Trial, a: Tables, b: Tables) -> Difference 
     rows = [t["attempts"].to_pylist()[0] for t in (a, b)]
     fixtures = [json.loads(t["fixtures"]["bodies"][0].as_py()) for t in (a, b)]
     whole = [
-        {**json.loads(row["attempt"]), "reason": "", "tuned": "", "fixtures": walls}
+        {**json.loads(row["attempt"]), "reason": "", "tuned": "", "errands": [], "fixtures": walls}
         for row, walls in zip(rows, fixtures, strict=True)
     ]
     at = first_in_json("attempt", *whole)

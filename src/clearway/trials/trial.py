@@ -5,6 +5,7 @@ What a recording doesn't know is None; an indicator that needs it answers "not c
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -213,6 +214,29 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True)
+class Errand:
+    """How a person of a simulation came to the place that it was walking to when the trial ended, or at which it stayed.
+
+    The trial of the last robot, if there are several. From then on the robots are gone, and the people walk on.
+
+    Attributes:
+        body: Index into `Attempt.bodies` of the person.
+        place: Number of the place on its route, from 0; a route that begins anew has ever more.
+        arrived: When it came there, s since the trial began; NaN: not in time.
+        path: How far it walked by then, m; NaN as well.
+        arrived_without: The same in the same scene without robots, s; NaN: not in time, or nobody knows.
+        path_without: The same, m.
+    """
+
+    body: int
+    place: int
+    arrived: float
+    path: float
+    arrived_without: float = math.nan
+    path_without: float = math.nan
+
+
+@dataclass(frozen=True, slots=True)
 class Span:
     """When a leg was driven.
 
@@ -287,6 +311,7 @@ class Trial:
             `measured` body has the same part, and between it and the robot it cancels.
         between: Instants between samples wherever lines from sample to sample would be wrong about how near the robot
             came to something that moves; None where there are none, as in a recording.
+        errands: What became of the people who walk to places of their own; of a simulation.
     """
 
     attempt: Attempt
@@ -309,3 +334,4 @@ class Trial:
     sigma: FloatArray | None = None
     tie: FloatArray | None = None
     between: Instants | None = None
+    errands: tuple[Errand, ...] = ()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from clearway.trials.attempt_json import (
     to_text,
 )
 from clearway.trials.store_tables import FILES, FLOAT, OPTIONAL, SIDEWAYS, SIGMA, TIE, Tables
-from clearway.trials.trial import Event, Instants, Outcome, Snapshot, Span, Trial
+from clearway.trials.trial import Errand, Event, Instants, Outcome, Snapshot, Span, Trial
 
 _WIDTH = {"polyline": 2, "circles": 3, "tube": 3, "tree": 4}
 
@@ -69,6 +70,8 @@ def to_tables(index: int, trial: Trial) -> Tables:
         else dict.fromkeys(SIGMA, pa.nulls(n * m, FLOAT))
     )
     attempt = attempt_to_json(trial.attempt, fixed) | {"known": known, "moving_obstacles": m, "reason": trial.reason}
+    if trial.errands:
+        attempt["errands"] = [[e.body, e.place, *map(to_number, astuple(e)[2:])] for e in trial.errands]
     row = {
         "trial": index,
         "outcome": trial.outcome.value,
@@ -128,6 +131,7 @@ def from_tables(tables: Tables) -> Trial:
         timing={r["name"]: r["value"] for r in tables["timing"].to_pylist()},
         thinking=_vector(tables["thinking"], "seconds").astype(np.float64) if tables["thinking"].num_rows else None,
         between=_read_between(tables["between"], m),
+        errands=tuple(Errand(k, place, *map(float, how)) for k, place, *how in attempt.get("errands", ())),
     )
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from time import perf_counter
@@ -17,7 +19,8 @@ from clearway.robots import Robot
 from clearway.robots.ideal import ideal
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
-from clearway.trials import Attempt, Body, Trial
+from clearway.trials import Attempt, Body, Errand, Trial
+from clearway.world.arrivals import Arrivals
 from clearway.world.attempt import attempt_of, placed, run_of
 from clearway.world.behaviours.registry import behaviours_of
 from clearway.world.bodies import bodies_of, moving_obstacles_of
@@ -99,7 +102,8 @@ def _simulate(
     begun, first = perf_counter(), scenarios[0]
     names = [scenario.member for scenario in scenarios]
     unpiloted = [b for b in bodies[0] if b.name not in names or b.kind != BodyKind.ROBOT]
-    traffic = Traffic(tracks, behaviours_of(first, unpiloted), [leg.name for leg in first.legs], len(drivers))
+    arrivals = Arrivals(first.people, len(moving_obstacles_of(first)))
+    traffic = Traffic(tracks, behaviours_of(first, unpiloted), [leg.name for leg in first.legs], len(drivers), arrivals)
     attempts, drives = [], []
     for scenario, around, driver in zip(scenarios, bodies, drivers, strict=True):
         attempts.append(
@@ -110,10 +114,21 @@ def _simulate(
         )  # fmt: skip
         drives.append(_drive(scenario, attempts[-1], driver, traffic, area, raise_errors))
     drive_together(drives, names, traffic)
-    return [
+    trials = [
         _trial(scenario, attempt, drive, perf_counter() - begun)
         for scenario, attempt, drive in zip(scenarios, attempts, drives, strict=True)
     ]
+    errands = _errands(traffic, [k for k, body in enumerate(bodies[0]) if body.kind == BodyKind.PERSON])
+    return [replace(trial, errands=errands) for trial in trials]
+
+
+def _errands(traffic: Traffic, people: Sequence[int]) -> tuple[Errand, ...]:
+    """What became of the people, who are these of the bodies."""
+    found = []
+    for k, place in traffic.walk_on().items():
+        came = traffic.arrivals.at(k, place)
+        found.append(Errand(people[k], place, *((math.nan, math.nan) if came is None else (came.t, came.path))))
+    return tuple(found)
 
 
 def _drive(

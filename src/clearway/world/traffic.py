@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
+from clearway.world.arrivals import Arrivals
 from clearway.world.behaviours.behaviour import PERIOD, Behaviour, Scene, SeenRobot
 from clearway.world.laid import Laid, LaidTracks
 from clearway.world.tracks import Tracks, place, place_twice
@@ -20,6 +21,8 @@ _SAME = 1e-9  # s
 _OVER = 1e-6
 """So much longer than it is known a robot's track goes on, s: an instant is the same up to rounding."""
 _EVER = 1e9  # s
+AFTER = 120.0
+"""For so long after the trials are over people are given to arrive where they were walking to, s."""
 
 
 class Traffic:
@@ -30,15 +33,20 @@ class Traffic:
         behaviours: Who decides, and for which of the former.
         legs: Names of the first robot's legs, by which those go that run or are driven along a path.
         robots: How many there are.
+        arrivals: Is told where the people are whenever they decide.
 
     Attributes:
         several: Whether robots meet robots.
         decided: Whether anything that moves is decided while the trial goes on, and may go by what a robot does.
         leg: Number of the first robot's leg.
         leg_began: When that began, s.
+        arrivals: Of the people where they were going.
     """
 
-    def __init__(self, tracks: Tracks, behaviours: Sequence[Behaviour], legs: Sequence[str], robots: int = 1) -> None:
+    def __init__(
+        self, tracks: Tracks, behaviours: Sequence[Behaviour], legs: Sequence[str], robots: int = 1,
+        arrivals: Arrivals | None = None,
+    ) -> None:  # fmt: skip
         self._tracks, self._behaviours, self._legs = tracks, tuple(behaviours), tuple(legs)
         self._since = np.zeros(len(tracks.speed))
         self.several = robots > 1
@@ -46,6 +54,7 @@ class Traffic:
         self._others = len(tracks.speed) - (robots if self.several else 0)
         self._laid, self.leg, self.leg_began, self._count = LaidTracks(tracks), 0, 0.0, 0
         self._robots: list[SeenRobot] = []
+        self.arrivals = arrivals or Arrivals((), 0)
         self._pivots: list[float] = []
         for behaviour in behaviours:
             for m, speed in zip(behaviour.members, behaviour.speed, strict=True):
@@ -122,10 +131,25 @@ class Traffic:
         while self._behaviours and self._count * PERIOD <= t + _SAME:
             now, until = self._count * PERIOD, (self._count + 1) * PERIOD
             scene = self._scene(now)
+            self.arrivals.look(now, scene.moving)
             chosen = [behaviour.step(now, until, scene) for behaviour in self._behaviours]
             for behaviour, poses in zip(self._behaviours, chosen, strict=True):
                 self._lay(behaviour, until, poses)
             self._count += 1
+
+    def walk_on(self) -> dict[int, int]:
+        """The trials are over: the robots are gone, and people walk on until each has come to where it was walking to, for
+        `AFTER` at most.
+
+        Returns:
+            By person: that place, by number, see `Arrivals`.
+        """
+        self._robots.clear()
+        over = self._count * PERIOD
+        places = self.arrivals.bound_for(over)
+        while self._count * PERIOD <= over + AFTER and not self.arrivals.come(places):
+            self.decide_until(self._count * PERIOD)
+        return places
 
     def without(self, member: int) -> Around:
         """All that moves but robot `member`."""
