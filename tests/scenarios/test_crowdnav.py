@@ -97,7 +97,7 @@ def test_orca_fares_as_crowdnavs_orca_did(batch: str) -> None:
 
 def test_without_crowdnavs_manner_of_arriving_orca_is_sooner_there() -> None:
     (scenario,) = build(batches=("circle-visible",), configurations=("case-0",))
-    assert drive(scenario, slowing=0.0).t[-1] < drive(scenario).t[-1] - 0.2
+    assert drive(scenario, arrival_time=0.0).t[-1] < drive(scenario).t[-1] - 0.2
 
 
 def test_people_see_the_robot_only_where_they_are_to() -> None:
@@ -145,3 +145,15 @@ def test_bad_people(change: dict[str, Any], message: str) -> None:
 def test_bad_selections(selection: dict[str, Any], message: str) -> None:
     with pytest.raises(ClearwayError, match=message):
         build(**selection)
+
+
+def test_its_robot_goes_straight_over_a_period_though_it_could_turn() -> None:
+    (scenario,) = build(batches=("circle-visible",), configurations=("case-2",))
+    assert np.ptp(drive(scenario).pose[:, 2]) == 0.0
+    assert np.ptp(drive(scenario, turns=True).pose[:, 2]) > 0.1
+
+
+@pytest.mark.parametrize("option", [{"arrival_time": -1.0}, {"turns": 1.5}])
+def test_bad_options(option: dict[str, Any]) -> None:
+    with pytest.raises(ClearwayError, match=next(iter(option))):
+        Orca(**option)

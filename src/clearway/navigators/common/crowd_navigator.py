@@ -29,6 +29,7 @@ class Shared(Protocol):
         padding: Kept beyond the robot's radius, m.
         tracking_time: In which the base turns to the velocity that it follows, s.
         ahead: How far along its way it heads, m.
+        turns: Whether a base that moves to its sides as well turns to where it wants to go.
     """
 
     @property
@@ -37,6 +38,8 @@ class Shared(Protocol):
     def tracking_time(self) -> float: ...
     @property
     def ahead(self) -> float: ...
+    @property
+    def turns(self) -> bool: ...
 
 
 _P = TypeVar("_P", bound=Shared, covariant=True)
@@ -143,7 +146,7 @@ class CrowdNavigator(ABC, Generic[_P]):
         vx, vy = self._velocity(pose, velocity, others, wish)
         v_y, time = 0.0, self._parameters.tracking_time
         if self._components > 2:
-            v, omega, v_y = slide_along(vx, vy, pose, wish, time, limits)
+            v, omega, v_y = slide_along(vx, vy, pose, wish if self._parameters.turns else np.zeros(2), time, limits)
         else:
             v, omega = follow(vx, vy, pose[2], time, limits.v_max, limits.omega_max)
         status = Status.TRACKING if wish.any() else Status.NO_PATH

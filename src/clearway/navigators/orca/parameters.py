@@ -29,7 +29,10 @@ class Parameters(RobotTable):
     )
     tracking_time: Positive = Field(default=0.5, description="T, in which it turns to that velocity, s")
     ahead: Positive = Field(default=2.0, description="how far along its way it heads, m")
-    slowing: NonNegative = Field(
+    turns: bool = Field(
+        default=True, description="whether a base that moves to its sides as well turns to where it wants to go"
+    )
+    arrival_time: NonNegative = Field(
         default=0.0,
         description="nearer to its goal than the way of this time it wants to be there no sooner, s; 0: as late as its base can brake",
     )

@@ -29,6 +29,9 @@ class Parameters(RobotTable):
         default=0.5, description="in which the base turns to the velocity that it follows, s"
     )
     ahead: Positive = Field(default=2.0, description="how far along its way it heads, m")
+    turns: bool = Field(
+        default=True, description="whether a base that moves to its sides as well turns to where it wants to go"
+    )
 
     def model(self) -> SocialForce:
         """The first eight, as the kernels take them."""
