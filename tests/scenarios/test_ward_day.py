@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.errors import ClearwayError
+from clearway.geometry.shapes import Circle
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.floorplan import load_floor_plan
@@ -18,6 +20,7 @@ from clearway.scenarios.suite import Selection, Suite
 from clearway.scenarios.ward_day import HELD_OUT_WARD_DAY, WARD_DAY
 from clearway.scenarios.ward_floors import APART, HELD_OUT, PITCH, RADIUS, WARD, Place, Ward, places
 from clearway.scenarios.ward_people import SLOW, people
+from clearway.scenarios.way import room_for, widest_way
 
 SUITES = {WARD: WARD_DAY, HELD_OUT: HELD_OUT_WARD_DAY}
 TIAGO, HOSBOT = load_robot("tiago"), load_robot("hosbot")
@@ -50,12 +53,23 @@ def test_places_lie_apart_off_doors_and_in_their_rooms(ward: Ward) -> None:
     assert min(math.dist(p, door) for p in every for door in doors[ward.plan]) >= 0.8
 
 
+@ward_or_held_out
+def test_where_everybody_stands_a_person_still_gets_everywhere(ward: Ward) -> None:
+    plan = load_floor_plan(ward.plan)
+    every = [place for room, some in places(ward).items() if room != "corridor" for place in some]
+    for place in every:
+        others = [(Circle(RADIUS), np.array((*p, 0.0))) for p in every if p != place]
+        room = room_for([(f.shape, f.pose) for f in plan.fixtures] + others, plan.bounds, RADIUS)
+        assert widest_way(room, [ward.tasks["guide"][0][:2], place]) == [None], place
+
+
 @settings(max_examples=25, deadline=None)
-@given(ward=st.sampled_from(list(SUITES)), number=st.integers(0, 40), draw=st.integers(0, 10**9))
+@given(ward=st.sampled_from(list(SUITES)), number=st.integers(0, 32), draw=st.integers(0, 10**9))
 def test_whatever_is_drawn_nobody_shares_a_place(ward: Ward, number: int, draw: int) -> None:
     found = people(ward, number, f"seed-{draw}")
     assert len(found) == number == len({p.name for p in found})
-    mine = [{stop.at for stop in person.route} for person in found]
+    corridor = set(places(ward)["corridor"])
+    mine = [{stop.at for stop in person.route} - corridor for person in found]
     every = [place for some in mine for place in some]
     assert len(set(every)) == len(every)
     starts = [person.start for person in found]
@@ -63,7 +77,6 @@ def test_whatever_is_drawn_nobody_shares_a_place(ward: Ward, number: int, draw: 
     ends = [pose[:2] for task in ward.tasks.values() for pose in task]
     assert all(math.dist(start, end) >= APART for start in starts for end in ends)
     assert all(math.dist(a, b) > 2 * RADIUS for a, b in itertools.combinations(starts, 2))
-    corridor = set(places(ward)["corridor"])
     assert all(stop.wait == 0.0 for p in found for stop in p.route if stop.at in corridor)
     assert all(SLOW[0] <= (p.speed or 0.0) <= SLOW[1] for p in found if "patient" in p.name)
     assert all(p.loop and p.speed is None for p in found if "patient" not in p.name)
@@ -100,7 +113,7 @@ def test_seeds_draw_others_and_what_is_pushed_takes_turns() -> None:
     )
     assert [s.obstacles[0].name for s in frozen] == ["bed", "wheelchair", "bed"]
     assert len({tuple(p.start for p in s.people) for s in [*frozen, *drawn]}) == 6
-    assert [leg.name for leg in frozen[0].legs] == ["there", "back"]
+    assert [leg.name for leg in frozen[0].legs] == ["forth", "back"]
     assert frozen[0].legs[1].goal == frozen[0].start
     assert not any(s.people or s.obstacles for s in crowd(WARD_DAY, 0))
 
@@ -109,10 +122,10 @@ def test_seeds_draw_others_and_what_is_pushed_takes_turns() -> None:
 def test_a_floor_says_how_many_it_holds(ward: Ward) -> None:
     suite = SUITES[ward]
     with pytest.raises(
-        ClearwayError, match=rf"the floor plan '{ward.plan}' has places for (5|6|7)\d people; 400 are asked for"
+        ClearwayError, match=rf"the floor plan '{ward.plan}' has places for (32|56) people; 400 are asked for"
     ):
         crowd(suite, 400)
-    assert len(crowd(suite, 50)[0].people) == 50
+    assert len(crowd(suite, 31)[0].people) == 31
     with pytest.raises(ClearwayError, match="unknown batch 'people-many'"):
         suite.build(TIAGO, Selection(batches=("people-many",)))
     with pytest.raises(ClearwayError, match="takes place in the floor plan"):

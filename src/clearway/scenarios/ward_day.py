@@ -63,7 +63,7 @@ def _scenario(ward: Ward, name: str, number: int, speed: float, labels: LabelSpe
         name=name,
         floor_plan=ward.plan,
         start=start,
-        legs=(_leg("there", end, limit), _leg("back", start, limit)),
+        legs=(_leg("forth", end, limit), _leg("back", start, limit)),
         speed=speed,
         obstacles=(_pushed(ward, labels.repetition, key),) if number else (),
         people=people(ward, number, key),
@@ -81,7 +81,7 @@ def _pushed(ward: Ward, repetition: int, key: str) -> ObstacleSpec:
     name, shape, speed, acceleration = _PUSHED[(repetition - 1) % len(_PUSHED)]
     runs = tuple(
         RunSpec(leg=leg, path=path, speed=speed, delay=round(DELAY * draw(k, f"{ward.name} pushed {key}"), 2))
-        for k, (leg, path) in enumerate(zip(("there", "back"), ward.pushed, strict=True))
+        for k, (leg, path) in enumerate(zip(("forth", "back"), ward.pushed, strict=True))
     )
     who = OperatorSpec(acceleration=acceleration, deceleration=0.8, line_keeping=0.05)
     return ObstacleSpec(name=name, shape=shape, behaviour=who, runs=runs)

@@ -23,13 +23,15 @@ Place = tuple[float, float]
 
 RADIUS = 0.25
 """Of a person, m."""
-PITCH = 0.7
-"""Distance of neighbouring places, m: who stands there leaves 0.2 m to the next."""
+PITCH = 1.1
+"""Least distance of neighbouring places, m: between two who stand there a third gets through."""
+BY = 0.3
+"""Distance to another's disc from which one gets by, m: the own radius and one cell."""
 MARGIN = 0.15
 """Left between somebody who stands and what stands there for good, m."""
 DOOR = 0.8
 """A place is so far from where a room opens to another, m: nobody stands in a door's way."""
-APART = 1.0
+APART = 0.8
 """A place is so far from where the robot starts and goes on any task, m."""
 APPEARS = 1.5
 """A place is so far from where what is pushed comes in and leaves, m: half the diagonal of a bed, a person, 0.1 m."""
@@ -95,29 +97,54 @@ HELD_OUT = Ward(
 
 @lru_cache(maxsize=8)
 def places(ward: Ward) -> Mapping[str, tuple[Place, ...]]:
-    """Room -> the places in it where somebody may stand: off walls, doors, the robot's ends, those of what is pushed, each other."""
+    """Room -> the places in it where somebody may stand: off walls, doors, the robot's ends, those of what is pushed, each other.
+
+    Where somebody stands in each of them, a person still gets to every one.
+    """
     plan = load_floor_plan(ward.plan)
     floor = room_for([(f.shape, f.pose) for f in plan.fixtures], plan.bounds, RADIUS + MARGIN)
     rows, columns = np.indices(floor.width.shape)
     at = np.stack([floor.origin[0] + (columns + 0.5) * CELL, floor.origin[1] + (rows + 0.5) * CELL], axis=-1)
     lies_in = [_within(room, at) for room in plan.rooms]
-    reception = tuple(int((v - o) / CELL) for v, o in zip(ward.reception[::-1], floor.origin[::-1], strict=True))
-    built = ndimage.label(floor.width > 0.0)[0]
-    doorways = at[(built == built[reception]) & ~np.any(lies_in, axis=0)]  # free, and part of no room
-    free = (floor.regions == floor.regions[reception]) & (floor.width >= RADIUS + MARGIN + CELL)
     robot = [pose[:2] for ends in ward.tasks.values() for pose in ends]
+    begin = int((robot[0][1] - floor.origin[1]) / CELL), int((robot[0][0] - floor.origin[0]) / CELL)
+    built = ndimage.label(floor.width > 0.0)[0]
+    doorways = at[(built == built[begin]) & ~np.any(lies_in, axis=0)]  # free, and part of no room
+    free = (floor.regions == floor.regions[begin]) & (floor.width >= RADIUS + MARGIN + CELL)
     appears = [place for way in ward.pushed for place in (way[0], way[-1])]
     for apart, some in ((DOOR, doorways), (APART, robot), (APPEARS, appears)):
         free[free] = KDTree(some).query(at[free])[0] >= apart
+    passable = floor.width >= BY
     taken: list[Place] = []
     found: dict[str, tuple[Place, ...]] = {}
     for room, inside in zip(plan.rooms, lies_in, strict=True):
         first = len(taken)
-        for x, y in at[free & inside].round(3).tolist():
-            if all(math.dist((x, y), other) >= PITCH for other in taken):
-                taken.append((x, y))
+        cells = np.argwhere(free & inside)[::2]
+        if room.kind not in ("waiting area", "corridor"):  # the deepest first, which block the fewest
+            cells = cells[np.argsort(-KDTree(doorways).query(at[tuple(cells.T)])[0], kind="stable")]
+        for r, c in cells.tolist():
+            place = (round(float(at[r, c, 0]), 3), round(float(at[r, c, 1]), 3))
+            if any(math.dist(place, other) < PITCH for other in taken):
+                continue
+            left = passable & (np.hypot(*(at - place).transpose(2, 0, 1)) >= RADIUS + BY)
+            if room.kind == "corridor":  # nobody stays there
+                taken.append(place)
+            elif _within_reach([*taken, place], left, floor.origin, begin):
+                taken.append(place)
+                passable = left
         found[room.name] = tuple(taken[first:])
     return found
+
+
+def _within_reach(some: list[Place], passable: npt.NDArray[np.bool_], origin: Place, begin: tuple[int, ...]) -> bool:
+    """Whether one gets beside each of `some` [m] from the cell `begin` over cells that are `passable`."""
+    regions = ndimage.label(passable)[0]
+    reached, n = regions == regions[begin], math.ceil((RADIUS + BY) / CELL) + 1
+    for x, y in some:
+        r, c = int((y - origin[1]) / CELL), int((x - origin[0]) / CELL)
+        if not reached[max(r - n, 0) : r + n + 1, max(c - n, 0) : c + n + 1].any():
+            return False
+    return True
 
 
 def _within(room: Room, at: FloatArray) -> npt.NDArray[np.bool_]:

@@ -1,18 +1,15 @@
 """Who goes about in the suites `ward-day`: staff, patients and visitors, each between places of their own.
 
-A person's places are nobody else's, so that none waits for another to leave. Who comes later takes what is left: the first five of ten
-people are those of five.
+The places where somebody stays are nobody else's, so that none waits for another to leave. Who comes later takes what is left: the first
+five of ten people are those of five. Everybody has one in the waiting area, which so says how many the floor holds.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
-
-import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.scenarios.floorplan import load_floor_plan
@@ -28,7 +25,7 @@ class _Stop:
     """Where a role goes.
 
     Attributes:
-        kinds: Of rooms; where all of these are full the corridor, through which people walk, then the waiting area.
+        kinds: Of rooms; where all of these are full somebody walks down the corridor instead.
         wait: How long somebody stays, drawn evenly between the two, s.
         near: At which of the ward's places, if at one of them.
     """
@@ -65,11 +62,10 @@ _ROLES = {
         _Stop(("patient room",), (10.0, 40.0)), _Stop((_CORRIDOR,), (0.0, 0.0)), _Stop((_WAITING,), (10.0, 40.0)),
     ), SLOW),
     "outpatient": _Role((
-        _Stop((_WAITING,), (20.0, 60.0)), _Stop((_WAITING,), (5.0, 15.0), "reception"),
-        _Stop(("examination room", "bathroom"), (10.0, 30.0)),
+        _Stop((_WAITING,), (20.0, 60.0)), _Stop(("examination room",), (10.0, 30.0)),
     ), SLOW),
     "visitor": _Role((
-        _Stop((_WAITING,), (0.0, 5.0), "entrance"), _Stop(("patient room",), (20.0, 60.0)),
+        _Stop((_WAITING,), (1.0, 5.0), "entrance"), _Stop(("patient room",), (20.0, 60.0)),
     ), together=2),
 }  # fmt: skip
 _ORDER = ("staff", "inpatient", "visitor", "outpatient", "staff", "visitor", "outpatient", "outpatient")
@@ -89,16 +85,16 @@ def people(ward: Ward, number: int, key: str) -> tuple[PersonSpec, ...]:
         if len(found) == number:
             break
         draws = _Draws(f"{ward.name} {key} {turn}")
-        some = min(_ROLES[name].together, number - len(found))
+        role = _ROLES[name]
         try:
-            routes, speed = floor.routes(_ROLES[name], some, draws), draws.speed(_ROLES[name])
+            routes, speed = floor.routes(role, draws), draws.speed(role)
         except _FullError:
             raise ClearwayError(
                 f"the floor plan {ward.plan!r} has places for {len(found)} people; {number} are asked for",
                 field="batch",
             ) from None
-        group = f"visitors {count[name] // 2 + 1}" if some > 1 else ""
-        for start, route in routes:
+        group = f"visitors {count[name] // 2 + 1}" if role.together > 1 else ""
+        for start, route in routes[: number - len(found)]:
             count[name] += 1
             found.append(PersonSpec(name=f"{name} {count[name]}", start=start, route=route, loop=True, speed=speed, radius=RADIUS, group=group))  # fmt: skip
     return tuple(found)
@@ -131,44 +127,36 @@ class _Floor:
     """Places that nobody has yet."""
 
     def __init__(self, ward: Ward) -> None:
-        self._ward, self._left = ward, dict[str, list[Place]]()
-        for room in load_floor_plan(ward.plan).rooms:
-            some = places(ward)[room.name]
-            self._left.setdefault(room.kind, []).extend(some[:1] if room.kind == "bathroom" else some)
+        self._ward = ward
+        rooms = load_floor_plan(ward.plan).rooms
+        self._left = {(room.kind, room.name): list(places(ward)[room.name]) for room in rooms}
 
-    def routes(self, role: _Role, together: int, draws: _Draws) -> list[tuple[Place, tuple[StopSpec, ...]]]:
+    def routes(self, role: _Role, draws: _Draws) -> list[tuple[Place, tuple[StopSpec, ...]]]:
         """Start and route of each who goes together; half of them set out at once, the others stay for a while where they start."""
-        ways: list[list[StopSpec]] = [[] for _ in range(together)]
+        ways: list[list[StopSpec]] = [[] for _ in range(role.together)]
         for stop in role.stops:
-            kind, first = self._choose(stop, draws)
+            kind, some = self._take(stop, role.together, draws)
             wait = draws.between(*stop.wait)
-            for way, place in zip(ways, [first, *self._beside(kind, first, together - 1)], strict=True):
+            for way, place in zip(ways, some, strict=True):
                 way.append(StopSpec(at=place, wait=0.0 if kind == _CORRIDOR else wait))
-        first_stop, sets_out = draws.one_of(len(role.stops)), draws.between(0.0, 1.0) < 0.5
-        found = []
-        for way in ways:
-            turned = way[first_stop:] + way[:first_stop]
-            found.append((turned[0].at, tuple(turned[1:] + turned[:1] if sets_out else turned)))
-        return found
+        stays = [k for k, stop in enumerate(ways[0]) if stop.wait > 0.0]
+        first, sets_out = stays[draws.one_of(len(stays))], draws.between(0.0, 1.0) < 0.5
+        turned = [way[first:] + way[:first] for way in ways]
+        return [(way[0].at, tuple(way[1:] + way[:1] if sets_out else way)) for way in turned]
 
-    def _choose(self, stop: _Stop, draws: _Draws) -> tuple[str, Place]:
-        kinds = [k for k in stop.kinds if self._left.get(k)]
-        kind = kinds[draws.one_of(len(kinds))] if kinds else self._elsewhere()
-        left = self._left[kind]
-        towards = {"reception": (self._ward.reception,), "entrance": self._ward.entrances, "": ()}[stop.near]
-        if not kinds or not towards:
-            return kind, left.pop(draws.one_of(len(left)))
-        at = towards[draws.one_of(len(towards))]
-        return kind, left.pop(int(np.argmin([math.dist(at, p) for p in left])))
-
-    def _beside(self, kind: str, place: Place, count: int) -> Iterator[Place]:
-        """The next `count` places to `place`, of its kind while there are some."""
-        for _ in range(count):
-            left = self._left[kind] or self._left[self._elsewhere()]
-            yield left.pop(int(np.argmin([math.dist(place, p) for p in left])))
-
-    def _elsewhere(self) -> str:
-        for kind in (_CORRIDOR, _WAITING, *self._left):
-            if self._left.get(kind):
-                return kind
-        raise _FullError
+    def _take(self, stop: _Stop, count: int, draws: _Draws) -> tuple[str, list[Place]]:
+        """So many places beside each other, in one room, and of which kind that is; in the corridor anybody may pass."""
+        rooms = [key for key, left in self._left.items() if key[0] in stop.kinds and len(left) >= count]
+        if not rooms and _WAITING in stop.kinds:
+            raise _FullError
+        if not rooms:
+            rooms = [key for key in self._left if key[0] == _CORRIDOR]
+        near = {"reception": (self._ward.reception,), "entrance": self._ward.entrances, "": ()}[stop.near]
+        every = [(place, key) for key in rooms for place in self._left[key]]
+        at, key = every[draws.one_of(len(every))]
+        if near:
+            at = near[draws.one_of(len(near))]
+        left = sorted(self._left[key], key=lambda place: math.dist(at, place))
+        if key[0] != _CORRIDOR:
+            self._left[key] = left[count:]
+        return key[0], left[:count]
