@@ -10,7 +10,7 @@ from clearway.navigators.move_base import MoveBase
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import load_robot, robot_names
 
-DRIVEN = [name for name in robot_names() if load_robot(name).limits().kind in MoveBase.drives]
+DRIVEN = [name for name in robot_names() if (one := load_robot(name)).lidar and one.limits().kind in MoveBase.drives]
 ALL = [name + preset for name in DRIVEN for preset in ["", *(f":{p}" for p in load_robot(name).presets)]]
 
 
