@@ -21,7 +21,7 @@ from clearway.trials.store_tables import FILES, Tables
 from clearway.trials.trial import Trial
 from clearway.trials.trial_tables import from_tables
 
-SCHEMA = 8
+SCHEMA = 9
 """Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
 
 CAMPAIGN, PARTIAL = "campaign.json", ".partial"
