@@ -26,10 +26,12 @@ PATIENCE, LONGER = 90.0, 3.0
 DELAY = 10.0
 """What is pushed comes into the corridor up to so long after a leg begins, s."""
 _PUSHED = (
+    None,
     ("bed", RectangleSpec(kind="rectangle", length=2.1, width=0.96), 0.7, 0.4),
     ("wheelchair", RectangleSpec(kind="rectangle", length=1.1, width=0.7), 0.9, 0.6),
 )
-"""Name, outline, speed [m/s] and acceleration [m/s^2]; one after the other by repetition."""
+"""Name, outline, speed [m/s] and acceleration [m/s^2]; one after the other by the number of the repetition, or the seed. With nothing pushed it is
+known what people do without a robot: what is pushed goes by the robot's legs."""
 
 
 def build(robot: Robot, selection: Selection, seed: int, ward: Ward) -> Sequence[Scenario]:
@@ -65,7 +67,7 @@ def _scenario(ward: Ward, name: str, number: int, speed: float, labels: LabelSpe
         start=start,
         legs=(_leg("forth", end, limit), _leg("back", start, limit)),
         speed=speed,
-        obstacles=(_pushed(ward, labels.repetition, key),) if number else (),
+        obstacles=_pushed(ward, key) if number else (),
         people=people(ward, number, key),
         labels=labels,
         seed=seed,
@@ -76,15 +78,18 @@ def _leg(name: str, goal: PoseSpec, limit: float) -> LegSpec:
     return LegSpec(name=name, goal=goal, yaw_tolerance=math.inf, time_limit=limit)
 
 
-def _pushed(ward: Ward, repetition: int, key: str) -> ObstacleSpec:
-    """A bed or a wheelchair, once on either leg."""
-    name, shape, speed, acceleration = _PUSHED[(repetition - 1) % len(_PUSHED)]
+def _pushed(ward: Ward, key: str) -> tuple[ObstacleSpec, ...]:
+    """A bed, a wheelchair or nothing; once on either leg."""
+    what = _PUSHED[int(key[-1]) % len(_PUSHED)]
+    if what is None:
+        return ()
+    name, shape, speed, acceleration = what
     runs = tuple(
         RunSpec(leg=leg, path=path, speed=speed, delay=round(DELAY * draw(k, f"{ward.name} pushed {key}"), 2))
         for k, (leg, path) in enumerate(zip(("forth", "back"), ward.pushed, strict=True))
     )
     who = OperatorSpec(acceleration=acceleration, deceleration=0.8, line_keeping=0.05)
-    return ObstacleSpec(name=name, shape=shape, behaviour=who, runs=runs)
+    return (ObstacleSpec(name=name, shape=shape, behaviour=who, runs=runs),)
 
 
 def _suite(ward: Ward, title: str, description: str) -> Suite:

@@ -1,0 +1,73 @@
+"""How fast a ward full of people is simulated: simulated seconds per second of one core, by their number.
+
+Runs whole trials of the suite `ward-day` (world with exact contact, people by social forces, lidar, odometry; AMCL, tracker, navigator)
+after one that compiles and warms up, and measures the CPU time of the thread, so that other work on the machine does not count. A trial
+that fails early counts with the time that it lasted; people then walk on for a while, for what the robot cost them.
+
+    python benchmarks/ward_speed.py [--robot NAME] [--navigator NAME] [--people N ...] [--task NAME ...] [--json] [--smoke]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from time import thread_time
+from typing import Any
+
+AIM = 20.0
+"""Simulated seconds per second that the project aims for, among 40 people with hp-st and lidar."""
+
+
+def measure(robot_name: str, navigator: str, number: int, tasks: list[str]) -> dict[str, Any]:
+    """Run one trial of each task and return what they took."""
+    import clearway
+    from clearway.robots import load_robot
+    from clearway.scenarios.suites import Selection, load_suite
+
+    robot = load_robot(robot_name)
+    chosen = Selection(batches=(f"people-{number}",), configurations=tuple(tasks), repetitions=1)
+    scenarios = load_suite("ward-day").build(robot, chosen)
+    simulated, total, outcomes = 0.0, 0.0, []
+    for i, scenario in enumerate([scenarios[0], *scenarios]):
+        begin = thread_time()
+        trial = clearway.simulate(scenario, robot, navigator)
+        if i == 0:
+            continue
+        total += thread_time() - begin
+        simulated += float(trial.t[-1])
+        outcomes.append(trial.outcome.value)
+    return {
+        "people": number,
+        "outcomes": {o: outcomes.count(o) for o in sorted(set(outcomes))},
+        "simulated_s": simulated,
+        "cpu_s": total,
+        "simulated_s_per_s": simulated / total,
+    }
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--robot", default="tiago")
+    parser.add_argument("--navigator", default="hp-st")
+    parser.add_argument("--people", type=int, nargs="+", default=[0, 10, 40])
+    parser.add_argument("--task", nargs="+", default=["medicine", "guide", "samples"])
+    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--smoke", action="store_true", help="one task among few people: only to see that it runs")
+    given = parser.parse_args()
+    if given.smoke:
+        given.people, given.task, given.navigator = [2], ["samples"], "orca"
+    found = [measure(given.robot, given.navigator, number, given.task) for number in given.people]
+    if given.json:
+        print(json.dumps({"aim": AIM, "trials": found}))
+        return
+    print(f"{given.robot} with {given.navigator}, {', '.join(given.task)}; aim among 40 people with hp-st: {AIM:.0f}")
+    for one in found:
+        print(
+            f"  {one['people']:3d} people: {one['simulated_s_per_s']:5.1f} simulated seconds per second of one core"
+            f" ({one['simulated_s']:.0f} s, {one['outcomes']})"
+        )
+
+
+if __name__ == "__main__":
+    main()
