@@ -51,6 +51,14 @@ def test_one_of_whom_it_is_not_known_leaves_none_and_is_named():
         assert json.loads(row["not_computable"])["people_delay"] == reason
 
 
+def test_who_arrives_neither_with_robots_nor_without_is_left_out():
+    stuck = Errand(2, 0, math.nan, math.nan)
+    row = score_row(among(Errand(1, 0, 5.0, 4.0, 4.0, 3.5), stuck))
+    assert [row[n] for n in NAMES] == [1.0, 1.0, 0.5]
+    row = score_row(among(stuck))
+    assert json.loads(row["not_computable"])["people_delay"] == "nobody arrived, with robots or without"
+
+
 def test_who_gave_up_delayed_nobody_for_long():
     trial = among(Errand(1, 0, 5.0, 4.0, 4.0, 3.0))
     spans = (replace(trial.spans[0], reached=False), *trial.spans[1:])

@@ -29,8 +29,8 @@ VISITOR = walker("visitor", (13.5, 0.2), (5.0, 0.3))
 
 
 def waits(seconds: float) -> Pilot:
-    """Stands, and says that it is there after so long."""
-    return Pilot(lambda sensing: Command(0.0, 0.0, arrived=sensing.t >= seconds))
+    """Stands, and says that it is there after so long, of each leg in turn."""
+    return Pilot(lambda sensing: Command(0.0, 0.0, arrived=sensing.t >= seconds * (1 + sensing.goal.leg)))
 
 
 def stand(people: Any, seconds: float = 5.0, start: Any = STANDS, **scenario: Any) -> Trial:
@@ -41,7 +41,7 @@ def stand(people: Any, seconds: float = 5.0, start: Any = STANDS, **scenario: An
     driven = [Driver(make_robot(), pilot, navigator="test", localisation="truth") for pilot in pilots]
     trial = simulate_all(made, driven)[0]
     assert trial.outcome == "reached"
-    return replace(trial, errands=completed(made, trial.errands))
+    return replace(trial, errands=completed(made, trial.errands, trial.spans))
 
 
 @pytest.mark.parametrize("rule", ["social-force", "orca", "headed-social-force"])
@@ -82,7 +82,7 @@ def test_arrival_and_path_are_those_of_a_plain_reading_of_the_motion() -> None:
     ]
     made = make_scenario(floor_plan="ward", people=people, start=(-5.0, -2.0, 0.0), legs=[leg])
     trial = simulate_all(made, [Driver(robot, constant(0.0), navigator="test", localisation="truth")])[0]
-    errands = completed(made, [Errand(e.body, e.place, math.nan, math.nan) for e in trial.errands])
+    errands = completed(made, [Errand(e.body, e.place, math.nan, math.nan) for e in trial.errands], trial.spans)
     assert [e.place for e in errands] == [1, 0]
     first = next(k for k, b in enumerate(trial.attempt.bodies) if b.kind is BodyKind.PERSON)
     for errand in errands:
@@ -115,9 +115,9 @@ def test_what_is_known_does_not_hang_on_what_was_asked_before() -> None:
     made = make_scenario(floor_plan="ward", people=[person], start=BESIDE)
     first = next(e.body for e in stand([person]).errands)
     asked = [Errand(first, place, 0.0, 0.0) for place in (0, 2, 1)]
-    one_by_one = [completed(made, [errand])[0] for errand in asked]
+    one_by_one = [completed(made, [errand], ())[0] for errand in asked]
     without_robots._walk_of.cache_clear()
-    assert list(one_by_one) == [completed(made, [errand])[0] for errand in asked[::-1]][::-1]
+    assert list(one_by_one) == [completed(made, [errand], ())[0] for errand in asked[::-1]][::-1]
     times = [one_by_one[k].arrived_without for k in (0, 2, 1)]
     assert times == sorted(times)
     assert times[0] < times[1]
@@ -131,21 +131,24 @@ def test_who_goes_nowhere_has_no_errand() -> None:
     assert mean_delay(trial).why == "nobody there walks to a place by a decision of its own"
 
 
-def test_nobody_knows_it_where_obstacles_wait_for_the_robots_legs_or_others_drive() -> None:
+def test_obstacles_that_go_by_the_robots_legs_begin_when_they_did() -> None:
+    """A cart that a nurse meets only because the robot's second leg begins at 4 s: without robots she meets it as well."""
     legs = [{"name": n, "goal": BESIDE, "time_limit": 20.0, "arrival": "declared"} for n in ("there", "on")]
     cart = {
-        "name": "cart", "shape": {"kind": "disc", "radius": 0.2}, "runs": [{"leg": "on", "path": [(5, 0.6), (4, 0.6)], "speed": 0.3}],
+        "name": "cart", "shape": {"kind": "disc", "radius": 0.4}, "runs": [{"leg": "on", "path": [(8.0, 0.3), (5.0, 0.3)], "speed": 0.4}],
     }  # fmt: skip
-    alone = stand([VISITOR], start=BESIDE, legs=legs)
-    assert mean_delay(alone).value is not None
-    trial = stand([VISITOR], start=BESIDE, legs=legs, obstacles=[cart])
-    assert math.isnan(trial.errands[0].arrived_without)
-    assert mean_delay(trial).why == "nobody knows when visitor had arrived without robots"
-    other = {
-        "name": "robot 2",
-        "start": (5.0, 0.0, 0.0),
-        "legs": [{"name": "x", "goal": (5.0, 0.0, 0.0), "time_limit": 9.0, "arrival": "declared"}],
-    }
+    person = VISITOR | {"sees_robots": False}
+    with_cart, alone = (stand([person], 4.0, BESIDE, legs=legs, obstacles=o) for o in ([cart], []))
+    assert len(with_cart.spans) == 2
+    assert with_cart.errands[0].arrived != alone.errands[0].arrived
+    for trial in (with_cart, alone):
+        assert (mean_delay(trial).value, mean_detour(trial).value) == (0.0, 0.0)
+
+
+def test_nobody_knows_it_where_others_drive() -> None:
+    leg = {"name": "x", "goal": (5.0, 0.0, 0.0), "time_limit": 9.0, "arrival": "declared"}
+    other = {"name": "robot 2", "start": (5.0, -0.6, 0.0), "legs": [leg]}
     assert mean_delay(stand([VISITOR], start=BESIDE, robots=[other])).value is not None
     driven = stand([VISITOR], start=BESIDE, robots=[other | {"role": "other"}])
     assert math.isnan(driven.errands[0].arrived_without)
+    assert mean_delay(driven).why == "nobody knows when visitor had arrived without robots"

@@ -154,7 +154,7 @@ def run_trials(
             for (robot, name), localiser in zip(robots, localisers, strict=True)
         ]
         trials = simulate_all(first.scenario, drivers, raise_errors=raise_errors)
-        errands = completed(first.scenario, trials[0].errands)
+        errands = completed(first.scenario, trials[0].errands, trials[0].spans)
     except Exception as error:
         if raise_errors:
             raise

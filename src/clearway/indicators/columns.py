@@ -9,13 +9,14 @@ import math
 from collections.abc import Callable
 from operator import attrgetter
 
-from clearway.contract import EventKind
+from clearway.contract import BodyKind, EventKind
 from clearway.indicators import clearance, cruise, incidents, path_length
 from clearway.indicators.avoidable import avoidable, touched_body
 from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.clipping import clipped
 from clearway.indicators.column import Column, Kind
 from clearway.indicators.confirm import near_tolerance, to_confirm
+from clearway.indicators.fleet import waited_for
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.success import failure
 from clearway.trials import Trial
@@ -30,6 +31,10 @@ def _failure(trial: Trial) -> str | None:
 
 def _violations(trial: Trial) -> int:
     return sum(event.kind == EventKind.ASSUMPTION for event in trial.events)
+
+
+def _count(kind: BodyKind) -> Callable[[Trial], int]:
+    return lambda trial: sum(body.kind == kind for body in trial.attempt.bodies)
 
 
 def _touched(trial: Trial) -> str:
@@ -125,6 +130,12 @@ COLUMNS = (
     ),
     _attempted("run", Kind.WORD, "the simulation that it shares with the trials of other robots; empty: none"),
     _attempted("member", Kind.WORD, "the name of its robot there"),
+    Column("people", Kind.COUNT, "how many people are there", _count(BodyKind.PERSON)),
+    Column("other_robots", Kind.COUNT, "how many robots drive there beside it", _count(BodyKind.ROBOT)),
+    Column(
+        "waited_for", Kind.WORD,
+        "for which other robots it waited, and how long: stood within 1 m of their outline, the nearest of them counts", waited_for,
+    ),
     Column(
         "clipped", Kind.COUNT,
         "in how many control periods the base was told what it can't do (beyond its limits, the set speed among them) and did what"

@@ -18,7 +18,8 @@ from clearway.trials import Trial
 
 
 def _later(trial: Trial) -> FloatArray:
-    """(n, 2) by person: how much later it arrived, s, and how much further it walked, m.
+    """(n, 2) by person: how much later it arrived, s, and how much further it walked, m. Who arrives neither with nor without robots
+    is left out: what holds it up is something else.
 
     Raises:
         NotComputable: nobody goes anywhere, a leg was not finished, or it is not known how somebody fares with or without robots.
@@ -26,13 +27,16 @@ def _later(trial: Trial) -> FloatArray:
     finished(trial)
     if not trial.errands:
         raise NotComputable("nobody there walks to a place by a decision of its own")
-    for errand in trial.errands:
+    known = [e for e in trial.errands if not (math.isnan(e.arrived) and math.isnan(e.arrived_without))]
+    if not known:
+        raise NotComputable("nobody arrived, with robots or without")
+    for errand in known:
         name = trial.attempt.bodies[errand.body].name
         if math.isnan(errand.arrived):
             raise NotComputable(f"{name} did not arrive in two minutes after the trial")
         if math.isnan(errand.arrived_without):
             raise NotComputable(f"nobody knows when {name} had arrived without robots")
-    return np.array([(e.arrived - e.arrived_without, e.path - e.path_without) for e in trial.errands])
+    return np.array([(e.arrived - e.arrived_without, e.path - e.path_without) for e in known])
 
 
 @measure

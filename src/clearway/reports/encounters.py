@@ -2,41 +2,74 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from clearway.indicators import INDICATORS
 from clearway.reports.findings import Findings
-from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, text
+from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
 from clearway.reports.recordings import recorded
 from clearway.reports.selection import Row, label
+from clearway.statistics import mean_interval
 
-COMFORT = {"person_distance": 2, "personal_time": 1, "intimate_time": 1, "person_ttc": 1}
-"""Indicators of people, with the digits that are shown."""
+_NEARNESS = {
+    "person_distance": ("distance (m)", 2), "social_time": ("within 3.6 m (s)", 1), "personal_time": ("within 1.2 m (s)", 1),
+    "intimate_time": ("within 0.45 m (s)", 1), "person_speed": ("speed when nearest (m/s)", 2), "person_ttc": ("to collision (s)", 1),
+}  # fmt: skip
+_COST = {
+    "people_delay": ("delay (s)", 2), "people_delay_max": ("delay of the one delayed most (s)", 2), "people_detour": ("detour (m)", 2),
+}  # fmt: skip
+"""Indicators of people: how each is printed, with how many digits."""
 
 
-def people(f: Findings) -> Grid | None:
-    """How near each system came to people, by batch; None without people."""
+def people(f: Findings) -> list[Grid]:
+    """How near each system came to people and what it cost them, by batch; nothing without people."""
+    means = "Means with their 95 % intervals (t), and the worst trial; below, of how many trials: those that did not finish have none"
+    tables = (
+        _table(
+            f, _NEARNESS,
+            "People: in how many trials one was touched; the smallest distance from a person, the time within the social (3.6 m), the "
+            "personal (1.2 m) and the intimate zone (0.45 m; Hall 1966), the robot's speed when nearest, and the smallest time to collision, "
+            f"from outline to outline on the legs. {means}, nor have those in which nobody was on a collision course a time to collision.",
+        ),
+        _table(
+            f, _COST,
+            "What robots cost people: how much later they arrive, and how much further they walk, than the same people in the same scene "
+            f"without robots; the mean of a trial's people. {means}.",
+        ),
+    )  # fmt: skip
+    return [table for table in tables if table is not None]
+
+
+def _table(f: Findings, indicators: Mapping[str, tuple[str, int]], caption: str) -> Grid | None:
+    shown = {name: how for name, how in indicators.items() if any(r.get(name) is not None for r in f.rows)}
     rows: Rows = []
     for system in f.systems:
         batches: dict[str, list[Row]] = {}
         for r in f.of(system):
-            if any(r.get(name) is not None for name in COMFORT):
+            if r.get("people") or any(r.get(name) is not None for name in shown):
                 batches.setdefault(str(r["batch"]), []).append(r)
         for batch, there in batches.items():
-            cells: list[Cell | str] = [Cell(f.name(system), strong=True), batch, str(len(there))]
-            for name, digits in COMFORT.items():
-                known = [r[name] for r in there if r.get(name) is not None]
-                least = name in ("person_distance", "person_ttc")
-                worst = (min(known) if least else max(known)) if known else None
-                cells += [num(sum(known) / len(known), digits), num(worst, digits)] if known else [NONE, NONE]
-            rows.append(cells)
-    heads: Heads = [
-        text("Robot"), text("Batch"), "n", "distance (m)", "smallest", "within 1.2 m (s)", "longest", "within 0.45 m (s)", "longest",
-        "to collision (s)", "smallest",
-    ]  # fmt: skip
-    return grid(
-        "People: the smallest distance from a person, the time within the personal (1.2 m) and the intimate zone (0.45 m; Hall 1966), "
-        "and the smallest time to collision, from outline to outline on the legs; the mean of the trials, and the worst. Trials in which "
-        "nobody was on a collision course have no time to collision.",
-        heads, rows,
-    ) if rows else None  # fmt: skip
+            touched = sum(r.get("touched") == "person" for r in there)
+            cells: list[Cell | str] = [Cell(f.name(system), strong=True), batch, str(len(there)), str(touched)]
+            rows.append(cells + [_mean([r.get(name) for r in there], name, how[1]) for name, how in shown.items()])
+    heads: Heads = [text("Robot"), text("Batch"), "n", "touched", *(head for head, _ in shown.values())]
+    return grid(caption, heads, rows) if rows and shown else None
+
+
+def _mean(values: Sequence[float | None], name: str, digits: int) -> Cell:
+    """The mean of what is known, its interval, the worst, and how many that are if not all."""
+    known = np.array([v for v in values if v is not None], dtype=np.float64)
+    if not len(known):
+        return Cell(NONE)
+    about, indicator = [], INDICATORS[name]
+    if (interval := mean_interval(known, bounds=indicator.bounds)) is not None:
+        about.append(span(interval.low, interval.high, digits))
+    about.append(f"worst {num(float(known.min() if indicator.better == 'higher' else known.max()), digits)}")
+    if len(known) < len(values):
+        about.append(f"of {len(known)}")
+    return Cell(num(float(known.mean()), digits), "\n".join(about))
 
 
 def incidents(f: Findings) -> Grid | None:

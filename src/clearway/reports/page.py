@@ -28,8 +28,10 @@ from clearway.reports import (
     causes,
     charts,
     conditions,
+    crowding,
     decision_time,
     encounters,
+    fleets,
     head_to_head,
     outcomes,
     paper,
@@ -133,6 +135,7 @@ def build(results: Results, folder: Path) -> None:
         beside=outcomes.beside(f),
         space=outcomes.space(f),
         people=encounters.people(f),
+        fleets=fleets.fleets(f, fleets.runs(f)),
         incidents=encounters.incidents(f),
         significance=[g for s in f.systems if (g := outcomes.significance(f, s))],
         normality=outcomes.normality(f),
@@ -211,6 +214,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
         "barn": [],
         "rescue": [],
         "thoughts": [],
+        "people": [],
     }
 
     def keep(section: str, name: str, title: str, drawn: Any) -> None:
@@ -257,6 +261,17 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
             strip = strips.strips(f.rows, f.name, (indicator,), f.tolerances)
             if strip is not None:
                 keep("strips", f"strips-{indicator.lower().replace('_', '-')}", f"{indicator} of every trial", strip)
+        if (distances := crowding.distances(f)) is not None:
+            keep("people", "person-distance", "Smallest distance from a person", distances)
+        for suite in f.asked(Section.BY_NUMBER):
+            for column, words in crowding.COUNTED.items():
+                if (curves := crowding.by_number(f, suite, column)) is not None:
+                    keep(
+                        "people",
+                        f"by-{_slug(f'{words} {suite}')}",
+                        f"{f.suites[suite].title} by number of {words}",
+                        curves,
+                    )
         if f.correlated:
             titles = {key[0]: f.title(key[0]) for key in f.matrices}
             keep("correlations", "correlations", "Correlations", charts.correlations(f.matrices, titles))

@@ -31,7 +31,7 @@ from clearway.scenarios.meeting_places import (
     starts,
 )
 from clearway.scenarios.scenario import LabelSpec, LegSpec, RobotSpec, Scenario
-from clearway.scenarios.suite import Generator, Selection, Suite, scenario_seed, variations
+from clearway.scenarios.suite import Generator, Section, Selection, Suite, scenario_seed, variations
 
 NUMBERS = (2, 4, 8, 16, 32)
 REPETITIONS = 3
@@ -135,6 +135,7 @@ def _suite(geometry: Geometry, title: str, description: str) -> Suite:
         make=make,
         family="meeting-points",
         robots=("tiago",),
+        report=(Section.BY_NUMBER,),
         floor_plans=floor_plans(geometry),
         generator=Generator(lambda selection: (), lambda: None, make),
     )

@@ -23,7 +23,7 @@ from clearway.scenarios.sar_draws import CASES, Case
 from clearway.scenarios.sar_rules import SPEED, TASK, Layout
 from clearway.scenarios.sar_team_draws import KINDS, MOST, TEAM, TeamLayout, draw
 from clearway.scenarios.scenario import DisturbanceSpec, LabelSpec, LegSpec, RobotSpec, Scenario
-from clearway.scenarios.suite import Generator, Selection, Suite, draw_label, scenario_seed
+from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed
 
 FROZEN = 10
 """Scenarios of each batch and number of robots."""
@@ -151,5 +151,6 @@ SAR_TEAM = Suite(
     partial(build, drawn=_GENERATOR),
     family="search-and-rescue",
     robots=(RESCUE,),
+    report=(Section.BY_NUMBER,),
     generator=_GENERATOR,
 )

@@ -121,6 +121,8 @@ class Section(StrEnum):
     """World by world beside the runs of move_base that the BARN Challenge published."""
     RESCUE = "search-and-rescue"
     """Tables and figures as those of Rado et al. 2025: scenario by scenario, beside the clairvoyant, why trials failed."""
+    BY_NUMBER = "by-number"
+    """Curves by how many people or other robots are there: of a suite whose tests are the same but for that."""
 
 
 @dataclass(frozen=True, slots=True)

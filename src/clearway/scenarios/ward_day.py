@@ -16,7 +16,16 @@ from clearway.quantities import PoseSpec
 from clearway.robots import Robot
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.scenario import LabelSpec, LegSpec, ObstacleSpec, RectangleSpec, RunSpec, Scenario
-from clearway.scenarios.suite import Generator, Selection, Suite, draw, refuse_speeds, scenario_seed, variations
+from clearway.scenarios.suite import (
+    Generator,
+    Section,
+    Selection,
+    Suite,
+    draw,
+    refuse_speeds,
+    scenario_seed,
+    variations,
+)
 from clearway.scenarios.ward_floors import HELD_OUT, WARD, Ward
 from clearway.scenarios.ward_people import people
 
@@ -103,7 +112,7 @@ def _suite(ward: Ward, title: str, description: str) -> Suite:
         make=make,
         family="ward-day",
         robots=("tiago", "hosbot"),
-        report=(),
+        report=(Section.BY_NUMBER,),
         generator=Generator(lambda selection: (), lambda: None, make),
         source="A day in a hospital ward, of our own making: tasks, people and their ways are taken from no paper, patients walk as slowly as"
         " measured in hospitals (Peel, Kuys, Klein 2013). The batches are numbers of people. No figures of others stand beside it.",

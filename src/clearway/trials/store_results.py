@@ -57,6 +57,16 @@ class Results:
         """Wall-clock figures: a row a trial (`trial`) and figure (`name`, `value`)."""
         return _reading(self.path / FILES["timing"].path, pq.read_table)
 
+    @property
+    def runs(self) -> dict[str, list[int]]:
+        """The numbers of the trials of each simulation that several robots share, by the column `run`; what they did together
+        `clearway.indicators.fleet` tells."""
+        found: dict[str, list[int]] = {}
+        for number, run in enumerate(self.trials["run"].to_pylist() if "run" in self.trials.column_names else ()):
+            if run:
+                found.setdefault(run, []).append(number)
+        return found
+
     def __len__(self) -> int:
         return int(self.campaign["trials"])
 
