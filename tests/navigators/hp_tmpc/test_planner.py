@@ -95,7 +95,8 @@ def test_a_path_is_clear_of_discs_and_ends_where_it_says(discs: np.ndarray) -> N
 @settings(max_examples=120)
 def test_it_never_crosses_itself(discs: np.ndarray) -> None:
     path = plan(discs)
-    for pieces in (path.pieces, path.other):
+    covered = path.status & (START_COVERED | TARGET_COVERED)  # then the longer one may
+    for pieces in (path.pieces,) if covered else (path.pieces, path.other):
         if len(pieces) > 1:
             assert shapely.LineString(polyline(pieces, 0.02)).simplify(1e-7).is_simple
 

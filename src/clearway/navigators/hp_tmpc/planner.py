@@ -48,7 +48,8 @@ class Path(NamedTuple):
         pieces: (k, 7) x0, y0, x1, y1 [m], centre x, y [m], turn [rad] (> 0 counter-clockwise; 0: straight).
         length: Exact length, m.
         side: 1 passes the first obstacle on its left (as seen from the start), -1 on its right, 0 goes straight.
-        other: (k2, 7) the best path of the other side; empty if there is none.
+        other: (k2, 7) the best path of the other side; empty if there is none. From a covered start or to a covered target it
+            may go round discs so as to cross itself.
     """
 
     status: int
