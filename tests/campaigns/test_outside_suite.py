@@ -16,6 +16,8 @@ from clearway.scenarios import floorplan
 from clearway.scenarios.suite import Section
 from clearway.scenarios.suites import load_suite, suite_names
 
+pytestmark = pytest.mark.slow
+
 DRIVES = f"{Path(__file__).with_name('own_navigators.py')}:Drives"
 SUITE = """
 from clearway.robots import Robot

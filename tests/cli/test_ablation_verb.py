@@ -10,6 +10,8 @@ from command_line import Shell
 
 import clearway
 
+pytestmark = pytest.mark.slow
+
 TRIES = f"{Path(__file__).parents[1] / 'campaigns' / 'dodging_variants.py'}:Tries"
 FEW = ("sar-case2", "--seeds", "0:3", "--workers", "1")
 

@@ -53,6 +53,7 @@ def shell(*words: object, **environment: str) -> subprocess.CompletedProcess[str
     return subprocess.run(said, capture_output=True, text=True, timeout=120, env=os.environ | environment, check=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("verb", ["check", "run"])
 def test_json_stands_alone_whatever_a_navigator_prints(tmp_path: Path, verb: str) -> None:
     (tmp_path / "talker.py").write_text(TALKER)

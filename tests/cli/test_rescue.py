@@ -9,6 +9,8 @@ import pyarrow.parquet as pq
 import pytest
 from command_line import Shell
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize(
     ("suite", "seeds", "said"),

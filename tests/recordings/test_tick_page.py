@@ -12,6 +12,8 @@ import pytest
 from clearway.recordings.lab.plan_file import load_test_plan
 from clearway.recordings.protocol.tick_page import tick_page
 
+pytestmark = pytest.mark.slow
+
 EVIL = "</script><script>document.title='pwned'</script>"
 PLAN = f"""
 test = {{ suite = "own \\"{EVIL}", ticks = "ticks.json" }}

@@ -12,6 +12,8 @@ import clearway
 from clearway.errors import ClearwayError
 from clearway.recordings.lab.plan_file import load_test_plan
 
+pytestmark = pytest.mark.slow
+
 PLAN = """
 sources.capture = { format = "tum", frame.same = true }
 video = { files = "film/{number:02d}*", offset = 2.5 }

@@ -23,6 +23,8 @@ from clearway.statistics import mcnemar
 from clearway.trials import Attempt, Body, Event, Labels, Leg, Outcome, Span, Trial
 from clearway.trials.store import Results, TrialStore, write_partial
 
+pytestmark = pytest.mark.slow
+
 FULL, VARIANT, OTHER = "hp-st[guarantee=none]", "hp-st[guarantee=none,without=reverse]", "hp-tmpc"
 
 
