@@ -94,6 +94,7 @@ def test_where_nothing_fits_it_is_lost_and_the_rest_is_not() -> None:
     assert any("lost from 5.0 s to" in note for note in found.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "problem"),
     [

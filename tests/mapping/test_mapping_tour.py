@@ -13,6 +13,8 @@ from clearway.mapping.tour import plan_tour
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 
+pytestmark = pytest.mark.slow
+
 PLAN = """
 name = "flat"
 a = [1.0, 1.0, 0.0]

@@ -16,6 +16,8 @@ from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.planner import Plan, Planner
 from clearway.stand_ins import stand_ins
 
+pytestmark = pytest.mark.slow
+
 AREA = np.array((-3.0, -4.0, 9.0, 4.0))
 FREE = np.empty((0, 3))
 START, GOAL = np.zeros(2), np.array((6.0, 0.0))

@@ -103,6 +103,7 @@ def test_turns_round_on_the_spot_for_a_goal_behind():
     assert poses[:, 0].max() < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["pattern-search", "genetic"])
 def test_the_papers_own_solvers_arrive_within_a_budget(solver):
     rows = [(1.2, 0.05, 0.35)]
