@@ -23,6 +23,7 @@ import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle
+from clearway.quantities import PoseSpec
 from clearway.robots import Robot
 from clearway.scenarios.plan import Fixture, FloorPlan
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
@@ -174,23 +175,27 @@ def _batch(world: World) -> str:
     return "official" if world.official else "other"
 
 
-def _scenario(suite: str, world: World, speed: float, repetition: int, seed: int) -> Scenario:
-    task = TASKS[suite]
-    name = f"{suite}-{world.number}-v{speed:g}-r{repetition}"
-    leg = LegSpec(
+def course(goal: PoseSpec, arrival: float) -> LegSpec:
+    """A world's one leg by the challenge's rules: to within `arrival` [m] of `goal` by the true position, with any heading."""
+    return LegSpec(
         name="course",
-        goal=task.goal,
-        xy_tolerance=task.arrival,
+        goal=goal,
+        xy_tolerance=arrival,
         yaw_tolerance=math.inf,
         time_limit=TIME_LIMIT,
         arrival="measured",
         clock_starts_after=CLOCK_STARTS_AFTER,
     )
+
+
+def _scenario(suite: str, world: World, speed: float, repetition: int, seed: int) -> Scenario:
+    task = TASKS[suite]
+    name = f"{suite}-{world.number}-v{speed:g}-r{repetition}"
     return Scenario(
         name=name,
         floor_plan=f"barn-{world.number}",
         start=task.start,
-        legs=(leg,),
+        legs=(course(task.goal, task.arrival),),
         speed=speed,
         labels=LabelSpec(
             suite=suite, batch=_batch(world), configuration=f"world-{world.number}", repetition=repetition

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import gzip
 import json
-import math
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -25,9 +24,9 @@ import numpy as np
 from clearway.errors import ClearwayError
 from clearway.geometry.distance import clearance
 from clearway.robots import Robot
-from clearway.scenarios.barn import CLOCK_STARTS_AFTER, PLACEMENT, SPEED, TIME_LIMIT
+from clearway.scenarios.barn import PLACEMENT, SPEED, course
 from clearway.scenarios.plan import FloorPlan
-from clearway.scenarios.scenario import DiscSpec, LabelSpec, LegSpec, ObstacleSpec, Scenario
+from clearway.scenarios.scenario import DiscSpec, LabelSpec, ObstacleSpec, Scenario
 from clearway.scenarios.spline import SplineSpec, position
 from clearway.scenarios.suite import Selection, Suite, draw, refuse_speeds, scenario_seed
 
@@ -117,20 +116,11 @@ def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
 def _scenario(robot: Robot, world: World, speed: float, repetition: int, seed: int) -> Scenario:
     name = f"dynabarn-{world.number}-v{speed:g}-r{repetition}"
     own = scenario_seed(seed, name)
-    leg = LegSpec(
-        name="course",
-        goal=GOAL,
-        xy_tolerance=ARRIVAL,
-        yaw_tolerance=math.inf,
-        time_limit=TIME_LIMIT,
-        arrival="measured",
-        clock_starts_after=CLOCK_STARTS_AFTER,
-    )
     return Scenario(
         name=name,
         floor_plan="dynabarn",
         start=START,
-        legs=(leg,),
+        legs=(course(GOAL, ARRIVAL),),
         speed=speed,
         obstacles=world.after(_begun(robot, world, own)),
         labels=LabelSpec(

@@ -31,7 +31,7 @@ from clearway.scenarios.meeting_places import (
     starts,
 )
 from clearway.scenarios.scenario import LabelSpec, LegSpec, RobotSpec, Scenario
-from clearway.scenarios.suite import Generator, Section, Selection, Suite, scenario_seed, variations
+from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed, variations
 
 NUMBERS = (2, 4, 8, 16, 32)
 REPETITIONS = 3
@@ -137,7 +137,7 @@ def _suite(geometry: Geometry, title: str, description: str) -> Suite:
         robots=("tiago",),
         report=(Section.BY_NUMBER,),
         floor_plans=floor_plans(geometry),
-        generator=Generator(lambda selection: (), lambda: None, make),
+        generator=without_drawing(make),
     )
 
 

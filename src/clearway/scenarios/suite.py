@@ -106,6 +106,11 @@ class Generator:
             del self.drawn[next(iter(self.drawn))]
 
 
+def without_drawing(build: Callable[[Robot, Selection, int], Sequence[Scenario]]) -> Generator:
+    """Of a suite whose `build` makes the scenarios of `Selection.seeds` at once: nothing is drawn beforehand."""
+    return Generator(lambda selection: (), lambda: None, build)
+
+
 MOST_HELD = 256
 """What a generator has at hand of what it has drawn."""
 

@@ -17,7 +17,6 @@ from clearway.robots import Robot
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.scenario import LabelSpec, LegSpec, ObstacleSpec, RectangleSpec, RunSpec, Scenario
 from clearway.scenarios.suite import (
-    Generator,
     Section,
     Selection,
     Suite,
@@ -113,7 +112,7 @@ def _suite(ward: Ward, title: str, description: str) -> Suite:
         family="ward-day",
         robots=("tiago", "hosbot"),
         report=(Section.BY_NUMBER,),
-        generator=Generator(lambda selection: (), lambda: None, make),
+        generator=without_drawing(make),
         source="A day in a hospital ward, of our own making: tasks, people and their ways are taken from no paper, patients walk as slowly as"
         " measured in hospitals (Peel, Kuys, Klein 2013). The batches are numbers of people. No figures of others stand beside it.",
     )
