@@ -31,7 +31,7 @@ from clearway.scenarios.meeting_places import (
     starts,
 )
 from clearway.scenarios.scenario import LabelSpec, LegSpec, RobotSpec, Scenario
-from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed, variations
+from clearway.scenarios.suite import Section, Selection, Suite, scenario_seed, variations, without_drawing
 
 NUMBERS = (2, 4, 8, 16, 32)
 REPETITIONS = 3

@@ -24,6 +24,7 @@ from clearway.scenarios.suite import (
     refuse_speeds,
     scenario_seed,
     variations,
+    without_drawing,
 )
 from clearway.scenarios.ward_floors import HELD_OUT, WARD, Ward
 from clearway.scenarios.ward_people import people
