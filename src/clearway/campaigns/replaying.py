@@ -33,19 +33,7 @@ def replay_of(
     bodies: Sequence[str] = (),
     format: str | None = None,
 ) -> Replay:
-    """The people of a recording, and the robot's task among them.
-
-    Args:
-        file: The recording; x and y are on the floor, in metres.
-        start: Where the robot starts, in the recording's frame: x, y [m], theta [rad].
-        goal: Where it goes: x, y [m], and theta [rad] unless its heading there is free.
-        at: When it starts, s on the recording's clock; empty: at ten times.
-        bodies: Who of the recording, as `clearway import --body` names them; empty: everything that moves.
-        format: As what to read it; None: as it looks.
-
-    Raises:
-        ClearwayError: the file can't be read, nobody walks in it, somebody moves as nobody can, or a pose is none.
-    """
+    """As `clearway.recorded_people` says, to which it gives what was given."""
     begin = _pose(start, "start", (3,))
     end = _pose(goal, "goal", (2, 3))
     if len(at) > MOST_TIMES:
