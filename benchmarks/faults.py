@@ -8,6 +8,7 @@ python benchmarks/faults.py --only plans --tries 1000   # broken test plans: wha
 python benchmarks/faults.py --only navigators      # navigators that misbehave
 python benchmarks/faults.py --only damages         # results directories that were damaged
 python benchmarks/faults.py --only kills           # kills at every stage, gone on with to the same bytes
+python benchmarks/faults.py --only kills --every 7 # one in seven of these
 python benchmarks/faults.py --smoke                # a few of each
 """
 
@@ -25,7 +26,7 @@ SECTIONS: dict[str, Callable[[argparse.Namespace], list[Count]]] = {
     "recordings": lambda asked: recordings.measure(100 if asked.smoke else asked.tries, asked.seed),
     "plans": lambda asked: plans.measure(30 if asked.smoke else asked.tries, asked.seed),
     "navigators": lambda asked: navigators.measure(asked.smoke),
-    "kills": lambda asked: kills.measure(asked.smoke),
+    "kills": lambda asked: kills.measure(asked.smoke, asked.every),
     "damages": lambda asked: damages.measure(asked.smoke),
 }
 """What may be asked for by `--only`, in the order of the table."""
@@ -35,6 +36,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=list(SECTIONS), help="repeatable; default: all")
     parser.add_argument("--tries", type=int, default=1000, help="how many mutated files")
+    parser.add_argument("--every", type=int, default=1, help="of the kills one in so many")
     parser.add_argument("--seed", type=int, default=0, help="of what is drawn")
     parser.add_argument("--smoke", action="store_true", help="a few of each")
     asked = parser.parse_args()

@@ -103,7 +103,7 @@ def record(horizon: int, scenes: int = 2, steps: int = 150, control_horizon: int
             area = np.array((0.25, 0.25, task["size"] - 0.25, task["size"] - 0.25))
             now = Problem(
                 start=pose.copy(), previous=last.copy(), reference=reference, nominal=each((0.5 * v_max, 0.0)),
-                rows=rows, counts=counts, centre=pose[:2].copy(), reach=each(robot["camera"]["range"] - rho),
+                rows=rows, counts=counts, passed=np.zeros((0, 3)), decay=1.0, centre=pose[:2].copy(), reach=each(robot["camera"]["range"] - rho),
                 area=each(area), low=each((0.0, -omega_max)), high=each((v_max, omega_max)),
                 smooth=each(own["input_change"]), discount=discounts(horizon, own["w1"], step, False),
                 effort=float(own["w2"]), heading_weight=float(own["heading_weight"]), period=c, exact=True,

@@ -20,11 +20,12 @@ from clearway.indicators import row_schema
 from clearway.recordings.formats.table_spec import TableSpec
 from clearway.recordings.lab.test_plan import TestPlan
 from clearway.scenarios.files import floor_plan_schema, robot_schema, scenario_schema, schema_of, suite_schema
+from clearway.statistics import Criteria
 from clearway.trials.store import results_schema
 
 PAGE, PYTHON = (Path(__file__).with_name(name) for name in ("reference.md", "python.md"))
 VERBS = (
-    "run", "rerun", "protocol", "import", "score", "localise", "map", "report", "replay", "export", "compare", "list", "check", "schema", "samples", "examples",
+    "run", "merge", "rerun", "break", "tune", "protocol", "import", "score", "localise", "map", "accept", "report", "replay", "export", "compare", "requirement", "list", "check", "schema", "samples", "examples",
 )  # fmt: skip
 
 
@@ -32,13 +33,13 @@ def page() -> str:
     """The whole page as Markdown."""
     parts = ["# Reference", "Made by `python docs/make_reference.py`; do not edit.", "## Command line"]
     parts += [
-        "Exit codes: 0 done; 1 done, but a check found something, a navigator failed, a recording cannot be used or a rerun has other bits; 2 wrong input; 130 interrupted."
+        "Exit codes: 0 done; 1 done, but a check found something, a search found a break, a navigator failed, a recording cannot be used or a rerun has other bits; 2 wrong input; 130 interrupted. Of `accept`: 0 accepted; 1 rejected; 2 go on; 64 wrong input; 70 an error of Clearway."
     ]
     parts += [f"### `clearway {verb}`\n\n```text\n{_help(verb)}\n```" for verb in VERBS]
     parts += ["## Columns of trials.parquet and trials.csv", _columns()]
     schemas = {
         "scenario": scenario_schema(), "suite": suite_schema(), "robot": robot_schema(), "floor-plan": floor_plan_schema(),
-        "test-plan": schema_of(TestPlan), "table": schema_of(TableSpec),
+        "test-plan": schema_of(TestPlan), "table": schema_of(TableSpec), "criteria": schema_of(Criteria),
     }  # fmt: skip
     for title, schema in schemas.items():
         parts += [f"## Fields of a {title} file", f"As JSON Schema: `clearway schema {title}`.", _fields(schema)]

@@ -25,7 +25,7 @@ ROBOTS = ROOT / "src" / "clearway" / "robots"
 SECONDS = 10.0
 """Of processor time that a file may take."""
 
-SEEDS = {
+SEEDS: dict[str, Path | str] = {
     "scenario": EXAMPLES / "my_corridor.toml",
     "suite": EXAMPLES / "my_suite.toml",
     "robot": EXAMPLES / "my_robot.toml",
@@ -33,10 +33,11 @@ SEEDS = {
     "test plan": EXAMPLES / "06_score_recordings" / "plan.toml",
     "map": PLANS / "hall.yaml",
     "image": PLANS / "hall.pgm",
-    "campaign.json": None,
+    "campaign.json": json.dumps(good.CAMPAIGN),
+    "people and robots": good.COMPANY,
+    "track": good.TRACK,
 }
-"""The file that is mutated, by kind."""
-CAMPAIGN = json.dumps(good.CAMPAIGN).encode()
+"""The file that is mutated, by kind, or what stands in it."""
 
 VALUES = (
     "true", "nan", "inf", "-inf", "0", "-1", "1e300", "-1e300", "1e-300", "1e9", "9223372036854775807", "9" * 30, '""', '"x"',
@@ -130,6 +131,15 @@ MUTATIONS: tuple[Callable[[bytes, random.Random], bytes], ...] = (
 )  # fmt: skip
 
 
+NAMED = {
+    "map": ("map.yaml", "map.yaml"),
+    "image": ("hall.pgm", "hall.yaml"),
+    "campaign.json": ("campaign.json", "campaign.json"),
+    "track": ("mutated.csv", "company.toml"),
+}
+"""The file that a mutated one becomes, and the one that is read, by kind; of others both are the same."""
+
+
 class Target:
     """Reads mutated files of every kind as `clearway check` and `clearway run --resume` do.
 
@@ -142,7 +152,11 @@ class Target:
         shutil.copy(EXAMPLES / "my_corridor.toml", folder)
         for name in ("hall.yaml", "hall.pgm"):
             shutil.copy(PLANS / name, folder)
-        self._good = {kind: CAMPAIGN if file is None else file.read_bytes() for kind, file in SEEDS.items()}
+        (folder / "walk.csv").write_text(good.TRACK)
+        (folder / "company.toml").write_text(good.COMPANY.replace("walk.csv", "mutated.csv"))
+        self._good = {
+            kind: file.read_bytes() if isinstance(file, Path) else file.encode() for kind, file in SEEDS.items()
+        }
 
     def try_one(self, kind: str, seed: int) -> str | None:
         """Read one mutated file.
@@ -165,14 +179,12 @@ class Target:
         return None
 
     def _read(self, kind: str, text: bytes) -> list[ClearwayError]:
-        file = self._folder / {"map": "map.yaml", "image": "hall.pgm", "campaign.json": "campaign.json"}.get(
-            kind, "it.toml"
-        )
-        file.write_bytes(text)
+        name, read = NAMED.get(kind, ("it.toml", "it.toml"))
+        (self._folder / name).write_bytes(text)
         if kind == "campaign.json":
             planned(self._folder)
             return []
-        return check_file(self._folder / "hall.yaml" if kind == "image" else file, self._robot)
+        return check_file(self._folder / read, self._robot)
 
 
 def drawn(tries: int, seed: int) -> Iterator[tuple[str, int]]:

@@ -39,27 +39,31 @@ STAGES: dict[str, Callable[[Path, int], bool]] = {
 }
 
 
-def measure(smoke: bool) -> list[Count]:
+def kills(smoke: bool, every: int = 1) -> list[tuple[str, str, signal.Signals]]:
+    """At which stage who is killed by what: all, each of `every`, or in a smoke run one a stage."""
+    found = [
+        (stage, whom, number)
+        for stage in STAGES
+        for whom in WHOM
+        for number in SIGNALS
+        if (stage, whom) != ("reporting", "worker")
+    ]
+    return [kill for kill in found if kill[1:] == ("parent", signal.SIGKILL)] if smoke else found[::every]
+
+
+def measure(smoke: bool, every: int = 1) -> list[Count]:
+    """Try every kill, or those of `kills`."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         subprocess.run([*CLEARWAY, *CAMPAIGN, "--out", str(folder / "whole")], check=True, capture_output=True)
         wanted = contents(folder / "whole")
-        counts = []
-        for stage in STAGES:
-            count = Count(f"kill while {stage}")
-            for whom in WHOM:
-                for number in SIGNALS:
-                    if (smoke and (whom, number) != ("parent", signal.SIGKILL)) or (stage, whom) == (
-                        "reporting",
-                        "worker",
-                    ):
-                        continue
-                    wrong, lived = _wrong(folder, stage, whom, number, wanted)
-                    after = "" if whom == "worker" else f", the last process gone after {lived:.2f} s"
-                    print(f"{stage}, {whom}, {number.name}: {wrong or 'survived'}{after}", file=sys.stderr, flush=True)
-                    count.add(f"{whom}, {number.name}", wrong)
-            counts.append(count)
-    return counts
+        counts: dict[str, Count] = {}
+        for stage, whom, number in kills(smoke, every):
+            wrong, lived = _wrong(folder, stage, whom, number, wanted)
+            after = "" if whom == "worker" else f", the last process gone after {lived:.2f} s"
+            print(f"{stage}, {whom}, {number.name}: {wrong or 'survived'}{after}", file=sys.stderr, flush=True)
+            counts.setdefault(stage, Count(f"kill while {stage}")).add(f"{whom}, {number.name}", wrong)
+    return list(counts.values())
 
 
 def _wrong(

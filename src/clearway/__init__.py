@@ -11,14 +11,31 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from clearway.api import Results, compare, open_results, recorded_people, rerun, resume, run, score, simulate
+    from clearway.api import (
+        Results,
+        accept,
+        acceptance_plan,
+        check_parameters,
+        compare,
+        find_breaks,
+        merge,
+        open_results,
+        recorded_people,
+        requirement,
+        rerun,
+        resume,
+        run,
+        score,
+        simulate,
+        tune,
+    )
     from clearway.errors import ClearwayError
 
     __version__: str
 
 __all__ = [
-    "ClearwayError", "Results", "__version__", "compare", "open_results", "recorded_people", "rerun", "resume", "run", "score",
-    "simulate",
+    "ClearwayError", "Results", "__version__", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "merge", "open_results", "recorded_people",
+    "requirement", "rerun", "resume", "run", "score", "simulate", "tune",
 ]  # fmt: skip
 
 

@@ -307,7 +307,10 @@ class Navigator(Protocol):
       `differential` ones;
     - `read_parameters(robot)`, which reads what the robot's file holds for it and raises a `ClearwayError` where that is
       wrong (`clearway.robots.RobotTable` does both): it is asked before the first trial runs;
+    - `files(**options)`, a classmethod that is given the constructor's options: paths of the files among them whose content
+      decides what it does, so that resuming and rerunning notice when one has changed;
     - `diagnostics() -> Diagnostics`, asked for now and then;
+    - `close()`, called when it is needed no more, however its trial ended;
     - `privileged = True`, which gives it `Task.obstacle_oracle` and a label in every table;
     - `tuned_on`, a tuple of `clearway.tuning.TunedOn`: on which tests its parameters were chosen, which every table tells
       beside its results there; `()` for none.

@@ -11,7 +11,7 @@ import importlib.util
 import os
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -34,11 +34,14 @@ class Registry:
         group: The entry-point group under which other packages register theirs.
         shipped: Name -> address of those that come with Clearway, known even where no package metadata is installed
             (a source checkout on the path).
+        schemes: What an address may begin with, before a colon, instead of a module -> address of the function that is given
+            the rest of it and returns the thing.
     """
 
     kind: str
     group: str
     shipped: Mapping[str, str]
+    schemes: Mapping[str, str] = field(default_factory=dict)
 
     def addresses(self) -> dict[str, str]:
         """Name -> address of all of them.
@@ -89,6 +92,8 @@ class Registry:
         """
         if (handed := given(which)) is not None:
             return handed.thing
+        if (scheme := self.scheme_of(which)) is not None:
+            return self._at(self.schemes[scheme])(which.removeprefix(f"{scheme}:"))
         if ":" in which:
             return self._at(which)
         addresses = self.addresses()
@@ -97,6 +102,11 @@ class Registry:
         if which not in addresses:
             raise unknown(self.kind, which, addresses)
         return self._at(addresses[which])
+
+    def scheme_of(self, which: str) -> str | None:
+        """What of `schemes` an address begins with; None: nothing."""
+        scheme, colon, _ = which.partition(":")
+        return scheme if colon and scheme in self.schemes else None
 
     def _half_an_address(self, which: str, known: Iterable[str]) -> ClearwayError:
         """The error for a file or module of which nothing is named."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import importlib
 import json
 import os
 import random
@@ -19,10 +20,11 @@ import pytest
 
 import clearway.robots
 import clearway.world
-from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign
+from clearway.campaigns import CampaignPlan, planned, resume_campaign, run_campaign, source
 from clearway.campaigns.drawing import drawn
 from clearway.campaigns.plan import TrialSpec
-from clearway.campaigns.plan_checks import check_plan
+from clearway.campaigns.plan_checks import _cannot_be_made, check_plan
+from clearway.campaigns.pool import Fate
 from clearway.campaigns.provenance import asked_of_plan
 from clearway.campaigns.worker import run_trials
 from clearway.errors import ClearwayError
@@ -282,6 +284,34 @@ def test_what_is_in_a_floor_plan_counts_on_resuming(tmp_path: Path) -> None:
     assert {name for name in before if before[name] != after[name]} == {"floor_plans"}
 
 
+LONE = """
+name = "x"
+floor_plan = "hall"
+start = [-2.0, 0.0, 0.0]
+speed = 0.5
+[[legs]]
+name = "forth"
+goal = [2.0, 0.0, 0.0]
+time_limit = 60.0
+"""
+
+
+def test_the_body_of_a_robot_that_an_obstacle_has_counts_on_resuming(tmp_path: Path) -> None:
+    own, file = tmp_path / "scenario.toml", robot_file(tmp_path, name="mine")
+    bodies = "".join(
+        f'[[obstacles]]\nname = "{which}"\npose = [0.0, {y}, 0.0]\nshape = {{ kind = "robot", robot = "{which}" }}\n'
+        for which, y in (("mine.toml", 1.5), ("hosbot", 3.0))
+    )
+    own.write_text(LONE + bodies)
+    asked = CampaignPlan((str(own),), robots=("tiago",), navigators=(f"{OWN}:Drives",))
+    before = asked_of_plan(asked, asked.specs())
+    assert list(before["bodies"]) == [str(file)]
+    time.sleep(0.01)
+    robot_file(tmp_path, name="mine", d_base=0.6)
+    after = asked_of_plan(asked, asked.specs())
+    assert {name for name in before if before[name] != after[name]} == {"bodies"}
+
+
 def test_resuming_takes_the_plan_along_and_keeps_what_is_done(tmp_path: Path) -> None:
     whole = tmp_path / "whole"
     run_campaign(plan(), whole, 1)
@@ -397,6 +427,21 @@ def test_a_robot_with_the_name_of_another_is_refused(tmp_path: Path) -> None:
     assert dataclasses.replace(plan(), robots=("tiago", str(robot_file(tmp_path, name="mine", d_base=0.6)))).specs()
 
 
+def test_a_robot_of_a_scenario_with_the_name_of_another_is_refused(tmp_path: Path) -> None:
+    """Else its trials would be pooled with those of the other, and told with its parameters."""
+    own = tmp_path / "scenario.toml"
+    file = robot_file(tmp_path, d_base=0.6)
+    legs = 'legs = [{ name = "back", goal = [-2.0, 2.0, 0.0], time_limit = 60.0 }]\n'
+    own.write_text(LONE + f'[[robots]]\nname = "east"\nstart = [2.0, 2.0, 3.1]\nrobot = "mine.toml"\n{legs}')
+    asked = CampaignPlan((str(own),), robots=("tiago",), navigators=(f"{OWN}:Drives",))
+    with pytest.raises(ClearwayError, match=r"mine.toml: name: 'tiago' is the name of the robot 'tiago' too.*another"):
+        run_campaign(asked, tmp_path / "out", 1)
+    assert not (tmp_path / "out").exists()
+    robot_file(file.parent)
+    time.sleep(0.01)
+    check_plan(asked, asked.specs())  # the very same robot by another way
+
+
 def test_a_robots_own_file_is_what_the_results_know_of_it(tmp_path: Path) -> None:
     mine = str(robot_file(tmp_path, name="mine", title="My TIAGo", d_base=0.6))
     results = run_campaign(dataclasses.replace(plan(), robots=(mine,)), tmp_path / "out", 1)
@@ -429,3 +474,57 @@ def test_an_edited_navigator_is_told_on_resuming(tmp_path: Path) -> None:
     helper.write_text("SPEED = 0.4\n")
     after = asked_of_plan(asked, asked.specs())["code"]
     assert {name for name in before if before[name] != after[name]} == {f"{own}:Mine"}
+
+
+def test_a_file_that_a_navigator_is_given_counts_on_resuming(tmp_path: Path) -> None:
+    own, params = tmp_path / "own.py", tmp_path / "params.yaml"
+    params.write_text("speed: 0.3\n")
+    own.write_text(
+        f"import sys\nfrom pathlib import Path\nsys.path.insert(0, {str(OWN.parent)!r})\nfrom {OWN.stem} import Drives\n\n"
+        "class Mine(Drives):\n    def __init__(self, params=None):\n        pass\n\n"
+        "    @classmethod\n    def files(cls, params=None):\n        return () if params is None else (Path(params),)\n"
+    )
+    names = (f"{own}:Mine", f"{own}:Mine[params={params}]")
+    asked = dataclasses.replace(plan(), navigators=names)
+    by_option = dataclasses.replace(plan(), navigators=names[:1], options={names[0]: {"params": str(params)}})
+    before, option_before = (asked_of_plan(p, p.specs())["code"] for p in (asked, by_option))
+    assert option_before[names[0]] == before[names[1]] != before[names[0]]
+    params.write_text("speed: 0.4\n")
+    after, option_after = (asked_of_plan(p, p.specs())["code"] for p in (asked, by_option))
+    assert {name for name in before if before[name] != after[name]} == {names[1]}
+    assert option_after[names[0]] == after[names[1]]
+    params.unlink()
+    with pytest.raises(ClearwayError, match=r"params\.yaml: no such file"):
+        asked_of_plan(asked, asked.specs())
+
+
+def test_a_package_counts_with_its_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    package = tmp_path / "learnt_package"
+    package.mkdir()
+    (package / "__init__.py").write_text("class Learnt:\n    pass\n")
+    (package / "weights.npz").write_bytes(b"1")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    learnt = importlib.import_module("learnt_package").Learnt
+    before = source.of_object(learnt)
+    for folder in ("__pycache__", ".git", "out"):
+        (package / folder).mkdir(exist_ok=True)
+        (package / folder / "campaign.json").write_text("")
+        (package / folder / "else").write_text("")
+    assert source.of_object(learnt) == before
+    (package / "weights.npz").write_bytes(b"2")
+    assert source.of_object(learnt) != before
+
+
+def test_a_navigator_and_a_behaviour_of_one_name_both_count() -> None:
+    """They may be registered by different packages."""
+    asked = CampaignPlan(("people",), ("tiago",), (f"{OWN}:Drives",), Selection(repetitions=1))
+    specs = asked.specs()
+    named = [p.model_copy(update={"behaviour": f"{OWN}:Drives"}) for p in specs[0].scenario.people]
+    spec = dataclasses.replace(specs[0], scenario=specs[0].scenario.model_copy(update={"people": tuple(named)}))
+    assert list(asked_of_plan(asked, [spec])["code"]) == ["clearway", f"{OWN}:Drives", f"behaviour {OWN}:Drives"]
+
+
+def test_what_a_navigator_cannot_be_made_for_is_one_line() -> None:
+    fate = Fate("cannot go on (RuntimeError: first line\nsecond line)", "")
+    with pytest.raises(ClearwayError, match=r"^navigator 'own' cannot be made: .*first line second line\)"):
+        _cannot_be_made(fate, plan(), dataclasses.replace(plan().specs()[0], navigator="own"), has_map=False)

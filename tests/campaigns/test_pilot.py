@@ -13,16 +13,18 @@ import numpy as np
 import pytest
 
 from clearway.campaigns.pilot import TookTooLong, compose
-from clearway.contract import Command, Diagnostics, Goal, Observation, Obstacles, Scan, Sensing, Task
+from clearway.contract import Budget, Command, Diagnostics, Goal, Observation, Obstacles, Scan, Sensing, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.indicators import score_row
 from clearway.perception import make_localiser, make_tracker
-from clearway.robots import load_robot
+from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Outcome
+from clearway.trials.differences import first_difference
 from clearway.world import simulate
 
 ROBOT = load_robot("tiago")
@@ -104,7 +106,8 @@ def test_it_gives_only_what_is_needed() -> None:
         assert navigator.seen.velocity.tolist() == [0.1, 0.2]
         assert navigator.seen.odom_pose.tolist() == [0.5] * 3
     assert (nothing.task.map, nothing.seen.scan, nothing.seen.obstacles) == (None, None, None)
-    assert everything.task.map is GRID
+    assert everything.task.map is not None
+    assert everything.task.map.data is GRID.data
     assert np.shares_memory(everything.seen.scan.ranges, SCAN.ranges)
     assert np.shares_memory(everything.seen.obstacles.position, DISCS.position)
     assert tracker.task.map is GRID  # a tracker may always have it
@@ -327,6 +330,66 @@ def test_nothing_that_a_navigator_is_given_can_be_written() -> None:
     assert robot.model_dump() == tables
     with pytest.raises(ValueError, match="WRITEABLE"):
         grid.data.flags.writeable = True
+
+
+class Honest(Recorder):
+    """Turns on the spot, faster and faster."""
+
+    needs = frozenset({"map"})
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        self.count = 0
+
+    def step(self, observation: Observation) -> Command:
+        self.count += 1
+        return Command(0.0, 0.02 * self.count)
+
+
+class Forger(Honest):
+    """The same, but it changes whatever it is told, frozen or not."""
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        super().reset(task, robot, rng)
+        assert task.map is not None
+        forged = [(task.latency, f.name, 0.0) for f in fields(task.latency)]
+        forged += [(task.budget, "iterations", None), (task.map, "data", np.zeros((1, 1), np.int8))]
+        forged += [(robot.drive, "v_max", 9.0), (robot.latency, "command", 0.0)]
+        forged += [(task, f.name, None) for f in fields(task)]
+        for thing, name, value in forged:
+            object.__setattr__(thing, name, value)
+        for table in (robot.navigators, robot.localisation):
+            table.clear()
+
+
+def test_what_a_navigator_is_told_is_its_own() -> None:
+    """Its latency, its budget, the map: who forges them meets the same world as who does not, and so does whoever comes next."""
+    robot = load_robot("tiago")
+    leg = {"name": "forth", "goal": (2.0, 0.0, 0.0), "time_limit": 2.0}
+    values = {"name": "x", "floor_plan": "hall", "start": (-2.0, 0.0, 0.0), "speed": 0.5, "legs": [leg]}
+    scenario = Scenario.model_validate(values)
+    grid = load_floor_plan("hall").map
+    assert grid is not None
+    shared, budget = grid.read_only(), Budget(iterations=7)
+    cells, trials = shared.data.copy(), []
+    for navigator in (Honest(), Forger(), Honest()):
+        pilot = compose(navigator, make_localiser("amcl", robot), "amcl")
+        trials.append(
+            simulate(
+                scenario,
+                robot,
+                pilot,
+                navigator="own",
+                localisation="amcl",
+                map=shared,
+                budget=budget,
+                privileged=False,
+            )
+        )
+    assert robot.latency.command > 0.0
+    for trial in trials[1:]:
+        assert first_difference(trials[0], trial) is None
+    np.testing.assert_array_equal(shared.data, cells)
+    assert budget.iterations == 7
 
 
 def test_the_goal_that_it_is_judged_by_is_not_the_navigators() -> None:

@@ -74,9 +74,13 @@ def test_recordings_that_are_none_of_people_are_refused(
     [
         (["--people", "no.csv", "--start", "0,0,0", "--goal", "1,1"], "no.csv"),
         (["--people", "a.csv", "--goal", "1,1"], "--start"),
-        (["--people", "a.csv", "--start", "0,0,0", "--goal", "1;1"], "--goal: '1;1' is not numbers"),
-        (["--people", "a.csv", "--start", "0,0", "--goal", "1,1"], "start: 0, 0 is no start: x, y [m] and theta [rad]"),
-        (["--people", "a.csv", "--start", "0,0,180", "--goal", "1,1"], "in metres and radians"),
+        (["--people", "a.csv", "--start", "0,0,0", "--goal", "1;1"], "--goal: '1;1': is no number"),
+        (["--people", "a.csv", "--start", "0,0", "--goal", "1,1"], "--start: '0,0' is not 3 numbers"),
+        (
+            ["--people", "a.csv", "--start", "0,0,180", "--goal", "1,1"],
+            "angles are in radians: 180 degrees are 3.14159",
+        ),
+        (["--start", ""], "--start: has no effect without --people FILE"),
         (["--start", "0,0,0"], "--start: has no effect without --people FILE"),
         (["--people", "a.csv", "--start", "2,0,0", "--goal", "1,1", "--at", "2"], "person '1' is where"),
     ],

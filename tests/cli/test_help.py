@@ -25,7 +25,21 @@ def test_help_imports_nothing_heavy():
 
 @pytest.mark.parametrize(
     "verb",
-    ["run", "rerun", "protocol", "import", "map", "report", "replay", "compare", "list", "check", "schema", "samples"],
+    [
+        "run",
+        "rerun",
+        "protocol",
+        "import",
+        "map",
+        "accept",
+        "report",
+        "replay",
+        "compare",
+        "list",
+        "check",
+        "schema",
+        "samples",
+    ],
 )
 def test_every_verb_explains_itself(clearway: Shell, verb: str):
     said = clearway(verb, "--help")

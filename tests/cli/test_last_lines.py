@@ -48,7 +48,7 @@ def test_machines_get_success_intervals_and_reasons(clearway: Shell, words: list
 def test_ctrl_c_while_the_page_is_written(
     clearway: Shell, words: list[object], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    def stopped(self: Results) -> Path:
+    def stopped(self: Results, *_: object) -> Path:
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Results, "report", stopped)

@@ -17,6 +17,7 @@ import typer
 
 import clearway
 from clearway.cli import app
+from clearway.navigators.registry import drives_of, navigator_class, navigator_names, needs_of
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = [ROOT / name for name in ("docs", "src", "tests", "benchmarks", "examples")]
@@ -188,6 +189,21 @@ def test_reference_is_current():
 def test_every_page_is_linked_from_another():
     linked = {(f.file.parent / f.text.partition("#")[0]).resolve() for f in _links()}
     assert [p.name for p in PAGES if p.resolve() not in linked and p.name != "README.md"] == []
+
+
+def test_the_table_of_navigators_has_a_row_for_each_with_its_needs_and_bases():
+    text = (ROOT / "README.md").read_text(encoding="utf-8").partition("\n## Navigators\n")[2].partition("\n## ")[0]
+    cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("| `")]
+    told = {row[0].strip("`"): (row[3], row[4]) for row in cells}
+    letters = {"differential": "d", "omnidirectional": "o", "ackermann": "c"}
+    bases, known = {}, {}
+    for name in navigator_names():
+        made: Any = navigator_class(name)
+        bases[name] = ", ".join(letter for kind, letter in letters.items() if kind in drives_of(name, made))
+        known[name] = (", ".join(sorted(needs_of(name, made))) or "nothing", bases[name])
+    assert told == known
+    assert len(cells) == len(known)
+    assert all(len(row) == 7 and all(row) for row in cells)
 
 
 def _values() -> dict[str, ast.ClassDef]:

@@ -45,9 +45,10 @@ def test_as_good_as_ipopt(benchmark, horizon, control_horizon):
     assert np.mean(good) >= 0.95
 
 
+@pytest.mark.parametrize("coupled", [False, True])
 @pytest.mark.parametrize("seed", range(6))
-def test_the_interior_point_solves_quadratic_programs_as_daqp(seed):
-    """Without norms and rate limits a quadratic program is left: effort, box, soft rows."""
+def test_the_interior_point_solves_quadratic_programs_as_daqp(seed, coupled):
+    """Without norms and rate limits a quadratic program is left: effort, box, soft rows about one pose or about two."""
     daqp = pytest.importorskip("daqp")
     rng = np.random.default_rng(seed)
     n, m, rho = 6, 10, 5.0
@@ -55,10 +56,11 @@ def test_the_interior_point_solves_quadratic_programs_as_daqp(seed):
     base = rng.uniform(-0.5, 0.5, (n, 2))
     low, high = rng.uniform(-1.5, -0.6, (n, 2)), rng.uniform(0.6, 1.5, (n, 2))
     stage, normal, lack = rng.integers(0, n, m), rng.normal(size=(m, 2)), rng.normal(size=m) * 0.4
+    other = rng.normal(size=(m, 2)) if coupled else np.zeros((0, 2))
     out = np.empty((n, 2))
     program = Program(
         LinearMotion(turn, push, 0.15), np.zeros((n, 3)), 0.0, np.zeros(n), 0.3, base, low, high, np.full(n, np.inf),
-        np.zeros(2), stage, normal, lack, m, rho,
+        np.zeros(2), stage, normal, other, lack, m, rho,
     )  # fmt: skip
     minimise(program, 10.0, 1e-9, 60, out)
 
@@ -70,6 +72,9 @@ def test_the_interior_point_solves_quadratic_programs_as_daqp(seed):
         position[k, :2, 2 * k : 2 * k + 2] += push[k]
         position[k, 2, 2 * k + 1] += 0.15
     rows = np.hstack([np.einsum("ij,ijk->ik", normal, position[stage, :2]), np.eye(m)])
+    if coupled:
+        earlier = np.concatenate((np.zeros((1, 3, 2 * n)), position))[stage, :2]
+        rows[:, : 2 * n] += np.einsum("ij,ijk->ik", other, earlier)
     bound = lack + rows[:, : 2 * n] @ base.ravel()
     size = 2 * n + m
     hessian, linear = np.diag([0.6] * (2 * n) + [1e-7] * m), np.array([0.0] * (2 * n) + [rho] * m)

@@ -14,7 +14,16 @@ pytestmark = pytest.mark.slow
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 QUICK = 20_000
 """Characters of a file that is checked here; the larger ones are the benchmark's."""
-KINDS = {"scenarios", "suites", "robots", "floor plans", "test plans", "maps", "kinds of file"}
+KINDS = {
+    "scenarios",
+    "people, tracks and robots",
+    "suites",
+    "robots",
+    "floor plans",
+    "test plans",
+    "maps",
+    "kinds of file",
+}
 
 
 @pytest.fixture
@@ -29,7 +38,7 @@ def sections(monkeypatch: pytest.MonkeyPatch) -> Any:
 
 def test_mutated_files_are_read_or_refused(sections: Any, tmp_path: Path) -> None:
     target = sections.fuzz.Target(tmp_path)
-    wrong = {f"{kind} {seed}": target.try_one(kind, seed) for kind, seed in sections.fuzz.drawn(320, seed=10**6)}
+    wrong = {f"{kind} {seed}": target.try_one(kind, seed) for kind, seed in sections.fuzz.drawn(400, seed=10**6)}
     assert {name: what for name, what in wrong.items() if what} == {}
 
 

@@ -88,3 +88,17 @@ def test_only_formats_without_a_unit_take_one(tmp_path: Path) -> None:
     with pytest.raises(ClearwayError, match="a file of format 'table' says its times itself"):
         formats.read(path, Want(time="ms"))
     assert set(SECONDS) == {"s", *UNITS}
+
+
+def test_seconds_that_were_said_to_be_milliseconds_race(tmp_path: Path) -> None:
+    """At 10 Hz ten thousand samples a second could be, but nothing drives at 500 m/s."""
+    t = np.arange(0.0, 12.0, 0.1)
+    np.savetxt(tmp_path / "one.csv", np.column_stack([t, 0.5 * t, 0 * t]), delimiter=",", header="t,x,y", comments="")
+    (tmp_path / "one.csv.toml").write_text(TABLE % ', unit = "ms"', encoding="utf-8")
+    with pytest.raises(ClearwayError, match=r"moves at 5e\+02 m/s; in s it lasts 11.9 s, at 10 Hz: say unit = 's'"):
+        formats.read(tmp_path / "one.csv")
+
+
+def test_more_samples_a_second_than_anybody_takes() -> None:
+    with pytest.raises(ClearwayError, match=r"a sample every 1e-08 s, 1e\+08 Hz: nobody takes so many"):
+        must_be("s", np.arange(1000) * 1e-8, None, "", file="one.csv", field="frames", said=False)

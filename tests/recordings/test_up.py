@@ -114,6 +114,12 @@ def test_what_is_seen_of_how_it_moved(headings: bool) -> None:
     assert other_axis(drone) is None, "it fits no axis"
 
 
+def test_what_only_climbs_is_refused_whichever_other_axis_is_up():
+    t = np.arange(200) / 20.0
+    at = np.column_stack([0 * t, 0 * t, 0.1 * t])
+    assert other_axis(Track("pose", "", "", t, at)) is not None
+
+
 def test_a_ramp_is_no_other_axis_where_the_heading_turns_about_z() -> None:
     rows = drive()
     ramp = track(rows)

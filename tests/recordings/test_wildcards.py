@@ -16,6 +16,10 @@ from clearway.geometry.shapes import Circle
 from clearway.recordings.lab.assemble import assemble
 from clearway.recordings.lab.checks import problems_of
 from clearway.recordings.lab.lab import Lab
+from clearway.recordings.lab.plan_file import load_test_plan
+from clearway.recordings.lab.wildcards import with_bearers
+from clearway.recordings.motion.middle import middle_of
+from clearway.recordings.recording import Points, Recording, Track
 from clearway.trials import Trial
 
 TABLE = 'id = "who"\ntime = { column = "t" }\n[bodies.each]\nx = "x"\ny = "y"\n'
@@ -87,6 +91,23 @@ def test_scored_like_bodies_by_their_names(lab: Path):
     assert a["MDO"] > 0
 
 
+def test_whom_another_source_saw_and_who_was_never_seen(tmp_path: Path):
+    """The robot is measured by the capture, people by the robot's own log."""
+    (tmp_path / "table.toml").write_text(TABLE, encoding="utf-8")
+    csv(tmp_path / "one.csv", {})
+    csv(tmp_path / "log.csv", {"person1": (1.0, 1.5), "person2": (math.nan, math.nan)})
+    log = PLAN.replace(
+        "robot = {", 'sources.log = { table = "table.toml", frame.same = true, clock = "same" }\nrobot = {'
+    )
+    log = log.replace('movers = "cart?"\n', 'bodies.people.source = "log"\n').replace("bodies.movers", "bodies.others")
+    (tmp_path / "plan.toml").write_text(
+        log.partition("[[trial]]")[0] + '[[trial]]\nfile = "one.csv"\nfiles = { log = "log.csv" }\n', encoding="utf-8"
+    )
+    trial = assemble(Lab(tmp_path / "plan.toml"), 0)
+    assert around(trial) == {"person1": BodyKind.PERSON}
+    np.testing.assert_allclose(trial.moving_obstacles[80, 0, :2], [1.0, 1.5], atol=1e-3)
+
+
 def test_bodies_of_a_topic(tmp_path: Path):
     r, kind = Robot(2), "motion_capture_tracking_interfaces/msg/"
     lines = []
@@ -99,6 +120,68 @@ def test_bodies_of_a_topic(tmp_path: Path):
     text = 'people = "/poses/person*"\nsources.capture.frame.same = true\nrobot.track = "/poses/robot"\n[[trial]]\nfile = "one.mcap"\n'
     (tmp_path / "plan.toml").write_text(text, encoding="utf-8")
     assert around(assemble(Lab(tmp_path / "plan.toml"), 0)) == {"/poses/person_a": BodyKind.PERSON}
+
+
+def vicon(path: Path, columns: dict[str, np.ndarray]) -> None:
+    """Markers (n, 3) [m] at 50 Hz as Nexus writes them, NaN where unseen."""
+    lines = ["Trajectories", "50", ",," + ",,,".join(columns) + ",,", "Frame,Sub Frame" + ",X,Y,Z" * len(columns)]
+    lines.append(",," + ",".join(["mm"] * 3 * len(columns)))
+    for i, row in enumerate(1000 * np.concatenate(list(columns.values()), axis=1), 1):
+        lines.append(f"{i},0," + ",".join("" if math.isnan(v) else f"{v:.3f}" for v in row))
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def test_who_wears_markers_is_in_their_middle(tmp_path: Path):
+    t = np.arange(400) / 50
+    drive = np.column_stack([1 - np.cos(np.pi * np.clip((t - 2.0) / 4.0, 0.0, 1.0)), 0 * t, 0 * t])
+    walk = np.column_stack([0 * t + 1.0, 2.0 - 0.2 * t, 0 * t + 1.7])
+    a = 0.3 * t  # it turns
+    bob = np.column_stack([np.cos(a), np.sin(a), 0 * t]) * 0.1
+    columns = {
+        f"robot:{n}": drive + at for n, at in zip("abc", ([0.2, 0.1, 0.1], [-0.2, 0, 0.2], [0, -0.2, 0.3]), strict=True)
+    }
+    columns |= {"person1:left": walk + bob, "person1:right": walk - bob, "person2": walk + np.array([0.0, 3.0, 0.0])}
+    columns["person3"] = np.full((400, 3), np.nan)  # was not there
+    columns["person1:left"][150:190] = np.nan  # 0.8 s: where it is follows from the other
+    columns["person1:right"][250:] = np.nan  # for good: after a second nobody knows any more
+    vicon(tmp_path / "one.csv", columns)
+    (tmp_path / "plan.toml").write_text(
+        'people = "person*"\nsources.capture.frame.same = true\nrobot.markers = "robot:"\n[robot.coordinates]\n'
+        '"robot:a" = [0.2, 0.1, 0.1]\n"robot:b" = [-0.2, 0, 0.2]\n"robot:c" = [0, -0.2, 0.3]\n[[trial]]\nfile = "one.csv"\n',
+        encoding="utf-8",
+    )
+    assert problems_of(tmp_path / "plan.toml") == []
+    trial = assemble(Lab(tmp_path / "plan.toml"), 0)
+    assert around(trial) == {"person1": BodyKind.PERSON, "person2": BodyKind.PERSON}
+    one, two = trial.moving_obstacles[:, 0, :2], trial.moving_obstacles[:, 1, :2]
+    np.testing.assert_allclose(one[:245], walk[:245, :2], atol=2e-3)
+    np.testing.assert_allclose(one[245:298], walk[245:298, :2], atol=0.03)  # as far as it turned meanwhile
+    assert np.isnan(one[301:]).all()
+    np.testing.assert_allclose(two, walk[:, :2] + np.array([0.0, 3.0]), atol=2e-3)
+    assert trial.sigma is not None
+    assert np.isfinite(trial.sigma[:298, 1, 0]).all()  # as a capture's noise shows it
+
+
+def test_markers_that_take_turns_leave_the_one_that_is_seen_most():
+    t = np.arange(10) / 50
+    xyz = np.full((10, 3, 3), np.nan)
+    for marker, (a, b) in enumerate([(0, 3), (3, 7), (7, 10)]):
+        xyz[a:b, marker] = marker
+    at = middle_of(Points(("p:a", "p:b", "p:c"), t, xyz), ("p:a", "p:b", "p:c")).position
+    assert np.flatnonzero(np.isfinite(at[:, 0])).tolist() == [3, 4, 5, 6]
+    assert (at[3:7] == 1.0).all()
+
+
+def test_markers_of_a_body_of_the_file_are_nobody_else(tmp_path: Path):
+    t = np.arange(100) / 50
+    at = np.column_stack([t, 0 * t, 0 * t])
+    points = Points(
+        ("cart7:a", "cart7 - 1", "cart70:a", "robot:a", "unlabeled 3"), t, np.repeat(at[:, None], 5, axis=1)
+    )
+    recording = Recording(tmp_path / "one.c3d", "c3d", points=points, tracks={"cart7": Track("body", "", "", t, at)})
+    text = 'movers = "*"\nrobot.markers = "robot:"\nbodies.movers.shape = { kind = "disc", radius = 0.2 }\n[[trial]]\nfile = "one.c3d"\n'
+    (tmp_path / "plan.toml").write_text(text, encoding="utf-8")
+    assert set(with_bearers(load_test_plan(tmp_path / "plan.toml"), "capture", recording).tracks) == {"cart7", "cart70"}
 
 
 def test_a_pattern_that_nothing_fits_is_told_by_check_and_stops_nothing(lab: Path):

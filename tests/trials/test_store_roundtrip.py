@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import json
 import math
 import tempfile
 from collections.abc import Mapping
@@ -23,6 +24,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, Polygon
 from clearway.robots import DriveLimits
 from clearway.trials import Attempt, Body, Errand, Event, Labels, Leg, Outcome, Snapshot, Span, Trial
+from clearway.trials.attempt_json import attempt_from_json, attempt_to_json, dumps
 from clearway.trials.store import TrialStore, open_results, write_partial
 
 SCHEMA = pa.schema([pa.field("scenario", pa.string()), pa.field("speed", pa.float64(), metadata={"unit": "m/s"})])
@@ -177,6 +179,12 @@ def test_every_trial_comes_back(written: list[Trial]) -> None:
         for i, trial in enumerate(written):
             assert same(trial, results.trial(i))
         assert [same(a, b) for a, b in zip(written, open_results(out), strict=True)] == [True] * len(written)
+
+
+def test_a_zero_below_zero_comes_back() -> None:
+    attempt = dataclasses.replace(make_trial(0).attempt, limits=DriveLimits(*[1.0] * 7, v_y_max=-0.0))
+    again = attempt_from_json(json.loads(dumps(attempt_to_json(attempt, 0))), ())
+    assert same(attempt.limits, again.limits)
 
 
 def test_a_recorded_trial_comes_back(tmp_path: Path) -> None:

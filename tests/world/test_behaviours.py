@@ -12,10 +12,12 @@ import pytest
 from pydantic import ValidationError
 from worlds import Pilot, constant, make_robot, make_scenario, run_among
 
+from clearway.campaigns import checks
 from clearway.campaigns.campaign import run_campaign
 from clearway.campaigns.plan import CampaignPlan
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.robots import load_robot
 from clearway.scenarios.check import check_file
 from clearway.scenarios.files import load_scenario
 from clearway.scenarios.people import PersonSpec
@@ -77,6 +79,7 @@ def test_who_walks_headed_faces_where_it_walks_and_turns_by_and_by() -> None:
 
 
 OWN = """
+import sys
 import numpy as np
 
 class Wanders:
@@ -108,6 +111,27 @@ class Forgets(Wanders):
     def step(self, t, until, scene):
         return self.at[:1]
 
+class Leaves(Wanders):
+    def step(self, t, until, scene):
+        sys.exit(0)
+
+class Meddles(Wanders):
+    "The same, but it writes into all that it is shown."
+    def __init__(self, cast):
+        super().__init__(cast)
+        self.cast = cast
+
+    def step(self, t, until, scene):
+        for array in (scene.moving, scene.before, self.cast.radius, self.cast.walls.vertex, self.cast.room.clearance):
+            array += 0.3
+        for robot in scene.robots:
+            robot.track.knots[:, 1:] += 0.3
+            robot.shape.radius[:] = 0.0
+        self.cast.decides[:] = False
+        for person in self.cast.people:
+            object.__setattr__(person, "radius", 1.0)
+        return super().step(t, until, scene)
+
 class NoSpeed:
     def __init__(self, cast):
         self.speed = None
@@ -130,6 +154,16 @@ def test_a_behaviour_of_ones_own_moves_its_people(own: Path) -> None:
     np.testing.assert_array_equal(trial.moving_obstacles[:, 1, 1], np.full(len(trial.t), 2.0))
 
 
+def test_a_behaviour_moves_nobody_but_its_own_people(own: Path) -> None:
+    """Who writes into what it is shown fools only itself."""
+    walker = {"name": "eve", "start": (2.0, 1.0), "route": [{"at": (-3.0, 0.5)}], "behaviour": "social-force"}
+    ways = [
+        watch([*two(f"{own}:{name}"), walker], 3.0, (0.0, -1.0, 0.0)).moving_obstacles
+        for name in ("Wanders", "Meddles")
+    ]
+    np.testing.assert_array_equal(*ways)
+
+
 @pytest.mark.parametrize(
     ("name", "says"),
     [
@@ -137,6 +171,7 @@ def test_a_behaviour_of_ones_own_moves_its_people(own: Path) -> None:
         ("Vanishes", "put 'ann' at [nan, nan, nan] at 1.05 s"),
         ("Jumps", "moved 'ann' at 40.01 m/s at 1.05 s; it says 1 m/s is the most"),
         ("Forgets", "answered poses of shape (1, 3) at 0.00 s; (2, 3) are asked"),
+        ("Leaves", "failed at 0.00 s: SystemExit: 0"),
         ("NoSpeed", "is its speed; one for each of its people is"),
     ],
 )
@@ -188,6 +223,32 @@ def test_a_behaviour_that_is_not_there_is_told_before_anything_runs(own: Path, t
 
 
 @pytest.mark.parametrize(
+    ("named", "says"),
+    [
+        ("own.py:Wonders", "did you mean 'Wanders'"),
+        ("else.py:X", "no such file"),
+        ("own.py:np", "is a module, not a class"),
+    ],
+)
+def test_checking_a_scenario_finds_that_a_behaviour_is_not_there(
+    own: Path, tmp_path: Path, named: str, says: str
+) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE.replace("own.py:Wanders", named))
+    (problem,) = checks.check_file(tmp_path / "scene.toml", load_robot("tiago"))
+    assert problem.field == "people.0.behaviour"
+    assert says in problem.problem
+
+
+def test_checking_a_scenario_finds_that_another_robots_navigator_is_not_there(own: Path, tmp_path: Path) -> None:
+    robot = '[[robots]]\nname = "r"\nrole = "other"\nstart = [7.0, 7.0, 0.0]\nnavigator = "hb-st"\n'
+    legs = 'legs = [{ name = "on", goal = [8.0, 7.0, 0.0], time_limit = 60.0 }]\n'
+    (tmp_path / "scene.toml").write_text(SCENE + robot + legs)
+    (problem,) = checks.check_file(tmp_path / "scene.toml", load_robot("tiago"))
+    assert problem.field == "robots.0.navigator"
+    assert "did you mean 'hp-st'" in problem.problem
+
+
+@pytest.mark.parametrize(
     ("fields", "says"),
     [
         ({"behaviour": "orka"}, "did you mean 'orca'"),
@@ -226,9 +287,12 @@ def test_a_track_comes_from_a_csv_file_beside_the_scenario(tmp_path: Path) -> No
         ("", "has no column 't'"),
         ("t,x\n0,1\n", "has no column 'y'"),
         ("t,x,y\n0,1,2\n1,1,far\n", "row 2, y: 'far' is no number"),
-        ("t,x,y\n0,1\n", "row 1, y: None is no number"),
+        ("t,x,y\n0,1\n", "row 1, y: '' is no number"),
         ("t,x,y\n0,nan,1\n1,0,0\n", "finite"),
         ("t,x,y\n" + "0,1,2\n" * 10_001, "10,001 rows"),
+        ("t,x,y,x\n0,1,2,3\n", "more than one column 'x'"),
+        ("t,x,y," + "z" * 10_000, "line 1: has 10,006 characters"),
+        ("t,x,y\n0,1," + "9" * 9_000 + "x\n", "is no number"),
     ],
 )
 def test_a_wrong_csv_file_is_one_error_that_names_it(tmp_path: Path, content: str | None, says: str) -> None:
@@ -238,3 +302,15 @@ def test_a_wrong_csv_file_is_one_error_that_names_it(tmp_path: Path, content: st
     (tmp_path / "scene.toml").write_text(head + 'behaviour = "recorded"\ntrack = "walk.csv"\n')
     problems = check_file(tmp_path / "scene.toml")
     assert any(says in str(problem) for problem in problems), problems
+
+
+def test_tracks_have_room_together(tmp_path: Path) -> None:
+    """A file of 2 MB may name one of 10,000 rows 30,000 times."""
+    (tmp_path / "walk.csv").write_text("\ufefft,x,y\n" + "".join(f"{k},2,2\n" for k in range(10_000)))
+    head = SCENE[: SCENE.index("[[people]]")]
+    people = [f'[[people]]\nname = "p{k}"\nbehaviour = "recorded"\ntrack = "walk.csv"\n' for k in range(21)]
+    (tmp_path / "scene.toml").write_text(head + "".join(people[:20]))
+    assert len(load_scenario(tmp_path / "scene.toml").people) == 20
+    (tmp_path / "scene.toml").write_text(head + "".join(people))
+    (problem,) = check_file(tmp_path / "scene.toml")
+    assert "people: its people have tracks of more than 200,000 samples together" in str(problem)

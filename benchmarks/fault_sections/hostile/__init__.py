@@ -16,6 +16,7 @@ from clearway.robots import load_robot
 from fault_sections import Count
 from fault_sections.confined import command
 from fault_sections.hostile.campaigns import hostile_campaigns
+from fault_sections.hostile.company import hostile_company
 from fault_sections.hostile.good import EXAMPLES, KINDS, PLANS, REFUSED, TAKEN, Attack, check_of
 from fault_sections.hostile.lines import as_given, command_lines
 from fault_sections.hostile.maps import hostile_maps
@@ -36,6 +37,7 @@ def attacks() -> Iterator[Attack]:
         ("kinds of file", name, lay, REFUSED if "beside" not in name else TAKEN) for name, lay in kinds_of_file()
     )
     yield from (("scenarios", name, check_of(text), codes) for name, text, codes in hostile_scenarios())
+    yield from (("people, tracks and robots", name, lay, codes) for name, lay, codes in hostile_company())
     yield from (("suites", name, lay, codes) for name, lay, codes in hostile_suites())
     yield from (("robots", name, check_of(text), REFUSED) for name, text in hostile_robots())
     yield from (("floor plans", name, check_of(text), codes) for name, text, codes in hostile_plans())

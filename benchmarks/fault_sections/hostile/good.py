@@ -44,6 +44,71 @@ markers = "robot:"
 note = "not recorded"
 """
 KINDS = {"scenario": SCENARIO, "suite": SUITE, "robot": ROBOT, "floor plan": PLAN, "test plan": TEST_PLAN}
+COMPANY = """name = "t"
+floor_plan = "hall"
+start = [-2.0, 0.0, 0.0]
+speed = 0.5
+latency = 1.0
+ideal = ["bias"]
+member = "west"
+[[legs]]
+name = "there"
+goal = [2.0, 0.0, 0.0]
+time_limit = 60.0
+[disturbance]
+position = 0.001
+[[robots]]
+name = "east"
+start = [2.5, 2.0, 3.1]
+robot = "hosbot"
+legs = [{ name = "back", goal = [-2.0, 2.0, 3.1], time_limit = 60.0, arrival = "measured" }]
+[[robots]]
+name = "other"
+role = "other"
+navigator = "orca"
+start = [3.0, -3.0, 0.0]
+legs = [{ name = "on", goal = [3.5, -3.0, 0.0], time_limit = 60.0 }]
+[[people]]
+name = "ann"
+start = [0.0, -1.5]
+route = [{ at = [1.0, -1.5], wait = 2.0 }, { at = [0.0, -2.0] }]
+loop = true
+group = "friends"
+radius = 0.2
+speed = 1.1
+[[people]]
+name = "bob"
+start = [0.6, -2.2]
+route = [{ at = [1.0, -1.0] }]
+behaviour = "headed-social-force"
+group = "friends"
+[[people]]
+name = "eve"
+start = [-3.5, 1.5]
+behaviour = "still"
+yields_at = 1.0
+[[people]]
+name = "joe"
+start = [-1.0, 3.0]
+route = [{ at = [1.0, 3.0] }]
+behaviour = "orca"
+reaction = 0.2
+sees_robots = false
+[[people]]
+name = "zoe"
+behaviour = "recorded"
+track = "walk.csv"
+[[obstacles]]
+name = "cart"
+shape = { kind = "robot", robot = "tiago" }
+runs = [{ leg = "there", path = [[-4.0, -3.0], [-1.0, -3.0]], speed = 0.5, delay = 1.0 }]
+behaviour = { kind = "operator", reaction = 0.3, patience = 3.0 }
+[[obstacles]]
+name = "swing"
+shape = { kind = "disc", radius = 0.2 }
+motion = { kind = "spline", keyframes = [[0.0, -4.0, 2.5], [4.0, -4.0, 3.0], [8.0, -4.0, 2.5]], offset = 1.0 }
+"""
+TRACK = "t,x,y\n0.0,3.0,0.8\n1.0,3.5,0.8\n2.5,4.0,1.2\n4.0,4.0,1.0\n"
 MAP = "image: map.pgm\nresolution: 0.05\norigin: [0.0, 0.0, 0.0]\n"
 CAMPAIGN: dict[str, Any] = {
     "format": "clearway results", "schema": SCHEMA, "trials": 1, "run": {},

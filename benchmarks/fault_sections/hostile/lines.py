@@ -65,6 +65,33 @@ def command_lines() -> Iterator[tuple[list[str], tuple[int, ...]]]:
         yield [*drawn, "--seeds", value], REFUSED
     for value in ("nan", "inf", "-1", "1e300"):
         yield [*drawn, "--disturbance", value], REFUSED
+        yield [*drawn, "--latency", value], REFUSED
+    met = ["run", "meeting-points", "--no-report", "--workers", "1", "--out", "out", "--team"]
+    for value in (
+        "", "+", "*", "tiago", "tiago*0", "tiago*-1", "tiago*1000000000", "tiago*" + "9" * 5000, "tiago*1.5", "tiago*2+", "nobody*2",
+        "+".join(["tiago"] * 50_000), "x.toml*2", "/dev/zero.toml*2", "tiago*\u0662", "tiago*2\nhosbot", "x" * 100_000, "tiago*101",
+    ):  # fmt: skip
+        yield [*met, value], REFUSED
+    for value in (
+        "=",
+        "tiago=",
+        "=orca",
+        "tiago=orca,tiago=orca",
+        "nobody=orca",
+        "tiago=orca," * 20_000,
+        "tiago==orca",
+        ",",
+    ):
+        yield [*met, "tiago*2", "--navigator", value], REFUSED
+    led = ["run", "replayed", "--no-report", "--workers", "1", "--out", "out"]
+    for name in ("", "x" * 5000, "/dev/zero", ".", "none.csv", "a\nb"):
+        yield [*led, "--people", name, "--start", "0,0,0", "--goal", "1,1"], REFUSED
+    for place in ("", "nan,0,0", "1e300,0,0", "0,0,1e9", "0,0,0,0", "a,b,c", "0", ",,", "9" * 5000 + ",0,0"):
+        yield [*led, "--start", place], REFUSED
+        yield [*led, "--people", "none.csv", "--start", place, "--goal", "1,1"], REFUSED
+    for word in ("", "x", "all,all", "x" * 100_000):
+        yield [*led, "--ideal", word], REFUSED
+        yield ["run", "hospital", "--movers", word, "--no-report", "--out", "out"], REFUSED
     for value in ("nan", "inf", "-0.5", "1e300"):
         yield [*run, "--speed", value], REFUSED
         yield ["run", "hospital", "--robot", "tiago", "--size", value, "--no-report", "--out", "out"], REFUSED

@@ -1,4 +1,7 @@
-"""Navigators by robot: `tiago=hp-st,hosbot=orca`, or `orca,tiago=hp-st` where all others have `orca`."""
+"""Navigators by robot: `tiago=hp-st,hosbot=orca`, or `orca,tiago=hp-st` where all others have `orca`.
+
+What begins with a scheme is one navigator: in `exec:./my_planner --weights=w.npz` the sign of equality belongs to a program.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,7 @@ from collections.abc import Iterable
 from functools import cache
 
 from clearway.errors import ClearwayError, unknown
+from clearway.navigators.registry import NAVIGATORS
 from clearway.robots import load_robot
 
 _OUTSIDE = r"(?![^\[]*\])"
@@ -59,7 +63,7 @@ def refuse_strangers(asked: str, robots: Iterable[str]) -> None:
 @cache
 def _parts(asked: str) -> dict[str, str] | None:
     """Robot -> navigator, that of all others under the empty name; None: the same one drives all."""
-    if not re.search("=" + _OUTSIDE, asked):
+    if NAVIGATORS.scheme_of(asked) is not None or not re.search("=" + _OUTSIDE, asked):
         return None
     found: dict[str, str] = {}
     for part in re.split("," + _OUTSIDE, asked):

@@ -8,18 +8,20 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from clearway.campaigns.interruption import interruptible
+from clearway.campaigns.on_dask import on_dask
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
 from clearway.campaigns.plan_checks import Known, check_plan
 from clearway.campaigns.pool import Pool, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import asked_of_plan, machine, now
-from clearway.campaigns.tuning import in_words
+from clearway.campaigns.shards import Shard, shard_of
+from clearway.campaigns.tuning import all_by_files, in_words
 from clearway.campaigns.worker import keep_fallen, patience_of, run_and_keep
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema
 from clearway.trials import Outcome
 from clearway.trials.store import Results, TrialStore, refuse_results
-from clearway.trials.store_results import how_to_go_on, read_campaign
+from clearway.trials.store_results import CAMPAIGN, SHARD, how_to_go_on, read_campaign
 
 
 def run_campaign(
@@ -28,8 +30,10 @@ def run_campaign(
     workers: int | None = None,
     resume: bool = False,
     progress: ProgressCallback | None = None,
+    shard: Shard | None = None,
+    scheduler: str | None = None,
 ) -> Results:
-    """Run every trial of a plan and store the results.
+    """Run every trial of a plan, or of a shard of it, and store the results.
 
     They are the same bytes whatever the number of workers, and whether or not the campaign was interrupted; wall-clock
     figures are kept apart in timing.parquet and thinking.parquet.
@@ -42,6 +46,8 @@ def run_campaign(
             and an error of a navigator is raised instead of being recorded as a failed trial.
         resume: Whether to go on with a campaign in `out` that was interrupted.
         progress: Told how far it is.
+        scheduler: The address of a dask.distributed scheduler, whose workers run the trials; None: `workers` processes here.
+        shard: Which part of the plan to run, for `merge_shards` to put together with the others; None: all of it.
 
     Raises:
         ClearwayError: something in the plan is wrong (before anything runs), `out` can't be used, or the disk is full.
@@ -51,34 +57,51 @@ def run_campaign(
     if not resume:
         refuse_results(out)
     specs = plan.specs()
+    if shard is not None:
+        shard.part(specs)  # before anything is looked at that takes long: there may be no such part
     with pool(processes, out) as work:
         known = check_plan(plan, specs, work)
     asked = asked_of_plan(plan, specs, {name: one.code for name, one in known.items()})
-    run = machine() | {"started": now(), "tuned_on": {name: in_words(one.tuned_on) for name, one in known.items()}}
+    files = all_by_files(plan, specs)
+    chosen = {
+        name: in_words((*(one.tuned_on or ()), *files[name]) if files[name] else one.tuned_on)
+        for name, one in known.items()
+    }
+    if shard is not None:
+        asked |= {SHARD: shard.to_json(len(specs))}
+        specs = [dataclasses.replace(spec, index=i) for i, spec in enumerate(shard.part(specs))]
+    run = machine() | {"started": now(), "tuned_on": chosen}
     with (
         TrialStore(out, asked, len(specs), row_schema(), run=run, resume=resume) as store,
         interruptible(store),
         pool(processes, out) as work,
     ):
         while missing := store.missing():
-            _run_all(plan, [specs[i] for i in missing], known, store, work, tell)
+            _run_all(plan, [specs[i] for i in missing], known, store, work, tell, scheduler)
         return store.finish({"finished": now()})
 
 
-def resume_campaign(out: Path, workers: int | None = None, progress: ProgressCallback | None = None) -> Results:
+def resume_campaign(
+    out: Path,
+    workers: int | None = None,
+    progress: ProgressCallback | None = None,
+    scheduler: str | None = None,
+) -> Results:
     """Complete a campaign by the plan that its campaign.json holds.
 
     Args:
         out: The results directory.
         workers: How many processes; None: one a core.
         progress: Told how far it is.
+        scheduler: As for `run_campaign`.
 
     Raises:
         ClearwayError: as for `run_campaign`; or `out` holds no campaign.
         CampaignInterrupted: Ctrl-C; `out` can be resumed.
     """
-    plan = planned(Path(out))
-    return run_campaign(plan, Path(out), workers, resume=True, progress=progress)
+    out = Path(out)
+    shard = shard_of(read_campaign(out), out / CAMPAIGN)
+    return run_campaign(planned(out), out, workers, resume=True, progress=progress, shard=shard, scheduler=scheduler)
 
 
 def planned(out: Path) -> CampaignPlan:
@@ -100,16 +123,21 @@ def _run_all(
     store: TrialStore,
     work: Pool,
     tell: ProgressCallback,
+    scheduler: str | None,
 ) -> None:
     done, failed = store.total - len(specs), 0
     tell(done, store.total, _first_note())
-    debugged = work.workers == 0
+    debugged = work.workers == 0 and scheduler is None
     if debugged:
         plan = dataclasses.replace(plan, decision_limit=None)
     runs = [list(run) for _, run in itertools.groupby(specs, key=lambda spec: spec.run)]
-    calls = [(plan, run, known, store.partial, store.key, debugged) for run in runs]
+    if scheduler is None:
+        calls = [(plan, run, known, store.partial, store.key, debugged) for run in runs]
+        finished = work.each(run_and_keep, calls, patience=patience_of(plan), fallen=keep_fallen)
+    else:
+        finished = on_dask(scheduler, plan, runs, known, store)
     try:
-        for results in work.each(run_and_keep, calls, patience=patience_of(plan), fallen=keep_fallen):
+        for results in finished:
             for result in results:
                 done += 1
                 failed += result.outcome is Outcome.NAVIGATOR_FAILED

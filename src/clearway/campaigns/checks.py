@@ -4,24 +4,35 @@ from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 from clearway.campaigns.conformance import check_navigator
-from clearway.campaigns.pilot import DECISION_LIMIT
+from clearway.campaigns.pilot import DECISION_LIMIT, guarded, prepare_limit
 from clearway.campaigns.robot_tables import table_problems
 from clearway.errors import ClearwayError, shown
-from clearway.navigators.registry import make_navigator, navigator_names, split_options
+from clearway.foreign import said
+from clearway.navigators.registry import (
+    NAVIGATORS,
+    make_navigator,
+    navigator_class,
+    navigator_names,
+    split_options,
+)
 from clearway.reading import read_toml
 from clearway.recordings.lab.checks import problems_of, summary
 from clearway.recordings.lab.test_plan import is_test_plan
 from clearway.robots import Robot, load_robot, robot_names
 from clearway.scenarios import check
+from clearway.scenarios.behaviours import find_behaviour
 from clearway.scenarios.check import check_plan
-from clearway.scenarios.files import kind_of
+from clearway.scenarios.files import SuiteSpec, kind_of, scenarios_in
 from clearway.scenarios.floor_plan_files import floor_plan_names
 from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite, suite_names
+from clearway.statistics.criteria import criteria_problems, is_criteria
 
 ROBOT = "tiago"
 """Who drives, unless somebody or the suite says otherwise."""
@@ -42,7 +53,9 @@ def findings(target: str, robot: str | None = None, decision_limit: float | None
         ClearwayError: there is no such thing.
     """
     driver = load_robot(robot or ROBOT)
-    if Path(target).suffix in (".toml", ".yaml", ".yml"):
+    if NAVIGATORS.scheme_of(target) is not None:
+        yield from _navigator(target, driver, decision_limit)
+    elif Path(target).suffix in (".toml", ".yaml", ".yml"):
         yield from ((False, str(problem)) for problem in check_file(Path(target), driver))
         yield from ((True, text) for text in about_file(Path(target)))
     elif target.partition(":")[0] in robot_names():
@@ -58,9 +71,16 @@ def findings(target: str, robot: str | None = None, decision_limit: float | None
     else:
         if ":" not in target and not target.endswith(".py") and split_options(target)[0] not in navigator_names():
             raise _nothing_of(target)
-        for f in check_navigator(lambda: make_navigator(target), driver, decision_limit=decision_limit):
-            text = str(ClearwayError(f.detail, field=f.name)) if f.passed is False else f"{f.name}: {f.detail}"
-            yield f.passed, text if f.detail else f.name
+        yield from _navigator(target, driver, decision_limit)
+
+
+def _navigator(name: str, robot: Robot, decision_limit: float | None) -> Iterator[Said]:
+    """What is said of a navigator; first by who makes it, if that has `findings()` of its own."""
+    if (own := getattr(navigator_class(name), "findings", None)) is not None:
+        yield from own()
+    for f in check_navigator(lambda: make_navigator(name), robot, decision_limit=decision_limit):
+        text = str(ClearwayError(f.detail, field=f.name)) if f.passed is False else f"{f.name}: {f.detail}"
+        yield f.passed, text if f.detail else f.name
 
 
 def _suite(name: str, robot: str | None) -> Iterator[Said]:
@@ -89,7 +109,7 @@ def _nothing_of(target: str) -> ClearwayError:
 
 
 def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
-    """What is wrong with a scenario, suite, robot, floor plan, test plan or map file.
+    """What is wrong with a scenario, suite, robot, floor plan, test plan, map or criteria file.
 
     A robot's file is also read as its navigators, localisers and mapper would, with each of its presets; of a test plan
     its recordings are looked at.
@@ -100,9 +120,13 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     """
     if _is_plan(path):
         return problems_of(path)
+    if _holds(path, is_criteria):
+        return criteria_problems(path)
     found = check.check_file(path, robot)
-    if found or path.suffix != ".toml" or kind_of(read_toml(path)) is not Robot:
+    if found or path.suffix != ".toml":
         return found
+    if (kind := kind_of(read_toml(path))) is not Robot:
+        return list(_code_problems(path)) if kind in (Scenario, SuiteSpec) else []
     told: dict[tuple[str | None, str], ClearwayError] = {}
     for preset in ("", *load_robot(str(path)).presets):
         where, before = (f"{path}:{preset}", f"presets.{preset}.") if preset else (str(path), "")
@@ -114,13 +138,34 @@ def check_file(path: Path, robot: Robot) -> list[ClearwayError]:
     return list(told.values())
 
 
+def _code_problems(path: Path) -> Iterator[ClearwayError]:
+    """What a scenario or suite names and nobody has: behaviours of its people, navigators of its other robots."""
+    named: dict[tuple[Callable[[str], object], str], str] = {}
+    for scenario in scenarios_in(path):
+        for i, person in enumerate(scenario.people):
+            named.setdefault((find_behaviour, person.behaviour), f"people.{i}.behaviour")
+        for i, other in enumerate(scenario.robots):
+            if other.navigator is not None:
+                named.setdefault((navigator_class, other.navigator), f"robots.{i}.navigator")
+    for (find, name), field in named.items():
+        try:
+            guarded(prepare_limit(DECISION_LIMIT), "to be imported", find, name)
+        except Exception as error:
+            said_of = error.problem if isinstance(error, ClearwayError) else said(error)
+            yield ClearwayError(said_of, file=path, field=field)
+
+
 def about_file(path: Path) -> list[str]:
     """What a file is about, where that is worth saying beside its problems: how far a test plan is done."""
     return summary(path) if _is_plan(path) else []
 
 
 def _is_plan(path: Path) -> bool:
+    return _holds(path, is_test_plan)
+
+
+def _holds(path: Path, kind: Callable[[dict[str, Any]], bool]) -> bool:
     try:
-        return path.suffix == ".toml" and is_test_plan(read_toml(path))
+        return path.suffix == ".toml" and kind(read_toml(path))
     except ClearwayError:
         return False

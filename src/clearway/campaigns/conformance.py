@@ -9,13 +9,22 @@ import copy
 import math
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, fields, replace
 from typing import Any, get_args
 
 import numpy as np
 
 from clearway.campaigns.navigator_faults import beyond, changed, diagnostics_fault, malformed, not_finite
-from clearway.campaigns.pilot import DECISION_LIMIT, TookTooLong, compose, guarded, prepare_limit, writes_into_input
+from clearway.campaigns.pilot import (
+    DECISION_LIMIT,
+    TookTooLong,
+    compose,
+    dismiss,
+    guarded,
+    prepare_limit,
+    writes_into_input,
+)
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Command, Diagnostics, Navigator, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
@@ -106,7 +115,15 @@ def check_navigator(
     Raises:
         ClearwayError: The navigator can't be made, or the robot lacks what it needs or has a base that it doesn't drive.
     """
+    with ExitStack() as after:
+        yield from _checked(factory, robot, decision_limit, after)
+
+
+def _checked(
+    factory: Callable[[], Navigator], robot: Robot, decision_limit: float | None, after: ExitStack
+) -> Iterator[Finding]:
     first = _made(factory, decision_limit)
+    after.callback(dismiss, first, decision_limit)
     needs: Any = getattr(first, "needs", None)
     said = (_needs(needs), _privileged(first), _tuned(first), _drives(first))
     yield from said
@@ -132,7 +149,9 @@ def check_navigator(
         yield Finding(_SAME, None, "a decision hung")
         yield _pace(runs, robot)
         return
+    after.close()  # a server may have room for one
     again = _made(factory, decision_limit)
+    after.callback(dismiss, again, decision_limit)
     repeats: list[_Watched] = []
     for situation in reversed(SITUATIONS):  # another order: reset must forget
         repeats.append(run := _drive(again, robot, situation, decision_limit))

@@ -12,8 +12,9 @@ from clearway.robots import Robot
 from clearway.scenarios.files import SuiteSpec
 from clearway.scenarios.floor_plan_files import FloorPlanSpec
 from clearway.scenarios.scenario import Scenario
+from clearway.statistics.criteria import is_criteria
 
-Kind = Literal["robot", "suite", "scenario", "floor plan", "test plan"]
+Kind = Literal["robot", "suite", "scenario", "floor plan", "test plan", "list of criteria"]
 
 _KEYS: dict[Kind, frozenset[str]] = {
     "robot": frozenset(Robot.model_fields),
@@ -27,6 +28,7 @@ _USE: dict[Kind, str] = {
     "scenario": "`clearway run` runs it",
     "floor plan": "name it with --floor-plan",
     "test plan": "`clearway score` scores it",
+    "list of criteria": "`clearway accept` holds results against it",
 }
 
 
@@ -55,6 +57,8 @@ def _kind(table: dict[str, Any], wanted: tuple[Kind, ...]) -> Kind | None:
     """What a file plainly is: it has three keys or more of that kind, and more than of what is wanted."""
     if is_test_plan(table):
         return "test plan"
+    if is_criteria(table):
+        return "list of criteria"
     shared = {kind: len(keys & set(table) - {"name", "title", "description"}) for kind, keys in _KEYS.items()}
     best = max(shared, key=lambda kind: shared[kind])
     return best if shared[best] > max(2, *(shared.get(kind, 0) for kind in wanted)) else None

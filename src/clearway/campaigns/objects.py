@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import PurePath
 from typing import Any
 
 from clearway.errors import ClearwayError, shown
@@ -29,9 +30,11 @@ def names_of(values: Any, field: str) -> tuple[str, ...]:
 
 
 def suite_name(value: Any) -> str:
-    """The name of a suite, which may be given as a `Suite` or as one `Scenario`."""
+    """The name of a suite, which may be given as a `Suite`, as one `Scenario` or by the path of a file."""
     if isinstance(value, Scenario):
         return give(value.name, suite_of(value, value.name))
+    if isinstance(value, PurePath):
+        return str(value)
     return give(value.name, value) if isinstance(value, Suite) else _text(value, "suites", "a Scenario or a Suite")
 
 

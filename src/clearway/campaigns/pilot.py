@@ -8,6 +8,7 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import fields, replace
 from types import FrameType
 from typing import Any, TypeVar
@@ -114,8 +115,14 @@ class _Composed:
         self._localiser.reset(task, robot, _stream(key, "localiser"))
         if self._tracker is not None:
             self._tracker.reset(task, robot, _stream(key, "tracker"))
-        told = task if self._map or task.map is None else replace(task, map=None)
-        self._watch(self._prepare_limit, "to prepare", self._navigator.reset, told, robot, _stream(key, "navigator"))
+        self._watch(
+            self._prepare_limit,
+            "to prepare",
+            self._navigator.reset,
+            _told(task, self._map),
+            robot.model_copy(deep=True),
+            _stream(key, "navigator"),
+        )
 
     def decide(self, sensing: Sensing) -> Decision:
         """Localise, look for obstacles, then ask the navigator; now and then also what it thought."""
@@ -164,6 +171,16 @@ def writes_into_input(error: Exception) -> bool:
     return "read-only" in str(error) or "readonly array" in str(error)
 
 
+def _told(task: Task, with_map: bool) -> Task:
+    """What a navigator gets of a task: frozen values, and its own, as who gets round that must not change the world's."""
+    return replace(
+        task,
+        map=replace(task.map) if with_map and task.map is not None else None,
+        budget=replace(task.budget),
+        latency=replace(task.latency),
+    )
+
+
 def _seen(o: Obstacles) -> Obstacles:
     return Obstacles(*(read_only_view(getattr(o, f.name)) for f in _OBSTACLES))
 
@@ -205,8 +222,9 @@ class _Watchdog:
                 return function(*arguments)
             finally:
                 self._within = False  # first of all: no alarm comes between the end of that and this
-        except _Alarm:
-            raise TookTooLong(f"took longer than {seconds:g} s {what}") from None
+        except _Alarm as alarm:
+            notes = "".join(getattr(alarm, "__notes__", ()))  # of code that was broken off and knew more
+            raise TookTooLong(f"took longer than {seconds:g} s {what}{notes}") from None
         except (bdb.BdbQuit, SystemExit) as error:
             if seconds is None and _left_debugger(error):
                 raise KeyboardInterrupt from error
@@ -250,6 +268,19 @@ def guarded(limit: float | None, what: str, function: Callable[..., _T], *argume
         TookTooLong: after `limit`.
     """
     return _Watchdog()(limit, what, function, *arguments)
+
+
+def dismiss(navigator: object, decision_limit: float | None) -> None:
+    """Let a navigator go that is needed no more: its `close()`, if it has one. What goes wrong there changes nothing.
+
+    Args:
+        navigator: It.
+        decision_limit: As for `compose`.
+    """
+    with suppress(Exception):
+        close = getattr(navigator, "close", None)
+        if callable(close):
+            guarded(prepare_limit(decision_limit), "to close", close)
 
 
 def _left_debugger(error: BaseException) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -16,13 +16,14 @@ from pydantic import TypeAdapter, ValidationError
 from clearway.campaigns.by_robot import is_by_robot, navigator_of, refuse_strangers
 from clearway.campaigns.mistaken import refuse_mistaken
 from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
-from clearway.errors import ClearwayError, shown
+from clearway.errors import ClearwayError, shown, unknown
 from clearway.geometry.grid import OccupancyGrid
 from clearway.reading.limits import LONGEST_NAME, SECONDS, WHOLE
 from clearway.robots import load_robot, robot_names
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import refuse_many
 from clearway.scenarios.suites import Selection, load_suite
+from clearway.trials.keeping import KEEPS, Keep
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +42,8 @@ class CampaignPlan:
         setups: How much a navigator may think per control period, as `read_thinking_budget` has it; empty: no bound.
         decision_limit: Wall clock after which a decision counts as hung and the trial as failed, s; None: never.
         options: What a navigator's constructor is given, by the navigator's name.
+        keep: What is kept of each trial beside its row in the table: `trajectories` (everything), of `failures` everything, or
+            nothing but the `table`.
     """
 
     suites: tuple[str, ...]
@@ -54,11 +57,14 @@ class CampaignPlan:
     setups: tuple[str, ...] = ()
     decision_limit: float | None = 10.0
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    keep: Keep = "trajectories"
 
     def __post_init__(self) -> None:
         for name in ("suites", "navigators"):
             if not getattr(self, name):
                 raise ClearwayError("at least one is needed", field=name)
+        if self.keep not in KEEPS:
+            raise unknown("what is to be kept", self.keep, KEEPS, field="keep")
         limit = self.decision_limit
         if limit is not None and not 0.0 < limit <= SECONDS:
             raise ClearwayError(
@@ -100,6 +106,7 @@ class CampaignPlan:
         Raises:
             ClearwayError: the values are not those of a plan.
         """
+        values = {"keep": "trajectories", **values}  # of before there was a choice
         try:
             plan = TypeAdapter(cls).validate_json(json.dumps(values), strict=True)
         except ValidationError as error:
@@ -127,7 +134,7 @@ class CampaignPlan:
         """
         built: list[tuple[str, str, str, ThinkingBudget, Scenario]] = []
         setups = [read_thinking_budget(s) for s in self.setups] or [FREE]
-        _refuse_namesakes(tuple(dict.fromkeys((*self.robots, *self.selection.team))))
+        refuse_namesakes(dict.fromkeys((*self.robots, *self.selection.team)))
         for name in self.suites:
             suite = load_suite(name)
             for robot in self.robots:
@@ -217,16 +224,24 @@ class TrialSpec:
         return self.navigators[self.member]
 
 
-def _refuse_namesakes(robots: Sequence[str]) -> None:
-    """Complain of a robot that bears the name of another one: results know robots by their names."""
+def refuse_namesakes(robots: Iterable[str], *, twice: bool = False) -> None:
+    """Complain of a robot that bears the name of another one: results know robots by their names.
+
+    Args:
+        robots: Names, presets or files.
+        twice: Whether one and the same robot may be named in two ways.
+
+    Raises:
+        ClearwayError: there is one.
+    """
     shipped, named = robot_names(), dict[str, str]()
     for which in robots:
         robot = load_robot(which)
         other = named.setdefault(robot.name, which)
         if other == which and which != robot.name and robot.name in shipped and load_robot(robot.name) != robot:
             other = robot.name
-        if other != which:
-            same = load_robot(other) == robot
+        same = other != which and load_robot(other) == robot
+        if other != which and not (same and twice):
             what = "the same one: take one away" if same else "another one: give it a name of its own"
             raise ClearwayError(
                 f"{robot.name!r} is the name of the robot {other!r} too, which is {what}", file=which, field="name"

@@ -7,19 +7,30 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from clearway.campaigns.drawing import drawn
-from clearway.campaigns.pilot import prepare_limit
-from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
+from clearway.campaigns.pilot import dismiss, prepare_limit
+from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map, refuse_namesakes
 from clearway.campaigns.pool import Fate, Pool
 from clearway.campaigns.provenance import code_of
 from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.campaigns.tuning import tuned_on
+from clearway.contract import Navigator
 from clearway.errors import ClearwayError
-from clearway.navigators.registry import check_drive, check_parameters, make_navigator, navigator_class, needs_of
+from clearway.navigators.registry import (
+    check_drive,
+    check_parameters,
+    make_navigator,
+    navigator_class,
+    navigator_names,
+    needs_of,
+)
 from clearway.perception import make_localiser, make_tracker
-from clearway.robots import load_robot
-from clearway.scenarios.behaviours import BEHAVIOURS
+from clearway.robots import Robot, load_robot
+from clearway.scenarios.behaviours import find_behaviour
 from clearway.scenarios.check import check_scenario
 from clearway.tuning import TunedOn
+
+ALL = "all"
+"""As a navigator's name: each registered one that is `able`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +38,7 @@ class Known:
     """What is known of a navigator once it was made.
 
     Attributes:
-        code: The digest of its code, None of Clearway's own.
+        code: The digest of its code and of the files that its options name, None of Clearway's own without such files.
         tuned_on: On what it says that its parameters were chosen; None if it says nothing.
         needs: What its observations must hold.
         privileged: Whether it is a reference, which may know what others can't.
@@ -71,22 +82,62 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None
             if combination not in seen:
                 seen.add(combination)
                 calls.append((plan, replace(spec, robot=which, navigator=navigator), has_map))
+    refuse_namesakes(dict.fromkeys(robot for spec in specs for robot in spec.robots), twice=True)
     limit = prepare_limit(plan.decision_limit)
     work = work or Pool(0, Path())
     found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))
     return {name: found[name] for name in dict.fromkeys(n for s in specs for n in s.navigators)}
 
 
+def able(plan: CampaignPlan) -> tuple[tuple[str, ...], dict[str, str]]:
+    """Of all registered navigators those that can drive a campaign's trials, and why the others can't.
+
+    Those that are told the future are not among them, as nobody could buy one.
+
+    Args:
+        plan: The campaign, whoever its navigators are.
+
+    Raises:
+        ClearwayError: nobody can, or it is wrong whoever drives.
+    """
+    kinds: dict[tuple[str, str, bool], tuple[TrialSpec, bool]] = {}
+    for spec in plan.specs():
+        has_map = granted_map(plan.map, spec.scenario) is not None
+        for robot in spec.robots:
+            kinds.setdefault((robot, spec.localisation, has_map), (replace(spec, robot=robot), has_map))
+    why: dict[str, str] = {}
+    for name in navigator_names():
+        try:
+            known = [_check_combination(plan, replace(spec, navigator=name), has)[1] for spec, has in kinds.values()]
+        except ClearwayError as error:
+            why[name] = error.problem
+            continue
+        if any(one.privileged for one in known):
+            why[name] = "it is told the future"
+    can = tuple(name for name in navigator_names() if name not in why)
+    if not can:
+        raise ClearwayError(f"no navigator can drive there; {next(iter(why.values()))}", field="navigators")
+    return can, why
+
+
 def _cannot_be_made(fate: Fate, plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:
-    raise ClearwayError(f"navigator {spec.navigator!r} cannot be made: the process in which it was tried {fate}")
+    why = " ".join(str(fate).split())  # what it raised may have lines
+    raise ClearwayError(f"navigator {spec.navigator!r} cannot be made: the process in which it was tried {why}")
 
 
 def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tuple[str, Known]:
     """Whether the robot, with what it is told, can do what its navigator and its localiser take; the navigator's code."""
     robot = load_robot(spec.robot)
     for person in spec.scenario.people:
-        BEHAVIOURS.find(person.behaviour)
+        find_behaviour(person.behaviour)
     navigator = make_navigator(spec.navigator, **plan.options.get(spec.navigator, {}))
+    try:
+        return spec.navigator, _checked(plan, spec, robot, navigator, has_map)
+    finally:
+        dismiss(navigator, plan.decision_limit)
+
+
+def _checked(plan: CampaignPlan, spec: TrialSpec, robot: Robot, navigator: Navigator, has_map: bool) -> Known:
     needs = needs_of(spec.navigator, navigator)
     check_drive(spec.navigator, navigator, robot)
     with in_file_of(spec.robot, robot):
@@ -107,4 +158,4 @@ def _check_combination(plan: CampaignPlan, spec: TrialSpec, has_map: bool) -> tu
         )
         raise ClearwayError(f"localisation 'amcl' cannot work: {lacks}; use 'odometry' or 'truth'")
     privileged = getattr(navigator_class(spec.navigator), "privileged", False) is True
-    return spec.navigator, Known(code_of(spec.navigator), tests, needs, privileged)
+    return Known(code_of(spec.navigator, plan.options.get(spec.navigator, {})), tests, needs, privileged)

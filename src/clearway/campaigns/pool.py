@@ -22,7 +22,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, TypeVar
@@ -71,13 +71,14 @@ class Pool:
     Args:
         workers: How many processes; 0: every call is made in this process.
         out: The results directory, which the error names if workers die.
+        folder: The current directory of calls; None: this process's.
 
     Attributes:
         workers: How many processes there may be.
     """
 
-    def __init__(self, workers: int, out: Path) -> None:
-        self.workers, self._out = workers, out
+    def __init__(self, workers: int, out: Path, folder: str | None = None) -> None:
+        self.workers, self._out, self._folder = workers, out, folder
         self._running: Generator[Any] | None = None
 
     def each(
@@ -101,7 +102,13 @@ class Pool:
             ClearwayError: a call raised it; or no worker could complete one, or can be started.
         """
         asked = [_Call(function, arguments) for arguments in calls]
-        self._running = _here(asked) if self.workers < 1 else _there(asked, self.workers, patience, fallen, self._out)
+        setting = Setting.present(packed())
+        if self._folder is not None:
+            setting = replace(setting, folder=self._folder)
+        if self.workers < 1:
+            self._running = _here(asked)
+        else:
+            self._running = _there(asked, self.workers, patience, fallen, self._out, setting)
         return self._running
 
     def close(self) -> None:
@@ -151,9 +158,14 @@ def _here(calls: list[_Call]) -> Generator[Any]:
 
 
 def _there(
-    calls: list[_Call], workers: int, patience: float | None, fallen: Callable[..., Any] | None, out: Path
+    calls: list[_Call],
+    workers: int,
+    patience: float | None,
+    fallen: Callable[..., Any] | None,
+    out: Path,
+    setting: Setting,
 ) -> Generator[Any]:
-    waiting, busy, false_starts, setting = deque(calls), list[_Worker](), 0, Setting.present(packed())
+    waiting, busy, false_starts = deque(calls), list[_Worker](), 0
     try:
         while waiting or busy:
             while waiting and len(busy) < workers:

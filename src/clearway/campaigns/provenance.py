@@ -17,10 +17,11 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.given import given
 from clearway.indicators import INDICATORS
 from clearway.navigators.registry import navigator_class, split_options
-from clearway.robots import load_robot
+from clearway.robots import load_robot, robot_names
 from clearway.scenarios.behaviours import BEHAVIOURS
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.plan import FloorPlan
+from clearway.scenarios.scenario import RobotBodySpec
 from clearway.scenarios.suites import load_suite
 
 
@@ -44,12 +45,14 @@ def asked_of_plan(
     floors = dict.fromkeys(spec.scenario.floor_plan for spec in specs)
     tasks = {spec.task: spec.scenario.model_dump_json() for spec in specs}
     driving = dict.fromkeys(name for spec in specs for name in spec.navigators)
-    code = {name: code_of(name) for name in driving} if code is None else dict(code)
+    code = {name: code_of(name, plan.options.get(name, {})) for name in driving} if code is None else dict(code)
     people = dict.fromkeys(person.behaviour for spec in specs for person in spec.scenario.people)
-    code |= {name: source.of_object(BEHAVIOURS.find(name)) for name in people if name not in BEHAVIOURS.shipped}
+    code |= {f"behaviour {n}": source.of_object(BEHAVIOURS.find(n)) for n in people if n not in BEHAVIOURS.shipped}
     if plan.selection.seeds is not None:
         code |= {
-            name: source.of_object(g.draw) for name in plan.suites if (g := load_suite(name).generator) is not None
+            f"suite {name}": source.of_object(g.draw)
+            for name in plan.suites
+            if (g := load_suite(name).generator) is not None
         }
     own = () if plan.map in (None, "true") else (granted_map(plan.map, spec.scenario) for spec in specs)
     grid = next((grid for grid in own if grid is not None), None)
@@ -58,14 +61,35 @@ def asked_of_plan(
         "plan": json.loads(json.dumps(plan.to_json())),
         "map": None if grid is None else _grid(grid),
         "floor_plans": {name: _floor(load_floor_plan(name)) for name in sorted(floors)},
+        "bodies": {name: source.digest(load_robot(name).model_dump_json()) for name in sorted(_bodies(specs))},
         "tasks": {task: source.digest(scenario) for task, scenario in tasks.items()},
     }
 
 
-def code_of(navigator: str) -> str | None:
-    """A digest of the code of a navigator that is not Clearway's; None: of one that is."""
-    handed = given(split_options(navigator)[0])
-    return source.of_object(navigator_class(navigator)) if handed is None else handed.code
+def code_of(navigator: str, options: Mapping[str, Any] | None = None) -> str | None:
+    """A digest of the code of a navigator that is not Clearway's, and of its user's files; None: of one without either.
+
+    Args:
+        navigator: Its name, with its options or without.
+        options: What else its constructor is given.
+
+    Raises:
+        ClearwayError: a file can't be read.
+    """
+    name, options = split_options(navigator)[0], split_options(navigator)[1] | dict(options or {})
+    handed = given(name)
+    made = navigator_class(navigator) if handed is None else handed.thing
+    code = source.of_object(made) if handed is None else handed.code
+    files = getattr(made, "files", None)
+    if files is None or not (paths := files(**options)):
+        return code
+    return " ".join(filter(None, (code, source.of_files(paths))))
+
+
+def _bodies(specs: Sequence[TrialSpec]) -> set[str]:
+    """The robots of others, as files, whose bodies obstacles have."""
+    shapes = (obstacle.shape for spec in specs for obstacle in spec.scenario.obstacles)
+    return {shape.robot for shape in shapes if isinstance(shape, RobotBodySpec)} - set(robot_names())
 
 
 def _about(name: str, specs: Sequence[TrialSpec]) -> dict[str, Any]:
@@ -88,7 +112,7 @@ def asked_of(
         suites: What a report has to know of them.
         code: A digest of the code of each navigator that is not Clearway's; None: of one that is.
     """
-    others = {name: source.of_object(indicator.function) for name, indicator in INDICATORS.items()}
+    others = {f"indicator {name}": source.of_object(indicator.function) for name, indicator in INDICATORS.items()}
     found = {"clearway": source.of_clearway()} | {n: d for n, d in (others | dict(code or {})).items() if d is not None}
     about = {"clearway": _version("clearway"), "versions": versions(), "code": found}
     return about | {"robots": dict(robots), "suites": dict(suites)}

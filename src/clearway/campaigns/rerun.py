@@ -19,6 +19,7 @@ from clearway.indicators import row_schema, score_row
 from clearway.robots import load_robot
 from clearway.trials import Trial
 from clearway.trials.differences import Difference, first_difference, first_in_json
+from clearway.trials.keeping import is_outline
 from clearway.trials.store import Results, TrialStore, refuse_results, write_partial
 
 _UNLISTED = ("navigator", "privileged", "tuned", "reason", "not_computable")
@@ -61,12 +62,23 @@ class Rerun:
         """Whether the navigator that drove before drove again, so that the bits can be compared."""
         return self.navigator == self.before.attempt.navigator
 
+    @property
+    def compared_by_row(self) -> bool:
+        """Whether only the row in the table could be compared, as the trial was not kept."""
+        return is_outline(self.before)
+
     def __str__(self) -> str:
         head = f"trial {self.number} ({self.id})"
         if not self.same_navigator:
-            return f"{head}: {_ended(self.before)} before; with {self.navigator} {_ended(self.now)}"
+            before = self.before.outcome.value if self.compared_by_row else _ended(self.before)
+            return f"{head}: {before} before; with {self.navigator} {_ended(self.now)}"
         if self.difference is None:
-            return f"{head}: the same bits again; {_ended(self.now)}"
+            bits = (
+                "its row in the table is the same again; the rest was not kept"
+                if self.compared_by_row
+                else "the same bits again"
+            )
+            return f"{head}: {bits}; {_ended(self.now)}"
         remarks = f" ({'; '.join(self.remarks)})" if self.remarks else ""
         return f"{head}: not the same bits. The first difference is {self.difference}{remarks}"
 
@@ -92,7 +104,7 @@ def rerun(
         ClearwayError: there is no such trial, it was recorded, or what it was run on has changed since; or `out` can't be
             used.
     """
-    before = results.trial(number)
+    before = results.remains(number)
     if before.attempt.source == "recorded":
         raise ClearwayError(
             f"trial {number} was recorded with a real robot and cannot be rerun; `clearway replay` shows it",
@@ -130,19 +142,21 @@ def rerun(
     finally:
         if store is not None:
             store.close()
-    same = spec.driver == before.attempt.navigator
+    same, kept = spec.driver == before.attempt.navigator, not is_outline(before)
+    changed = {
+        name: (row_before.get(name), value)
+        for name, value in row.items()
+        if name not in _UNLISTED and value != row_before.get(name)
+    }
+    columns = [Difference(None, f"the column {name}", "", *both) for name, both in changed.items()]
     return Rerun(
         number=number,
         id=row_before["id"],
         navigator=spec.driver,
         before=before,
         now=again,
-        difference=first_difference(before, again) if same else None,
-        changed={
-            name: (row_before.get(name), value)
-            for name, value in row.items()
-            if name not in _UNLISTED and value != row_before.get(name)
-        },
+        difference=None if not same else first_difference(before, again) if kept else next(iter(columns), None),
+        changed=changed,
         remarks=_remarks(results.campaign, asked, spec),
         results=done,
     )
@@ -164,6 +178,7 @@ def alone(plan: CampaignPlan, spec: TrialSpec, navigator: str | None = None) -> 
         setups=() if spec.setup.name is None else (spec.setup.name,),
         selection=dataclasses.replace(plan.selection, scenarios=(spec.scenario.name,)),
         decision_limit=None,
+        keep="trajectories",
     )
 
 
@@ -181,12 +196,17 @@ def _found(plan: CampaignPlan, row: Mapping[str, Any], results: Results, number:
 
 
 def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results, number: int) -> None:
-    """Refuse a trial whose robot, scenario, floor plan or map is not what it was; parameters of navigators may change."""
+    """Refuse a trial whose robots, scenario, floor plan or map are not what they were; parameters of navigators may change."""
     then, what, floor = results.campaign, "", spec.scenario.floor_plan
-    robot = load_robot(spec.robot).name
-    body = [{name: part for name, part in c["robots"][robot].items() if name != _TUNED} for c in (then, asked)]
-    if (differs := first_in_json(f"robots.{robot}", *body)) is not None:
+    driving = dict.fromkeys(load_robot(which).name for which in spec.robots)
+    untuned = [
+        {r: {n: p for n, p in c["robots"].get(r, {}).items() if n != _TUNED} for r in driving} for c in (then, asked)
+    ]
+    bodies = then.get("bodies", asked["bodies"])
+    if (differs := first_in_json("robots", *untuned)) is not None:
         what = f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}"
+    elif other := next((name for name, found in asked["bodies"].items() if bodies.get(name) != found), None):
+        what = f"the robot {other!r}, whose body an obstacle has, is not what it was"
     elif then["tasks"].get(spec.task) != asked["tasks"][spec.task]:
         what = f"the scenario {spec.scenario.name!r} is not what it was"
     elif then["floor_plans"].get(floor) != asked["floor_plans"][floor]:
@@ -200,7 +220,11 @@ def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results,
 def _remarks(then: Mapping[str, Any], asked: Mapping[str, Any], spec: TrialSpec) -> tuple[str, ...]:
     before, today = ({"clearway": c["clearway"], **c["versions"]} for c in (then, asked))
     found = [f"made with {n} {before.get(n)}, this is {today[n]}" for n in today if before.get(n) != today[n]]
-    found += [f"the code of {n} has changed since" for n, d in asked["code"].items() if then["code"].get(n) != d]
+    found += [
+        f"the code of {n}, or a file that it is given, has changed since"
+        for n, d in asked["code"].items()
+        if then["code"].get(n) != d
+    ]
     robot = load_robot(spec.robot).name
     tuned = (c["robots"][robot][_TUNED] for c in (then, asked))
     if (differs := first_in_json(f"robots.{robot}.{_TUNED}", *tuned)) is not None:

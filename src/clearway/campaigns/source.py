@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import hashlib
+import os
 import sys
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -12,10 +13,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from clearway.reading import opened
+
 _CLEARWAY = Path(__file__).parents[1]
 _APART = ("reports", "cli")
 """Rooms of Clearway that decide no bit of a result."""
-_CODE = (".py", ".pyd", ".so", ".toml", ".json", ".yaml")
+_CODE = (".py", ".pyd", ".so", ".toml", ".json", ".yaml", ".csv", ".gz")
 
 
 def digest(*parts: str | bytes) -> str:
@@ -37,7 +40,7 @@ def of_object(thing: Any) -> str | None:
     """Of the code that a class or function of somebody else's stands in, with its version if it was installed; None for
     Clearway's own.
 
-    A package counts whole; a file that stands alone counts with those that it imports from beside it.
+    A package counts whole, with its data; a file that stands alone counts with those that it imports from beside it.
     """
     module = sys.modules.get(getattr(thing, "__module__", None) or type(thing).__module__)
     if module is None or getattr(module, "__file__", None) is None:
@@ -48,10 +51,19 @@ def of_object(thing: Any) -> str | None:
     top = module.__name__.partition(".")[0]
     folders = [Path(p).resolve() for p in getattr(sys.modules.get(top), "__path__", ())]
     if folders:
-        found = digest(*(_of_files(_code_below(folder), folder) for folder in folders))
+        found = digest(*(_of_files(_all_below(folder), folder) for folder in folders))
     else:
-        found = _of_files(_with_imports(file), file.parent)
+        found = _of_files(with_imports(file), file.parent)
     return " ".join(filter(None, (_version(module), found)))
+
+
+def of_files(files: Iterable[Path]) -> str:
+    """Of the contents of files, in their order.
+
+    Raises:
+        ClearwayError: one is not there, or can't be read.
+    """
+    return digest(*map(_of_file, files))
 
 
 def _version(module: ModuleType) -> str | None:
@@ -67,13 +79,31 @@ def _code_below(folder: Path) -> Iterator[Path]:
     return (f for f in folder.rglob("*") if f.suffix in _CODE and f.is_file())
 
 
+def _all_below(folder: Path) -> Iterator[Path]:
+    """The files of a package, weights and tables too; not what Python and Numba keep there, what is hidden, and results."""
+    for place, folders, files in os.walk(folder):
+        folders[:] = [f for f in folders if f != "__pycache__" and not f.startswith(".")]
+        if "campaign.json" in files:
+            folders.clear()
+        else:
+            yield from (Path(place, f) for f in files if not f.startswith(".") and Path(place, f).is_file())
+
+
 def _of_files(files: Iterable[Path], root: Path) -> str:
     named = sorted((f.relative_to(root).as_posix() if f.is_relative_to(root) else f.name, f) for f in files)
-    return digest(*(part for name, file in named for part in (name, file.read_bytes())))
+    return digest(*(part for name, file in named for part in (name, _of_file(file))))
 
 
-def _with_imports(file: Path) -> set[Path]:
-    """A file, and the files beside it that it imports, at any depth."""
+def _of_file(file: Path) -> bytes:
+    with opened(file) as content:  # weights may be large
+        seen = hashlib.sha256()
+        while piece := content.read(1 << 20):
+            seen.update(piece)
+    return seen.digest()
+
+
+def with_imports(file: Path) -> set[Path]:
+    """A Python file, and the files beside it that it imports, at any depth."""
     found, new = set[Path](), [file]
     while new:
         now = new.pop()

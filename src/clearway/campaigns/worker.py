@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from clearway.campaigns.drawing import drawn
-from clearway.campaigns.pilot import compose, guarded, prepare_limit
+from clearway.campaigns.pilot import compose, dismiss, guarded, prepare_limit
 from clearway.campaigns.plan import CampaignPlan, TrialSpec, granted_map
 from clearway.campaigns.plan_checks import Known
 from clearway.campaigns.pool import Fate
@@ -28,6 +29,7 @@ from clearway.robots import Robot, load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Event, Outcome, Trial
+from clearway.trials.keeping import Keep, is_kept, outline
 from clearway.trials.store import write_partial
 from clearway.world.attempt import attempt_of, run_of
 from clearway.world.bodies import bodies_of
@@ -74,18 +76,18 @@ def run_and_keep(
     specs = all_drawn(plan, specs, folder)
     if raise_errors:
         trials = run_trials(plan, specs, known, raise_errors)
-        return [_keep(trial, spec, folder, key) for trial, spec in zip(trials, specs, strict=True)]
+        return [_keep(trial, spec, folder, key, plan.keep) for trial, spec in zip(trials, specs, strict=True)]
     with restored():
         trials = run_trials(plan, specs, known)
     done = []
     for trial, spec in zip(trials, specs, strict=True):
         try:
-            done.append(_keep(trial, spec, folder, key))
+            done.append(_keep(trial, spec, folder, key, plan.keep))
         except ClearwayError:
             raise
         except Exception as error:
             reason = f"the trial cannot be scored or stored: {said(error)}"
-            done.append(_keep(_broken(plan, spec, known, reason, traced(error)), spec, folder, key))
+            done.append(_keep(_broken(plan, spec, known, reason, traced(error)), spec, folder, key, plan.keep))
     return done
 
 
@@ -110,7 +112,7 @@ def keep_fallen(
     reason = f"the worker process {fate.reason}"
     detail = f"{reason}\n{fate.place}" if fate.place else reason
     return [
-        _keep(_broken(plan, spec, known, printable(reason), printable(detail)), spec, folder, key)
+        _keep(_broken(plan, spec, known, printable(reason), printable(detail)), spec, folder, key, plan.keep)
         for spec in all_drawn(plan, specs, folder)
     ]
 
@@ -149,11 +151,12 @@ def run_trials(
     localisers = [make_localiser(first.localisation, robot) for robot, _ in robots]
     granted = granted_map(plan.map, first.scenario)
     try:
-        drivers = [
-            _driver(plan, first, robot, name, localiser, known[name], granted)
-            for (robot, name), localiser in zip(robots, localisers, strict=True)
-        ]
-        trials = simulate_all(first.scenario, drivers, raise_errors=raise_errors)
+        with ExitStack() as after:
+            drivers = [
+                _driver(plan, first, robot, name, localiser, known[name], granted, after)
+                for (robot, name), localiser in zip(robots, localisers, strict=True)
+            ]
+            trials = simulate_all(first.scenario, drivers, raise_errors=raise_errors)
         errands = completed(first.scenario, trials[0].errands, trials[0].spans)
     except Exception as error:
         if raise_errors:
@@ -163,12 +166,14 @@ def run_trials(
 
 
 def _driver(
-    plan: CampaignPlan, spec: TrialSpec, robot: Robot, name: str, localiser: Localiser, known: Known, granted: OccupancyGrid | None
+    plan: CampaignPlan, spec: TrialSpec, robot: Robot, name: str, localiser: Localiser, known: Known, granted: OccupancyGrid | None,
+    after: ExitStack,
 ) -> Driver:  # fmt: skip
     limit = plan.decision_limit
     tracker = make_tracker(spec.tracking, robot) if "obstacles" in known.needs else None
     options = plan.options.get(name, {})
     navigator = guarded(prepare_limit(limit), "to be made", partial(make_navigator, name, **options))
+    after.callback(dismiss, navigator, limit)
     pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=limit)
     return Driver(
         robot, pilot, map=granted, budget=spec.setup.budget, real_time=spec.setup.real_time, **_about(spec, name, known)
@@ -189,8 +194,10 @@ def _marked(trial: Trial, plan: CampaignPlan, spec: TrialSpec, known: Mapping[st
     return replace(trial, attempt=replace(trial.attempt, tuned=tuned(known[spec.driver].tuned_on, plan, spec)))
 
 
-def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str) -> Done:
-    row = {"id": spec.id} | score_row(trial)
+def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str, keep: Keep) -> Done:
+    row = {"id": spec.id, "duration": float(trial.t[-1])} | score_row(trial)
+    if not is_kept(keep, row):
+        trial = outline(trial, keep)
     write_partial(folder, key, spec.index, trial, row)
     return Done(spec.index, trial.outcome, trial.reason)
 

@@ -1,7 +1,8 @@
 """The command line: one file a verb, no logic. Heavy imports stand inside the verbs, so that help answers at once.
 
 Exit codes: 0 done; 1 done, but something is wrong with what was examined (a check found a problem, a navigator
-failed, a trial that was run again has other bits); 2 the input is wrong; 130 interrupted.
+failed, a trial that was run again has other bits, a search found a break, a tuning shows no gain); 2 the input is wrong; 130 interrupted. Only `accept` has others, as 1 and 2 are
+verdicts there (`cli/accept.py`).
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from typing import Annotated
 import typer
 
 from clearway.cli import (
+    accept,
+    break_,
     check,
     compare,
     examples,
@@ -21,14 +24,17 @@ from clearway.cli import (
     list_,
     localise,
     map_,
+    merge,
     protocol,
     replay,
     report,
+    requirement,
     rerun,
     run,
     samples,
     schema,
     score,
+    tune,
 )
 from clearway.cli._options import alone
 from clearway.errors import ClearwayError
@@ -43,16 +49,21 @@ app = typer.Typer(
 )
 VERBS: dict[str, Callable[..., None]] = {
     "run": run.run,
+    "merge": merge.merge,
     "rerun": rerun.rerun,
+    "break": break_.break_,
+    "tune": tune.tune,
     "protocol": protocol.protocol,
     "import": import_.import_,
     "score": score.score,
     "localise": localise.localise,
     "map": map_.map_,
+    "accept": accept.accept,
     "report": report.report,
     "replay": replay.replay,
     "export": export.export,
     "compare": compare.compare,
+    "requirement": requirement.requirement,
     "list": list_.list_,
     "check": check.check,
     "schema": schema.schema,
@@ -60,7 +71,7 @@ VERBS: dict[str, Callable[..., None]] = {
     "examples": examples.examples,
 }
 for name, verb in VERBS.items():
-    app.command(name)(alone(verb))
+    app.command(name, cls=accept.Accept if name == "accept" else None)(alone(verb))
 
 
 def _version(wanted: bool) -> None:

@@ -37,6 +37,41 @@ def navigators_beginning(incomplete: str) -> list[str]:
     return [name for name in navigator_names() if name.startswith(incomplete)]
 
 
+def numbers(text: str, option: str, counts: tuple[int, ...], angle: int) -> list[float]:
+    """The numbers of an option, separated by commas.
+
+    Args:
+        text: What was typed.
+        option: The option, for the error.
+        counts: How many there may be.
+        angle: Which of them, by its index, is an angle: radians, or degrees as `90 deg`.
+
+    Raises:
+        ClearwayError: others, none, or too many; or an angle beyond a full turn.
+    """
+    from pydantic import TypeAdapter, ValidationError
+
+    from clearway.errors import ClearwayError, shown
+    from clearway.quantities import Angle, Finite
+
+    found = []
+    for k, part in enumerate(text.split(",")):
+        try:
+            number: float | str = float(part)
+        except ValueError:
+            number = part
+        try:
+            found.append(TypeAdapter(Angle if k == angle else Finite).validate_python(number))
+        except ValidationError as error:
+            said = error.errors()[0]
+            why = said["msg"].removeprefix("Value error, ") if said["type"] == "value_error" else "is no number"
+            raise ClearwayError(f"{shown(part.strip())}: {why}", field=option) from None
+    if len(found) not in counts:
+        many = " or ".join(map(str, counts))
+        raise ClearwayError(f"{shown(text)} is not {many} numbers, separated by commas", field=option)
+    return found
+
+
 Json = Annotated[bool, typer.Option("--json", help="Print JSON for machines.")]
 ResultsDirectory = Annotated[Path, typer.Argument(help="A results directory, as `run` writes it.", show_default=False)]
 RobotName = Annotated[

@@ -14,6 +14,7 @@ import typer
 
 if TYPE_CHECKING:
     from clearway.api import Results
+    from clearway.statistics import Verdict
 
 
 class Progress:
@@ -80,11 +81,12 @@ def stoppable(otherwise: str = "") -> Iterator[None]:
         raise typer.Exit(130) from None
 
 
-def written(results: Results) -> Path:
-    """The page of results, with a line that says that it is being written, and on Ctrl-C what does it later."""
+def written(results: Results, verdict: Verdict | None = None) -> Path:
+    """The page of results, which begins with the `verdict` if there is one; a line says that it is being written, and on Ctrl-C
+    what does it later."""
     print("writing the report", file=sys.stderr, flush=True)
     with stoppable(f"the results are whole, and `clearway report {results.path}` writes their page"):
-        return results.report()
+        return results.report(verdict)
     raise AssertionError("a context manager that swallows nothing")
 
 

@@ -2,21 +2,28 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from clearway.cli._options import Json, tell
 
+if TYPE_CHECKING:
+    from clearway.navigators.common.parameter_table import ParameterTable
+
 SHOWN = 50
 """Problems that are printed."""
+
+_WORDS = {"problems": ("unknown",), "passed": ("read", "default", "ignored"), "not_tested": ("missing",)}
+"""What becomes of a parameter, in the words of the other checks."""
 
 
 def check(
     target: Annotated[
         str,
         typer.Argument(
-            help="A TOML or map file; the name of a robot, suite or floor plan; a navigator (name or my_pkg:MyNavigator)."
+            help="A TOML or map file; a file of Nav2's parameters, a folder of move_base's; "
+            "the name of a robot, suite or floor plan; a navigator (name, my_pkg:MyNavigator, exec:COMMAND)."
         ),
     ],
     robot: Annotated[
@@ -28,13 +35,18 @@ def check(
     ] = 10.0,
     as_json: Json = False,
 ) -> None:
-    """Say what is wrong with a scenario, suite, robot, plan, test plan or map file, or with a navigator.
+    """Say what is wrong with a scenario, suite, robot, plan, test plan, map or criteria file, or with a navigator.
 
     Of a test plan the recordings are read as well: whether they hold what it names, and whether its ties tie.
+    Of a file of Nav2's parameters, or a folder with those of ROS 1's move_base, a table says what becomes of each: read, ignored (why), missing here (what is closest) or unknown
+    (what it is likely to mean).
     Each finding is printed as soon as it is known; what could not be tested is not called right.
     """
     from clearway.campaigns.checks import findings
+    from clearway.navigators.parameter_files import parameter_table
 
+    if (table := parameter_table(target, robot)) is not None:
+        _tell_parameters(target, table, as_json)
     found: dict[bool | None, list[str]] = {True: [], False: [], None: []}
     for passed, text in findings(target, robot, decision_limit):
         found[passed].append(text)
@@ -54,3 +66,17 @@ def check(
         said = "nothing wrong" if not problems else f"{len(problems)} problem(s)"
         typer.echo(f"{target}: {said}" + (f", {len(untested)} not tested" if untested else ""))
     raise typer.Exit(1 if problems else 0)
+
+
+def _tell_parameters(target: str, table: ParameterTable, as_json: bool) -> NoReturn:
+    """Show what becomes of the parameters of a file, and end."""
+    if as_json:
+        told = {word: [str(row) for row in table.rows if row.status in of] for word, of in _WORDS.items()}
+        told["problems"] = [*map(str, table.problems), *told["problems"]]
+        tell(
+            {"target": target, **told, "about": table.about, "parameters": [row._asdict() for row in table.rows]},
+            indent=2,
+        )
+    else:
+        typer.echo(str(table))
+    raise typer.Exit(0 if table.all_known else 1)

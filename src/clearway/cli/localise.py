@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from clearway.cli._options import Json, RobotName, tell
+from clearway.cli._options import Json, RobotName, numbers, tell
 
 
 def localise(
@@ -19,7 +19,8 @@ def localise(
     start: Annotated[
         str,
         typer.Option(
-            help="Where the robot was at the beginning, in the map: X,Y,THETA in m and rad.", show_default=False
+            help="Where the robot was at the beginning, in the map: X,Y,THETA in m and rad, or 90deg.",
+            show_default=False,
         ),
     ],
     robot: RobotName = "tiago",
@@ -46,9 +47,9 @@ def localise(
     from clearway.localising import localise_recording
 
     target = recording.with_name(recording.name + ".localised.csv") if out is None else out
-    x, y, theta = _numbers(start, 3, "start")
-    at = None if mount is None else _numbers(mount, 3, "mount")
-    far, turned = _numbers(within, 2, "within")
+    x, y, theta = numbers(start, "--start", (3,), angle=2)
+    at = None if mount is None else numbers(mount, "--mount", (3,), angle=2)
+    far, turned = numbers(within, "--within", (2,), angle=1)
     found = localise_recording(
         recording,
         map_,
@@ -74,18 +75,3 @@ def localise(
             f" and {1000 * worst[1]:.0f} mrad"
         )
     typer.echo(f'{target}: name it in the test plan, with frame = {{ same = true }} and [robot] track = "robot"')
-
-
-def _numbers(text: str, count: int, option: str) -> list[float]:
-    """The finite numbers of an option, separated by commas."""
-    import math
-
-    from clearway.errors import ClearwayError
-
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != count or not all(math.isfinite(v) for v in values):
-        raise ClearwayError(f"{text!r} is not {count} numbers, separated by commas", field=f"--{option}")
-    return values

@@ -29,6 +29,12 @@ def protocol(
         int, typer.Option(min=0, max=2**63 - 1, help="Of the suite: shifts when moving obstacles start.")
     ] = 0,
     floor_plan: _options.FloorPlanName = None,
+    criteria: Annotated[
+        Path | None,
+        typer.Option(
+            help="Criteria (TOML) that the trials are to be held against: as many as are planned for them, in a drawn order."
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="The test plan's file; default: it is printed.")] = None,
     sheet: Annotated[Path | None, typer.Option(help="Write the run sheet, an HTML page to print (A4).")] = None,
     ticks: Annotated[
@@ -40,16 +46,24 @@ def protocol(
 
     Overwrites nothing.
     """
+    from dataclasses import replace
+
     from clearway.errors import ClearwayError
     from clearway.recordings.lab.plan_file import load_test_plan
-    from clearway.recordings.protocol.lab_trials import behind, scenarios
+    from clearway.recordings.protocol.lab_trials import behind, labels_in, scenarios
     from clearway.recordings.protocol.protocol import is_plan_file, parsed, refuse_existing, skeleton, write_new
     from clearway.recordings.protocol.run_sheet import sheet_of
     from clearway.recordings.protocol.tick_page import tick_page
     from clearway.scenarios.suites import Selection
+    from clearway.statistics import load_criteria
+    from clearway.statistics import repetitions as planned_repetitions
 
     refuse_existing(out, sheet, ticks)
     if is_plan_file(suite):
+        if criteria is not None:
+            raise ClearwayError(
+                "chooses the trials of a plan that is yet to be written; leave it out", field="--criteria"
+            )
         if (sheet is None and ticks is None) or out is not None:
             raise ClearwayError(
                 "is a test plan already; --sheet FILE writes its run sheet, --ticks FILE the page to tick on",
@@ -68,9 +82,18 @@ def protocol(
             repetitions=repetitions,
             floor_plan=floor_plan,
         )
+        if criteria is not None:
+            once = replace(selection, repetitions=1)
+            tests = labels_in(parsed(skeleton(suite, robot, once, seed=seed)))
+            needed = planned_repetitions(
+                load_criteria(criteria),
+                [{n: v for n, v in test.items() if n not in ("navigator", "localisation")} for test in tests],
+            )
+            selection = selection if repetitions is not None else replace(selection, repetitions=needed)
+        drawn = criteria is not None
         folder, table = None if out is None else out.parent, None if ticks is None else f"{ticks.stem}.json"
-        text = skeleton(suite, robot, selection, seed=seed, folder=folder, ticks=table)
-        made, known = parsed(text), scenarios(suite, robot, selection, seed)
+        text = skeleton(suite, robot, selection, seed=seed, folder=folder, ticks=table, drawn=drawn)
+        made, known = parsed(text), scenarios(suite, robot, selection, seed, drawn=drawn)
         if out is None:
             typer.echo(text, nl=False)
         else:

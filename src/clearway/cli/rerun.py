@@ -45,7 +45,7 @@ def rerun(
     wrong = again.difference is not None
     if as_json:
         about: dict[str, Any] = {"trial": trial, "id": again.id, "navigator": again.navigator, "said": str(again)}
-        about |= {"same_bits": not wrong if again.same_navigator else None}
+        about |= {"same_bits": None if not again.same_navigator or (again.compared_by_row and not wrong) else not wrong}
         about |= {"outcome": again.now.outcome.value, "reason": again.now.reason, "changed": again.changed}
         tell(about | {name: str(page) for name, page in pages.items()})
     else:

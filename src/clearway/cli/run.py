@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from clearway.cli import _options
-from clearway.cli._options import Json, tell
+from clearway.cli._options import Json, numbers, tell
 
 if TYPE_CHECKING:
     from clearway.scenarios.replay import Replay
@@ -38,8 +38,9 @@ def run(
         typer.Option(
             "--navigator",
             "-n",
-            help="Navigator: name, name[option=value,...] or my_pkg:MyNavigator; by robot: tiago=hp-st,hosbot=orca or"
-            " orca,tiago=hp-st (orca for all others); repeatable.",
+            help="Navigator: name, name[option=value,...], my_pkg:MyNavigator, exec:COMMAND or tcp://127.0.0.1:PORT; by robot:"
+            " tiago=hp-st,hosbot=orca or"
+            " orca,tiago=hp-st (orca for all others); all: every registered one that can drive there; repeatable.",
             autocompletion=_options.navigators_beginning,
         ),
     ] = None,
@@ -141,11 +142,33 @@ def run(
     decision_limit: Annotated[
         float, typer.Option(help="Seconds of wall clock after which a navigator's decision counts as hung.")
     ] = 10.0,
+    keep: Annotated[
+        str,
+        typer.Option(
+            metavar="WHAT",
+            help="What is kept of each trial beside its row in the table: trajectories (everything, for replays and reruns),"
+            " failures (everything of those that did not succeed) or table (nothing).",
+        ),
+    ] = "trajectories",
+    shard: Annotated[
+        str | None,
+        typer.Option(
+            metavar="K/N",
+            help="Only the K-th of N parts, for `clearway merge` to put together: 1/40 to 40/40 on forty machines. No page.",
+        ),
+    ] = None,
     workers: Annotated[
         int | None,
         typer.Option(
             min=0, max=1024, help="Processes; default: one a core. 0: this one, for a debugger: errors are raised."
         ),
+    ] = None,
+    engine: Annotated[
+        str, typer.Option(help="Who runs the trials: workers (processes here) or dask (those of a scheduler).")
+    ] = "workers",
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="With --engine dask: the scheduler, as in tcp://host:8786."),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME.")] = None,
     resume: Annotated[
@@ -170,11 +193,12 @@ def run(
         batches = ["official"]
     if resume and out:
         raise ClearwayError("--resume DIR names the results directory already; leave out --out", field="--out")
+    _check_engine(engine, scheduler)
     if resume and not suites:
         _refuse_beside_resume(context)
     with stoppable("nothing was run yet; the same command begins again"), Progress("trials") as progress:
         if resume and not suites:
-            results = api.resume(resume, workers=workers, progress=progress)
+            results = api.resume(resume, workers=workers, scheduler=scheduler, progress=progress)
         else:
             if not suites:
                 raise ClearwayError("say which suite to run; `clearway list suites` shows them")
@@ -212,12 +236,16 @@ def run(
                 team=read_team(team) if team is not None else (),
                 movers=movers,
                 people=recorded,
+                keep=keep,  # type: ignore[arg-type]  # the plan refuses what is none
+                shard=shard,
                 workers=workers,
+                scheduler=scheduler,
                 out=resume or out,
                 resume=resume is not None,
                 progress=progress,
+                told=lambda sentence: typer.echo(sentence, err=True),
             )
-    page = None if no_report else written(results)
+    page = None if no_report or "shard" in results.campaign else written(results)
     failed = sum(outcome == "navigator_failed" for outcome in results.trials["outcome"].to_pylist())
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results), "failed": failed}
@@ -236,6 +264,19 @@ def run(
         raise typer.Exit(1)
 
 
+def _check_engine(engine: str, scheduler: str | None) -> None:
+    from clearway.errors import ClearwayError, unknown
+
+    if engine not in ("workers", "dask"):
+        raise unknown("engine", engine, ("workers", "dask"), field="--engine")
+    if engine == "dask" and scheduler is None:
+        raise ClearwayError(
+            "dask needs --scheduler ADDRESS; `dask scheduler` starts one and prints it", field="--engine"
+        )
+    if engine != "dask" and scheduler is not None:
+        raise ClearwayError("has no effect without --engine dask", field="--scheduler")
+
+
 def _recorded(
     people: Path | None, start: str | None, goal: str | None, at: Sequence[float], bodies: Sequence[str]
 ) -> Replay | None:
@@ -245,28 +286,21 @@ def _recorded(
 
     given = {"--start": start, "--goal": goal, "--at": at, "--body": bodies}
     if people is None:
-        if useless := next((name for name, value in given.items() if value), None):
+        if useless := next((name for name, value in given.items() if value not in (None, ())), None):
             raise ClearwayError("has no effect without --people FILE", field=useless)
         return None
     if start is None or goal is None:
-        lacking = "--goal" if start else "--start"
+        lacking = "--start" if start is None else "--goal"
         raise ClearwayError("recorded people need --start X,Y,THETA and --goal X,Y[,THETA]", field=lacking)
-    found = api.recorded_people(people, _numbers(start, "--start"), _numbers(goal, "--goal"), at=at, bodies=bodies)
+    found = api.recorded_people(
+        people, numbers(start, "--start", (3,), angle=2), numbers(goal, "--goal", (2, 3), angle=2), at=at, bodies=bodies
+    )
     for note in found.notes:
         typer.echo(f"{people}: {note}", err=True)
     return found
 
 
-def _numbers(text: str, option: str) -> list[float]:
-    from clearway.errors import ClearwayError, shown
-
-    try:
-        return [float(part) for part in text.split(",")]
-    except ValueError:
-        raise ClearwayError(f"{shown(text)} is not numbers with commas between, as -3,1.5,0", field=option) from None
-
-
-_WITH_RESUME = {"suites", "resume", "out", "workers", "no_report", "as_json"}
+_WITH_RESUME = {"suites", "resume", "out", "workers", "engine", "scheduler", "no_report", "as_json"}
 
 
 def _refuse_beside_resume(context: typer.Context) -> None:

@@ -18,15 +18,17 @@ class Kind(StrEnum):
     FLOOR_PLAN = "floor-plan"
     TEST_PLAN = "test-plan"
     TABLE = "table"
+    CRITERIA = "criteria"
 
 
 def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show_default=False)]) -> None:
-    """Print the JSON Schema of a scenario, suite, robot, floor plan, test plan or table's file (for editors that complete and check)."""
+    """Print the JSON Schema of a scenario, suite, robot, floor plan, test plan, table's or criteria file (for editors that complete and check)."""
     import json
 
     from clearway.recordings.formats.table_spec import TableSpec
     from clearway.recordings.lab.test_plan import TestPlan
     from clearway.scenarios import files
+    from clearway.statistics import Criteria
 
     made: dict[Kind, Callable[[], dict[str, Any]]] = {
         Kind.SCENARIO: files.scenario_schema,
@@ -35,5 +37,6 @@ def schema(kind: Annotated[Kind, typer.Argument(help="Which kind of file.", show
         Kind.FLOOR_PLAN: files.floor_plan_schema,
         Kind.TEST_PLAN: lambda: files.schema_of(TestPlan),
         Kind.TABLE: lambda: files.schema_of(TableSpec),
+        Kind.CRITERIA: lambda: files.schema_of(Criteria),
     }
     typer.echo(json.dumps(made[kind](), indent=2))

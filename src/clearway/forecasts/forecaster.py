@@ -9,6 +9,7 @@ import numpy as np
 from clearway import contract
 from clearway.contract import Obstacles
 from clearway.errors import ClearwayError
+from clearway.forecasts.avoidance import NOBODY, avoid
 from clearway.forecasts.bounds import HELD, words
 from clearway.forecasts.forecast import Forecast
 from clearway.forecasts.models import models
@@ -63,6 +64,7 @@ class Forecaster:
     def reset(self) -> None:
         """Forget everything."""
         self._t, self._n = math.nan, 0
+        self._intents = NOBODY
         self._tracks = room(self._models, _ROOM)
 
     def update(self, t: float, obstacles: Obstacles) -> tuple[Forecast, tuple[str, ...]]:
@@ -84,7 +86,10 @@ class Forecaster:
         seen = _finite(obstacles)
         self._make_room(t, len(seen))
         told += self._advance(t, dt, seen)
-        return self._forecast(t, seen), tuple(told)
+        found = self._forecast(t, seen)
+        if self._p.avoidance and self._n:
+            self._intents = avoid(self._intents, dt, found, self._p.least)
+        return found, tuple(told)
 
     def _make_room(self, t: float, new: int) -> None:
         """Forget tracks that were not perceived, or not perceived as moving, for too long; have room for `new` ones."""

@@ -61,6 +61,7 @@ class ForecastParameters(BaseModel):
     )
     agree: float = Field(default=1.0, ge=0, description="hypotheses nearer than so many sigma are one")
     least: Share = Field(default=0.02, description="a hypothesis less probable than that is left out")
+    avoidance: bool = Field(default=False, description="whether they may avoid each other, by ORCA")
     constant_velocity_only: bool = Field(default=False, description="no other kind of motion is expected")
 
     @model_validator(mode="after")

@@ -1,7 +1,8 @@
 """Finds navigators: those registered under the entry-point group `clearway.navigators`, and a user's own by address.
 
-An address is `pkg.module:Class`, or `path/to/file.py:Class` for a file that is not installed. Options for its
-constructor may stand behind either, as in `hp-tmpc[solver=genetic,prediction_horizon=10]`: a variant with a name of its
+An address is `pkg.module:Class`, or `path/to/file.py:Class` for a file that is not installed; or it begins with a scheme, as
+`exec:./my_planner --flag` for a program and `tcp://127.0.0.1:5555` for a server, in whatever language. Options for its
+constructor may stand behind it, as in `hp-tmpc[solver=genetic,prediction_horizon=10]`: a variant with a name of its
 own in the results.
 """
 
@@ -23,6 +24,7 @@ NAVIGATORS = Registry(
     "clearway.navigators",
     {
         "move-base": "clearway.navigators.move_base:MoveBase",
+        "nav2": "clearway.navigators.nav2:Nav2",
         "hp-tmpc": "clearway.navigators.hp_tmpc:HpTmpc",
         "hp-st": "clearway.navigators.hp_st:HpSt",
         "hp-st-foresight": "clearway.navigators.hp_st:HpStForesight",
@@ -31,7 +33,14 @@ NAVIGATORS = Registry(
         "colregs-apf-retuned": "clearway.navigators.colregs_apf:RetunedColregsApf",
         "orca": "clearway.navigators.orca:Orca",
         "social-force": "clearway.navigators.social_force:SocialForceNavigator",
+        "mpc-cbf": "clearway.navigators.mpc_cbf:MpcCbf",
+        "mppi-forecast": "clearway.navigators.mppi_forecast:MppiForecast",
         "oracle": "clearway.navigators.oracle:Oracle",
+    },
+    schemes={
+        "exec": "clearway.live.addresses:program",
+        "tcp": "clearway.live.addresses:server",
+        "arena": "clearway.live.addresses:planner",
     },
 )
 

@@ -11,6 +11,8 @@ YAML = 64 << 10
 """Bytes of a ROS map's yaml, which has seven lines; PyYAML reads 30 kB/s at worst."""
 BAG_METADATA = 256 << 10
 """Bytes of a ROS 2 bag's metadata.yaml; a topic takes about 0.5 kB."""
+ROS_PARAMETERS = 128 << 10
+"""Bytes of a file of ROS parameters; Nav2's own, which has every server, has 15 kB."""
 JSON = 96 << 20
 """Bytes of a results directory's campaign.json, which has a line of 85 bytes for each scenario and robot; a million have 85 MB."""
 JSON_ENTRIES = 2_000_000
@@ -71,7 +73,13 @@ STOPS = 100
 LEGS = 1_000
 """Of a scenario or of a recorded trial."""
 POINTS = 10_000
-"""Way points of a path."""
+"""Way points of a path; rows of a recorded person's track."""
+TRACK = 10 << 20
+"""Bytes of a CSV file with such a track; a row of the three columns that count has 30."""
+ROW = 10_000
+"""Characters of a row of it."""
+SAMPLES = 200_000
+"""Of all tracks that a scenario or a suite names, together: 50 people for two minutes and a half at 25 Hz. Reading and checking them takes 4 us each."""
 RUNS = 1_000
 """Passes of a moving obstacle."""
 COMPARISONS = 50_000_000

@@ -19,8 +19,8 @@ LONGEST_STEP, LONGEST, FASTEST = 5.0, 12 * 3600.0, 20_000.0
 """s, s, Hz: of what moves in a test nobody takes samples farther apart, for so long, or so fast."""
 RATES, DURATIONS, SPEEDS = (1.0, 10_000.0), (1.0, 6 * 3600.0), (0.02, 30.0)
 """Hz, s, m/s: what would make sense."""
-CREEPING, MOVED = 0.01, 0.5
-"""m/s, m: what moves by more than the second is faster than the first."""
+CREEPING, MOVED, RACING = 0.01, 0.5, 200.0
+"""m/s, m, m/s: what moves by more than the second is faster than the first, and nothing is as fast as the third."""
 LEAP = 3600.0
 """s; two neighbouring stamps that are farther apart were not taken on one clock."""
 
@@ -37,18 +37,20 @@ def must_be(
         how: What to do about it, with `{other}` for the unit that fits and `{unit}` for this one.
         file: The file, for the error.
         field: The field, for the error.
-        said: Whether somebody said that this is the unit; then only more samples a second than can be taken are refused.
+        said: Whether somebody said that this is the unit; then only more samples a second than can be taken are refused, and what
+            races.
 
     Raises:
-        ClearwayError: the stamps make no sense; names the unit in which they would.
+        ClearwayError: the stamps make no sense; names the unit in which they would. So many samples a second as nobody takes are
+            refused where no unit makes sense of them, too.
     """
     steps = np.diff(t)
     steps = steps[steps > 0]
     if len(steps) < FEW or not np.isfinite(t).all():
         return
     step, lasts, fastest, moved = float(np.median(steps)), float(t.max() - t.min()), *_motion(t, position)
-    slow = moved > MOVED and fastest < CREEPING
-    if not (1 / step > FASTEST or (not said and (step > LONGEST_STEP or lasts > LONGEST or slow))):
+    slow, racing = moved > MOVED and fastest < CREEPING, moved > MOVED and fastest > RACING
+    if not (1 / step > FASTEST or racing or (not said and (step > LONGEST_STEP or lasts > LONGEST or slow))):
         return
     for other, seconds in SECONDS.items():
         by = seconds / SECONDS[unit]
@@ -62,6 +64,12 @@ def must_be(
                 file=file,
                 field=field,
             )
+    if 1 / step > FASTEST and not said:
+        raise ClearwayError(
+            f"a sample every {step:.3g} s, {1 / step:.3g} Hz: nobody takes so many; mend the file's rate or times",
+            file=file,
+            field=field,
+        )
 
 
 def _motion(t: FloatArray, position: FloatArray | None) -> tuple[float, float]:

@@ -8,6 +8,8 @@ person knows is left as a line to fill in. No conformity is claimed.
 from __future__ import annotations
 
 import platform
+from collections import Counter
+from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -17,6 +19,7 @@ from clearway.reports.selection import System, distinct, is_recorded
 from clearway.reports.suites import SuiteAbout
 from clearway.robots import DriveLimits, Robot
 from clearway.scenarios.suite import Section
+from clearway.trials.keeping import KEEPS
 
 Facts = list[tuple[str, str]]
 _PUSHES = {"position": "m", "heading": "rad", "velocity": "m/s", "turn": "rad/s"}
@@ -119,18 +122,33 @@ def test(f: Findings) -> Facts:
         *_if_any("set-ups (thinking a decision)", distinct(f.rows, "setup")),
         *([] if recorded else [("seed", str(plan.get("seed", "not recorded")))]),
         ("trials", str(len(f.rows))),
+        *([] if (keep := f.results.keep) == "trajectories" else [("kept", KEEPS[keep])]),
+        *_shard(_dict(campaign.get("shard"))),
         *([("attempts without a recording", str(len(recordings.unrecorded(f))))] if f.recorded else []),
         *([("tested on", recordings.stated(f, "date"))] if f.recorded else []),
         ("scoring started" if recorded else "started", _date(run.get("started"))),
         ("scoring finished" if recorded else "finished", _date(run.get("finished"))),
         ("Clearway", str(campaign.get("clearway", _version("clearway")))),
         ("software", _software(campaign.get("versions"))),
-        ("machine", _software({k: run[k] for k in ("system", "processor", "cores") if k in run}) or BLANK),
+        ("machine", _machines(run) or BLANK),
         ("report made with", f"Clearway {_version('clearway')}, Python {platform.python_version()}"),
         ("place", recordings.stated(f, "place")),
         ("tested by", recordings.stated(f, "operator")),
     ]
     return facts
+
+
+def _shard(shard: Mapping[str, Any]) -> Facts:
+    """Which part of a campaign these are the results of, if not of all of it."""
+    return [("part of a campaign", "shard {number} of {of}, of {total} trials".format(**shard))] if shard else []
+
+
+def _machines(run: Mapping[str, Any]) -> str:
+    """What it was run on; of a campaign that was run in shards each kind of machine, with how many shards it ran."""
+    told = Counter(
+        _software({k: one[k] for k in ("system", "processor", "cores") if k in one}) for one in run.get("shards", [run])
+    )
+    return "; ".join(words if len(told) == 1 else f"{count} shards on {words}" for words, count in told.items())
 
 
 def _floor(f: Findings) -> str:

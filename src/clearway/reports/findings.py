@@ -182,7 +182,9 @@ class Findings:
         found = {}
         for system in self.systems:
             firsts = {r["suite"]: r["trial"] for r in reversed(self.of(system))}
-            legs = [leg for number in firsts.values() for leg in self.results.trial(number).attempt.legs if leg.scored]
+            legs = [
+                leg for number in firsts.values() for leg in self.results.remains(number).attempt.legs if leg.scored
+            ]
             for name, allowed in (
                 ("DE_max", {leg.xy_tolerance for leg in legs}),
                 ("OE_max", {leg.yaw_tolerance for leg in legs}),

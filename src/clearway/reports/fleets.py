@@ -33,10 +33,11 @@ class Run:
 
 
 def runs(f: Findings) -> list[Run]:
-    """All of them, in the order of the results; a robot that was tested alone among others makes none."""
+    """All of them, in the order of the results; a robot that was tested alone among others makes none, nor
+    does one that was not kept."""
     by_number, found = {r["trial"]: r for r in f.rows}, []
     for numbers in f.results.runs.values():
-        if len(numbers) > 1:
+        if len(numbers) > 1 and all(f.results.kept(by_number[n]) for n in numbers):
             trials = [f.results.trial(n) for n in numbers]
             values = {one.name: one.function(trials) for one in FLEET}
             found.append(Run(by_number[numbers[0]], len(numbers), values, waiting(trials)))

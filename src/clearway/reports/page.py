@@ -25,6 +25,7 @@ from clearway.errors import ClearwayError
 from clearway.placing import placed, working_folder
 from clearway.reports import (
     ablation,
+    acceptance,
     causes,
     charts,
     conditions,
@@ -55,15 +56,19 @@ from clearway.reports.replays import EVERY, FOLDER, Replays, companions, in_page
 from clearway.reports.selection import is_recorded, label, representative
 from clearway.reports.tables import NAMES, write_tables
 from clearway.scenarios.suite import Section
-from clearway.statistics import FEWEST
+from clearway.statistics import FEWEST, Verdict
 from clearway.trials.store import Results, open_results
 
 PAGE = "index.html"
 _SCRIPTS = ("decode.js", "lidar.js", "stage.js", "replay.js", "table.js", "menu.js")
 
 
-def write_report(path: str | os.PathLike[str]) -> Path:
+def write_report(path: str | os.PathLike[str], verdict: Verdict | None = None) -> Path:
     """Write `report/` into the results directory `path`, whole or not at all, and return its page.
+
+    Args:
+        path: The results directory.
+        verdict: With what the page begins, where criteria were given.
 
     Raises:
         ClearwayError: `path` holds no results, or can't be written to.
@@ -74,7 +79,7 @@ def write_report(path: str | os.PathLike[str]) -> Path:
         with working_folder(results.path, "report") as new:
             for part in ("figures", "tables"):
                 (new / part).mkdir()
-            build(results, new)
+            build(results, new, verdict)
             _swap(new, folder)
     except OSError as error:
         raise ClearwayError(f"the report cannot be written: {error.strerror or error}", file=folder) from error
@@ -107,8 +112,8 @@ def write_replay(results: Results, trial: int) -> Path:
     return file
 
 
-def build(results: Results, folder: Path) -> None:
-    """Write the report's files into `folder`, which has `figures/` and `tables/`."""
+def build(results: Results, folder: Path, verdict: Verdict | None = None) -> None:
+    """Write the report's files into `folder`, which has `figures/` and `tables/`; the page begins with the `verdict`, if any."""
     f = Findings(results)
     figures = _figures(f, folder / "figures")
     tables = write_tables(f, folder / "tables")
@@ -124,6 +129,7 @@ def build(results: Results, folder: Path) -> None:
     simulated = {r["robot"] for r in f.rows if not is_recorded(r)}
     page = _environment().get_template("page.html").render(
         f=f,
+        accepted=None if verdict is None else acceptance.on_page(verdict),
         **_first_screen(f),
         about=conditions.test(f),
         vehicles=[(f.title(name), conditions.vehicle(f, name)) for name in f.robots],
@@ -255,7 +261,7 @@ def _figures(f: Findings, folder: Path) -> dict[str, list[tuple[str, Markup]]]:
                     title,
                     rescue_figures.paths(f.results, same, f"{navigator}, {row['batch']} {row['configuration']}"),
                 )
-                if f.results.trial(row["trial"]).snapshots:
+                if f.results.remains(row["trial"]).snapshots:
                     keep("thoughts", f"thought-{slug}", title, rescue_figures.thought(f.results, row))
         for indicator in strips.SHOWN:
             strip = strips.strips(f.rows, f.name, (indicator,), f.tolerances)

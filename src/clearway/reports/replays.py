@@ -27,6 +27,7 @@ from clearway.reports.replay_encoding import Packer
 from clearway.reports.selection import Row, between, is_recorded, label, system_of, verdict, with_uncertainty
 from clearway.reports.words import way_out
 from clearway.trials import Trial
+from clearway.trials.keeping import is_outline
 
 MOST_INSIDE = 16_000_000
 """Bytes of packed replays inside the page."""
@@ -83,7 +84,7 @@ class Replays:
         whole = 0
         for row in sorted(order, key=lambda r: int(r["trial"])):  # as they are stored: each block is read once
             number = row["trial"]
-            trial = self._f.results.trial(number)
+            trial = self._f.results.remains(number)
             if row["reason"] or row["failure"]:
                 self._why[number] = outcomes.why(row, trial.attempt)
             text = in_page(_packed(self._f, self._packer, row, trial))
@@ -116,10 +117,22 @@ class Replays:
 
     def about(self) -> str:
         """What the page says of the sample; empty where there is none."""
+        kept = self._not_kept()
         if not self.beside:
-            return ""
+            return kept
         text = f"Of {len(self._order)} trials {len(self._inside)} replays are in this page itself"
-        return f"{text}: failures before successes, of each system and batch in turn one. All open from {FOLDER}/ beside it."
+        return f"{text}: failures before successes, of each system and batch in turn one. All open from {FOLDER}/ beside it. {kept}".strip()
+
+    def _not_kept(self) -> str:
+        """What is said of trials that were not kept; empty where all were."""
+        results = self._f.results
+        lost = sum(not results.kept(row) for row in self._order)
+        if not lost:
+            return ""
+        return (
+            f"Of {lost} of {len(self._order)} trials only the row in the table was kept (--keep {results.keep}): their replay "
+            f"shows where they began. clearway rerun {results.path} --trial N --out DIR runs one again and keeps all of it."
+        )
 
     def shown(self, rows: Sequence[Row], first: int | None) -> dict[str, Any]:
         """What the player is given: the trials it lists, and those that stand in the page.
@@ -219,6 +232,8 @@ def _packed(f: Findings, packer: Packer, row: Row, trial: Trial) -> dict[str, An
             facts[name] = f"{with_uncertainty(row, name, digits)} {INDICATORS[name].unit}"
     if reason := outcomes.why(row, trial.attempt):
         facts["reason"] = reason
+    if is_outline(trial):
+        facts["not kept"] = f"how it went (--keep {f.results.keep}); it stands where it began"
     if left := way_out(row):
         facts["way out"] = left
     if row.get("violations"):

@@ -29,7 +29,7 @@ def paths(results: Results, rows: Sequence[Row], title: str) -> Figure:
 
     Distances are from centre to centre, as in the paper; the dashed line is where robot and obstacle touch.
     """
-    trials = [(r, results.trial(r["trial"])) for r in rows]
+    trials = [(r, results.remains(r["trial"])) for r in rows]
     figure = theme.new_figure(10.0, 4.6)
     ax, distance = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2)
     first = trials[0][1]
@@ -39,6 +39,7 @@ def paths(results: Results, rows: Sequence[Row], title: str) -> Figure:
         line: dict[str, Any] = {"linestyle": _LINES[k % 4], "color": _COLOURS[k % 4], "linewidth": 1.5}
         name = f"set-up {row['setup']}" if row["setup"] else row["navigator"]
         name += "" if row["success"] else f" ({row['cause'] or verdict(row)})"
+        name += "" if results.kept(row) else " (not kept)"
         ax.plot(*trial.pose[:, :2].T, label=name, zorder=6, **line)
         if not row["success"]:
             ax.plot(*trial.pose[-1, :2], marker="x", color=theme.BAD, markersize=7, zorder=8)

@@ -43,16 +43,16 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         chosen = [r for r in rows if (r["batch"], r["configuration"]) == (batch, configuration)]
         gaps, sizes = distinct(chosen, "gap"), distinct(chosen, "size")
         gap = gaps[len(gaps) // 2] if gaps else None
-        there = [results.trial(r["trial"]) for r in [r for r in chosen if r["gap"] == gap][:24]]
+        there = [results.remains(r["trial"]) for r in [r for r in chosen if r["gap"] == gap][:24]]
         trial = max(there, key=lambda t: (known_positions(t.pose).any(), _shown(t)))  # an attempt may be unrecorded
         _set_up(ax, trial, theme.FIXTURE)
-        lanes = [results.trial(r["trial"]) for r in chosen[:MOST_LANES] if r["obstacle_speed"] is not None]
+        lanes = [results.remains(r["trial"]) for r in chosen[:MOST_LANES] if r["obstacle_speed"] is not None]
         if not sizes:
             _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
         for size in reversed(sizes):
             row = next((r for r in chosen if r["gap"] == gap and r["size"] == size), None)
             if row is not None:
-                nested = results.trial(row["trial"]).attempt.bodies
+                nested = results.remains(row["trial"]).attempt.bodies
                 _bodies(ax, [b for b in nested if b.kind in PLACED], alpha=0.25 + 0.75 / len(sizes))
         _lanes(ax, lanes or [trial])
         for leg in trial.attempt.legs[:1]:
@@ -81,14 +81,14 @@ def trajectories(results: Results, rows: Sequence[Row]) -> Figure:
     figure, axes = _panels(panels, results, rows, 2)
     columns = axes[0].get_subplotspec().get_gridspec().ncols  # type: ignore[union-attr]
     for ax, key in zip(axes, panels, strict=True):
-        row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
-        assert row is not None
-        trial = results.trial(row["trial"])
+        row = _representative(results, rows, key)
+        trial = results.remains(row["trial"])
         _set_up(ax, trial, theme.FIXTURE)
         _bodies(ax, [b for b in trial.attempt.bodies if b.kind in PLACED])
         _tracks(ax, trial)
         ended = "" if row["success"] else f" ({verdict(row)})"
         ax.set_title(_titled(*key, panels))
+        ended += "" if results.kept(row) else ", not kept"
         words = f"trial {row['trial']}: {label(row).partition(', ')[2]}{ended}"
         _note(ax, textwrap.fill(words, 38 if columns > 2 else 90))
     return figure
@@ -140,15 +140,22 @@ def spread(panels: Sequence[tuple[str, str]], most: int = MOST_PANELS) -> list[t
     return [panels[int(i)] for i in np.linspace(0, len(panels) - 1, most).round()]
 
 
+def _representative(results: Results, rows: Sequence[Row], panel: tuple[str, str]) -> Row:
+    """The trial to show of a configuration, among those that were kept if any was."""
+    there = [r for r in rows if (r["batch"], r["configuration"]) == panel]
+    row = representative([r for r in there if results.kept(r)] or there)
+    assert row is not None
+    return row
+
+
 def _panels(
     panels: Sequence[tuple[str, str]], results: Results, rows: Sequence[Row], columns: int, *, setting: bool = False
 ) -> tuple[Figure, list[Axes]]:
     """A figure with a panel for each, all of one scale: of the stretch of floor that the trials need, or the `setting`."""
     samples = []
     for key in panels:
-        row = representative([r for r in rows if (r["batch"], r["configuration"]) == key])
-        assert row is not None
-        samples.append(results.trial(row["trial"]))
+        row = _representative(results, rows, key)
+        samples.append(results.remains(row["trial"]))
     boxes = _boxes(samples, driven=not setting)
     x0, y0, x1, y1 = boxes[0]
     tall = (y1 - y0) / (x1 - x0)

@@ -18,6 +18,9 @@ from clearway.robots.robot import Robot
 from clearway.stand_ins import stand_ins
 from clearway.validation import first_problem
 
+TUNED_ON = "tuned_on"
+"""The key of a navigator's table that says on what its values were chosen: no parameter of its own."""
+
 
 class RobotTable(BaseModel):
     """A table of a robot's file that is read by somebody else than the robot; an unknown key in it is an error.
@@ -67,7 +70,8 @@ class RobotTable(BaseModel):
 def _table(robot: Robot, where: str) -> dict[str, Any]:
     group, _, name = where.partition(".")
     tables: dict[str, Any] = getattr(robot, group)
-    return tables.get(name, {}) if name else tables
+    table = tables.get(name, {}) if name else tables
+    return {key: value for key, value in table.items() if key != TUNED_ON} if isinstance(table, dict) else table
 
 
 def _owner(where: str) -> str:

@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from clearway.errors import ClearwayError
 from clearway.quantities import Distance, NonNegative, Positive, Speed
 from clearway.registry import Registry
 
@@ -25,6 +27,19 @@ BEHAVIOURS = Registry(
     },
 )
 """By which people go; each is a factory that is called with a `clearway.world.behaviours.behaviour.Cast`."""
+
+
+def find_behaviour(name: str) -> Callable[..., Any]:
+    """The class, or other factory, of the behaviour with a name or an address.
+
+    Raises:
+        ClearwayError: there is none, or it is nothing that can be called.
+    """
+    found = BEHAVIOURS.find(name)
+    if not callable(found):
+        raise ClearwayError(f"behaviour {name!r} is a {type(found).__name__}, not a class that makes a behaviour")
+    factory: Callable[..., Any] = found
+    return factory
 
 
 class OperatorSpec(BaseModel):

@@ -31,6 +31,7 @@ from clearway.scenarios.check_places import (
     widest,
 )
 from clearway.scenarios.crowd import Crowd, Standing, Work
+from clearway.scenarios.family import load_families
 from clearway.scenarios.files import (
     SuiteSpec,
     floor_plan_schema,
@@ -126,6 +127,7 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
         if model is None:
             return wrong
         if kind is Scenario:
+            load_families(path)
             return _in(path, check_scenario(load_scenario(path), robot))
         if isinstance(model, SuiteSpec):
             return [

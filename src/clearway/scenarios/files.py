@@ -25,6 +25,8 @@ from clearway.scenarios.suite import Section, Selection, Suite, refuse_many, sce
 from clearway.validation import problems
 
 Model = TypeVar("Model", bound=BaseModel)
+FAMILY = "family"
+"""The table of a scenario's file with the ranges through which `clearway break` searches (`clearway.scenarios.family`)."""
 
 
 class SuiteSpec(BaseModel):
@@ -66,7 +68,9 @@ class SuiteSpec(BaseModel):
 
 def scenario_schema() -> dict[str, Any]:
     """JSON Schema of a scenario's file."""
-    return schema_of(Scenario)
+    schema = schema_of(Scenario)
+    ranges = "what `clearway break` varies: fields, nested as in the scenario, each with [least, most]"
+    return schema | {"properties": schema["properties"] | {FAMILY: {"type": "object", "description": ranges}}}
 
 
 def suite_schema() -> dict[str, Any]:
@@ -90,7 +94,10 @@ def schema_of(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def parse(model: type[Model], table: dict[str, Any], path: Path) -> tuple[Model | None, list[ClearwayError]]:
-    """The table as a model, or everything that is wrong with it; files that it names by way of values are read."""
+    """The table as a model, or everything that is wrong with it; files that it names by way of values are read. Of a scenario with
+    a `[family]` it is the scenario itself."""
+    if model is Scenario and isinstance(table.get(FAMILY), dict):
+        table = {key: value for key, value in table.items() if key != FAMILY}
     try:
         return model.model_validate(with_tracks(table, path)), []
     except ClearwayError as error:
@@ -118,6 +125,17 @@ def load_suite_file(path: str | Path) -> Suite:
     if kind_of(read_toml(path)) is Scenario:
         return suite_of(load_scenario(path), path.stem, path)
     return _suite(_first(SuiteSpec, path), path)
+
+
+def scenarios_in(path: Path) -> list[Scenario]:
+    """The scenarios of a suite's file, or that of a scenario's.
+
+    Raises:
+        ClearwayError: as for `load_suite_file`.
+    """
+    if kind_of(read_toml(path)) is Scenario:
+        return [load_scenario(path)]
+    return scenarios_of(_first(SuiteSpec, path), path)
 
 
 def suite_of(scenario: Scenario, name: str, path: Path | None = None) -> Suite:

@@ -84,6 +84,10 @@ class PersonSpec(_Part):
                 return given | {"start": tuple(given["track"][0][1:])}
         return given
 
+    def reads(self, name: str) -> bool:
+        """Whether the field `name` means anything to somebody of this behaviour."""
+        return name not in _OWN or self.behaviour not in set(BEHAVIOURS.shipped) - _OWN[name]
+
     @field_validator("behaviour")
     @classmethod
     def _known(cls, name: str) -> str:
@@ -93,8 +97,8 @@ class PersonSpec(_Part):
 
     @model_validator(mode="after")
     def _read(self) -> PersonSpec:
-        for name, readers in _OWN.items():
-            if name in self.model_fields_set and self.behaviour in set(BEHAVIOURS.shipped) - readers:
+        for name in _OWN:
+            if name in self.model_fields_set and not self.reads(name):
                 raise ValueError(f"{name!r} means nothing to somebody whose behaviour is {self.behaviour!r}")
         if self.behaviour == "recorded":
             self._walkable()

@@ -5,6 +5,8 @@ Everything here works on numpy arrays or on a results table (`trials.parquet` as
 
 from __future__ import annotations
 
+from clearway.statistics.acceptance import Decision, Judged, Verdict, judge, refuse_strange_groups
+from clearway.statistics.acceptance_plan import Outlook, outlooks, repetitions
 from clearway.statistics.columns import GROUP, SYSTEM
 from clearway.statistics.comparison import Comparison, compare
 from clearway.statistics.configurations import ConfigurationComparison, Repetitions, compare_configurations
@@ -25,6 +27,7 @@ from clearway.statistics.correlation import (
     spearman,
     strength,
 )
+from clearway.statistics.criteria import Criteria, Criterion, load_criteria
 from clearway.statistics.describe import (
     FEWEST_RESAMPLED,
     bootstrap_interval,
@@ -64,12 +67,18 @@ __all__ = [
     "ConfigurationComparison",
     "Correlation",
     "Correlations",
+    "Criteria",
+    "Criterion",
+    "Decision",
     "Interval",
+    "Judged",
+    "Outlook",
     "PairedSuccess",
     "RateDifference",
     "Reduced",
     "Repetitions",
     "SignedRank",
+    "Verdict",
     "asterisks",
     "bootstrap_interval",
     "compare",
@@ -80,14 +89,19 @@ __all__ = [
     "correlations_by_robot",
     "describe",
     "holm",
+    "judge",
+    "load_criteria",
     "mcnemar",
     "mean_interval",
     "normality",
+    "outlooks",
     "paired_success",
     "pearson",
     "rate_difference",
     "reduced_set",
+    "refuse_strange_groups",
     "reliability_shown",
+    "repetitions",
     "samples_needed",
     "signed_rank",
     "spearman",

@@ -68,7 +68,10 @@ def attempt_from_json(d: Mapping[str, Any], fixtures: Sequence[Any]) -> Attempt:
 def _limits(limits: DriveLimits) -> dict[str, Any]:
     """What bounds the base; of what only another kind of base has nothing."""
     usual = DriveLimits._field_defaults
-    said = {name: value for name, value in limits._asdict().items() if name not in usual or value != usual[name]}
+    # Compared as they are written: -0.0 equals 0.0, and is another value.
+    said = {
+        name: value for name, value in limits._asdict().items() if name not in usual or str(value) != str(usual[name])
+    }
     return {name: [*map(to_number, v)] if isinstance(v, tuple) else to_number(v) for name, v in said.items()}
 
 

@@ -15,7 +15,7 @@ import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -106,7 +106,7 @@ class TrialStore:
             return []
         there = {entry.name for entry in os.scandir(self.partial)}
         for i, whole in enumerate(self._whole):
-            file = _partial_file(self.partial, i)
+            file = partial_file(self.partial, i)
             if not whole and file.name in there:
                 self._whole[i] = _content(file, self.key) is not None
         return [i for i, whole in enumerate(self._whole) if not whole]
@@ -115,8 +115,14 @@ class TrialStore:
         """How many trials have been finished, damaged or not."""
         return self.total if self.finished else sum(e.name.endswith(_SUFFIX) for e in os.scandir(self.partial))
 
-    def finish(self, run: Mapping[str, Any] | None = None) -> Results:
+    def finish(
+        self, run: Mapping[str, Any] | None = None, trials: Iterable[tuple[Tables, dict[str, Any]]] | None = None
+    ) -> Results:
         """Assemble the final files, put them in place, and drop the partial ones.
+
+        Args:
+            run: What campaign.json is to say under `run` beside what it says already.
+            trials: The tables and the row of each trial, in order; None: what was written to `partial`.
 
         Raises:
             ClearwayError: a trial is missing, or the disk is full; nothing is lost then.
@@ -127,8 +133,10 @@ class TrialStore:
                 shutil.rmtree(new, ignore_errors=True)
                 for kind in FILES.values():
                     (new / kind.path).parent.mkdir(parents=True, exist_ok=True)
-                files = (_partial_file(self.partial, i) for i in range(self.total))
-                assemble((_read_partial(file, self.key) for file in files), new, results_schema(self._schema))
+                if trials is None:
+                    files = (partial_file(self.partial, i) for i in range(self.total))
+                    trials = (_read_partial(file, self.key) for file in files)
+                assemble(trials, new, results_schema(self._schema))
                 digests, folders = {}, {self.path}
                 for file in sorted(p for p in new.rglob("*") if p.is_file()):
                     sync(file)
@@ -150,8 +158,13 @@ class TrialStore:
     def withdraw(self) -> None:
         """Take away what was begun, finished trials too: for a campaign that can't be completed as it was asked."""
         if not self.finished:
+            for name in ("trials.parquet", "trials.csv", *(file.path for file in FILES.values())):
+                (self.path / name).unlink(missing_ok=True)
             shutil.rmtree(self.partial, ignore_errors=True)
             (self.path / CAMPAIGN).unlink(missing_ok=True)
+            for folder in {file.path.rpartition("/")[0] for file in FILES.values()}:
+                with suppress(OSError):  # it holds something else too
+                    (self.path / folder).rmdir()
 
     def close(self) -> None:
         """Let go of the directory."""
@@ -241,7 +254,7 @@ def _earlier(
         {n: v for n, v in campaign.items() if n not in ("format", "schema", "trials", "run")}, campaign["trials"]
     )
     for number in numbers:
-        file = _partial_file(path / PARTIAL, number)
+        file = partial_file(path / PARTIAL, number)
         if _content(file, key) is None:
             yield None, {}
         else:
@@ -271,13 +284,22 @@ def write_partial(folder: Path, key: str, index: int, trial: Trial, row: Mapping
     """
     tables = to_tables(index, trial)
     duration = float(trial.t[-1]) if len(trial.t) else None
-    whole = {**row, "trial": index, "duration": duration}
+    whole = {"duration": duration, **row, "trial": index}
     blobs = {"row": json.dumps(whole).encode()} | {name: _to_bytes(table) for name, table in tables.items()}
     head = json.dumps({"key": key, "index": index, "sizes": {n: len(b) for n, b in blobs.items()}}).encode()
     body = b"".join([len(head).to_bytes(8, "little"), head, *blobs.values()])
-    file = _partial_file(folder, index)
+    put_partial(folder, index, _MAGIC + hashlib.sha256(body).digest() + body)
+
+
+def put_partial(folder: Path, index: int, content: bytes) -> None:
+    """Put a finished trial, as `write_partial` wrote it elsewhere, into the `partial` folder of a store.
+
+    Raises:
+        ClearwayError: as for `write_partial`.
+    """
+    file = partial_file(folder, index)
     with _writing(file):
-        _write_whole(file, _MAGIC + hashlib.sha256(body).digest() + body)
+        _write_whole(file, content)
 
 
 def _read_partial(file: Path, key: str) -> tuple[Tables, dict[str, Any]]:
@@ -307,7 +329,8 @@ def _content(file: Path, key: str) -> tuple[dict[str, int], memoryview] | None:
     return (head["sizes"], raw[at:]) if (head["key"], head["index"]) == (key, int(file.stem)) else None
 
 
-def _partial_file(folder: Path, index: int) -> Path:
+def partial_file(folder: Path, index: int) -> Path:
+    """Where `write_partial` puts a trial, given the `partial` folder and the trial's number."""
     return folder / f"{index:06d}{_SUFFIX}"
 
 

@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
 from clearway.reading import read_json
+from clearway.trials.keeping import KEEPS, Keep, is_kept, is_outline
 from clearway.trials.store_tables import FILES, Tables
 from clearway.trials.trial import Trial
 from clearway.trials.trial_tables import from_tables
@@ -25,6 +26,9 @@ SCHEMA = 9
 """Version of the layout; goes up when a file changes so that an older Clearway would misread it."""
 
 CAMPAIGN, PARTIAL = "campaign.json", ".partial"
+
+SHARD = "shard"
+"""What campaign.json calls the part of a campaign that a directory holds, if it is no whole one."""
 
 DIGESTS = "sha256"
 """What campaign.json calls, under `run`, the digests of the finished files."""
@@ -80,18 +84,52 @@ class Results:
         """Trial number `index` (the column `trial`) in full.
 
         Raises:
+            ClearwayError: there is no such trial, it was not kept (`--keep`), or a file is damaged.
+        """
+        trial = self.remains(index)
+        if is_outline(trial):
+            raise ClearwayError(
+                f"of trial {index} only the row in the table was kept (--keep {self.keep}); `clearway rerun {self.path} --trial "
+                f"{index} --out DIR` runs it again and keeps all of it",
+                file=self.path,
+            )
+        return trial
+
+    def remains(self, index: int) -> Trial:
+        """Trial number `index` in full, or what is left of it where it was not kept: see `keeping.outline`.
+
+        Raises:
             ClearwayError: there is no such trial, or a file is damaged.
+        """
+        tables = self.tables(index)
+        trial: Trial = _reading(self.path / FILES["attempts"].path, lambda _: from_tables(tables))
+        return trial
+
+    @property
+    def keep(self) -> Keep:
+        """What was to be kept of each trial."""
+        plan = self.campaign.get("plan")
+        said = plan.get("keep") if isinstance(plan, dict) else None
+        return said if said in KEEPS else "trajectories"
+
+    def kept(self, row: Mapping[str, Any]) -> bool:
+        """Whether all of the trial with this row in the table was kept."""
+        return is_kept(self.keep, row)
+
+    def tables(self, index: int) -> Tables:
+        """The rows of trial number `index` in each of the files, by their names in `FILES`.
+
+        Raises:
+            ClearwayError: as for `trial`.
         """
         if not 0 <= index < len(self):
             raise ClearwayError(f"there is no trial {index}; it holds 0 to {len(self) - 1}", file=self.path)
         tables: Tables = {name: self._file(name).rows("trial", index) for name in FILES if name != "fixtures"}
-        attempts = self.path / FILES["attempts"].path
         if tables["attempts"].num_rows != 1:
-            raise ClearwayError(f"is damaged: it has no trial {index}", file=attempts)
+            raise ClearwayError(f"is damaged: it has no trial {index}", file=self.path / FILES["attempts"].path)
         key = tables["attempts"].column("fixtures")[0].as_py()
         tables["fixtures"] = self._file("fixtures").rows("fixtures", key)
-        trial: Trial = _reading(attempts, lambda _: from_tables(tables))
-        return trial
+        return tables
 
     def _file(self, name: str) -> _File:
         if name not in self._files:
@@ -184,7 +222,10 @@ def seal(campaign: Mapping[str, Any]) -> str:
 
 def how_to_go_on(folder: Path) -> str:
     """The command that completes the unfinished results in `folder`."""
-    plan = read_campaign(folder).get("run", {}).get("test_plan")
+    run = read_campaign(folder)["run"]
+    if "shards" in run:
+        return f"clearway merge SHARD... --out {folder}"
+    plan = run.get("test_plan")
     return f"clearway run --resume {folder}" if plan is None else f"clearway score {plan} --out {folder} --resume"
 
 

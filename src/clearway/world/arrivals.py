@@ -10,7 +10,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.behaviours.routes import ARRIVED
@@ -52,23 +54,18 @@ class Arrivals:
         self._place = np.array([people[k].route[0].at for k in who], np.float64).reshape(-1, 2)
         self._until = np.full(len(who), -math.inf)  # who waits somewhere does so until then, s; inf: for good
         self._path = np.zeros(len(who))
-        self._at: FloatArray | None = None
+        self._at = np.full((len(who), 2), np.nan)
 
     def look(self, t: float, moving: FloatArray) -> None:
         """At time `t` [s] all that moves is at `moving` (m, 3), NaN where one is absent."""
         if not self._who:
             return
-        at = moving[self._rows, :2]
-        if self._at is not None:
-            step = at - self._at
-            self._path += np.nan_to_num(np.hypot(step[:, 0], step[:, 1]))
-        self._at = at
-        away = at - self._place
-        for i in np.flatnonzero((np.hypot(away[:, 0], away[:, 1]) <= ARRIVED) & (t >= self._until)).tolist():
-            self._arrive(i, t)
+        if walked(t, moving, self._rows, self._at, self._path, self._place, self._until):
+            away = self._at - self._place
+            for i in np.flatnonzero((np.hypot(away[:, 0], away[:, 1]) <= ARRIVED) & (t >= self._until)).tolist():
+                self._arrive(i, t)
 
     def _arrive(self, i: int, t: float) -> None:
-        assert self._at is not None
         person, reached = self._people[self._who[i]], self.reached[self._who[i]]
         places, at = person.route, self._at[i].tolist()
         while t >= self._until[i] and math.dist(self._place[i].tolist(), at) <= ARRIVED:
@@ -98,3 +95,34 @@ class Arrivals:
         """When person `k` came to a place; None: it has not yet."""
         reached = self.reached[k]
         return reached[place] if place < len(reached) else None
+
+
+@kernel
+def walked(
+    t: float, moving: FloatArray, rows: npt.NDArray[np.int64], at: FloatArray, path: FloatArray, place: FloatArray,
+    until: FloatArray,
+) -> bool:  # fmt: skip
+    """Take note of where people are now.
+
+    Args:
+        t: Now, s.
+        moving: (m, 3) where everything that moves is, NaN where one is absent.
+        rows: (k,) which of them they are.
+        at: (k, 2) where each was; updated.
+        path: (k,) how far each has walked, m; updated.
+        place: (k, 2) where each is going.
+        until: (k,) who waits somewhere does so until then, s.
+
+    Returns:
+        Whether anybody has come to where it was going.
+    """
+    come = False
+    for k in range(len(rows)):
+        x, y = moving[rows[k], 0], moving[rows[k], 1]
+        step = math.hypot(x - at[k, 0], y - at[k, 1])
+        if math.isfinite(step):
+            path[k] += step
+        at[k, 0], at[k, 1] = x, y
+        if t >= until[k] and math.hypot(x - place[k, 0], y - place[k, 1]) <= ARRIVED:
+            come = True
+    return come

@@ -231,7 +231,7 @@ def test_the_interior_point_against_scipy(seed):
 
     program = Program(
         LinearMotion(turn, push, 0.15), error, 0.5, gamma, effort, base, low, high, smooth, previous, stage, normal,
-        lack, m, rho,
+        np.zeros((0, 2)), lack, m, rho,
     )  # fmt: skip
     spent = minimise(program, 20.0, 1e-8, 60, out)
     assert 0 < spent < 40

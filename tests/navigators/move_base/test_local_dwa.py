@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 from local_oracle import dwa_scores, speeds
 
 from clearway.geometry.shapes import Circle, rectangle
-from clearway.navigators.move_base.dwa import DWAPlanner, Oscillation
-from clearway.navigators.move_base.dwa_search import Signs, sample_steps, sideways_of, velocity_samples, window_of
-from clearway.navigators.move_base.footprint import outline
+from clearway.navigators.common.costmaps.footprint import outline
+from clearway.navigators.common.oscillation import Oscillation, Signs
+from clearway.navigators.move_base.dwa import DWAPlanner
+from clearway.navigators.move_base.dwa_search import sample_steps, sideways_of, velocity_samples, window_of
 from clearway.navigators.move_base.local_parameters import DWAParameters
 from clearway.navigators.move_base.sampling import roll
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from local_oracle import distances, footprint_cost, plan_cells, robot_cells, world_to_cell
 
 from clearway.geometry.shapes import rectangle
-from clearway.navigators.move_base.footprint import outline
+from clearway.navigators.common.costmaps.footprint import outline
 from clearway.navigators.move_base.local_parameters import TrajectoryParameters
 from clearway.navigators.move_base.rollout import TrajectoryPlanner
 from clearway.navigators.move_base.rollout_search import samples, window_of

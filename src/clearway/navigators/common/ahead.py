@@ -71,6 +71,18 @@ class Ahead:
             self._given.popleft()
         return self.way(pose, t, t + self.time).pose
 
+    def state(self, t: float, pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """As `pose`, with the velocity: (2,), or (3,) with v_y of an omnidirectional base, which is taken to go on as it does."""
+        late = self.time
+        if late == 0.0:
+            return pose, velocity
+        if len(velocity) == 2:
+            way = self.way(pose, t, t + late)
+            return way.pose, way.velocity
+        heading = float(pose[2]) + 0.5 * late * float(velocity[1])
+        c, s, (v, omega, v_y) = math.cos(heading), math.sin(heading), velocity.tolist()
+        return pose + late * np.array((c * v - s * v_y, s * v + c * v_y, omega)), velocity
+
     def way(self, pose: FloatArray, begin: float, end: float) -> Way:
         """How the base moves from `pose` (3,) at time `begin` until `end` [s], by what was commanded before."""
         at, velocity = np.array(pose, np.float64), np.zeros(2)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
@@ -111,21 +110,10 @@ class CrowdNavigator(ABC, Generic[_P]):
         """
         pose, velocity = finite("pose", observation.pose), finite("velocity", observation.velocity, self._components)
         finite("goal.pose", observation.goal.pose)
-        if self._ahead.time > 0.0:
-            pose, velocity = self._later(observation.t, pose, velocity)
+        pose, velocity = self._ahead.state(observation.t, pose, velocity)
         command = self._decide(observation, pose, velocity)
         self._ahead.decided(observation.t, velocity[:2], command.v, command.omega)
         return command
-
-    def _later(self, t: float, pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Pose and velocity when what is decided now is followed, of a robot that was told to have these at `t` [s]."""
-        late = self._ahead.time
-        if self._components == 2:
-            way = self._ahead.way(pose, t, t + late)
-            return way.pose, way.velocity
-        heading = float(pose[2]) + 0.5 * late * float(velocity[1])
-        c, s, (v, omega, v_y) = math.cos(heading), math.sin(heading), velocity.tolist()
-        return pose + late * np.array((c * v - s * v_y, s * v + c * v_y, omega)), velocity
 
     def _decide(self, observation: Observation, pose: FloatArray, velocity: FloatArray) -> Command:
         """The command for a robot at `pose` with `velocity` when it follows it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import fields
 from typing import NamedTuple
 
 import numpy as np
@@ -51,6 +52,16 @@ def seen(obstacles: Obstacles | None, mapped: bool) -> Seen:
     if mapped:
         good &= obstacles.moving | (obstacles.velocity_error != 0.0)
     return Seen(np.ascontiguousarray(discs[good]), obstacles.moving[good])
+
+
+def unmapped(obstacles: Obstacles | None, mapped: bool) -> Obstacles:
+    """Those that the map does not show anyway; `mapped` as in `seen`."""
+    if obstacles is None:
+        return _NOTHING
+    if not mapped:
+        return obstacles
+    keep = obstacles.moving | (obstacles.velocity_error != 0.0)
+    return Obstacles(*(getattr(obstacles, f.name)[keep] for f in fields(obstacles)))
 
 
 def later(others: Seen, time: float) -> Seen:
@@ -102,6 +113,16 @@ class Route:
 
     def wish(self, t: float, pose: FloatArray, goal: Goal, others: Seen) -> tuple[FloatArray, FloatArray]:
         """The point to head for (2,), and the velocity (2,) [m/s] there, slower where the goal is near; zero: there is no way."""
+        x, y, left = way_point(self.ways(t, pose, goal, others), float(pose[0]), float(pose[1]), self._ahead)
+        point = np.array((x, y))
+        away = math.hypot(x - pose[0], y - pose[1])
+        if not left < math.inf or away < 1e-9:
+            return point, np.zeros(2)
+        speed = min(self._limits.v_max, math.sqrt(2.0 * min(self._limits.deceleration, 1e6) * left))
+        return point, (point - pose[:2]) * (speed / away)
+
+    def ways(self, t: float, pose: FloatArray, goal: Goal, others: Seen) -> Ways:
+        """The ways to `goal` at time `t` [s], past what stands of `others`; anew after `REPLAN`."""
         if goal is not self._goal:
             self._goal, self._next, self._room = goal, -math.inf, None
         if self._ways is None or t >= self._next:
@@ -111,13 +132,7 @@ class Route:
             room = with_discs(self._room, np.ascontiguousarray(standing), self._radius + COMFORT)
             self._ways = ways_to(np.array(goal.pose[:2], np.float64), room, self._radius)
             self._next = t + REPLAN - 1e-6
-        x, y, left = way_point(self._ways, float(pose[0]), float(pose[1]), self._ahead)
-        point = np.array((x, y))
-        away = math.hypot(x - pose[0], y - pose[1])
-        if not left < math.inf or away < 1e-9:
-            return point, np.zeros(2)
-        speed = min(self._limits.v_max, math.sqrt(2.0 * min(self._limits.deceleration, 1e6) * left))
-        return point, (point - pose[:2]) * (speed / away)
+        return self._ways
 
     def _open(self, pose: FloatArray, goal: Goal) -> OccupancyGrid:
         """A map without walls."""
@@ -125,3 +140,8 @@ class Route:
         x0, y0, x1, y1 = self._task.area or (*(ends.min(0) - _AROUND), *(ends.max(0) + _AROUND))
         size = (math.ceil((y1 - y0) / _CELL) + 1, math.ceil((x1 - x0) / _CELL) + 1)
         return OccupancyGrid(np.full(size, FREE, np.int8), _CELL, (float(x0), float(y0)))
+
+
+_NOTHING = Obstacles(
+    np.zeros((0, 2)), np.zeros((0, 2)), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0, np.int64), np.zeros(0, np.bool_)
+)  # fmt: skip

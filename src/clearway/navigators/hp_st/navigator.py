@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import time
 from collections.abc import Collection
@@ -15,11 +14,11 @@ from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast, later
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
-from clearway.geometry.angles import wrap
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.ahead import Ahead, blurred
 from clearway.navigators.common.arrival import BEGIN, HEADING, Approach
+from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.common.inputs import area_of, finite
 from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
@@ -98,6 +97,12 @@ class HpSt:
             TunedOn(suite, ("rescue",), draws=range(100))
             for suite in ("sar-case1", "sar-case2", "sar-case3", "sar-stress")
         ),
+        TunedOn(
+            "crowd",
+            ("crowdnav-disc",),
+            draws=range(200),
+            note="how far ahead it looks, how sure forecasts are taken to be",
+        ),
         *(TunedOn(suite, ("tiago", "hosbot", "jackal"), "hall", seeds=(3,)) for suite in HOSPITAL),
         *(TunedOn(suite, ("tiago", "hosbot"), "hall", seeds=(7,), note="the cost of nearness") for suite in HOSPITAL),
     )
@@ -168,7 +173,7 @@ class HpSt:
         self._looks = SightMonitor(sight, p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
-            constant_velocity_only="forecast" in without, velocities=robot.camera is None,
+            constant_velocity_only="forecast" in without, velocities=robot.camera is None, avoidance=p.avoidance,
         )  # fmt: skip
         self._forecaster = self._make_forecaster(task, known, periods + math.ceil(late / task.period - 1e-9))
         self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(2))
@@ -182,7 +187,7 @@ class HpSt:
         begin, faced = (BEGIN, HEADING) if car else (CLOSE if self._wishes.stop else BEGIN, FACED)
         self._approach = Approach(limits, task.period, begin, faced, not car)
         self._stored: tuple[Plan, Tube, int] | None = None
-        self._frame = _Frame(np.zeros(3), np.zeros(3))
+        self._frame = OdometryFrame(np.zeros(3), np.zeros(3))
 
     def _make_forecaster(
         self, task: Task, parameters: ForecastParameters, count: int
@@ -201,7 +206,7 @@ class HpSt:
         pose, goal = given, aim
         if self._drifts:
             pose = finite("odom_pose", observation.odom_pose)
-            self._frame = _Frame(given, pose)
+            self._frame = OdometryFrame(given, pose)
             goal, seen = self._frame.into(aim), self._frame.obstacles(seen)
         memory, cut = self._memory, False
         if observation.goal is not self._goal:
@@ -369,36 +374,6 @@ class HpStForesight(HpSt):
         if task.obstacle_oracle is None:
             raise ClearwayError("hp-st-foresight needs the true future of the obstacles, and this task has none")
         return PerfectForecaster(parameters, task.obstacle_oracle, task.period, count)
-
-
-class _Frame:
-    """From the map into the odometry's frame and back: smooth there, while the map's jumps as localisation corrects itself.
-
-    Obstacles are perceived from the robot, so a wrong estimate moves them with it: in this frame they, the stored plan
-    and what is watched don't jump; the goal does, as it must.
-    """
-
-    def __init__(self, pose: FloatArray, odom: FloatArray) -> None:
-        self._pose, self._odom = pose, odom
-        self._turned = float(odom[2] - pose[2])
-        c, s = math.cos(self._turned), math.sin(self._turned)
-        self._rotation = np.array(((c, s), (-s, c)))
-
-    def into(self, pose: FloatArray) -> FloatArray:
-        """A pose (3,) of the map."""
-        place = (pose[:2] - self._pose[:2]) @ self._rotation + self._odom[:2]
-        return np.array((*place, wrap(float(pose[2]) + self._turned)))
-
-    def obstacles(self, seen: Obstacles) -> Obstacles:
-        """Obstacles of the map."""
-        place = (seen.position - self._pose[:2]) @ self._rotation + self._odom[:2]
-        return dataclasses.replace(seen, position=place, velocity=seen.velocity @ self._rotation)
-
-    def back(self, points: FloatArray) -> FloatArray:
-        """Points (n, 2), or discs (n, 3), in the map; those that are finite."""
-        out = np.array(points, np.float64)
-        out[:, :2] = (out[:, :2] - self._odom[:2]) @ self._rotation.T + self._pose[:2]
-        return np.asarray(out[np.isfinite(out).all(axis=1)])
 
 
 _UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"

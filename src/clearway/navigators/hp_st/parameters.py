@@ -60,6 +60,7 @@ class Parameters(RobotTable):
     reverse: bool = Field(description="whether it may drive backwards, where the base can")
     obstacle_speed: Positive = Field(description="assumed bound of the obstacles' speed, m/s")
     obstacle_acceleration: Positive = Field(description="assumed bound of the obstacles' acceleration, m/s^2")
+    avoidance: bool = Field(description="whether forecasts hold that obstacles avoid each other, by ORCA, too")
     memory: NonNegative = Field(description="an obstacle out of view for longer is forgotten, s")
     disturbance_position: NonNegative = Field(description="assumed bound of the displacement in a period, m")
     disturbance_heading: NonNegative = Field(description="the same of the heading, rad")

@@ -70,8 +70,8 @@ def track(
     for k in range(n):
         discount[k] = 0.95**k
     problem = Problem(
-        start[:3].copy(), start[3:].copy(), states[1:, :3].copy(), commands, rows, counts, start[:2].copy(),
-        np.full(n, math.inf), box, low, high, np.full(n, math.inf), discount, effort, heading_weight, period, True, n,
+        start[:3].copy(), start[3:].copy(), states[1:, :3].copy(), commands, rows, counts, np.zeros((0, 3)), 1.0,
+        start[:2].copy(), np.full(n, math.inf), box, low, high, np.full(n, math.inf), discount, effort, heading_weight, period, True, n,
     )  # fmt: skip
     plan = commands.copy()
     project(problem, plan)

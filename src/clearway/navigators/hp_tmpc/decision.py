@@ -340,8 +340,8 @@ def pose_problem(
             area[i, j] = min(settings.area[j] + tube[i + 1], nominal[j])
             area[i, 2 + j] = max(settings.area[2 + j] - tube[i + 1], nominal[j])
     problem = Problem(
-        nominal.copy(), memory.input - correction, points, inputs, rows, counts, pose[:2].copy(), np.full(n, reach),
-        area, low, high, np.full(n, settings.input_change),
+        nominal.copy(), memory.input - correction, points, inputs, rows, counts, np.zeros((0, 3)), 1.0, pose[:2].copy(),
+        np.full(n, reach), area, low, high, np.full(n, settings.input_change),
         discounts(n, settings.w1, memory.clock[STEP], settings.discount), settings.w2, settings.heading_weight, c,
         not settings.model, settings.control_horizon,
     )  # fmt: skip

@@ -1,7 +1,6 @@
 """The dynamic window approach as ROS's DWAPlannerROS does it (Fox, Burgard, Thrun 1997).
 
-Behaviour after dwa_local_planner/src/dwa_planner{,_ros}.cpp and base_local_planner/src/oscillation_cost_function.cpp;
-the end game is in `goal`, the search in `dwa_search`.
+Behaviour after dwa_local_planner/src/dwa_planner{,_ros}.cpp; the end game is in `goal`, the search in `dwa_search`.
 """
 
 from __future__ import annotations
@@ -11,69 +10,15 @@ import math
 import numpy as np
 
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.dwa_search import Signs, Window, motion_cost, search
-from clearway.navigators.move_base.footprint import CostArray, make_scene
+from clearway.navigators.common.costmaps.footprint import CostArray, make_scene
+from clearway.navigators.common.oscillation import Oscillation
+from clearway.navigators.move_base.dwa_search import Window, motion_cost, search
 from clearway.navigators.move_base.goal import StopAndTurn
 from clearway.navigators.move_base.local_interface import LocalResult
 from clearway.navigators.move_base.local_parameters import DWAParameters
 from clearway.navigators.move_base.mapgrid import Room, make_room
 
 _NOTHING: FloatArray = np.empty((0, 2))
-
-
-class Oscillation:
-    """Forbids a reversal of direction until the robot has moved on (oscillation_cost_function.cpp).
-
-    A direction that follows its opposite becomes the only one allowed. Turning counts only while hardly driving.
-    """
-
-    def __init__(self, distance: float, angle: float) -> None:
-        self._distance, self._angle = distance, angle
-        self._since: FloatArray = np.zeros(3)
-        self.clear()
-
-    def clear(self) -> None:
-        """Allow every direction."""
-        self._forward = self._reverse = self._left = self._right = False
-        self._strafing = 0  # last to the left: 1, to the right: -1
-        self.signs = Signs()
-
-    def update(self, pose: FloatArray, v: float, w: float, min_vel_trans: float, u: float = 0.0) -> None:
-        """Note the command (v, w), and u to the left, that was chosen at `pose`."""
-        s = self.signs
-        changed = False
-        if v < 0:
-            if self._forward:
-                s, changed = s._replace(no_forward=True), True
-            self._forward, self._reverse = False, True
-        elif v > 0:
-            if self._reverse:
-                s, changed = s._replace(no_reverse=True), True
-            self._forward, self._reverse = True, False
-        if abs(v) <= min_vel_trans:
-            if u < 0.0:
-                if self._strafing > 0:
-                    s, changed = s._replace(no_strafe_left=True), True
-                self._strafing = -1
-            elif u > 0.0:
-                if self._strafing < 0:
-                    s, changed = s._replace(no_strafe_right=True), True
-                self._strafing = 1
-            if w < 0:
-                if self._left:
-                    s, changed = s._replace(no_left=True), True
-                self._left, self._right = False, True
-            elif w > 0:
-                if self._right:
-                    s, changed = s._replace(no_right=True), True
-                self._left, self._right = True, False
-        self.signs = s
-        if changed:
-            self._since = pose.copy()
-        if any(s):
-            moved = pose - self._since
-            if moved[0] ** 2 + moved[1] ** 2 > self._distance**2 or abs(moved[2]) > self._angle:
-                self.clear()
 
 
 class DWAPlanner:

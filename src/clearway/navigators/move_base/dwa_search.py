@@ -14,8 +14,9 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.costmaps.footprint import Scene, cell_of
+from clearway.navigators.common.oscillation import Signs, forbids
 from clearway.navigators.move_base import mapgrid
-from clearway.navigators.move_base.footprint import Scene, cell_of
 from clearway.navigators.move_base.mapgrid import (
     BODY,
     NOSE,
@@ -92,26 +93,6 @@ class Window(NamedTuple):
     nose: float
     scaling_speed: float
     max_scaling_factor: float
-
-
-class Signs(NamedTuple):
-    """Directions that the oscillation critic forbids just now.
-
-    Attributes:
-        no_reverse: Whether it may not drive backwards.
-        no_forward: Whether it may not drive forwards.
-        no_right: Whether it may not turn right.
-        no_left: Whether it may not turn left.
-        no_strafe_right: Whether it may not move to its right.
-        no_strafe_left: Whether it may not move to its left.
-    """
-
-    no_reverse: bool = False
-    no_forward: bool = False
-    no_right: bool = False
-    no_left: bool = False
-    no_strafe_right: bool = False
-    no_strafe_left: bool = False
 
 
 @kernel
@@ -247,14 +228,7 @@ def search(
             continue
         v, w, u = _roll_sample(p, pose, velocity, sample_v[k], sample_w[k], sample_u[k], steps, points)
         command[k, 0], command[k, 1], command[k, 2] = v, w, u
-        if (
-            (signs.no_reverse and v < 0)
-            or (signs.no_forward and v > 0)
-            or (signs.no_right and w < 0)
-            or (signs.no_left and w > 0)
-            or (signs.no_strafe_right and u < 0)
-            or (signs.no_strafe_left and u > 0)
-        ):
+        if forbids(signs, v, w, u):
             continue
         inside = True
         for i in range(steps):

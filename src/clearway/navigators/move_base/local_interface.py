@@ -31,7 +31,7 @@ class LocalResult:
 
 
 class LocalPlanner(Protocol):
-    """Follows the plan through the local costmap. Made by `clearway.navigators.move_base.local.make_local_planner`."""
+    """Follows the plan through the local costmap. Made by `clearway.navigators.move_base.planners.make_local_planner`."""
 
     @property
     def prune_plan(self) -> bool:

@@ -8,16 +8,13 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
+from clearway.navigators.common.costmaps.parameters import Group
 from clearway.quantities import Finite, NonNegative, Positive, Whole
 
 
-class _Group(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class DWAParameters(_Group):
+class DWAParameters(Group):
     """dwa_local_planner/cfg/DWAPlanner.cfg and base_local_planner's generic limits.
 
     Only an omnidirectional base strafes: elsewhere the y velocities and their samples are accepted and have no effect.
@@ -76,7 +73,7 @@ class DWAParameters(_Group):
     controller_frequency: Positive | None = Field(default=None, description="Hz; default: move_base's")
 
 
-class TrajectoryParameters(_Group):
+class TrajectoryParameters(Group):
     """base_local_planner/cfg/BaseLocalPlanner.cfg, and what trajectory_planner_ros.cpp reads beside it.
 
     Where the two have different defaults for one name, the .cfg's holds: dynamic_reconfigure sets it last.

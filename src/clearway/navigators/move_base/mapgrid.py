@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.footprint import INSCRIBED, NO_INFORMATION, CostArray, Scene, row_col
+from clearway.navigators.common.costmaps.footprint import INSCRIBED, NO_INFORMATION, CostArray, Scene, row_col
 
 GridArray = npt.NDArray[np.int32]
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from enum import StrEnum
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -21,13 +22,14 @@ from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Tas
 from clearway.errors import unknown
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.costmaps.costmap import Costmap
+from clearway.navigators.common.costmaps.plans import local_plan, to_frame
 from clearway.navigators.common.inputs import finite, own
-from clearway.navigators.move_base.costmap import Costmap
-from clearway.navigators.move_base.global_planner import make_global_planner
-from clearway.navigators.move_base.local import make_local_planner
 from clearway.navigators.move_base.parameters import ClearCostmapRecovery, Parameters
-from clearway.navigators.move_base.plans import local_plan, to_frame
+from clearway.navigators.move_base.planners import make_global_planner, make_local_planner
 from clearway.navigators.move_base.recovery import Rotation, clear_costmap, recovery_behaviors
+from clearway.navigators.move_base.ros import read as read_ros
+from clearway.navigators.move_base.ros import yaml_files
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import TunedOn
 
@@ -78,10 +80,12 @@ class _Rate:
 
 
 class MoveBase:
-    """ROS 1's move_base, with parameters from the robot's file (`[navigators.move-base]`).
+    """ROS 1's move_base, with parameters from the robot's file (`[navigators.move-base]`), or from its own ROS package.
 
     Args:
         base_local_planner: Overrides the file's, by its ROS name or the part behind the slash.
+        params: Folder of the robot's own ROS 1 files (`costmap_common_params.yaml`, `dwa_local_planner_params.yaml`, ...), or several
+            folders and files joined by `+`; nothing of the robot's file then holds, and where they are silent ROS's defaults do.
     """
 
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "scan"})
@@ -90,11 +94,17 @@ class MoveBase:
         TunedOn("barn", ("jackal",), draws=range(0), note="how meter_scoring is read; all else is the vendors'"),
     )
 
-    def __init__(self, base_local_planner: str | None = None) -> None:
+    def __init__(self, base_local_planner: str | None = None, params: str | None = None) -> None:
         names = {name.rpartition("/")[2]: name for name in LOCAL_PLANNERS} | {name: name for name in LOCAL_PLANNERS}
         if base_local_planner is not None and base_local_planner not in names:
             raise unknown("local planner", base_local_planner, names)
         self._local_name = None if base_local_planner is None else names[base_local_planner]
+        self._place = None if params is None else str(params)
+
+    @classmethod
+    def files(cls, params: str | None = None, **_: object) -> tuple[Path, ...]:
+        """The user's files whose content decides what it does: all that may be read, whichever robot drives."""
+        return () if params is None else yaml_files(str(params))
 
     def read_parameters(self, robot: Robot) -> Parameters:
         """What it would drive `robot` with.
@@ -102,7 +112,7 @@ class MoveBase:
         Raises:
             ClearwayError: One of them is wrong.
         """
-        return Parameters.read(robot)
+        return Parameters.read(robot) if self._place is None else read_ros(self._place, robot.name)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.
@@ -113,8 +123,8 @@ class MoveBase:
         self._parameters = p = self.read_parameters(robot)
         self._settings = s = p.move_base
         shape = robot.planner_shape
-        self._global = Costmap(p.global_costmap, shape, task.map, "global_costmap")
-        self._local = Costmap(p.local_costmap, shape, task.map, "local_costmap")
+        self._global = Costmap(p.global_costmap, p.global_costmap.outline(shape), task.map, "global_costmap")
+        self._local = Costmap(p.local_costmap, p.local_costmap.outline(shape), task.map, "local_costmap")
         self._global_rate, self._local_rate = (
             _Rate(p.global_costmap.update_frequency),
             _Rate(p.local_costmap.update_frequency),

@@ -7,8 +7,8 @@ import math
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.costmap import Costmap
-from clearway.navigators.move_base.footprint import Scene, footprint_cost, make_scene
+from clearway.navigators.common.costmaps.costmap import Costmap
+from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, make_scene
 from clearway.navigators.move_base.parameters import (
     ClearCostmapRecovery,
     MoveBaseGroup,

@@ -12,7 +12,7 @@ import numpy as np
 
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.footprint import CostArray, make_scene
+from clearway.navigators.common.costmaps.footprint import CostArray, make_scene
 from clearway.navigators.move_base.goal import slow_down, turn_rate
 from clearway.navigators.move_base.local_interface import LocalResult
 from clearway.navigators.move_base.local_parameters import TrajectoryParameters

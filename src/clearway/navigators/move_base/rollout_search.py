@@ -14,8 +14,7 @@ import numpy as np
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base import mapgrid
-from clearway.navigators.move_base.footprint import (
+from clearway.navigators.common.costmaps.footprint import (
     INSCRIBED,
     Scene,
     cell_of,
@@ -24,6 +23,7 @@ from clearway.navigators.move_base.footprint import (
     line_cost,
     row_col,
 )
+from clearway.navigators.move_base import mapgrid
 from clearway.navigators.move_base.mapgrid import (
     BODY,
     NOSE,

@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.footprint import Scene, footprint_cost, row_col
+from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, row_col
 
 
 @kernel

@@ -101,7 +101,7 @@ class Lab:
             if one.pose is not None or not wildcards.several(body) or source not in recordings:
                 found.append(one)
                 continue
-            for track in wildcards.fitting(self.plan, body, recordings[source].tracks):
+            for track in wildcards.there(self.plan, body, recordings[source]):
                 name = wildcards.called(track, {ROBOT, *self.plan.bodies})
                 self.fitted.add(one.body)
                 self._each[name] = body.model_copy(update={"track": track})
@@ -126,7 +126,7 @@ class Lab:
                 found = axes.tracks_turned(found, spec.up)
             while len(self._kept) >= max(KEPT, len(self.plan.sources)):
                 self._kept.popitem(last=False)
-            self._kept[key] = found
+            self._kept[key] = wildcards.with_bearers(self.plan, source, found)
         self._kept.move_to_end(key)
         return self._kept[key]
 

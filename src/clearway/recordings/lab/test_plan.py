@@ -213,8 +213,8 @@ class TestPlan(Part):
     people: str | None = Field(
         default=None,
         min_length=1,
-        description="tracks that are people, such as `person*`: all that a trial's file holds are in it; what else is known of them stands "
-        "in [bodies.people]",
+        description="tracks that are people, such as `person*`, and those who wear markers so named (`person1:head`, `person1:left`): all "
+        "that a trial's file holds are in it; what else is known of them stands in [bodies.people]",
     )
     movers: str | None = Field(
         default=None, min_length=1, description="the same of other obstacles; their shape stands in [bodies.movers]"

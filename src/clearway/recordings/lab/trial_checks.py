@@ -112,8 +112,10 @@ def problems_of_trials(path: Path, found: Sequence[Finding]) -> list[Finding]:
 
 
 def _unfitted(lab: Lab, recorded: bool) -> Iterator[Finding]:
-    """Patterns that no track of any recording fits."""
+    """Patterns that nothing in any recording fits."""
     for name, body in lab.plan.bodies.items():
         if recorded and wildcards.several(body) and name not in lab.fitted:
             field = name if getattr(lab.plan, name, None) == body.track else f"bodies.{name}.track"
-            yield Finding(ClearwayError(f"no recording has a track that fits {body.track!r}", field=field))
+            yield Finding(
+                ClearwayError(f"no recording has a track, or markers, whose name fits {body.track!r}", field=field)
+            )

@@ -40,7 +40,7 @@ def other_axis(track: Track) -> tuple[str, str] | None:
         return None
     low, high = np.percentile(seen, (1, 99), axis=0)
     x, y, z = (float(v) for v in high - low)
-    if z > RISE and z > FLATTER * min(x, y) and max(x, y) > min(x, y) and not _upright(turned):
+    if z > RISE and z > FLATTER * min(x, y) and not _upright(turned):
         axis = "x" if x < y else "y"
         return axis, f"it moves by {x:.2f} m and {y:.2f} m over the floor and by {z:.2f} m up and down"
     return None

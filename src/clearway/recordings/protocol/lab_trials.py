@@ -6,6 +6,7 @@ hospital's SO 28 set-ups instead of 84).
 
 from __future__ import annotations
 
+import hashlib
 from collections import Counter
 from collections.abc import Hashable
 from pathlib import Path
@@ -26,13 +27,26 @@ from clearway.scenarios.scenario import (
 from clearway.scenarios.suites import Selection, load_suite
 
 
-def scenarios(suite: str, robot: str, selection: Selection | None = None, seed: int = 0) -> list[Scenario]:
+def scenarios(
+    suite: str, robot: str, selection: Selection | None = None, seed: int = 0, *, drawn: bool = False
+) -> list[Scenario]:
     """The selected scenarios of a suite in the order in which a lab should drive them.
+
+    Args:
+        suite: Its name or file.
+        robot: Its name, preset or file.
+        selection: Which part of the suite.
+        seed: Seed of the suite, and of the lot.
+        drawn: Whether every test is driven once before any is repeated, each time in an order by lot: it carries obstacles more
+            often, and a verdict may be asked for after every trial.
 
     Raises:
         ClearwayError: an unknown suite or robot, or a selection that selects nothing.
     """
     made = load_suite(suite).build(load_robot(robot), selection, seed)
+    if drawn:
+        lots = {s.name: hashlib.sha256(f"{seed} {s.name}".encode()).digest() for s in made}
+        return sorted(made, key=lambda s: (s.labels.repetition, lots[s.name]))
     batches: dict[Hashable, int] = {}
     setups: dict[Hashable, int] = {}
     for s in made:
@@ -64,6 +78,13 @@ def key(labels: LabelSpec | RecordedTrialSpec, speed: float | None) -> Hashable:
     """What tells a trial within its suite; of a scenario or of a plan."""
     names = ("batch", "configuration", "obstacle_speed", "size", "gap", "repetition")
     return speed, *(getattr(labels, n) for n in names)
+
+
+def labels_in(plan: TestPlan) -> list[dict[str, str | float | int | None]]:
+    """The labels of a plan's trials, as their results will have them in columns."""
+    names = ("batch", "configuration", "speed", "obstacle_speed", "size", "gap", "repetition")
+    test = {"suite": plan.test.suite, "navigator": plan.test.navigator, "localisation": plan.test.localisation}
+    return [test | {n: getattr(t, n) for n in names} for t in plan.trials]
 
 
 def bodies_of(scenario: Scenario) -> list[tuple[str, ObstacleSpec]]:

@@ -30,6 +30,7 @@ def skeleton(
     seed: int = 0,
     folder: Path | None = None,
     ticks: str | None = None,
+    drawn: bool = False,
 ) -> str:
     """The test plan of a suite as TOML: everything that is known before the tests; `load_test_plan` accepts it as it is.
 
@@ -40,11 +41,12 @@ def skeleton(
         seed: Seed of the suite, which shifts when moving obstacles start.
         folder: Where the plan will stand, if not here; files that it names are written as seen from there.
         ticks: The operators' table, if there is to be one.
+        drawn: Whether the trials stand in an order by lot, as `scenarios` has it.
 
     Raises:
         ClearwayError: an unknown suite, robot or selection, or a suite with several floor plans or tolerances.
     """
-    chosen = scenarios(suite, robot, selection, seed)
+    chosen = scenarios(suite, robot, selection, seed, drawn=drawn)
     floors = list(dict.fromkeys(s.floor_plan for s in chosen))
     if len(floors) > 1:
         raise ClearwayError(

@@ -17,9 +17,9 @@ def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
     known = {k: v for k, v in table.items() if v is not None}
     nested = {k for k, v in known.items() if isinstance(v, dict) and len(path) < 2}
     lists = {k for k, v in known.items() if isinstance(v, list) and not path and v and isinstance(v[0], dict)}
-    lines = [f"{_key(k)} = {toml_value(v)}" for k, v in known.items() if k not in nested | lists]
+    lines = [f"{toml_key(k)} = {toml_value(v)}" for k, v in known.items() if k not in nested | lists]
     for k in known:
-        where = ".".join(_key(p) for p in (*path, k))
+        where = ".".join(toml_key(p) for p in (*path, k))
         if k in nested:
             lines += ["", f"[{where}]", *_lines(known[k], (*path, k))]
         elif k in lists:
@@ -28,14 +28,15 @@ def _lines(table: Mapping[str, Any], path: tuple[str, ...]) -> list[str]:
     return lines
 
 
-def _key(key: str) -> str:
+def toml_key(key: str) -> str:
+    """A key as it stands before the `=`."""
     return key if key.replace("_", "").replace("-", "").isalnum() and key.isascii() else json.dumps(key)
 
 
 def toml_value(value: Any) -> str:
     """A value as it stands behind the `=`."""
     if isinstance(value, dict):
-        return "{ " + ", ".join(f"{_key(k)} = {toml_value(v)}" for k, v in value.items() if v is not None) + " }"
+        return "{ " + ", ".join(f"{toml_key(k)} = {toml_value(v)}" for k, v in value.items() if v is not None) + " }"
     if isinstance(value, list | tuple):
         return "[" + ", ".join(toml_value(v) for v in value) + "]"
     if isinstance(value, float):

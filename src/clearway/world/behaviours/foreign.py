@@ -1,9 +1,13 @@
-"""Behaviours that are not Clearway's: what they answer is looked at, so that contact can count on it."""
+"""Behaviours that are not Clearway's: what they answer is looked at, so that contact can count on it; what they are shown are
+copies, so that they move nobody but their own people.
+"""
 
 from __future__ import annotations
 
+import bdb
+import copy
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -12,10 +16,11 @@ from clearway.geometry.shapes import FloatArray
 from clearway.world.behaviours.behaviour import Cast, Scene
 
 _ROUNDING = 1e-6  # m
+_T = TypeVar("_T")
 
 
 class BehaviourError(Exception):
-    """A behaviour raised, or answered what can't be."""
+    """A behaviour raised whatever it was, or answered what can't be."""
 
 
 class Foreign:
@@ -34,11 +39,8 @@ class Foreign:
     def __init__(self, name: str, make: Callable[[Cast], Any], cast: Cast) -> None:
         self.members, self._name, self._people = cast.members, name, cast.people
         self._at = np.array([(*person.start, 0.0) for person in cast.people])
-        try:
-            self._inner = make(cast)
-            self.speed = np.array(self._inner.speed, dtype=np.float64)
-        except Exception as error:
-            raise BehaviourError(f"the behaviour {name!r} cannot be made: {said(error)}") from error
+        self._inner = self._asked("cannot be made", lambda: make(copy.deepcopy(cast)))
+        self.speed = self._asked("says no speed", lambda: np.array(self._inner.speed, dtype=np.float64))
         if self.speed.shape != (len(cast.people),) or not (np.isfinite(self.speed) & (self.speed >= 0.0)).all():
             raise BehaviourError(
                 f"the behaviour {name!r} says {self.speed!r} is its speed; one for each of its people is, m/s"
@@ -54,10 +56,10 @@ class Foreign:
         Raises:
             BehaviourError: it raises, or answers anything but a pose for each within its speed.
         """
-        try:
-            poses = np.array(self._inner.step(t, until, scene), dtype=np.float64)
-        except Exception as error:
-            raise BehaviourError(f"the behaviour {self._name!r} failed at {t:.2f} s: {said(error)}") from error
+        shown = copy.deepcopy(scene)
+        poses = self._asked(
+            f"failed at {t:.2f} s", lambda: np.array(self._inner.step(t, until, shown), dtype=np.float64)
+        )
         if poses.shape != self._at.shape:
             raise BehaviourError(
                 f"the behaviour {self._name!r} answered poses of shape {poses.shape} at {t:.2f} s; {self._at.shape} are asked"
@@ -75,3 +77,12 @@ class Foreign:
                 )
         self._at = poses
         return poses.copy()
+
+    def _asked(self, wrong: str, ask: Callable[[], _T]) -> _T:
+        """What its code answers; that may raise anything, `sys.exit()` too."""
+        try:
+            return ask()
+        except (KeyboardInterrupt, bdb.BdbQuit):
+            raise
+        except BaseException as error:
+            raise BehaviourError(f"the behaviour {self._name!r} {wrong}: {said(error)}") from error

@@ -15,7 +15,7 @@ from clearway.geometry.packing import pack
 from clearway.geometry.rasterise import outline, rasterise
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.robots import load_robot
-from clearway.scenarios.behaviours import BEHAVIOURS, OperatorSpec
+from clearway.scenarios.behaviours import BEHAVIOURS, OperatorSpec, find_behaviour
 from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.scenario import ObstacleSpec, RobotBodySpec, Scenario
 from clearway.trials import Body
@@ -71,7 +71,7 @@ def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> I
     for name in dict.fromkeys(p.behaviour for p in people):
         of = [i for i, p in enumerate(people) if p.behaviour == name]
         cast = replace(everybody, members=tuple(first + i for i in of), people=tuple(people[i] for i in of))
-        made = BEHAVIOURS.find(name)
+        made = find_behaviour(name)
         yield made(cast) if name in BEHAVIOURS.shipped else Foreign(name, made, cast)
 
 

@@ -1,7 +1,8 @@
 """The default solver of the tracking problem: a Gauss-Newton method with a small interior point.
 
 The motion is linearised about a plan, and so are the obstacle rows, to the half-plane that touches the circle where
-it is nearest: conservative in position. What remains is convex in the inputs and goes to `interior_point.minimise`;
+it is nearest: conservative in position. (Where barriers decay, `Problem.decay` < 1, a row is about two successive poses, and
+its part of the earlier one is not.) What remains is convex in the inputs and goes to `interior_point.minimise`;
 its answer, projected into the input box and the rate limits, is the next plan if it has the lower merit, else the way
 to it is halved. Merit = cost + PENALTY x summed violation, exact for a finite penalty. Rows out of reach are left out.
 If the plan from the warm start ends in a violation, the best few of a fixed set of other starts are refined as well.
@@ -32,11 +33,13 @@ from clearway.navigators.common.tracking.problem import (
     Problem,
     Solution,
     advance,
+    barrier,
     box,
     copy,
     judge,
     project,
     roll_out,
+    row_before,
     seeds,
 )
 from clearway.navigators.common.tracking.riccati import LinearMotion
@@ -172,13 +175,14 @@ def refine(problem: Problem, plan: FloatArray, merit: float, budget: int) -> tup
         room += problem.counts[k] + 5
     motion, error = LinearMotion(np.empty((n, 2)), np.empty((n, 2, 2)), problem.period), np.empty((n, 3))
     stage, normal, lack = np.empty(room, np.int64), np.empty((room, 2)), np.empty(room)
+    before = np.zeros((room if problem.decay < 1.0 else 0, 2))
     answer, trial = np.empty((free, 2)), np.empty((n, 2))
     total, worst, summed = 0.0, 0.0, 0.0
     linearise(problem, plan, motion, error)
-    count = gather(problem, error, stage, normal, lack)
+    count = gather(problem, error, stage, normal, before, lack)
     program = Program(
         motion, error, problem.heading_weight, problem.discount, problem.effort, plan[:free], low, high, problem.smooth,
-        problem.previous, stage, normal, lack, count, PENALTY,
+        problem.previous, stage, normal, before, lack, count, PENALTY,
     )  # fmt: skip
     spent = minimise(program, _MU, _MU_END, min(_LIMIT, budget), answer)
     part, gain = 1.0, 0.0
@@ -233,14 +237,26 @@ def linearise(problem: Problem, plan: FloatArray, motion: LinearMotion, error: F
 
 
 @kernel
-def gather(problem: Problem, error: FloatArray, stage: IntArray, normal: FloatArray, lack: FloatArray) -> int:
-    """The soft rows n . dr >= lack of the poses at `error` (N, 3) from the reference that may matter; returns how many.
+def gather(
+    problem: Problem, error: FloatArray, stage: IntArray, normal: FloatArray, before: FloatArray, lack: FloatArray
+) -> int:
+    """The soft rows n . dr + m . dr' >= lack of the poses at `error` (N, 3) from the reference that may matter; returns how many.
 
     Left out: what can't be reached at top speed, and what is farther than the margin.
+
+    Args:
+        problem: The tracking problem.
+        error: See above.
+        stage: Filled, the stage of each.
+        normal: Filled, n.
+        before: Filled, m, where barriers decay; else it has no rows.
+        lack: Filled.
     """
     count = 0
     far = 0.0
+    x, y = problem.start[0], problem.start[1]
     for k in range(len(error)):
+        x_before, y_before = x, y
         x, y = problem.reference[k, 0] + error[k, 0], problem.reference[k, 1] + error[k, 1]
         fastest = max(abs(problem.low[k, 0]), abs(problem.high[k, 0])) * problem.period
         if not problem.exact:
@@ -249,7 +265,17 @@ def gather(problem: Problem, error: FloatArray, stage: IntArray, normal: FloatAr
         for i in range(problem.counts[k]):
             dx, dy, need = x - problem.rows[k, i, 0], y - problem.rows[k, i, 1], problem.rows[k, i, 2]
             squared = dx * dx + dy * dy
-            if need > 0.0 and squared < (need + _MARGIN) ** 2:
+            if problem.decay < 1.0:
+                if need > 0.0:
+                    px, py, p_need = row_before(problem, k, i)
+                    keep, ax, ay = 1.0 - problem.decay, x_before - px, y_before - py
+                    lacking = keep * barrier(ax, ay, p_need) - barrier(dx, dy, need) + _SPARE
+                    if lacking * need > -_MARGIN * math.sqrt(squared):
+                        stage[count], lack[count] = k, lacking
+                        normal[count, 0], normal[count, 1] = dx / need, dy / need
+                        before[count, 0], before[count, 1] = -keep * ax / p_need, -keep * ay / p_need
+                        count += 1
+            elif need > 0.0 and squared < (need + _MARGIN) ** 2:
                 sx, sy = problem.start[0] - problem.rows[k, i, 0], problem.start[1] - problem.rows[k, i, 1]
                 if sx * sx + sy * sy < (need + far) ** 2:
                     gap = math.sqrt(squared)

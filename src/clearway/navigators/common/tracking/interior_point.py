@@ -2,8 +2,9 @@
 
     min  sum_k gamma_k |S (e_k + dx_k)| + w_2 sum_k |u_k|^2 + rho sum_i t_i
     s.t. dx_k = A_k dx_{k-1} + B_k (u_k - u0_k)               (the inputs are the only unknowns)
-         low <= u <= high,  |u_k - u_{k-1}| <= smooth_k,  n_i . dr_i + t_i >= b_i,  t_i >= 0
+         low <= u <= high,  |u_k - u_{k-1}| <= smooth_k,  n_i . dr_i + m_i . dr'_i + t_i >= b_i,  t_i >= 0
 
+with dr'_i one stage before dr_i (0 before the first).
 Norms are not squared: each is smoothed by the barrier parameter and has a dual vector y, |y| <= 1, of its own, as in
 Andersen, Christiansen, Conn, Overton (SIAM J. Sci. Comput. 22, 2000), so that residuals of exactly zero, which such
 costs favour, converge like any other. The slack t of a soft row is eliminated: its multiplier stays within (0, rho).
@@ -55,6 +56,7 @@ class Program(NamedTuple):
         previous: (2,) the input before.
         stage: (>= R,) int64, of the pose that each soft row is about; in any order.
         normal: (>= R, 2) n_i.
+        before: (>= R, 2) m_i; (0, 2): all are 0, each row is about one pose.
         lack: (>= R,) b_i.
         rows: R; so many soft rows there are.
         penalty: rho.
@@ -72,6 +74,7 @@ class Program(NamedTuple):
     previous: FloatArray
     stage: IntArray
     normal: FloatArray
+    before: FloatArray
     lack: FloatArray
     rows: int
     penalty: float
@@ -103,23 +106,39 @@ def minimise(program: Program, mu: float, mu_end: float, limit: int, out: FloatA
     """
     # taken apart once: each kernel that takes a tuple counts references to all its arrays; small problems took 28 %
     # longer where the steps below took theirs in tuples
-    motion, error, heading_weight, gamma, effort, base, _, _, smooth, previous, stage, normal, lack, count, rho = (
-        program
-    )
+    (
+        motion,
+        error,
+        heading_weight,
+        gamma,
+        effort,
+        base,
+        _,
+        _,
+        smooth,
+        previous,
+        stage,
+        normal,
+        before,
+        lack,
+        count,
+        rho,
+    ) = program
     n, free = len(error), len(base)
     u, change, bounds = np.empty((free, 2)), np.empty((free, 2)), np.empty((free, 5, 5))
     step, delta, d_delta, rows = np.empty((free, 2)), np.empty((n, 3)), np.empty((n, 3)), np.empty((count, 9))
     pairs = _begin(program, mu, u, change, bounds, step, delta, rows)
     dual, unit = np.zeros((n, 3)), np.empty((n, 4))
     big, weight, gains = np.empty((n, 6)), np.empty((n, 5)), np.empty((free, 13))
+    cross = np.empty((n if len(before) > 0 else 0, 4))
     slope, pull = np.empty((n, 3)), np.empty((free, 4))
     spent = 0
     while spent < limit:
         spent += 1
         _norm_hessian(error, heading_weight, gamma, mu, delta, dual, unit, big)
-        _row_hessian(stage, normal, rho, rows, big)
+        _row_hessian(stage, normal, before, rho, rows, big, cross)
         _input_hessian(effort, change, bounds, weight)
-        if not factorise(motion, big, weight, gains):
+        if not factorise(motion, big, cross, weight, gains):
             break
 
         # Predictor: complementarity 0. Corrector: sigma mu, less the product of the predictor's steps.
@@ -128,12 +147,12 @@ def minimise(program: Program, mu: float, mu_end: float, limit: int, out: FloatA
             for k in range(n):
                 slope[k, 0], slope[k, 1] = gamma[k] * unit[k, 0], gamma[k] * unit[k, 1]
                 slope[k, 2] = gamma[k] * heading_weight * unit[k, 2]
-            _row_gradient(stage, normal, lack, rho, delta, rows, slope)
+            _row_gradient(stage, normal, before, lack, rho, delta, rows, slope)
             _input_gradient(effort, u, change, smooth, bounds, pull)
             solve(motion, slope, pull, gains, effort, u, step)
             roll(motion, step, d_delta)
             _input_steps(step, change, smooth, bounds)
-            _row_steps(stage, normal, rho, d_delta, rows)
+            _row_steps(stage, normal, before, rho, d_delta, rows)
             primal, other = _lengths(bounds, rows, rho)
             if not (primal > 0.0 and other > 0.0):  # not a number
                 return spent
@@ -164,7 +183,7 @@ def _begin(
     delta: FloatArray, rows: FloatArray,
 ) -> float:  # fmt: skip
     """Fill inputs strictly within their box, their changes, their `step` from u0, dx, and the inequalities; how many."""
-    motion, _, _, _, _, base, low, high, smooth, previous, stage, normal, lack, count, rho = program
+    motion, _, _, _, _, base, low, high, smooth, previous, stage, normal, before, lack, count, rho = program
     pairs = 4.0 * len(base) + 2.0 * count
     for k in range(len(base)):
         for j in range(2):
@@ -187,8 +206,7 @@ def _begin(
             bounds[k, j, _D_SLACK] = bounds[k, j, _D_MULTIPLIER] = bounds[k, j, _TARGET] = 0.0
     roll(motion, step, delta)
     for i in range(len(rows)):
-        k = stage[i]
-        lam = soft_multiplier(normal[i, 0] * delta[k, 0] + normal[i, 1] * delta[k, 1] - lack[i], rho, mu)
+        lam = soft_multiplier(_along(i, stage, normal, before, delta) - lack[i], rho, mu)
         rows[i, _MULTIPLIER], rows[i, _SLACK], rows[i, _VIOLATION] = lam, mu / lam, mu / (rho - lam)
         rows[i, _TARGET] = rows[i, _TARGET_VIOLATION] = 0.0
     return pairs
@@ -214,8 +232,24 @@ def _norm_hessian(
 
 
 @kernel
-def _row_hessian(stage: IntArray, normal: FloatArray, rho: float, rows: FloatArray, big: FloatArray) -> None:
-    """Add the soft rows' part to the poses' Hessian, and fill their weight in it."""
+def _along(i: int, stage: IntArray, normal: FloatArray, before: FloatArray, delta: FloatArray) -> float:
+    """n . dr + m . dr' of soft row `i` at the poses' changes `delta` (N, 3)."""
+    k = stage[i]
+    along = normal[i, 0] * delta[k, 0] + normal[i, 1] * delta[k, 1]
+    if len(before) > 0 and k > 0:
+        along += before[i, 0] * delta[k - 1, 0] + before[i, 1] * delta[k - 1, 1]
+    return float(along)
+
+
+@kernel
+def _row_hessian(
+    stage: IntArray, normal: FloatArray, before: FloatArray, rho: float, rows: FloatArray, big: FloatArray,
+    cross: FloatArray,
+) -> None:  # fmt: skip
+    """Add the soft rows' part to the poses' Hessian, fill that between successive positions, and their weight in it."""
+    for k in range(len(cross)):
+        for j in range(4):
+            cross[k, j] = 0.0
     for i in range(len(rows)):
         k, n0, n1, lam = stage[i], normal[i, 0], normal[i, 1], rows[i, _MULTIPLIER]
         w = 1.0 / (rows[i, _SLACK] / lam + rows[i, _VIOLATION] / (rho - lam))
@@ -223,6 +257,15 @@ def _row_hessian(stage: IntArray, normal: FloatArray, rho: float, rows: FloatArr
         big[k, 0] += w * n0 * n0
         big[k, 1] += w * n0 * n1
         big[k, 2] += w * n1 * n1
+        if len(before) > 0 and k > 0:
+            m0, m1 = before[i, 0], before[i, 1]
+            big[k - 1, 0] += w * m0 * m0
+            big[k - 1, 1] += w * m0 * m1
+            big[k - 1, 2] += w * m1 * m1
+            cross[k, 0] += w * n0 * m0
+            cross[k, 1] += w * n0 * m1
+            cross[k, 2] += w * n1 * m0
+            cross[k, 3] += w * n1 * m1
 
 
 @kernel
@@ -245,20 +288,23 @@ def _input_hessian(effort: float, change: FloatArray, bounds: FloatArray, weight
 
 @kernel
 def _row_gradient(
-    stage: IntArray, normal: FloatArray, lack: FloatArray, rho: float, delta: FloatArray, rows: FloatArray,
-    slope: FloatArray,
+    stage: IntArray, normal: FloatArray, before: FloatArray, lack: FloatArray, rho: float, delta: FloatArray,
+    rows: FloatArray, slope: FloatArray,
 ) -> None:  # fmt: skip
     """Add the soft rows' part to the poses' gradient, and fill what their multipliers' steps are without the poses'."""
     for i in range(len(rows)):
         k, n0, n1 = stage[i], normal[i, 0], normal[i, 1]
         s, t, lam = rows[i, _SLACK], rows[i, _VIOLATION], rows[i, _MULTIPLIER]
-        off = n0 * delta[k, 0] + n1 * delta[k, 1] - lack[i] + t - s
+        off = _along(i, stage, normal, before, delta) - lack[i] + t - s
         d_lam = -rows[i, _WEIGHT] * (
             off - (rows[i, _TARGET] / lam - s) + (rows[i, _TARGET_VIOLATION] / (rho - lam) - t)
         )
         rows[i, _D_MULTIPLIER] = d_lam
         slope[k, 0] -= (lam + d_lam) * n0
         slope[k, 1] -= (lam + d_lam) * n1
+        if len(before) > 0 and k > 0:
+            slope[k - 1, 0] -= (lam + d_lam) * before[i, 0]
+            slope[k - 1, 1] -= (lam + d_lam) * before[i, 1]
 
 
 @kernel
@@ -299,12 +345,13 @@ def _input_steps(step: FloatArray, change: FloatArray, smooth: FloatArray, bound
 
 
 @kernel
-def _row_steps(stage: IntArray, normal: FloatArray, rho: float, d_delta: FloatArray, rows: FloatArray) -> None:
+def _row_steps(
+    stage: IntArray, normal: FloatArray, before: FloatArray, rho: float, d_delta: FloatArray, rows: FloatArray
+) -> None:
     """Fill the steps of the soft rows for the poses' `d_delta` (N, 3)."""
     for i in range(len(rows)):
-        k, s, t, lam = stage[i], rows[i, _SLACK], rows[i, _VIOLATION], rows[i, _MULTIPLIER]
-        along = normal[i, 0] * d_delta[k, 0] + normal[i, 1] * d_delta[k, 1]
-        d = rows[i, _D_MULTIPLIER] - rows[i, _WEIGHT] * along
+        s, t, lam = rows[i, _SLACK], rows[i, _VIOLATION], rows[i, _MULTIPLIER]
+        d = rows[i, _D_MULTIPLIER] - rows[i, _WEIGHT] * _along(i, stage, normal, before, d_delta)
         rows[i, _D_MULTIPLIER] = d
         rows[i, _D_SLACK] = (rows[i, _TARGET] - s * d) / lam - s
         rows[i, _D_VIOLATION] = (rows[i, _TARGET_VIOLATION] + t * d) / (rho - lam) - t

@@ -47,6 +47,9 @@ class Problem(NamedTuple):
         rows: (N, M, 3) x, y, required distance [m] of centres, the tightening included (3g-3j); the first `counts[k]`
             of stage k count.
         counts: (N,) int64, how many rows of a stage count.
+        passed: (M, 3) the rows at kappa, for `decay` < 1: row i is then the same obstacle in all stages; (0, 3) where that is 1.
+        decay: Which share of its `barrier` a row may lose in a period, in (0, 1]: the condition of a discrete-time control
+            barrier function. 1: the paper's (3g-3j), the distance alone.
         centre: (2,) of the circle in which the stages stay (3f): the position at kappa, m.
         reach: (N,) its radius for stage k, m; inf: none.
         area: (N, 4) x_min, y_min, x_max, y_max for the position at stage k (3c), +-inf: none. Headings are angles and
@@ -68,6 +71,8 @@ class Problem(NamedTuple):
     nominal: FloatArray
     rows: FloatArray
     counts: IntArray
+    passed: FloatArray
+    decay: float
     centre: FloatArray
     reach: FloatArray
     area: FloatArray
@@ -138,12 +143,26 @@ def roll_out(problem: Problem, inputs: FloatArray) -> FloatArray:
 
 
 @kernel
+def barrier(dx: float, dy: float, need: float) -> float:
+    """(|d|^2 - need^2) / (2 need) [m] at (dx, dy) from a row's centre: near its rim the clearance, negative inside."""
+    return (dx * dx + dy * dy - need * need) / (2.0 * need)
+
+
+@kernel
+def row_before(problem: Problem, k: int, i: int) -> tuple[float, float, float]:
+    """Row `i` one stage before stage `k`: x, y, required distance [m]."""
+    if k == 0:
+        return problem.passed[i, 0], problem.passed[i, 1], problem.passed[i, 2]
+    return problem.rows[k - 1, i, 0], problem.rows[k - 1, i, 1], problem.rows[k - 1, i, 2]
+
+
+@kernel
 def judge(problem: Problem, inputs: FloatArray) -> tuple[float, float, float]:
     """The cost (eq. 2) of a plan, the largest and the summed violation of (3c), (3f)-(3j) [m]."""
     total, worst, summed = 0.0, 0.0, 0.0
     x, y, theta = problem.start[0], problem.start[1], problem.start[2]
     for k in range(len(inputs)):
-        v, omega = inputs[k, 0], inputs[k, 1]
+        v, omega, x_before, y_before = inputs[k, 0], inputs[k, 1], x, y
         x, y, theta = advance(x, y, theta, v, omega, problem.period, problem.exact)
         dx, dy = x - problem.reference[k, 0], y - problem.reference[k, 1]
         turn = problem.heading_weight * turn_between(problem.reference[k, 2], theta)
@@ -161,7 +180,12 @@ def judge(problem: Problem, inputs: FloatArray) -> tuple[float, float, float]:
         for i in range(problem.counts[k]):
             dx, dy, need = x - problem.rows[k, i, 0], y - problem.rows[k, i, 1], problem.rows[k, i, 2]
             squared = dx * dx + dy * dy
-            if squared < need * need and need > 0.0:
+            if problem.decay < 1.0 and need > 0.0:
+                px, py, p_need = row_before(problem, k, i)
+                excess = (1.0 - problem.decay) * barrier(x_before - px, y_before - py, p_need) - barrier(dx, dy, need)
+                if excess > 0.0:
+                    worst, summed = max(worst, excess), summed + excess
+            elif squared < need * need and need > 0.0:
                 excess = need - math.sqrt(squared)
                 worst, summed = max(worst, excess), summed + excess
     return total, worst, summed

@@ -41,12 +41,13 @@ def roll(motion: LinearMotion, step: FloatArray, delta: FloatArray) -> None:
 
 
 @kernel
-def factorise(motion: LinearMotion, big: FloatArray, weight: FloatArray, gains: FloatArray) -> bool:
+def factorise(motion: LinearMotion, big: FloatArray, cross: FloatArray, weight: FloatArray, gains: FloatArray) -> bool:
     """The matrices of the Riccati recursion over (pose, input before), backwards. False: not positive definite.
 
     Args:
         motion: The linearised motion.
         big: (N, 6) Hessian of stage k's pose: xx, xy, yy, xt, yt, tt.
+        cross: (N, 4) Hessian between stage k's position and the one before: xx', xy', yx', yy'; (0, 4): there is none.
         weight: (N, 5) Hessian of its inputs v and omega, and of their change: vv, vw, ww.
         gains: (N^c, 13), filled: H^-1 (00, 01, 11), F = H^-1 H_up (2 x 3), E = H^-1 T (2 x 2).
     """
@@ -70,6 +71,12 @@ def factorise(motion: LinearMotion, big: FloatArray, weight: FloatArray, gains: 
         gv2, gw2 = gv2 + a * gv0 + b * gv1, gw2 + a * gw0 + b * gw1  # H_up = G A
         tt += a * (a * xx + 2.0 * xt) + b * (b * yy + 2.0 * yt) + 2.0 * a * b * xy  # A^T W_pp A
         xt, yt = xt + a * xx + b * xy, yt + a * xy + b * yy
+        if len(cross) > 0:  # H_up = G A + B^T C, and A^T C + C^T A besides
+            c0, c1, c2, c3 = cross[k, 0], cross[k, 1], cross[k, 2], cross[k, 3]
+            gv0, gv1 = gv0 + p * c0 + q * c2, gv1 + p * c1 + q * c3
+            gw0, gw1 = gw0 + r * c0 + s * c2, gw1 + r * c1 + s * c3
+            xx, xy, yy = xx + 2.0 * c0, xy + c1 + c2, yy + 2.0 * c3
+            xt, yt = xt + a * c0 + b * c2, yt + a * c1 + b * c3
         if k >= free:  # held: the input is the one before
             vx, vy, vt, wx, wy, wt, vv, vw, ww = gv0, gv1, gv2, gw0, gw1, gw2, hvv, hvw, hww
             continue

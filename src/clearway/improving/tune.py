@@ -1,0 +1,348 @@
+"""A whole tuning: from a task to a file with better parameters, a Pareto front, and what they are worth on held-out trials."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+import shlex
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.campaigns.campaign import run_campaign
+from clearway.campaigns.plan import TrialSpec
+from clearway.campaigns.plan_checks import Known, check_plan
+from clearway.campaigns.pool import pool, workers_of
+from clearway.campaigns.progress import ProgressCallback, silent
+from clearway.errors import ClearwayError, shown
+from clearway.improving.objective import Objective, Score, read_objective, together
+from clearway.improving.search import Candidate, Record, Values, best, cma_module, refuse_little
+from clearway.improving.settings import Settings, Together
+from clearway.improving.task import Task, Variable, read_task
+from clearway.improving.trials import Bench, refuse_overlap
+from clearway.indicators import INDICATORS
+from clearway.placing import make_folder
+from clearway.reports.comparison_page import write_comparison
+from clearway.scenarios.suites import load_suite
+from clearway.statistics import Comparison, compare
+from clearway.trials.store import Results, refuse_results
+from clearway.tuning import TunedOn
+
+SUCCESS = "success"
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """What an objective's indicator gained on the held-out trials.
+
+    Attributes:
+        indicator: Its name.
+        unit: Its unit.
+        before: Its mean with the parameters that came in; nan: never computable.
+        after: With those that were found.
+        difference: Of the pairs, after - before: the mean, of success the difference of the rates; nan: no pairs.
+        low: Lower end of its 95 % interval.
+        high: Upper end.
+        verdict: 1: shown to be better, -1: shown to be worse, 0: neither is shown.
+    """
+
+    indicator: str
+    unit: str
+    before: float
+    after: float
+    difference: float
+    low: float
+    high: float
+    verdict: int
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        said = {1: "better, shown", -1: "WORSE, shown", 0: "no difference is shown"}[self.verdict]
+        return (
+            f"{self.indicator}: {self.before:.4g} -> {self.after:.4g}{unit}, paired difference {self.difference:+.4g} "
+            f"[{self.low:+.4g}, {self.high:+.4g}]; {said}"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tuning:
+    """What a tuning found.
+
+    Attributes:
+        path: Its folder.
+        file: The file with the parameters that were found; None: they are options, or nothing better was found.
+        robot: The robot with them, as `clearway run` takes it.
+        navigator: The navigator with them, likewise.
+        before: The values that came in; None where none is known.
+        after: The values that were found.
+        trials: How many training trials were run.
+        front: The candidates that no other one beats in everything, of those that met all training trials.
+        gains: On the held-out trials, in the order of the objective; empty where nothing better was found.
+        limits: Each constraint and its value on the held-out trials: (constraint, value, whether it holds).
+        comparison: Of the held-out trials, after against before; None where nothing better was found.
+        warnings: What is to be distrusted.
+    """
+
+    path: Path
+    file: Path | None
+    robot: str
+    navigator: str
+    before: Mapping[str, Any]
+    after: Mapping[str, Any]
+    trials: int
+    front: tuple[Candidate, ...]
+    gains: tuple[Gain, ...]
+    limits: tuple[tuple[str, float, bool], ...]
+    comparison: Comparison | None
+    warnings: tuple[str, ...]
+
+    @property
+    def better(self) -> bool:
+        """Whether the held-out trials show a gain: in the first indicator of the objective in which a difference is shown."""
+        kept = all(holds for _, _, holds in self.limits)
+        return kept and next((gain.verdict for gain in self.gains if gain.verdict), 0) > 0
+
+    def __str__(self) -> str:
+        """What was found, for people."""
+        if self.comparison is None:
+            return "\n".join([f"nothing better than what came in, in {self.trials} training trials", *self._warned()])
+        lines = [f"{name}: {shown(self.before[name])} -> {shown(value)}" for name, value in self.after.items()]
+        lines += [f"held out, {self.comparison.pairs} pairs", *(f"  {gain}" for gain in self.gains)]
+        lines += [f"  {text}: {value:.4g}, {'holds' if holds else 'BROKEN'}" for text, value, holds in self.limits]
+        run = f"clearway run SUITE --robot {shlex.quote(self.robot)} --navigator {shlex.quote(self.navigator)}"
+        return "\n".join(
+            [*lines, *self._warned(), f"page: {self.path / 'comparison' / 'index.html'}", f"to use it: {run}"]
+        )
+
+    def _warned(self) -> list[str]:
+        return [f"warning: {text}" for text in self.warnings]
+
+
+def tune(
+    task: Task | str | Path, out: Path, *, workers: int | None = None, progress: ProgressCallback | None = None
+) -> Tuning:
+    """Search for better parameters, and compare what is found with what came in, on held-out trials.
+
+    Writes into `out`: the parameters that were found, in the format that came in; `candidates.csv`, all that were tried;
+    `front.csv`, the Pareto front; the results directories `before` and `after` of the held-out trials, and a page of their
+    `comparison`.
+
+    Args:
+        task: What is to be tuned, or the TOML file that says so.
+        out: The folder, made if it isn't there.
+        workers: How many processes; None: one a core. The results don't depend on it, unless the search has a limit in minutes.
+        progress: Told how far it is.
+
+    Raises:
+        ClearwayError: something in the task is wrong, before anything runs; or an indicator of the objective can't be computed of
+            any of the first trials.
+    """
+    asked = task if isinstance(task, Task) else read_task(task)
+    objective = read_objective(asked.objective, asked.constraints, asked.file)
+    tell, processes = progress or silent, workers_of(workers, least=0)
+    refuse_results(out)
+    if asked.search.method == "cma":
+        cma_module()
+    same_places = refuse_overlap(asked.training, asked.held_out, asked.file)
+    groups = _shuffled(asked.training.specs(), asked.search.seed)
+    refuse_little(asked.search, len(groups), asked.file)
+    settings = Together(asked.robot, asked.navigator, asked.variables)
+    before = _in_file(asked, lambda: settings.before([v.name for v in asked.variables]))
+    variables = tuple(_whole(v, before[v.name], asked) for v in asked.variables)
+    with tempfile.TemporaryDirectory(prefix="clearway-tune-") as scratch, pool(processes, out) as work:
+        folder = Path(scratch)
+        known = check_plan(asked.training, asked.training.specs(), work)
+        check_plan(asked.held_out, asked.held_out.specs(), work)
+        _check_ends(asked, variables, settings, folder)
+        make_folder(out)
+        bench = Bench(asked.training, groups, known, settings, objective.indicators, folder, work)
+        record = Record(objective, bench, asked.search.trials, [_first(before)])
+        record.told = lambda done, note: tell(done, asked.search.trials, note)
+        _refuse_never(record, objective, min(asked.search.first, len(groups)), asked)
+        ranked = best(record, variables, asked.search, len(groups))
+    return _result(
+        asked, objective, settings, before, record, ranked, known, len(groups), out, same_places, workers, tell
+    )
+
+
+def _result(
+    asked: Task, objective: Objective, settings: Settings, before: dict[str, Any], record: Record, ranked: Sequence[int],
+    known: Mapping[str, Known], trials: int, out: Path, same_places: bool, workers: int | None, tell: ProgressCallback,
+) -> Tuning:  # fmt: skip
+    every = record.candidates()
+    whole = [c for c in every if c.score.trials == trials]
+    front = tuple(c for c in whole if not any(objective.dominated(c.score, o.score) for o in whole))
+    _write_table(out / "candidates.csv", objective, every)
+    _write_table(out / "front.csv", objective, front)
+    warnings = []
+    if same_places:
+        warnings.append("the held-out trials are in places of training; only noise and timing are others")
+    chosen = record.values[ranked[0]]
+    scores = {c.number: c.score for c in whole}
+    if ranked[0] == 0 or scores[ranked[0]].order >= scores[0].order:
+        return Tuning(
+            out,
+            None,
+            asked.robot,
+            asked.navigator,
+            before,
+            dict(before),
+            len(record.answers),
+            front,
+            (),
+            (),
+            None,
+            tuple(warnings),
+        )
+    if math.isinf(scores[ranked[0]].excess) or scores[ranked[0]].excess > 0:
+        warnings.append("the constraints are not all kept, even in training")
+    source = Path(asked.robot.removesuffix(".toml").partition(":")[0]).name.removesuffix(".toml")
+    written = settings.write(chosen, out, f"{source}-tuned", [_tuned_on(asked)])
+    tell(len(record.answers), asked.search.trials, "held-out trials")
+    first = run_campaign(asked.held_out, out / "before", workers)
+    tuned = replace(asked.held_out, robots=(written.robot,), navigators=(written.navigator,))
+    second = run_campaign(tuned, out / "after", workers)
+    names = [n for n in objective.indicators if n != SUCCESS] or ["CT"]
+    found = compare(first.trials, second.trials, names=("before", "after"), indicators=names)
+    write_comparison([found], out / "comparison")
+    gains = tuple(_gain(goal.indicator, goal.sign, found, first, second) for goal in objective.goals)
+    limits = []
+    for limit in objective.limits:
+        value = together([{limit.indicator: v} for v in _numbers(second, limit.indicator)], limit.indicator, limit.over)
+        holds = value is not None and (value >= limit.limit if limit.at_least else value <= limit.limit)
+        limits.append((str(limit), math.nan if value is None else value, holds))
+    if any(gain.verdict < 0 for gain in gains) or not all(holds for _, _, holds in limits):
+        warnings.append("on the held-out trials something is shown to be worse, or a constraint is broken; see above")
+    if next((gain.verdict for gain in gains if gain.verdict), 0) <= 0:
+        warnings.append(
+            f"no gain is shown on the {found.pairs} held-out pairs: what was found may be what fitted the training trials by chance"
+        )
+    return Tuning(
+        out, written.files[0] if written.files else None, written.robot, written.navigator, before, chosen, len(record.answers),
+        front, gains, tuple(limits), found, tuple(warnings),
+    )  # fmt: skip
+
+
+def _gain(indicator: str, sign: int, found: Comparison, first: Results, second: Results) -> Gain:
+    unit = INDICATORS[indicator].unit
+    was, now = (float(np.mean(v)) if (v := _numbers(r, indicator)) else math.nan for r in (first, second))
+    if indicator == SUCCESS:
+        if (pairs := found.success.get(None)) is None:
+            return Gain(indicator, unit, was, now, math.nan, math.nan, math.nan, 0)
+        low, high = pairs.difference.low, pairs.difference.high
+        centre = (pairs.only_b - pairs.only_a) / pairs.n
+        verdict = 0 if pairs.p > 0.05 else (-sign if pairs.only_b > pairs.only_a else sign)
+        return Gain(indicator, unit, was, now, centre, low, high, verdict)
+    rows = [r for r in found.differences.to_pylist() if r["batch"] is None and r["indicator"] == indicator]
+    if not rows or rows[0]["mean_difference"] is None:
+        return Gain(indicator, unit, was, now, math.nan, math.nan, math.nan, 0)
+    row = rows[0]
+    low, high = (math.nan if row[end] is None else row[end] for end in ("boot_low", "boot_high"))
+    shown_at_all = row["p_holm"] is not None and row["p_holm"] <= 0.05 and not low <= 0.0 <= high
+    verdict = 0 if not shown_at_all else (-sign if row["mean_difference"] > 0 else sign)
+    return Gain(indicator, unit, was, now, row["mean_difference"], low, high, verdict)
+
+
+def _numbers(results: Results, indicator: str) -> list[float]:
+    return [float(v) for v in results.trials[indicator].to_pylist() if v is not None]
+
+
+def _shuffled(specs: Sequence[TrialSpec], seed: int) -> list[list[TrialSpec]]:
+    """The simulations in an order by chance, so that the first few are of every kind."""
+    groups = [list(run) for _, run in itertools.groupby(specs, key=lambda spec: spec.run)]
+    return [groups[k] for k in np.random.default_rng(seed).permutation(len(groups))]
+
+
+def _first(before: Mapping[str, Any]) -> Values:
+    return dict(before)
+
+
+def _whole(variable: Variable, before: Any, asked: Task) -> Variable:
+    """The variable, a whole number where what came in is one."""
+    field = f"{'options' if variable.option else 'parameters'}.{variable.name}"
+    if variable.choices:
+        return variable
+    if isinstance(before, bool | str | list | tuple):
+        raise ClearwayError(f"is {shown(before)}, and has no range; give it `choices`", file=asked.file, field=field)
+    whole = isinstance(before, int)
+    if whole and not (variable.low.is_integer() and variable.high.is_integer()):
+        raise ClearwayError("is a whole number; its range ends at whole ones", file=asked.file, field=field)
+    return replace(variable, whole=whole)
+
+
+def _check_ends(asked: Task, variables: Sequence[Variable], settings: Settings, folder: Path) -> None:
+    """Have the navigator read each parameter at both ends of its range, and every one of its choices."""
+    for k, variable in enumerate(variables):
+        for j, value in enumerate(variable.choices or (variable.value(0.0), variable.value(1.0))):
+            robot, navigator, _ = settings.write({variable.name: value}, folder, f"end-{k}-{j}")
+            plan = replace(asked.training, robots=(robot,), navigators=(navigator,))
+            field = f"{'options' if variable.option else 'parameters'}.{variable.name}"
+            try:
+                check_plan(plan, [replace(asked.training.specs()[0], robot=robot, navigator=navigator)])
+            except ClearwayError as error:
+                raise ClearwayError(
+                    f"{shown(value)} is refused: {error.problem}", file=asked.file, field=field
+                ) from error
+
+
+def _in_file(asked: Task, read: Any) -> dict[str, Any]:
+    """What came in; a parameter that isn't known is told by the task's file."""
+    try:
+        found: dict[str, Any] = read()
+        return found
+    except ClearwayError as error:
+        raise ClearwayError(error.problem, file=asked.file, field=error.field or "parameters") from error
+
+
+def _refuse_never(record: Record, objective: Objective, trials: int, asked: Task) -> None:
+    """Complain of an indicator that can be computed of none of the first trials with what came in; one of the objective may
+    wait for success."""
+    [score] = record.scores([0], range(trials), "what came in")
+    answers = [record.answers[0, t] for t in range(trials)]
+    never = [
+        ("objective", goal.indicator)
+        for goal, mean in zip(objective.goals, score.goals, strict=True)
+        if math.isnan(mean) and _needs_no_success(goal.indicator, record, trials)
+    ]
+    never += [("constraints", c.indicator) for c in objective.limits if together(answers, c.indicator) is None]
+    for field, indicator in never:
+        raise ClearwayError(
+            f"{indicator!r} can be computed of none of the first {trials} training trials, so nothing can be tuned by it",
+            file=asked.file, field=field,
+        )  # fmt: skip
+
+
+def _needs_no_success(indicator: str, record: Record, trials: int) -> bool:
+    """Whether trials that succeeded are among those of which it could not be computed, or it is not known which did."""
+    known = [record.answers[0, t].get(SUCCESS) for t in range(trials)]
+    return indicator != SUCCESS and (any(known) or all(v is None for v in known))
+
+
+def _tuned_on(asked: Task) -> TunedOn:
+    plan = asked.training
+    draws = None if plan.selection.seeds is None else range(*plan.selection.seeds)
+    note = ", ".join(v.name for v in asked.variables)
+    return TunedOn(
+        load_suite(plan.suites[0]).name, floor_plan=plan.selection.floor_plan or "", draws=draws, seeds=(plan.seed,),
+        speeds=plan.selection.speeds, note=note,
+    )  # fmt: skip
+
+
+def _write_table(file: Path, objective: Objective, candidates: Sequence[Candidate]) -> None:
+    names = list(candidates[0].values) if candidates else []
+    with file.open("w", encoding="utf-8", newline="") as text:
+        rows = csv.writer(text, lineterminator="\n")
+        rows.writerow(["candidate", *names, "trials", *(g.indicator for g in objective.goals), "broken_constraints"])
+        for one in candidates:
+            cells = ["" if math.isnan(v) else f"{v:.6g}" for v in one.score.goals]
+            rows.writerow(
+                [one.number, *(one.values[n] for n in names), one.score.trials, *cells, f"{one.score.excess:.6g}"]
+            )
+
+
+__all__ = ["Gain", "Score", "Tuning", "tune"]

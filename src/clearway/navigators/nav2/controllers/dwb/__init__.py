@@ -1,0 +1,1 @@
+"""Nav2's DWB: the dynamic window approach with critics that a file chooses."""

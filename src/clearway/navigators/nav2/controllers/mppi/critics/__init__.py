@@ -1,0 +1,1 @@
+"""MPPI's critics: each adds a cost to every sample."""

@@ -1,0 +1,161 @@
+"""All that Nav2's servers are given, from a user's file or a preset."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from clearway.errors import ClearwayError, unknown
+from clearway.navigators.nav2.parameters.branch import Branch, settle
+from clearway.navigators.nav2.parameters.file import Node, merged, nested, read_nodes
+from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.presets import preset_for, preset_names, read_preset, without_map
+from clearway.robots import Robot
+
+_PARAMETERS = "clearway.navigators.nav2.parameters"
+
+SERVERS: dict[str, tuple[str, str]] = {
+    "controller_server": ("/controller_server", f"{_PARAMETERS}.servers:ControllerServer"),
+    "planner_server": ("/planner_server", f"{_PARAMETERS}.servers:PlannerServer"),
+    "behavior_server": ("/behavior_server", f"{_PARAMETERS}.servers:BehaviorServer"),
+    "bt_navigator": ("/bt_navigator", f"{_PARAMETERS}.servers:BtNavigator"),
+    "local_costmap": ("/local_costmap/local_costmap", f"{_PARAMETERS}.costmaps:Costmap"),
+    "global_costmap": ("/global_costmap/global_costmap", f"{_PARAMETERS}.costmaps:Costmap"),
+}
+"""What is started -> the full name of its node, and what reads its parameters."""
+
+OPTIONAL: dict[str, tuple[str, str]] = {
+    "velocity_smoother": (
+        "/velocity_smoother",
+        "clearway.navigators.nav2.velocity_smoother:VelocitySmootherParameters",
+    ),
+    "collision_monitor": ("/collision_monitor", f"{_PARAMETERS}.monitor:CollisionMonitorParameters"),
+}
+"""The same of what is started only where the file has parameters for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Parameters:
+    """What each server of Nav2 is given.
+
+    Attributes:
+        source: Where it is from, for people.
+        file: The file, None for a preset.
+        controller_server: With progress checkers, goal checkers, controllers and path handlers.
+        planner_server: With planners.
+        behavior_server: With behaviours.
+        bt_navigator: The behaviour tree's.
+        local_costmap: With layers.
+        global_costmap: With layers.
+        velocity_smoother: None: it isn't started, as the file has nothing for it.
+        collision_monitor: With polygons and sources; None: likewise.
+    """
+
+    source: str
+    file: Path | None
+    controller_server: Branch
+    planner_server: Branch
+    behavior_server: Branch
+    bt_navigator: Branch
+    local_costmap: Branch
+    global_costmap: Branch
+    velocity_smoother: Branch | None = None
+    collision_monitor: Branch | None = None
+
+
+def read(given: str | Path | None, robot: Robot, *, mapped: bool = True) -> Parameters:
+    """What Nav2 is given for `robot`.
+
+    Args:
+        given: A file of ROS 2 parameters, or a preset's name; None: the robot's own public file, or, for one that has none, Nav2's
+            own fitted to the robot.
+        robot: Who drives.
+        mapped: Whether it has a map; without one presets leave out what needs it.
+
+    Raises:
+        ClearwayError: the file can't be read, or something in it is wrong.
+    """
+    if given is None or is_preset(given):
+        preset = preset_for(robot) if given is None else read_preset(str(given))
+        preset = preset if mapped else without_map(preset)
+        return _settled(preset.tables, preset.source, None)
+    path = Path(given)
+    if not path.suffix and not path.exists():
+        raise unknown("preset or file of Nav2's parameters", str(given), preset_names(), field="params")
+    nodes = read_nodes(path)
+    return _settled(tables_of(nodes, path), str(path), path)
+
+
+def is_preset(given: str | Path) -> bool:
+    """Whether a preset of that name is there, and no file."""
+    return str(given) in preset_names() and not Path(given).exists()
+
+
+def files(params: str | Path | None = None) -> tuple[Path, ...]:
+    """The files of a user whose content decides what the navigator does.
+
+    Args:
+        params: The navigator's option.
+    """
+    if params is None or is_preset(params):
+        return ()
+    path = Path(params)
+    try:
+        values = merged(read_nodes(path), "/bt_navigator")
+    except ClearwayError:
+        return (path,)
+    tree = Path(str(values.get("default_nav_to_pose_bt_xml", "")))
+    return (path, *(f for f in dict.fromkeys((tree, path.parent / tree)) if f.suffix == ".xml" and f.is_file()))
+
+
+def tables_of(nodes: tuple[Node, ...], path: Path) -> dict[str, dict[str, Any]]:
+    """What each server is given, as tables within each other; those that no node of the file is meant for are left out.
+
+    Raises:
+        ClearwayError: the file is one of several robots.
+    """
+    space = namespace(nodes, path)
+    found: dict[str, dict[str, Any]] = {}
+    for server, (name, _) in (SERVERS | OPTIONAL).items():
+        if any(node.matches(space + name) and (server in SERVERS or not node.wild) for node in nodes):
+            found[server] = nested(merged(nodes, space + name), path)
+    return found
+
+
+def namespace(nodes: tuple[Node, ...], path: Path) -> str:
+    """The namespace in which the nodes of the file are, such as `/robot1`; empty: the root.
+
+    Raises:
+        ClearwayError: there are several.
+    """
+    names = [name for name, _ in (SERVERS | OPTIONAL).values()]
+    spaces = {
+        node.name.removesuffix(name): None
+        for node in nodes
+        for name in names
+        if not node.wild and node.name.endswith(name)
+    }
+    if len(spaces) > 1:
+        raise ClearwayError(
+            f"holds the parameters of several robots: {', '.join(sorted(s or '/' for s in spaces))}; give each a file of its own",
+            file=path,
+        )
+    return next(iter(spaces), "")
+
+
+def reader_of(server: str) -> type[Group]:
+    """What reads the parameters of a server."""
+    module, _, name = (SERVERS | OPTIONAL)[server][1].partition(":")
+    found: type[Group] = getattr(importlib.import_module(module), name)
+    return found
+
+
+def _settled(tables: Mapping[str, Mapping[str, Any]], source: str, file: Path | None) -> Parameters:
+    branches = {
+        server: settle(reader_of(server), tables.get(server, {}), server, file)
+        for server in (*SERVERS, *(name for name in OPTIONAL if name in tables))
+    }
+    return Parameters(source=source, file=file, **branches)

@@ -1,0 +1,188 @@
+"""What becomes of each parameter of a user's Nav2 file, told from the groups that read them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from clearway.errors import ClearwayError
+from clearway.navigators.common.parameter_table import ParameterTable, Row, Status, as_written, nearest
+from clearway.navigators.nav2.parameters.branch import Branch, is_filled_in_at_launch, settle
+from clearway.navigators.nav2.parameters.file import Node, read_nodes
+from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.ignored import AMCL, EVERYWHERE, NODES
+from clearway.navigators.nav2.parameters.nav2_parameters import OPTIONAL, SERVERS, namespace, reader_of, tables_of
+
+ABOUT = "defaults are those of Nav2's branch main (a3a97043), and where jazzy's differ they are shown"
+_ORDER: tuple[Status, ...] = ("read", "default", "missing", "ignored", "unknown")
+
+
+def table(path: Path) -> ParameterTable:
+    """What becomes of the parameters in a file of ROS 2 parameters.
+
+    Raises:
+        ClearwayError: it can't be read, or isn't what rcl takes for parameters.
+    """
+    nodes = read_nodes(path)
+    space = namespace(nodes, path)
+    rows: list[Row] = []
+    problems: list[ClearwayError] = []
+    shared: dict[str, Row] = {}
+    for server, given in tables_of(nodes, path).items():
+        full = space + (SERVERS | OPTIONAL)[server][0]
+        own = {name for node in nodes if not node.wild and node.matches(full) for name in node.values}
+        branch = settle(reader_of(server), given, server, path, problems)
+        for row in rows_of(branch, ""):
+            if any(name == row.name or name.startswith(f"{row.name}.") for name in own) or row.status == "default":
+                rows.append(row._replace(name=f"{server}.{row.name}"))
+            else:  # of a wildcard: what any server reads is read
+                before = shared.get(row.name)
+                if before is None or _ORDER.index(row.status) < _ORDER.index(before.status):
+                    shared[row.name] = row
+    rows += [row._replace(name=f"{_wild_name(nodes, row.name)}.{row.name}") for row in shared.values()]
+    wrong = {problem.field for problem in problems}
+    rows = [row for row in rows if row.name not in wrong]
+    rows += [row for node in nodes if not node.wild for row in _of_other_node(node, space)]
+    return ParameterTable(str(path), ABOUT, tuple(rows), tuple(problems))
+
+
+def _wild_name(nodes: tuple[Node, ...], name: str) -> str:
+    return next(
+        (n.name for n in reversed(nodes) if n.wild and any(v == name or v.startswith(f"{name}.") for v in n.values)),
+        "/**",
+    )
+
+
+def rows_of(branch: Branch, above: str) -> Iterator[Row]:
+    """The rows of a namespace and of those inside it.
+
+    Args:
+        branch: The namespace.
+        above: What stands before their names, with the dot.
+    """
+    kind = type(branch.group)
+    ignored, missing, renamed, jazzy = (_all(kind, what) for what in ("IGNORED", "MISSING", "RENAMED", "JAZZY"))
+    for name, value in branch.table.items():
+        here = f"{above}{name}"
+        if name in branch.children:
+            yield from rows_of(branch.children[name], f"{here}.")
+        elif name in kind.model_fields:
+            yield from _of_field(branch, name, here, missing)
+        elif name == "plugin":
+            yield Row("read", here, as_written(value))
+        elif name in EVERYWHERE or name in ignored:
+            yield Row("ignored", here, _short(value), note=ignored.get(name) or EVERYWHERE[name])
+        elif name in missing:
+            yield Row("missing", here, _short(value), note=_closest(missing[name]))
+        elif name in renamed:
+            yield Row(
+                "unknown",
+                here,
+                _short(value),
+                note=f"is called {renamed[name]!r} now; the old name does nothing",
+            )
+        elif branch.told or not isinstance(value, dict):
+            yield _unknown(branch, name, value, here)
+    for name, value in jazzy.items():
+        if _at(branch.table, name) is None and name in kind.model_fields:
+            default = as_written(kind.model_fields[name].get_default(call_default_factory=True))
+            yield Row("default", f"{above}{name}", default, note=f"jazzy has {as_written(value)}")
+        elif name.endswith(".plugin") and _at(branch.table, name) is None and name.partition(".")[0] in branch.children:
+            yield Row("default", f"{above}{name}", note=f"main's own holds; jazzy has {value}")
+
+
+def _of_field(branch: Branch, name: str, here: str, missing: Mapping[str, str]) -> Iterator[Row]:
+    kind, value = type(branch.group), branch.table[name]
+    field = kind.model_fields[name]
+    default = None if field.is_required() else field.get_default(call_default_factory=True)
+    held = getattr(branch.group, name, value)  # what must be given has no value where something else is wrong
+    if isinstance(value, dict) and isinstance(held, Group):
+        yield from rows_of(Branch(held, {}, value), f"{here}.")
+    elif is_filled_in_at_launch(kind, name, value):
+        yield Row(
+            "ignored",
+            here,
+            as_written(value),
+            note=f"a launch file puts a value in its place; {as_written(default)} holds",
+        )
+    elif of := [v for v in (value if isinstance(value, tuple) else (value,)) if isinstance(v, str) and v in missing]:
+        yield Row("missing", here, as_written(value), note=f"{of[0]} is not built; {_closest(missing[of[0]])}")
+    else:
+        usual = "" if held == default or default in ((), None, "") else as_written(default)
+        yield Row("read", here, as_written(value), usual)
+
+
+def _unknown(branch: Branch, name: str, value: Any, here: str) -> Row:
+    """A name that nothing reads: a namespace that no list names, or one that is misspelt."""
+    known = [*type(branch.group).model_fields, *branch.children, *_all(type(branch.group), "IGNORED")]
+    if isinstance(value, dict):
+        ignored = _all(type(branch.group), "IGNORED")
+        for other, listed in branch.table.items():
+            if other in ignored and isinstance(listed, tuple) and name in listed:
+                return Row("ignored", here, _short(value), note=ignored[other])
+        absent = [child for child in branch.children if child not in branch.table]
+        close = get_close_matches(name[:200], absent, n=1, cutoff=0.75)
+        if not close:
+            return Row(
+                "ignored",
+                here,
+                _short(value),
+                note="nothing names it: it stands in no list of plug-ins, sources or the like",
+            )
+        known = absent
+    return Row("unknown", here, _short(value), note=nearest(name, known))
+
+
+def _of_other_node(node: Node, space: str) -> Iterator[Row]:
+    """The rows of a node that is none of those that are built."""
+    if any(node.name == space + name for name, _ in (SERVERS | OPTIONAL).values()):
+        return
+    name = node.name.rsplit("/", 1)[-1]
+    count = f"{len(node.values)} parameter{'s' if len(node.values) != 1 else ''}"
+    shown = node.name.removeprefix(space).lstrip("/").replace("/", ".")
+    if name in NODES:
+        if name != "amcl":
+            yield Row("ignored", shown, count, note=NODES[name])
+            return
+        for key, value in node.values.items():
+            where = f"; the robot's file says it: [localisation.amcl] {AMCL[key]}" if key in AMCL else ""
+            yield Row("ignored", f"{shown}.{key}", as_written(value), note=f"{NODES[name]}{where}")
+        return
+    close = get_close_matches(name, [*SERVERS, *OPTIONAL, *NODES], n=1, cutoff=0.8)
+    if close:
+        yield Row("unknown", shown, count, note=f"no node of Nav2 has that name; did you mean {close[0]!r}?")
+    else:
+        yield Row("ignored", shown, count, note="no node of Nav2's navigation")
+
+
+def _all(kind: type[Group], what: str) -> dict[str, Any]:
+    """A class variable of a group with those of the groups that it is made from."""
+    found: dict[str, Any] = {}
+    for base in reversed(kind.__mro__):
+        found |= vars(base).get(what, {})
+    return found
+
+
+def _closest(what: str) -> str:
+    """What is closest, which may be a name or a sentence."""
+    return what if " " in what else f"closest is {what}"
+
+
+def _at(table: Mapping[str, Any], name: str) -> Any:
+    here: Any = table
+    for step in name.split("."):
+        here = here.get(step) if isinstance(here, Mapping) else None
+    return here
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, dict):
+        count = len(_leaves(value))
+        return f"{count} parameter{'s' if count != 1 else ''}"
+    return as_written(value)
+
+
+def _leaves(value: dict[str, Any]) -> list[Any]:
+    return [leaf for inside in value.values() for leaf in (_leaves(inside) if isinstance(inside, dict) else [inside])]

@@ -1,0 +1,156 @@
+"""Nav2's planner server: plans when it is asked, and says whether a path is still free.
+
+In Nav2 it has a thread of its own. Here it plans at the end of a control period, so that whoever asked has the path one
+period later. Behaviour read from ros-navigation/navigation2: nav2_planner/src/planner_server.cpp,
+include/nav2_planner/is_path_valid_service.hpp.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from clearway.geometry.compiled import kernel
+from clearway.geometry.frames import relative
+from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, make_scene, row_col
+from clearway.navigators.common.costmaps.layers import FREE, INSCRIBED, LETHAL, UNKNOWN
+from clearway.navigators.nav2.behavior_tree.actions import PlanRequest
+from clearway.navigators.nav2.behavior_tree.paths import first_after, moved
+from clearway.navigators.nav2.behavior_tree.servers import Error, Job, Validity
+from clearway.navigators.nav2.costmaps.costmap import Costmap
+from clearway.navigators.nav2.parameters.branch import Branch
+from clearway.navigators.nav2.plugins import make_planner
+from clearway.navigators.nav2.seams import CostView, GoalOccupied, NoPath, Planner, StartOccupied
+
+_ORIGIN = np.zeros(3)
+
+
+class PlannerServer:
+    """Plans paths on the global costmap.
+
+    Args:
+        branch: Its parameters, with those of its planners.
+        costmap: The global one.
+    """
+
+    def __init__(self, branch: Branch, costmap: Costmap) -> None:
+        self._planners: dict[str, Planner] = {name: make_planner(child) for name, child in branch.children.items()}
+        for planner in self._planners.values():
+            planner.reset()
+        self._costmap = costmap
+        self._job: Job | None = None
+
+    def send(self, request: PlanRequest) -> Job:
+        """Have a path planned."""
+        self._job = Job(request)
+        return self._job
+
+    def cancel(self) -> None:
+        """Don't."""
+        self._job = None
+
+    def think(self, pose: FloatArray, frame: FloatArray) -> None:
+        """Plan, if something is to be planned and the costmap is current.
+
+        Args:
+            pose: (3,) of the robot in the costmap's frame.
+            frame: (3,) pose of the costmap's frame in the map.
+        """
+        job = self._job
+        if job is None or not self._costmap.current:
+            return
+        self._job = None
+        request: PlanRequest = job.request
+        planner = self._planners.get(request.planner)
+        if planner is None and not request.planner and len(self._planners) == 1:
+            planner = next(iter(self._planners.values()))
+        if planner is None:
+            job.abort(Error.INVALID_PLANNER, f"there is no planner {request.planner!r}")
+            return
+        start = pose if request.start is None else relative(frame, request.start)
+        goal, view = relative(frame, request.goal), self._costmap.view()
+        for place, error in ((start, Error.START_OUTSIDE_MAP), (goal, Error.GOAL_OUTSIDE_MAP)):
+            if self._off(place, view):
+                job.abort(error, f"({place[0]:.2f}, {place[1]:.2f}) is off the global costmap")
+                return
+        try:
+            path = planner.plan(start, goal, view)
+        except NoPath as failure:
+            codes = {StartOccupied: Error.START_OCCUPIED, GoalOccupied: Error.GOAL_OCCUPIED}
+            job.abort(codes.get(type(failure), Error.NO_VALID_PATH), str(failure))
+            return
+        if len(path):
+            job.succeed(moved(path, frame))
+        else:
+            job.abort(Error.NO_VALID_PATH, "the planner found an empty path")
+
+    @staticmethod
+    def _off(place: FloatArray, view: CostView) -> bool:
+        rows, columns = view.cost.shape
+        x, y = (place[:2] - view.origin) / view.resolution
+        return not (0 <= x < columns and 0 <= y < rows)
+
+    def invalid_poses(self, request: Validity, pose: FloatArray, frame: FloatArray) -> list[int] | None:
+        """Indices of a path's poses that are not free, from the one nearest to the robot on; None if it can't tell now.
+
+        Args:
+            request: What is asked.
+            pose: (3,) of the robot in the costmap's frame.
+            frame: (3,) pose of the costmap's frame in the map.
+        """
+        costmap = self._costmap
+        grid = costmap.cost if not request.layer else costmap.layer_grid(request.layer)
+        if not costmap.current or grid is None:
+            return None
+        path = moved(request.path, relative(frame, _ORIGIN))
+        begin = int(np.argmin((path[:, 0] - pose[0]) ** 2 + (path[:, 1] - pose[1]) ** 2))
+        end = first_after(path, begin, request.lookahead) if request.lookahead > 0.0 else len(path)
+        scene = make_scene(grid, costmap.origin, costmap.resolution, costmap.footprint)
+        bad = _invalid(
+            scene,
+            path,
+            begin,
+            end,
+            costmap.round,
+            request.max_cost,
+            request.unknown_is_obstacle,
+            request.first_only,
+        )
+        return [int(i) for i in bad]
+
+
+@kernel
+def _invalid(
+    scene: Scene,
+    path: FloatArray,
+    begin: int,
+    end: int,
+    round: bool,
+    max_cost: int,
+    unknown_is_obstacle: bool,
+    first_only: bool,
+) -> FloatArray:
+    """Indices of the poses in [begin, end) of a path (n, 3) that are not free: of a round robot by the cost at its centre."""
+    found = np.empty(max(end - begin, 0))
+    count = 0
+    for i in range(begin, end):
+        x, y, yaw = path[i, 0], path[i, 1], path[i, 2]
+        if round:
+            row, col = row_col(scene.frame, x, y)
+            cost = np.int64(LETHAL) if row < 0 else np.int64(scene.cost[row, col])
+        else:
+            cost = np.int64(
+                footprint_cost(scene.cost, scene.frame, scene.polygon, x, y, math.cos(yaw), math.sin(yaw), 1.0)
+            )
+            if cost < 0:
+                cost = np.int64(UNKNOWN) if cost == -2 else np.int64(LETHAL)
+        if cost == UNKNOWN:
+            cost = np.int64(LETHAL) if unknown_is_obstacle else np.int64(FREE)
+        if cost >= max_cost or cost == LETHAL or (round and cost == INSCRIBED):
+            found[count] = i
+            count += 1
+            if first_only:
+                break
+    return found[:count]

@@ -1,0 +1,377 @@
+"""Is a robot accepted? Criteria held against tables of trials, after each trial anew.
+
+Nothing here may be turned against whoever relies on it: a trial that nobody can judge yet counts as failed towards an acceptance
+and as conforming towards a rejection; trials that share a simulation, or that stand twice in the tables, are refused; what is
+decided stays decided, whatever later trials say.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from clearway.errors import ClearwayError, shown, unknown
+from clearway.statistics.betting import first_shown, rule, shown_shares
+from clearway.statistics.columns import SYSTEM
+from clearway.statistics.criteria import Criteria, Criterion, asks, demand, errors_of, groups, in_words, word
+from clearway.statistics.proportions import Interval
+from clearway.trials.trial import UNUSABLE
+
+Row = dict[str, Any]
+_OF_A_CONTACT = ("moved_at_contact", "touched", "avoidable")
+_IDENTITY = ("suite", "scenario", "seed", "member")
+
+
+class Decision(StrEnum):
+    """A verdict."""
+
+    ACCEPTED = "accepted"
+    REJECTED = "rejected"
+    GO_ON = "go on"
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """What became of one criterion.
+
+    Attributes:
+        name: Its name, or what it asks.
+        demand: What it asks and how often, in words.
+        group: Of which trials, in words; empty: all.
+        decision: Accepted, rejected or go on.
+        why: The reason, a sentence.
+        trials: How many trials count for it.
+        conforming: How many of them conform.
+        failing: How many do not.
+        missing: How many of these because they have no value.
+        unknown: How many nobody can judge yet.
+        decided: After how many of them the decision fell; None: not yet.
+        shares: The shares that are not ruled out, each end at the criterion's confidence at all times; None where none is asked.
+        more: About how many trials more decide, if they go on as so far; None: decided, or too many to tell.
+        least: How many more accept if none of them fails; None: decided.
+        failed: The trials that do not conform, by table and number.
+        unjudged: Those that nobody can judge yet, likewise.
+    """
+
+    name: str
+    demand: str
+    group: str
+    decision: Decision
+    why: str
+    trials: int
+    conforming: int
+    failing: int
+    missing: int
+    unknown: int
+    decided: int | None
+    shares: Interval | None
+    more: int | None
+    least: int | None
+    failed: tuple[tuple[int, int], ...]
+    unjudged: tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether a robot is accepted.
+
+    Attributes:
+        title: What was to be accepted.
+        system: Who was tested, in words.
+        decision: Accepted if every criterion is, rejected if one is, else go on.
+        criteria: What became of each.
+        more: About how many trials more decide, of the kinds that were run so far; None: decided, or too many to tell.
+        notes: What has to be known beside it.
+        tables: How many results it is on.
+    """
+
+    title: str
+    system: str
+    decision: Decision
+    criteria: tuple[Judged, ...]
+    more: int | None
+    notes: tuple[str, ...]
+    tables: int
+
+    def __str__(self) -> str:
+        return str(self.decision) if self.more is None else f"{self.decision}, about {self.more:,} more trials"
+
+
+def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = True) -> Verdict:
+    """Hold trials against criteria, trial by trial.
+
+    Recorded trials count in the order of their table, simulated ones in an order that is drawn by their names, the same for every
+    robot and navigator.
+
+    Args:
+        tables: Results, as in `trials.parquet`, one after the other; none: nothing was run yet.
+        criteria: What is asked.
+        complete: Whether a group without trials is an error; else its trials may still come.
+
+    Raises:
+        ClearwayError: a group that does not exist, several systems, trials that are not independent, or an indicator that none of
+            them can have.
+    """
+    rows = [row for number, table in enumerate(tables) for row in _ordered(table, number)]
+    chosen = [r for r in rows if fits(r, criteria.where)]
+    _refuse_nothing(rows, criteria.where, "where", complete)
+    system = _system(chosen)
+    _refuse_dependent(chosen)
+    judged = []
+    for number, one in enumerate(criteria.criterion):
+        at = f"criterion.{number}"
+        for where in groups(one):
+            _refuse_nothing(chosen, where, f"{at}.where", complete)
+            part = [r for r in chosen if fits(r, where)]
+            judged.append(_judged(one, criteria, part, where, at, complete))
+    decisions = {j.decision for j in judged}
+    decision = (
+        Decision.REJECTED
+        if Decision.REJECTED in decisions
+        else Decision.ACCEPTED
+        if decisions == {Decision.ACCEPTED}
+        else Decision.GO_ON
+    )
+    open_ones = [j for j in judged if j.decision is Decision.GO_ON]
+    more = None
+    if decision is Decision.GO_ON and all(j.more is not None for j in open_ones):
+        more = max(math.ceil((j.more or 0) * (len(chosen) / j.trials if j.trials else 1)) for j in open_ones)
+    return Verdict(criteria.title, system, decision, tuple(judged), more, tuple(_notes(chosen, tables)), len(tables))
+
+
+def _judged(
+    one: Criterion, criteria: Criteria, rows: Sequence[Row], where: Mapping[str, Any], at: str, complete: bool
+) -> Judged:
+    said = [conforms(one, r) for r in rows]
+    if rows and complete and all(r.get(one.indicator) is None for r in rows) and not (one.one_of or one.none_of):
+        reason = Counter(_why(r, one.indicator) for r in rows).most_common(1)[0][0]
+        raise ClearwayError(
+            f"{one.indicator} is not computable in any of the {len(rows)} trials{_of(where)} ({reason}); "
+            "no number of such trials can meet the criterion",
+            field=f"{at}.indicator",
+        )
+    sure = np.array([s is True for s in said], dtype=np.bool_)
+    possible = np.array([s is not False for s in said], dtype=np.bool_)
+    found = _by_share if one.share is not None else _by_count
+    decision, decided, why, shares, more, least = found(one, criteria, sure, possible)
+    return Judged(
+        name=one.name or asks(one),
+        demand=f"{asks(one)} {demand(one, criteria)}",
+        group=in_words(where),
+        decision=decision,
+        why=why,
+        trials=len(rows),
+        conforming=int(sure.sum()),
+        failing=int((~possible).sum()),
+        missing=sum(s is False and r.get(one.indicator) in (None, "") for r, s in zip(rows, said, strict=True)),
+        unknown=int((possible & ~sure).sum()),
+        decided=decided,
+        shares=shares,
+        more=more,
+        least=least,
+        failed=_which(rows, said, False),
+        unjudged=_which(rows, said, None),
+    )
+
+
+def _which(rows: Sequence[Row], said: Sequence[bool | None], what: bool | None) -> tuple[tuple[int, int], ...]:
+    return tuple(sorted((r["_table"], r["trial"]) for r, s in zip(rows, said, strict=True) if s is what))
+
+
+_Found = tuple[Decision, int | None, str, Interval | None, int | None, int | None]
+
+
+def _by_share(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np.ndarray) -> _Found:
+    assert one.share is not None
+    accept, reject = errors_of(one, criteria)
+    n, most = len(sure), criteria.most
+    within = slice(None, most)
+    yes = first_shown(sure[within], one.share, accept, above=True)
+    no = first_shown(possible[within], one.share, reject, above=False)
+    k, f = int(sure.sum()), int((~possible).sum())
+    worst, best = shown_shares(k, n - k, 1 - accept), shown_shares(n - f, f, 1 - reject)
+    shares = Interval(k / n if n else math.nan, worst.low, best.high)
+    if yes is not None and (no is None or yes <= no):
+        why = f"{int(sure[:yes].sum())} of the first {yes} trials conform: a share below {one.share:g} is ruled out"
+        return Decision.ACCEPTED, yes, why, shares, None, None
+    if no is not None:
+        why = f"{int((~possible[:no]).sum())} of the first {no} trials fail: a share of {one.share:g} is ruled out"
+        return Decision.REJECTED, no, why, shares, None, None
+    if most is not None and n >= most:
+        if (possible & ~sure)[within].any():
+            why = f"{most} trials are the most that count, and some of them nobody can judge yet"
+            return Decision.GO_ON, None, why, shares, None, None
+        why = f"a share of {one.share:g} was not shown within {most} trials, the most that count"
+        return Decision.REJECTED, most, why, shares, None, None
+    bounds = rule(one.share, accept, reject, failures=min(n - k + 4000, 50_000))
+    more = bounds.more(k, n - k, k / n if n else 1.0)
+    least = int(max(bounds.accepts[n - k], n + 1)) - n
+    if most is not None:
+        more = most - n if more is None else min(more, most - n)
+    why = (
+        f"shares from {shares.low:.3g} to {shares.high:.3g} are possible, {one.share:g} among them"
+        if n
+        else "no trial yet"
+    )
+    return Decision.GO_ON, None, why, shares, more, least
+
+
+def _by_count(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np.ndarray) -> _Found:
+    assert one.trials is not None
+    n = min(len(sure), one.trials)
+    failed = np.cumsum(~possible[:n])
+    if n and failed[-1] > one.failures:
+        at = int(np.flatnonzero(failed > one.failures)[0]) + 1
+        why = f"{one.failures + 1} of the first {at} trials fail; {one.failures or 'none'} may"
+        return Decision.REJECTED, at, why, None, None, None
+    if n == one.trials and int((~sure[:n]).sum()) <= one.failures:
+        why = f"{int(sure[:n].sum())} of the first {n} trials conform"
+        return Decision.ACCEPTED, n, why, None, None, None
+    if n == one.trials:
+        return Decision.GO_ON, None, f"of the first {n} trials some nobody can judge yet", None, None, None
+    return Decision.GO_ON, None, f"{n} of {one.trials} trials are there", None, one.trials - n, one.trials - n
+
+
+def conforms(one: Criterion, row: Mapping[str, Any]) -> bool | None:
+    """Whether a trial conforms; None: nobody can judge it yet."""
+    value = row.get(one.indicator)
+    if UNUSABLE in str(row.get("reason") or ""):
+        return None
+    if one.indicator in _OF_A_CONTACT and not value and row.get("contacts") != 0:
+        value = None  # there was a contact, or nobody knows
+    elif one.one_of or one.none_of:
+        value = value or ""
+    if value is None:
+        return None if one.missing == "unknown" or row.get("to_confirm") else False
+    if isinstance(value, str):
+        yes = value in one.one_of if one.one_of else value not in one.none_of
+    elif isinstance(value, bool):
+        yes = value is (True if one.value is None else one.value)
+    else:
+        low = -math.inf if one.at_least is None else one.at_least
+        high = math.inf if one.at_most is None else one.at_most
+        yes = low <= value <= high
+    return None if yes and row.get("to_confirm") else yes
+
+
+def refuse_strange_groups(criteria: Criteria, planned: Sequence[Mapping[str, Any]]) -> None:
+    """Nothing, unless a group of the criteria has no trial in a plan; of columns that the plan tells.
+
+    Raises:
+        ClearwayError: it has none.
+    """
+    rows = [dict(p) for p in planned]
+    told = {name for p in rows for name in p}
+    for number, one in enumerate(criteria.criterion):
+        for where, at in ((criteria.where, "where"), *((part, f"criterion.{number}.where") for part in groups(one))):
+            _refuse_nothing(rows, {name: v for name, v in where.items() if name in told}, at, True)
+
+
+def _ordered(table: pa.Table, number: int) -> list[Row]:
+    rows: list[Row] = [row | {"_table": number} for row in table.to_pylist()]
+    recorded = [r for r in rows if r.get("source") == "recorded"]
+    drawn = [r for r in rows if r.get("source") != "recorded"]
+
+    def lot(row: Row) -> tuple[str, int]:
+        name = json.dumps([row.get(c) for c in _IDENTITY])
+        return hashlib.sha256(name.encode()).hexdigest(), row["trial"]
+
+    return recorded + sorted(drawn, key=lot)
+
+
+def fits(row: Mapping[str, Any], where: Mapping[str, Any]) -> bool:
+    """Whether a trial is of a group."""
+    return all(
+        any(_same(row.get(name), v) for v in (value if isinstance(value, tuple) else (value,)))
+        for name, value in where.items()
+    )
+
+
+def _same(cell: Any, value: Any) -> bool:
+    if isinstance(cell, float) and isinstance(value, float | int):
+        return math.isclose(cell, value, rel_tol=1e-9)
+    return bool(cell == value)
+
+
+def _refuse_nothing(rows: Sequence[Row], where: Mapping[str, Any], at: str, complete: bool) -> None:
+    """Nothing, unless no row fits."""
+    if not complete or any(fits(r, where) for r in rows):
+        return
+    for name, value in where.items():
+        known = {word(r.get(name)) for r in rows}
+        for v in value if isinstance(value, tuple) else (value,):
+            if not any(_same(r.get(name), v) for r in rows):
+                raise unknown(name, word(v), known, field=f"{at}.{name}")
+    raise ClearwayError(f"no trial is of this group{_of(where)}" if where else "there is no trial", field=at)
+
+
+def _system(rows: Sequence[Row]) -> str:
+    found = list(dict.fromkeys(tuple(r.get(c) for c in SYSTEM) for r in rows))
+    if len(found) > 1:
+        column = next(c for i, c in enumerate(SYSTEM) if len({f[i] for f in found}) > 1)
+        names = ", ".join(dict.fromkeys(word(f[SYSTEM.index(column)]) for f in found))
+        raise ClearwayError(f"a verdict is on one, and there are several: {names}; say which", field=f"where.{column}")
+    return ", ".join(str(part) for part in found[0] if part) if found else ""
+
+
+def _refuse_dependent(rows: Sequence[Row]) -> None:
+    runs: dict[Any, int] = {}
+    tests: dict[Any, int] = {}
+    for r in rows:
+        if (run := r.get("run")) and (other := runs.setdefault((r["_table"], run), r["trial"])) != r["trial"]:
+            raise ClearwayError(
+                f"trials {other} and {r['trial']} are two robots of one simulation, and tell less than two; choose one with member",
+                field="where.member",
+            )
+        if r.get("source") == "simulated":
+            test = tuple(r.get(c) for c in (*_IDENTITY, "localisation", "tracking"))
+            if test in tests:
+                raise ClearwayError(
+                    f"trial {r['trial']} is the same test as trial {tests[test]}: {shown(r.get('scenario'))} with seed {r.get('seed')}; "
+                    "another seed of the campaign makes others"
+                )
+            tests[test] = r["trial"]
+
+
+def _notes(rows: Sequence[Row], tables: Sequence[pa.Table]) -> list[str]:
+    found = []
+    for number, _ in enumerate(tables):
+        recorded = [r for r in rows if r["_table"] == number and r.get("source") == "recorded"]
+        tests = [tuple(r.get(c) for c in ("batch", "configuration", "speed", "size", "gap")) for r in recorded]
+        count = Counter(tests)
+        alike = sum(a == b for a, b in pairwise(tests))
+        n = len(tests)
+        by_chance = sum(c * (c - 1) for c in count.values()) / n if n else 0.0
+        if len(count) > 1 and alike > by_chance + 3 * math.sqrt(by_chance + 1):
+            found.append(
+                "the recorded trials were not driven in a drawn order but test by test: a verdict before the last of them leans on the "
+                "tests that came first"
+            )
+    confirm = [r["trial"] for r in rows if r.get("to_confirm")]
+    if confirm:
+        found.append(f"to be confirmed by a person: trial{'s' if len(confirm) > 1 else ''} {_listed(confirm)}")
+    if unusable := [r["trial"] for r in rows if UNUSABLE in str(r.get("reason") or "")]:
+        found.append(f"to be recorded again: trial{'s' if len(unusable) > 1 else ''} {_listed(unusable)}")
+    return found
+
+
+def _listed(numbers: Sequence[int], most: int = 12) -> str:
+    return ", ".join(map(str, numbers[:most])) + (f" and {len(numbers) - most} more" if len(numbers) > most else "")
+
+
+def _why(row: Row, name: str) -> str:
+    return str(json.loads(row.get("not_computable") or "{}").get(name) or "it does not apply")
+
+
+def _of(where: Mapping[str, Any]) -> str:
+    return f" of {in_words(where)}" if where else ""

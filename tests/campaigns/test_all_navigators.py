@@ -1,0 +1,31 @@
+"""`--navigator all`: every registered one that can drive a campaign's trials, and why the others don't."""
+
+from __future__ import annotations
+
+import pytest
+
+import clearway
+from clearway.campaigns.plan import CampaignPlan
+from clearway.campaigns.plan_checks import able
+from clearway.errors import ClearwayError
+from clearway.navigators.registry import navigator_names
+from clearway.scenarios.suites import Selection
+
+
+def test_everybody_drives_or_is_told_why_not() -> None:
+    can, why = able(CampaignPlan(("hospital",), ("tiago",), selection=Selection(batches=("NO",))))
+    assert sorted((*can, *why)) == navigator_names()
+    assert {"move-base", "hp-st", "hp-tmpc", "hl-rrt", "colregs-apf", "orca", "social-force", "nav2"} <= set(can)
+    assert why["hp-st-foresight"] == "it is told the future"
+
+
+def test_who_needs_a_lidar_or_another_base_is_left_out() -> None:
+    can, why = able(CampaignPlan(("crowd",), ("crowdnav-disc",), selection=Selection(configurations=("case-0",))))
+    assert {"orca", "hp-st"} <= set(can)
+    assert "lidar" in why["nav2"]
+    assert "omnidirectional" in why["colregs-apf"]
+
+
+def test_what_is_wrong_whoever_drives_is_told_as_ever() -> None:
+    with pytest.raises(ClearwayError, match="hospita"):
+        clearway.run("hospita", navigators=["all"])

@@ -1,0 +1,129 @@
+"""`clearway requirement`: the whole way on a tiny budget, what every offer makes, and what can't be asked."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import clearway
+from clearway.cli import app
+from clearway.errors import ClearwayError
+from clearway.robots import load_robot
+from clearway.scenarios.offers import OFFERS, Offer, find_offer, two_rooms, width_of
+
+
+def test_the_quick_case_of_the_how_to_and_again_from_what_is_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "how-to" / "requirement.md").read_text("utf-8")
+    (typed,) = re.findall("^clearway (requirement .*--navigator social-force.*)$", page, re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    told = CliRunner().invoke(app, [*shlex.split(typed), "--workers", "0", "--json"])
+    assert told.exit_code == 0, told.output
+    folder = tmp_path / "results" / "requirement-door"
+    kept = json.loads((folder / "requirement.json").read_text())
+    assert "width of a door, m" in (folder / "requirement.svg").read_text()
+    campaigns = sorted((folder / "trials").iterdir())
+    times = [(c / "campaign.json").stat().st_mtime_ns for c in campaigns]
+    asked: dict[str, Any] = {
+        "navigator": "social-force", "reliability": 0.5, "confidence": 0.6, "between": (0.6, 1.8), "step": 0.6, "trials": 32,
+        "localisation": "truth", "workers": 0, "out": folder,
+    }  # fmt: skip
+    found = clearway.requirement("door", "tiago", **asked)  # the same from Python
+    assert json.loads(json.dumps(found.to_json())) == kept
+    assert [(c / "campaign.json").stat().st_mtime_ns for c in campaigns] == times  # nothing was run again
+    assert sum(len(clearway.open_results(c)) for c in campaigns) == sum(found.trials)
+    assert found.successes[0] == 0  # what wants 0.3 m to either side does not get through 0.6 m
+    assert (found.fails, found.passes) == (0.6, 1.2)
+    assert str(found).startswith("TIAGo with social-force needs a door of 1.2 m [0.6, 1.2] for 50 % success at 0.6 m/s")
+
+
+def test_what_is_met_nowhere_is_told(tmp_path: Path) -> None:
+    typed = ["requirement", "door", "-n", "social-force", "--reliability", "0.5", "--confidence", "0.6"]
+    typed += ["--range", "0.6:0.7", "--step", "0.1", "--trials", "20", "--localisation", "truth", "--workers", "0"]
+    told = CliRunner().invoke(app, [*typed, "--out", str(tmp_path / "door")])
+    assert told.exit_code == 1, told.output
+    assert "is not shown to reach 50 % success at 0.6 m/s" in told.output
+    assert "never met in that range, and fails it at 0.7 m" in told.output
+
+
+@pytest.mark.parametrize("name", sorted(OFFERS.addresses()))
+def test_every_offer_makes_a_test_of_every_usual_value(name: str) -> None:
+    offer, robot = find_offer(name), load_robot("tiago")
+    values = offer.values(robot)
+    assert (values[0] < values[-1]) == offer.eases
+    for value in values:
+        made = offer.make(value, robot, 0.6, f"{name}-{value:g}-1", 0)
+        again = offer.make(value, robot, 0.6, f"{name}-{value:g}-1", 0)
+        assert made.scenario == again.scenario
+        assert made.floor_plan.a is not None
+    hard, easy = (offer.make(v, robot, 0.6, "x-1", 0) for v in (values[0], values[-1]))
+    assert (hard.scenario, hard.floor_plan, hard.robot) != (easy.scenario, easy.floor_plan, easy.robot)
+
+
+def test_a_door_is_as_wide_as_it_says_and_people_as_dense() -> None:
+    jambs = {w.name: w.box for w in two_rooms(0.83, 0.2).walls}
+    assert jambs["north jamb"] is not None
+    assert jambs["south jamb"] is not None
+    assert jambs["north jamb"][1] - jambs["south jamb"][3] == pytest.approx(0.83)
+    made = find_offer("density").make(0.5, load_robot("tiago"), 0.6, "density-0.5-1", 0)
+    assert len(made.scenario.people) == round(0.5 * 6.2 * 5.0)
+    assert width_of(load_robot("hosbot")) == pytest.approx(0.6)
+
+
+@pytest.mark.parametrize("name", ["door", "lane", "density"])
+@pytest.mark.parametrize("robot", ["tiago", "hosbot", "husky"])
+def test_usual_ranges_can_be_tested(name: str, robot: str, tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match="navigator"):  # all else is right
+        clearway.requirement(name, robot, "nobody", workers=0, out=tmp_path / "out")
+
+
+def test_worse_sensors_are_of_another_robot_that_a_file_holds(tmp_path: Path) -> None:
+    found = clearway.requirement(
+        "lidar-noise", "hosbot", "social-force", reliability=0.3, confidence=0.5, between=(0.0, 0.3), step=0.3, trials=14,
+        localisation="truth", workers=0, out=tmp_path / "noise",
+    )  # fmt: skip
+    assert sum(found.trials) > 0
+    written = load_robot(str(tmp_path / "noise" / "tests" / "hosbot, lidar noise 0.3 m.toml"))
+    assert written.lidar is not None
+    assert written.lidar.sigma == 0.3
+    assert written.drive == load_robot("hosbot").drive
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"offer": "dor"}, "did you mean 'door'"),
+        ({"between": (1.2, 0.6)}, "1.2:0.6 is no range"),
+        ({"between": (-1.0, 0.6)}, "at least 0"),
+        ({"between": (0.6, 7.0)}, "has no place in a wall of 5 m"),
+        ({"between": (0.3, 0.9)}, "0.3 m cannot be tested: tiago is 0.54 m wide"),
+        ({"step": 0.0}, "is no step"),
+        ({"step": 1e-6}, "too many"),
+        ({"reliability": 95.0}, "did you mean 0.95"),
+        ({"confidence": 1.0}, "must lie between 0 and 1"),
+        ({"trials": 30}, "30 trials cannot show 0.95 success"),
+        ({"speed": 0.0}, "no set speed"),
+        ({"robot": "tiagoo"}, "unknown robot"),
+        ({"navigator": "nobody"}, "unknown navigator"),
+    ],
+)
+def test_what_cannot_be_asked_is_one_error_before_anything_runs(
+    arguments: dict[str, object], said: str, tmp_path: Path
+) -> None:
+    asked: dict[str, Any] = {"offer": "door", "workers": 0, "out": tmp_path / "out"} | arguments
+    with pytest.raises(ClearwayError, match=said):
+        clearway.requirement(**asked)
+    assert not list(tmp_path.glob("out/trials/*/trials.parquet"))
+
+
+def test_an_offer_of_ones_own_needs_to_be_one() -> None:
+    assert isinstance(find_offer("clearway.scenarios.offers:DOOR"), Offer)
+    with pytest.raises(ClearwayError, match="not an Offer"):
+        find_offer("clearway.scenarios.offers:ROOM")

@@ -1,0 +1,129 @@
+"""`clearway accept`: verdicts as exit codes, wrong input apart from them, JUnit, the page that begins with the verdict."""
+
+from __future__ import annotations
+
+import json
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+from command_line import Shell
+from tests.reports.synthetic_results import write_campaign
+
+import clearway
+from clearway.scenarios.suites import Selection
+
+MET = 'title = "Ward 3"\n[[criterion]]\nname = "arrives"\nindicator = "success"\nshare = 0.6\n'
+BROKEN = '[[criterion]]\nname = "keeps clear"\nindicator = "MDO"\nat_least = 2.0\nshare = 0.9\n'
+OPEN = '[[criterion]]\nindicator = "success"\nshare = 0.9\n'
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    part = Selection(batches=("SO",), configurations=("single",), speeds=(0.6,), repetitions=3)
+    return write_campaign(tmp_path_factory.mktemp("accept") / "out", robots=("tiago",), selection=part).path
+
+
+accept, open_results = clearway.accept, clearway.open_results
+
+
+def criteria(tmp_path: Path, text: str) -> Path:
+    file = tmp_path / "criteria.toml"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def test_the_exit_code_is_the_verdict(clearway: Shell, results: Path, tmp_path: Path):
+    met = clearway("accept", criteria(tmp_path, MET), results)
+    assert (met.code, met.out.splitlines()[0]) == (
+        0,
+        "ACCEPTED  Ward 3: tiago, move-base is accepted: 1 of 1 criteria are met",
+    )
+    broken = clearway("accept", criteria(tmp_path, MET + BROKEN), results)
+    assert (broken.code, broken.out.splitlines()[0]) == (
+        1,
+        "REJECTED  Ward 3: tiago, move-base is rejected: keeps clear",
+    )
+    go_on = clearway("accept", criteria(tmp_path, OPEN), results)
+    assert (go_on.code, go_on.out.splitlines()[0][:15]) == (2, "GO ON  go on, a")
+    assert "more trials, if they go on as so far" in go_on.out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("criteria.toml",), "say which results are to be judged"),
+        (("nowhere.toml", "RESULTS"), "nowhere.toml: "),
+        (("criteria.toml", "nowhere"), "nowhere: no such directory"),
+        (("criteria.toml", "RESULTS", "RESULTS"), "is named twice"),
+        (("criteria.toml", "RESULTS", "--plan"), "leave the results out"),
+        (("criteria.toml", "RESULTS", "--verdict"), "No such option"),
+        ((), "Missing argument"),
+    ],
+)
+def test_wrong_input_is_no_verdict(
+    clearway: Shell, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: tuple[str, ...], said: str
+):
+    monkeypatch.chdir(tmp_path)
+    criteria(tmp_path, MET)
+    found = clearway("accept", *(str(results) if w == "RESULTS" else w for w in words))
+    assert found.code == 64
+    assert said in found.err
+    assert "Traceback" not in found.err
+
+
+def test_a_failure_of_ours_is_no_verdict(
+    clearway: Shell, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    for error, code in ((ZeroDivisionError(), 70), (MemoryError(), 70), (KeyboardInterrupt(), 130)):
+
+        def fails(*_: object, error: BaseException = error, **__: object) -> None:
+            raise error
+
+        monkeypatch.setattr("clearway.api.accept", fails)
+        assert clearway("accept", criteria(tmp_path, MET), results).code == code
+
+
+def test_junit_has_a_case_a_criterion(clearway: Shell, results: Path, tmp_path: Path):
+    file = tmp_path / "made" / "verdict.xml"
+    both = MET + BROKEN + OPEN
+    assert clearway("accept", criteria(tmp_path, both), results, "--junit", file).code == 1
+    suite = ET.parse(file).getroot()
+    assert [suite.get(n) for n in ("name", "tests", "failures", "errors")] == ["Ward 3", "3", "1", "1"]
+    kinds = [[child.tag for child in case] for case in suite.iter("testcase")]
+    assert kinds == [[], ["failure"], ["error"]]
+
+
+def test_json_and_python_say_the_same(clearway: Shell, results: Path, tmp_path: Path):
+    told = json.loads(clearway("accept", criteria(tmp_path, MET), results, "--json").out)
+    verdict = accept(tmp_path / "criteria.toml", results)
+    assert (told["decision"], told["criteria"][0]["decided"]) == (verdict.decision, verdict.criteria[0].decided)
+    assert told["criteria"][0]["conforming"] == verdict.criteria[0].conforming == 12
+
+
+def test_the_page_begins_with_the_verdict(clearway: Shell, results: Path, tmp_path: Path):
+    said = clearway("accept", criteria(tmp_path, MET.replace("Ward 3", "<b>Ward") + BROKEN), results, "--report")
+    page = Path(said.out.strip().splitlines()[-1].removeprefix("report: ")).read_text(encoding="utf-8")
+    verdict, first = page.index('<section id="verdict" class="verdict rejected">'), page.index('<ul class="said">')
+    assert page.index("<h1>") < verdict < first
+    assert "&lt;b&gt;Ward: tiago, move-base is rejected: keeps clear." in page
+    assert "MDO &gt;= 2 m in 90 % of trials at 95 % confidence" in page[verdict:first]
+    assert '<section id="verdict"' not in open_results(results).report().read_text(encoding="utf-8")
+
+
+def test_a_plan_comes_before_the_first_trial(clearway: Shell, tmp_path: Path):
+    said = clearway("accept", criteria(tmp_path, OPEN), "--plan", "--rate", 0.99, "--rate", 0.9)
+    assert said.code == 0
+    assert "33 accept if none fails" in said.out
+    (found,) = json.loads(clearway("accept", tmp_path / "criteria.toml", "--plan", "--rate", 0.99, "--json").out)
+    assert [p["rate"] for p in found["prospects"]] == [0.95, 0.99]
+    assert found["prospects"][1]["accepted"] > 0.99
+
+
+def test_criteria_are_a_kind_of_file(clearway: Shell, tmp_path: Path):
+    file = criteria(tmp_path, MET)
+    assert clearway("check", file).code == 0
+    assert "list of criteria, and a suite is wanted; `clearway accept`" in clearway.complaint("run", file)
+    criteria(tmp_path, MET.replace("0.6", "1.0"))
+    assert "no number of trials shows a share of 1" in clearway("check", file).err
+    assert set(json.loads(clearway("schema", "criteria").out)["properties"]) >= {"title", "most", "criterion"}

@@ -1,0 +1,177 @@
+"""Tuning: what is refused before anything runs, how parameters are written, and that a search finds what is known to be better."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from clearway.campaigns.tuning import tuned_by_files
+from clearway.errors import ClearwayError
+from clearway.improving.objective import FAILED, Answers, read_objective
+from clearway.improving.search import Record, Values, best, refuse_little
+from clearway.improving.settings import InRobotFile, InYaml, with_options
+from clearway.improving.task import Search, Variable, read_task
+from clearway.improving.trials import refuse_overlap
+from clearway.improving.tune import tune
+from clearway.improving.yaml_text import changed
+from clearway.robots import load_robot
+from clearway.trials.store import open_results
+from clearway.tuning import TunedOn
+
+TASK = """
+navigator = "move-base"
+robot = "hosbot"
+objective = ["maximise success", "minimise CT"]
+constraints = ["min MDO >= 0.02"]
+[parameters.DWAPlannerROS]
+sim_time = [1.0, 3.5]
+[training]
+suite = "sar-case1"
+seeds = "0:4"
+[held_out]
+suite = "sar-case1"
+seeds = "4:8"
+[search]
+method = "halving"
+"""
+
+
+def _written(folder: Path, old: str = "", new: str = "") -> Path:
+    file = folder / "task.toml"
+    assert old in TASK
+    file.write_text(TASK.replace(old, new) if old else TASK)
+    return file
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("[1.0, 3.5]", "[3.5, 1.0]", "upside down"),
+        ("[1.0, 3.5]", '{ range = [0.0, 1.0], scale = "log" }', "begins above 0"),
+        ("[1.0, 3.5]", "3", "is no range"),
+        ("maximise success", "maximise sucess", "did you mean 'success'?"),
+        ("maximise success", "more success", "is no objective"),
+        ("min MDO >= 0.02", "success >= 1.2", "can never hold"),
+        ('seeds = "4:8"', 'seeds = "3:8"', "overlap; from 4 on they don't"),
+        ('seeds = "4:8"', 'seeds = "0:4"\nseed = 3', "overlap"),
+        ("sim_time", "simtime", "did you mean 'sim_time'?"),
+        ("[1.0, 3.5]", "[-1.0, 3.5]", "-1.0 is refused"),
+        ('method = "halving"', 'method = "halving"\ntrials = 12', "12 trials are too few"),
+        ("[parameters.DWAPlannerROS]\nsim_time = [1.0, 3.5]", "", "nothing is to be tuned"),
+    ],
+)
+def test_what_is_wrong_is_told_before_anything_runs(tmp_path: Path, old: str, new: str, said: str) -> None:
+    with pytest.raises(ClearwayError) as error:
+        tune(_written(tmp_path, old, new), tmp_path / "out", workers=0)
+    assert said in str(error.value)
+    assert "task.toml" in str(error.value)
+    assert not (tmp_path / "out").exists()
+
+
+def test_frozen_scenarios_may_be_held_out_and_the_same_may_not(tmp_path: Path) -> None:
+    task = read_task(_written(tmp_path, 'seeds = "4:8"', ""))
+    assert refuse_overlap(task.training, task.held_out, "task.toml") is False
+    with pytest.raises(ClearwayError, match="in training too"):
+        refuse_overlap(task.held_out, task.held_out, "task.toml")
+
+
+def test_a_robots_file_is_kept_and_has_a_preset_that_says_on_what_it_was_tuned(tmp_path: Path) -> None:
+    settings = InRobotFile("hosbot:melodic", "move-base")
+    names = ["DWAPlannerROS.path_distance_bias", "DWAPlannerROS.sim_time", "DWAPlannerROS.vx_samples"]
+    before = settings.before(names)
+    assert before[names[0]] == 0.6  # of the preset, not of the file's table
+    assert before[names[1]] == 1.7  # ROS's default, as the file is silent
+    said = TunedOn("hospital", draws=range(20), seeds=(3,), note="two")
+    written = settings.write({names[0]: 2.5, names[2]: 7}, tmp_path, "mine", [said])
+    text = written.files[0].read_text()
+    assert text.startswith("# HOSBOT (Robotnik RB-1")
+    assert "= 2.5  # was 0.6" in text
+    table = load_robot(written.robot).navigators["move-base"]["DWAPlannerROS"]
+    assert (table["path_distance_bias"], table["goal_distance_bias"], table["vx_samples"]) == (2.5, 0.8, 7)
+    again = InRobotFile(written.robot, "move-base")  # which reads it: `tuned_on` is no unknown key
+    assert again.before(names)[names[2]] == 7
+    assert tuned_by_files("move-base", load_robot(written.robot)) == (said,)
+    assert tuned_by_files("move-base", load_robot("hosbot")) == ()
+
+
+def test_in_yaml_only_the_values_change(tmp_path: Path) -> None:
+    file = tmp_path / "nav2.yaml"
+    file.write_text(
+        "controller_server:\n  ros__parameters:\n    # how fast\n    FollowPath:\n      vx_max: 0.5  # m/s\n      batch: 1000\n"
+        "other:\n  ros__parameters: {a: 1, b.c: x}\n"
+    )
+    text = changed(file, {"controller_server.FollowPath.vx_max": 0.7, "other.b.c": "y"}, "# head")
+    assert text == "# head\n" + file.read_text().replace("0.5", "0.7").replace("b.c: x", 'b.c: "y"')
+    settings = InYaml("turtlebot", f"nav2[params={file}]")
+    assert settings.before(["controller_server.FollowPath.batch"]) == {"controller_server.FollowPath.batch": 1000}
+    with pytest.raises(ClearwayError, match=r"did you mean 'controller_server\.FollowPath\.vx_max'"):
+        settings.before(["controller_server.FollowPath.vxmax"])
+    said = TunedOn("barn", note="vx_max")
+    written = settings.write({"controller_server.FollowPath.vx_max": 0.7}, tmp_path, "tuned", [said])
+    assert written.navigator == f"nav2[params={tmp_path / 'tuned.yaml'}]"
+    assert tuned_by_files(written.navigator, load_robot("hosbot")) == (said,)
+
+
+def test_options_replace_those_of_their_name() -> None:
+    assert with_options("hp-st[guarantee=none,margin=0.1]", {"margin": 0.2}) == "hp-st[guarantee=none,margin=0.2]"
+
+
+def test_an_objective_is_sorted_by_constraints_first_and_then_in_its_order() -> None:
+    objective = read_objective(["maximise success", "minimise CT"], ["min MDO >= 0.1"], "t")
+    slow: list[Answers] = [{"success": 1.0, "CT": 30.0, "MDO": 0.2}]
+    fast: list[Answers] = [{"success": 1.0, "CT": 20.0, "MDO": 0.2}]
+    near: list[Answers] = [{"success": 1.0, "CT": 10.0, "MDO": 0.05}]
+    failed: list[Answers] = [{"success": None, "CT": None, "MDO": None, FAILED: 1.0}]
+    half: list[Answers] = [{"success": 1.0, "CT": 5.0, "MDO": 0.2}, {"success": 0.0, "CT": None, "MDO": 0.2}]
+    orders = [objective.score(a).order for a in (fast, slow, half, near, failed)]
+    assert orders == sorted(orders)
+    assert objective.score(near).excess == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize("method", ["cma", "halving"])
+def test_a_search_finds_a_known_optimum_among_noise_within_its_budget(method: Any) -> None:
+    if method == "cma":
+        pytest.importorskip("cma")
+    variables = [Variable("a", False, 0.0, 10.0), Variable("b", False, 0.01, 1.0, log=True)]
+    noise = np.random.default_rng(1).normal(0.0, 1.0, 24)  # of the trial, the same for all: they are paired
+
+    def attempt(asked: Any) -> dict[tuple[int, int], Answers]:
+        def cost(v: Values) -> float:
+            return (float(v["a"]) - 7.0) ** 2 + np.log10(float(v["b"]) / 0.1) ** 2 * 20
+
+        return {(n, t): {"CT": cost(v) + noise[t]} for n, v, trials in asked for t in trials}
+
+    search = Search(method=method, trials=600)
+    record = Record(read_objective(["minimise CT"], [], "t"), attempt, 600, [{"a": 2.0, "b": 0.5}])
+    refuse_little(search, 24, "t")
+    ranked = best(record, variables, search, 24)
+    assert len(record.answers) <= 600
+    found = record.values[ranked[0]]
+    assert abs(float(found["a"]) - 7.0) < 1.0
+    assert 0.03 < float(found["b"]) < 0.3
+    assert ranked[-1] == 0 or 0 in ranked
+
+
+def test_a_constraint_that_no_trial_can_tell_is_refused(tmp_path: Path) -> None:
+    task = tmp_path / "task.toml"
+    example = Path(__file__).parents[2] / "examples" / "tune_hosbot.toml"
+    task.write_text(example.read_text().replace("max CT <= 60", "min MDO >= 0.0"))  # no obstacles are there
+    with pytest.raises(ClearwayError, match="'MDO' can be computed of none of the first 1 training trials"):
+        tune(task, tmp_path / "out", workers=0)
+
+
+def test_the_example_runs_and_what_it_finds_says_on_what_it_was_tuned(tmp_path: Path) -> None:
+    example = Path(__file__).parents[2] / "examples" / "tune_hosbot.toml"
+    found = tune(example, tmp_path / "out", workers=0)
+    assert found.trials <= 20
+    assert (tmp_path / "out" / "candidates.csv").read_text().startswith("candidate,DWAPlannerROS.sim_time,")
+    assert found.front
+    if found.comparison is None:
+        assert "nothing better" in str(found)
+        return
+    assert not found.better or found.gains[1].verdict == 1  # three pairs can't show a success
+    assert set(open_results(tmp_path / "out" / "after").trials["tuned"].to_pylist()) == {"no"}
+    assert open_results(tmp_path / "out" / "after").campaign["tuned_on"]["move-base"][-1].startswith("hospital, seed 0")

@@ -1,0 +1,99 @@
+"""Planners of Arena by their step protocol, against a stand-in that speaks it."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from wire_scenes import observations
+
+from clearway.campaigns.provenance import code_of
+from clearway.contract import Command, Task
+from clearway.errors import ClearwayError
+from clearway.live.line import WireError
+from clearway.navigators.registry import make_navigator
+from clearway.robots import load_robot
+
+pytest.importorskip("zmq", reason="pyzmq is not installed")
+
+PLANNER = Path(__file__).with_name("arena_planner")
+ADDRESS = f"arena:{PLANNER}[python={sys.executable}]"
+
+
+def begin(navigator: Any) -> None:
+    navigator.reset(Task(0.1, 0.6, np.zeros(3)), load_robot("tiago"), np.random.default_rng(0))
+
+
+def drive(navigator: Any) -> list[Command]:
+    return [navigator.step(observation) for observation in observations(12)]
+
+
+def test_it_acts_on_features_that_its_manifest_names() -> None:
+    made: Any = make_navigator(ADDRESS)
+    assert made.needs == {"map", "scan", "obstacles"}
+    for _ in range(2):
+        begin(made)
+        commands = drive(made)
+        heading = math.atan2(1.0, 5.0)  # nothing stands between: the goal is its own subgoal
+        assert (commands[0].v, commands[0].omega) == (0.5, pytest.approx(heading - 0.5))
+        assert len({c.omega for c in commands}) > 5
+    process = made._session._process
+    made.close()
+    assert process.poll() == 0
+
+
+@pytest.mark.parametrize(
+    ("kind", "says"),
+    [
+        ("dies", "ended with exit code 1; .* 'out of thrust'"),
+        ("fails", r"says that it failed: 'no weights' \('step_failed'\)"),
+        ("nan", r"acts \[nan, nan\], which is no action of kind differential_drive"),
+    ],
+)
+def test_what_it_does_wrong_is_said(kind: str, says: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ARENA_KIND", kind)
+    made: Any = make_navigator(ADDRESS)
+    begin(made)
+    with pytest.raises(WireError, match=f"^navigator 'arena:.*arena_planner' {says}"):
+        drive(made)
+    begin(made)  # anew
+    made.close()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ("differential_drive", "flying", "action_type: 'flying' is none; differential_drive and"),
+        (
+            "nav_msgs/Path",
+            "sensor_msgs/Image",
+            "observations.datasources.plan.type: 'sensor_msgs/Image' is not to be had",
+        ),
+        ("lookahead: 2.0", "lookahead: far", "params.lookahead: 'far' is none"),
+        ("{type: RobotPoseTFGenerator}", "3", "robot_pose_from_tf: 3 is no table"),
+    ],
+)
+def test_a_manifest_that_asks_for_what_there_is_not(tmp_path: Path, old: str, new: str, says: str) -> None:
+    shutil.copytree(PLANNER, tmp_path / "planner")
+    file = tmp_path / "planner" / "planner.yaml"
+    file.write_text(file.read_text().replace(old, new))
+    with pytest.raises(ClearwayError, match=says):
+        make_navigator(f"arena:{file.parent}")
+
+
+def test_its_folder_decides_the_bits(tmp_path: Path) -> None:
+    shutil.copytree(PLANNER, tmp_path / "planner")
+    address = f"arena:{tmp_path / 'planner'}"
+    before = code_of(address)
+    (tmp_path / "planner" / ".venv").mkdir()
+    (tmp_path / "planner" / ".venv" / "x").write_text("")
+    assert code_of(address) == before
+    (tmp_path / "planner" / "weights.npz").write_text("w")
+    assert code_of(address) != before
+    with pytest.raises(ClearwayError, match=r"planner\.py: no such file; arena:FOLDER names a folder"):
+        make_navigator(f"arena:{tmp_path}")

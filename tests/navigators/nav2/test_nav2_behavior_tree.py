@@ -1,0 +1,354 @@
+"""The interpreter of behaviour trees: sequences of ticks worked out by hand from the sources' rules, and what it refuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.navigators.nav2.behavior_tree import defaults
+from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status
+from clearway.navigators.nav2.behavior_tree.reader import KINDS, build, parse_trees
+from clearway.navigators.nav2.behavior_tree.servers import Error, Job
+
+R, S, F = Status.RUNNING, Status.SUCCESS, Status.FAILURE
+
+
+class World:
+    """Servers that do as they are told: each action's answers in their order, an answer a tick; then success."""
+
+    def __init__(self, **answers):
+        self.answers = {name: list(values) for name, values in answers.items()}
+        self.now, self.pose, self.velocity, self.speed = 0.0, np.zeros(3), np.zeros(3), 0.0
+        self.log, self.jobs = [], {}
+        self.bad = []
+
+    def send(self, action, request):
+        self.log.append(action)
+        job = self.jobs[action] = Job(request)
+        return job
+
+    def cancel(self, action):
+        self.log.append(f"cancel {action}")
+        self.jobs.pop(action, None)
+
+    def clear(self, costmap, layers, reset_distance, *, around):
+        self.log.append(f"clear {costmap}")
+        return True
+
+    def invalid_poses(self, request):
+        self.log.append("validate")
+        return self.bad
+
+    def step(self):
+        """Between two ticks: each job goes on by one answer."""
+        for action, job in list(self.jobs.items()):
+            if not job.running:
+                continue
+            answer = self.answers.get(action, [])
+            answer = answer.pop(0) if answer else S
+            if answer is S:
+                job.succeed(np.array(((0.0, 0.0, 0.0), (9.0, 0.0, 0.0))) + 0.0)
+            elif answer is not R:
+                job.abort(answer, "told to")
+
+    def take(self):
+        found, self.log = self.log, []
+        return found
+
+
+def tree(body, world, **board):
+    trees = parse_trees(f'<root BTCPP_format="4"><BehaviorTree ID="T">{body}</BehaviorTree></root>', "T.xml")
+    return rooted(trees, world, **board)
+
+
+def rooted(trees, world, **board):
+    blackboard = Blackboard()
+    for key, value in board.items():
+        blackboard.set(key, value)
+    root = build(trees, blackboard, world)
+    root.board = blackboard
+    return root
+
+
+def run(root, world, ticks, period=0.1):
+    """Answers of the root and what the servers were asked, tick by tick."""
+    told = []
+    for _ in range(ticks):
+        answer = root.execute()
+        told.append((answer, world.take()))
+        world.step()
+        world.now += period
+    return told
+
+
+def test_a_sequence_goes_on_where_it_ran_and_a_reactive_one_begins_anew():
+    plain = World(wait=[R], spin=[R])
+    told = run(tree("<Sequence><Wait/><Spin/></Sequence>", plain), plain, 5)
+    assert told == [(R, ["wait"]), (R, []), (R, ["spin"]), (R, []), (S, [])]
+    reactive = World(spin=[R])
+    told = run(
+        tree("<ReactiveSequence><ValidatePath path='{p}'/><Spin/></ReactiveSequence>", reactive, p=np.ones((1, 3))),
+        reactive,
+        3,
+    )
+    assert told == [(R, ["validate", "spin"]), (R, ["validate"]), (S, ["validate"])]
+
+
+def test_a_reactive_sequence_halts_what_runs_when_an_earlier_child_fails():
+    world = World(spin=[R, R, R])
+    root = tree("<ReactiveSequence><ValidatePath path='{p}'/><Spin/></ReactiveSequence>", world, p=np.ones((1, 3)))
+    run(root, world, 2)
+    world.bad = [0]
+    assert run(root, world, 1) == [(F, ["validate", "cancel spin"])]
+    assert root.status is F
+    assert root.children[1].status is Status.IDLE
+
+
+def test_a_sequence_with_memory_goes_on_with_the_child_that_failed_a_plain_one_with_the_first():
+    for kind, second in (("SequenceWithMemory", ["spin"]), ("Sequence", ["clear global_costmap", "spin"])):
+        world = World(spin=[Error.SPIN_COLLISION_AHEAD])
+        root = tree(f"<{kind}><ClearEntireCostmap/><Spin/></{kind}>", world)
+        assert [told[0] for told in run(root, world, 2)] == [R, F]
+        assert run(root, world, 2) == [(R, second), (S, [])]
+
+
+def test_a_fallback_takes_the_next_child_and_an_inverter_turns_the_answer_round():
+    world = World(spin=[Error.SPIN_TIMEOUT])
+    told = run(tree("<Fallback><Spin/><Inverter><Wait/></Inverter></Fallback>", world), world, 3)
+    assert told == [(R, ["spin"]), (R, ["wait"]), (F, [])]
+
+
+def test_a_pipeline_asks_the_earlier_children_while_a_later_one_runs():
+    world = World(follow_path=[R, R])
+    body = "<PipelineSequence><ValidatePath path='{p}'/><FollowPath path='{p}'/></PipelineSequence>"
+    told = run(tree(body, world, p=np.ones((2, 3))), world, 4)
+    assert told == [(R, ["validate", "follow_path"]), (R, ["validate"]), (R, ["validate"]), (S, ["validate"])]
+
+
+def test_a_pipeline_goes_past_an_earlier_child_that_runs_again():
+    """The second planning runs, yet the controller is asked in the same tick (last_child_ticked_)."""
+    world = World(compute_path_to_pose=[S, R, S], follow_path=[R] * 9)
+    body = (
+        "<PipelineSequence><RateController hz='2'><ComputePathToPose goal='{goal}' path='{path}'/></RateController>"
+        "<FollowPath path='{path}'/></PipelineSequence>"
+    )
+    told = run(tree(body, world, goal=np.zeros(3)), world, 9)
+    assert [asked for _, asked in told[:2]] == [["compute_path_to_pose"], ["follow_path"]]
+    assert told[6] == (R, ["compute_path_to_pose"])  # 0.5 s after the first path came at 0.1 s
+    assert told[8] == (R, ["follow_path"])  # the controller is handed the new path
+
+
+def test_a_recovery_node_tries_again_so_many_times():
+    world = World(spin=[Error.SPIN_TIMEOUT] * 9)
+    root = tree(
+        "<RecoveryNode number_of_retries='2'><Spin/><ClearEntireCostmap service_name='local_costmap/x'/></RecoveryNode>",
+        world,
+    )
+    again = ["clear local_costmap", "spin"]
+    assert run(root, world, 4) == [(R, ["spin"]), (R, again), (R, again), (F, [])]
+    assert run(root, world, 2)[0] == (R, ["spin"])  # it begins anew
+
+
+def test_a_recovery_node_fails_when_the_recovery_does():
+    world = World(spin=[Error.SPIN_TIMEOUT], wait=[Error.SPIN_TIMEOUT])
+    told = run(tree("<RecoveryNode number_of_retries='5'><Spin/><Wait/></RecoveryNode>", world), world, 3)
+    assert [answer for answer, _ in told] == [R, R, F]
+
+
+@pytest.mark.parametrize(("wrap", "last", "again"), [("true", S, ["spin"]), ("false", F, ["spin"])])
+def test_a_round_robin_takes_turns_and_ends_behind_its_last_child_unless_it_wraps(wrap, last, again):
+    world = World()
+    root = tree(f"<RoundRobin wrap_around='{wrap}'><Spin/><Wait/></RoundRobin>", world)
+    assert run(root, world, 4) == [(R, ["spin"]), (S, []), (R, ["wait"]), (last, [])]
+    assert run(root, world, 1) == [(R, again)]
+
+
+def test_a_round_robin_asks_the_next_child_at_once_after_a_failure():
+    world = World(spin=[Error.SPIN_COLLISION_AHEAD])
+    root = tree("<RoundRobin><Spin/><Wait/><BackUp/></RoundRobin>", world)
+    assert run(root, world, 3) == [(R, ["spin"]), (R, ["wait"]), (S, [])]
+
+
+def test_a_rate_controller_counts_from_the_last_success():
+    world = World(wait=[R] * 99)
+    body = (
+        "<PipelineSequence><RateController hz='1.0'><ComputePathToPose goal='{goal}' path='{path}'/></RateController>"
+        "<Wait wait_duration='99'/></PipelineSequence>"
+    )
+    root = tree(body, world, goal=np.zeros(3))
+    asked = [i for i, (_, log) in enumerate(run(root, world, 30)) if "compute_path_to_pose" in log]
+    assert asked == [0, 11, 22]  # a success one tick later, then 1.0 s
+
+
+def test_distance_and_speed_controllers_and_a_goal_that_changes():
+    for kind, port in (("DistanceController", "distance='1.0'"), ("GoalUpdatedController", "")):
+        world = World(wait=[R] * 99)
+        body = (
+            f"<PipelineSequence><{kind} {port}><ComputePathToPose goal='{{goal}}' path='{{path}}'/></{kind}>"
+            "<Wait/></PipelineSequence>"
+        )
+        root = tree(body, world, goal=np.zeros(3))
+        asked = []
+        for i in range(40):
+            world.pose = np.array((0.1 * i, 0.0, 0.0))
+            if i == 25:
+                root.board.set("goal", np.ones(3))
+            root.execute()
+            if "compute_path_to_pose" in world.take():
+                asked.append(i)
+            world.step()
+        assert asked == ([0, 11, 22, 33] if kind == "DistanceController" else [0, 25])
+    world = World(wait=[R] * 99)
+    body = (
+        "<PipelineSequence><SpeedController min_rate='0.5' max_rate='1.0' max_speed='1.0'><AlwaysSuccess/></SpeedController>"
+        "<Wait/></PipelineSequence>"
+    )
+    root = tree(body, world, goal=np.zeros(3))
+    controller = root.children[0]
+    for i in range(60):
+        world.now, world.speed = 0.1 * i, 0.0
+        root.execute()
+    assert controller._period == 2.0  # it stands: the slowest rate
+
+
+def test_the_goal_is_new_the_first_time_for_one_condition_and_not_for_the_other():
+    world = World()
+    new = tree("<GlobalUpdatedGoal/>", world, goal=np.zeros(3))
+    assert [new.execute(), new.execute()] == [S, F]
+    new.board.set("goal", np.ones(3))
+    assert new.execute() is S
+    inside = tree("<Sequence><Inverter><GoalUpdated/></Inverter><Wait/></Sequence>", world, goal=np.zeros(3))
+    assert inside.execute() is R
+    for kind in ("GoalUpdated", "GlobalUpdatedGoal"):
+        assert "goal" in KINDS[kind].PORTS
+
+
+def test_what_is_left_of_a_path_and_whether_it_is_near():
+    world = World()
+    path = np.stack((np.arange(0.0, 10.1, 0.5), np.zeros(21), np.zeros(21)), axis=1)
+    world.pose = np.array((5.2, 0.3, 0.0))
+    cut = tree(
+        "<TruncatePathLocal input_path='{path}' output_path='{rest}' distance_forward='-1' distance_backward='0'/>",
+        world,
+        path=path,
+    )
+    assert cut.execute() is S
+    assert np.array_equal(cut.board.get("rest"), path[10:])
+    both = tree(
+        "<TruncatePathLocal input_path='{path}' output_path='{rest}' distance_forward='1.2' distance_backward='1.2'/>",
+        world,
+        path=path,
+    )
+    both.execute()
+    assert np.array_equal(both.board.get("rest"), path[8:13])
+    for threshold, answer in (("5.1", S), ("5.0", F)):
+        near = tree(f"<IsGoalNearby path='{{path}}' proximity_threshold='{threshold}'/>", world, path=path)
+        assert near.execute() is answer
+    slow = tree(
+        "<IsGoalNearby path='{path}' proximity_threshold='9.5' max_robot_pose_search_dist='1.5'/>", world, path=path
+    )
+    assert slow.execute() is S  # it looks 1.5 m ahead of the path's begin, then from there
+    assert slow._where._begin == 3
+
+
+def test_the_default_tree_plans_at_1_hz_far_from_the_goal_and_recovers_in_turn():
+    world = World(follow_path=[R] * 30)
+    root = rooted(defaults.shipped(defaults.DEFAULT), world, goal=np.array((9.0, 0.0, 0.0)))
+    told = run(root, world, 25)
+    assert [i for i, (_, log) in enumerate(told) if "compute_path_to_pose" in log] == [0, 11, 22]
+    assert told[1][1] == ["follow_path"]
+
+    stuck = World(follow_path=[Error.FAILED_TO_MAKE_PROGRESS] * 99)
+    root = rooted(defaults.shipped(defaults.DEFAULT, "jazzy"), stuck, goal=np.array((9.0, 0.0, 0.0)))
+    asked = [
+        what for _, log in run(root, stuck, 60) for what in log if what not in ("compute_path_to_pose", "validate")
+    ]
+    first = ["follow_path", "clear local_costmap", "follow_path"]
+    assert asked[:5] == [*first, "clear local_costmap", "clear global_costmap"]
+    turns = [what for what in asked if what in ("spin", "wait", "backup")]
+    assert turns[:3] == ["spin", "wait", "backup"]
+
+
+def test_an_error_that_recovery_cannot_cure_fails_the_goal_at_once():
+    world = World(compute_path_to_pose=[Error.GOAL_OUTSIDE_MAP] * 9)
+    root = rooted(defaults.shipped(defaults.DEFAULT), world, goal=np.zeros(3))
+    assert run(root, world, 2) == [(R, ["compute_path_to_pose"]), (F, [])]
+
+
+def test_a_halted_planning_leaves_no_path():
+    world = World(compute_path_to_pose=[R] * 9)
+    root = tree("<ComputePathToPose goal='{goal}' path='{path}'/>", world, goal=np.zeros(3), path=np.ones((4, 3)))
+    root.execute()
+    root.halt()
+    assert world.take() == ["compute_path_to_pose", "cancel compute_path_to_pose"]
+    assert len(root.board.get("path")) == 0
+
+
+def test_a_subtree_has_a_blackboard_of_its_own():
+    world = World()
+    trees = parse_trees(
+        "<root main_tree_to_execute='A'><BehaviorTree ID='A'><SubTree ID='B' mine='{yours}' said='0.7'/></BehaviorTree>"
+        "<BehaviorTree ID='B'><Sequence><Spin spin_dist='{said}' error_code_id='{mine}'/><Wait error_code_id='{other}'/></Sequence>"
+        "</BehaviorTree></root>",
+        "two.xml",
+    )
+    root = rooted(trees, world)
+    told = run(root, world, 3)
+    assert [answer for answer, _ in told] == [R, R, S]
+    assert root.board.get("yours") == 0
+    assert root.board.get("other") is None
+
+
+@pytest.mark.parametrize("name", defaults.names())
+@pytest.mark.parametrize("version", ["main", "jazzy"])
+def test_every_shipped_tree_reaches_a_goal_that_nothing_hinders(name, version):
+    world = World(follow_path=[R] * 4)
+    root = rooted(defaults.shipped(name, version), world, goal=np.array((9.0, 0.0, 0.0)))
+    answers = [answer for answer, _ in run(root, world, 8)]
+    assert S in answers
+    assert F not in answers[: answers.index(S)]
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("<Spinn/>", ["unknown node type 'Spinn'", "did you mean 'Spin'"]),
+        ("<SmoothPath/>", ["'SmoothPath'", "not built", "closest"]),
+        ("<Spin spin_dst='1'/>", ["unknown attribute 'spin_dst'", "spin_dist"]),
+        ("<Spin spin_dist='far'/>", ["'far'", "a number"]),
+        ("<Spin spin_dist='nan'/>", ["'nan'", "a number"]),
+        ("<Spin path='/etc/passwd'/>", ["unknown attribute 'path'"]),
+        ("<FollowPath path='here'/>", ["'here'", "{path}"]),
+        ("<RecoveryNode><Spin/></RecoveryNode>", ["RecoveryNode", "1 children", "takes 2"]),
+        ("<RateController hz='1'><Spin/><Wait/></RateController>", ["2 children", "takes 1"]),
+        ("<Spin><Wait/></Spin>", ["1 children", "takes none"]),
+        ("<Sequence/>", ["0 children"]),
+        ("<Spin _skipIf='1 == 1'/>", ["_skipIf", "script"]),
+        ("<SubTree ID='T'/>", ["stands in itself"]),
+        ("<SubTree ID='U'/>", ["unknown tree 'U'"]),
+        ("<Spin/><Wait/>", ["2 outermost nodes"]),
+        ("<Inverter>" * 40 + "<Spin/>" + "</Inverter>" * 40, ["deeper"]),
+    ],
+)
+def test_what_a_tree_may_not_hold_is_one_clear_error(body, words):
+    with pytest.raises(ClearwayError) as told:
+        tree(body, World())
+    for word in ("T.xml", *words):
+        assert word in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("<root", "not XML"),
+        ("<tree/>", "<root>"),
+        ("<root/>", "no <BehaviorTree>"),
+        ("<root><include path='x.xml'/></root>", "<include>"),
+        ("<!DOCTYPE a [<!ENTITY b 'cc'>]><root>&b;</root>", "no document type"),
+        ("<root main_tree_to_execute='X'><BehaviorTree ID='A'><Spin/></BehaviorTree></root>", "unknown tree 'X'"),
+    ],
+)
+def test_a_file_that_is_no_tree_is_one_clear_error(text, word):
+    with pytest.raises(ClearwayError, match=word):
+        parse_trees(text, "some.xml")

@@ -1,0 +1,309 @@
+"""What Nav2's servers are given by a user's file and by the presets, and what a file's table tells of each parameter."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any, ClassVar, Literal
+
+import pytest
+from pydantic import Field
+
+from clearway.errors import ClearwayError
+from clearway.navigators.nav2.costmaps.costmap import Costmap as CostmapOfLayers
+from clearway.navigators.nav2.parameters import files, plugins, read
+from clearway.navigators.nav2.parameters.branch import settle
+from clearway.navigators.nav2.parameters.costmaps import Costmap
+from clearway.navigators.nav2.parameters.file import read_nodes
+from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.nav2_parameters import SERVERS, reader_of, tables_of
+from clearway.navigators.nav2.parameters.table import rows_of, table
+from clearway.navigators.nav2.presets import preset_for, preset_names, read_preset
+from clearway.quantities import Finite, Positive, Whole
+from clearway.robots import load_robot
+
+
+class Critic(Group):
+    cost_weight: Finite = 4.0
+
+
+class Driver(Group):
+    """A controller of the test's."""
+
+    batch_size: Whole = Field(default=1000, ge=1)
+    temperature: Positive = 0.3
+    mode: str = "a"
+    critics: tuple[str, ...] = ("Goal",)
+
+    IGNORED: ClassVar[dict[str, str]] = {"visualize": "nothing is drawn"}
+    MISSING: ClassVar[dict[str, str]] = {"b": "a", "adaptive": "batch_size"}
+    RENAMED: ClassVar[dict[str, str]] = {"samples": "batch_size"}
+    JAZZY: ClassVar[dict[str, Any]] = {"temperature": 0.25}
+
+    @classmethod
+    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+        return dict.fromkeys(plugins.refuse_twice(table.get("critics", ("Goal",)), "critics"), Critic)
+
+
+@pytest.fixture(autouse=True)
+def _drivers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(plugins.PLUGINS["controller"], "t::Driver", f"{__name__}:Driver")
+    usual = {
+        "controller": ("nav2_mppi_controller::MPPIController",),
+        "goal checker": ("nav2_controller::SimpleGoalChecker",),
+        "progress checker": ("nav2_controller::SimpleProgressChecker",),
+        "path handler": ("nav2_controller::FeasiblePathHandler",),
+    }
+    for role, names in usual.items():
+        for name in names:
+            if name not in plugins.PLUGINS[role]:
+                monkeypatch.setitem(plugins.PLUGINS[role], name, f"{__name__}:Critic")
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "nav2_params.yaml"
+    path.write_text(text)
+    return path
+
+
+CONTROLLER = """
+controller_server:
+  ros__parameters:
+    controller_plugins: ["FollowPath"]
+    FollowPath:
+      plugin: "t/Driver"
+"""
+
+
+def told(tmp_path: Path, lines: str) -> dict[str, Any]:
+    found = table(written(tmp_path, CONTROLLER + "".join(f"      {line}\n" for line in lines.splitlines())))
+    assert not found.problems
+    return {row.name.removeprefix("controller_server.FollowPath."): row for row in found.rows}
+
+
+def test_the_table_says_of_each_parameter_what_becomes_of_it(tmp_path: Path) -> None:
+    rows = told(
+        tmp_path,
+        "batch_size: 2000\nbacth_size: 500\nvisualize: true\nadaptive: true\nmode: b\nsamples: 3\nGoal.cost_weight: 4.0\n"
+        "Goal.cost_wieght: 9.0\nunlisted: {plugin: x, a: 1}\nuse_sim_time: true",
+    )
+    assert rows["batch_size"][:4] == ("read", "controller_server.FollowPath.batch_size", "2000", "1000")
+    assert rows["bacth_size"].status == "unknown"
+    assert rows["bacth_size"].note == "did you mean 'batch_size'?"
+    assert rows["visualize"][0::4] == ("ignored", "nothing is drawn")
+    assert rows["adaptive"][0::4] == ("missing", "closest is batch_size")
+    assert rows["mode"][0::4] == ("missing", "b is not built; closest is a")
+    assert rows["samples"].status == "unknown"
+    assert "'batch_size'" in rows["samples"].note
+    assert rows["Goal.cost_weight"][0:4:3] == ("read", "")  # the default, so that none stands beside it
+    assert rows["Goal.cost_wieght"].note == "did you mean 'cost_weight'?"
+    assert rows["unlisted"].status == "ignored"
+    assert rows["use_sim_time"].status == "ignored"
+    assert rows["temperature"] == ("default", "controller_server.FollowPath.temperature", "0.3", "", "jazzy has 0.25")
+
+
+def test_a_misspelt_namespace_is_no_plugin_that_is_not_listed(tmp_path: Path) -> None:
+    row = told(tmp_path, "Gaol: {cost_weight: 1.0}")["Gaol"]
+    assert row.status == "unknown"
+    assert row.note == "did you mean 'Goal'?"
+
+
+def test_what_a_launch_file_fills_in_is_left_at_its_default(tmp_path: Path) -> None:
+    rows = told(tmp_path, "batch_size: $(var samples)\ntemperature: MPPI_TEMPERATURE")
+    assert {name: rows[name].status for name in ("batch_size", "temperature")} == {
+        "batch_size": "ignored",
+        "temperature": "ignored",
+    }
+    assert rows["batch_size"].note.endswith("1000 holds")
+
+
+def test_a_wildcards_parameter_is_unknown_only_if_no_server_reads_it(tmp_path: Path) -> None:
+    text = CONTROLLER + "/**: {ros__parameters: {use_sim_time: true, cycle_frequency: 5.0, cicle_frequency: 5.0}}\n"
+    rows = {row.name: row.status for row in table(written(tmp_path, text)).rows if row.name.startswith("/**")}
+    assert rows == {"/**.use_sim_time": "ignored", "/**.cycle_frequency": "read", "/**.cicle_frequency": "unknown"}
+
+
+def test_nodes_that_are_none_of_the_servers_are_told(tmp_path: Path) -> None:
+    text = CONTROLLER + "".join(
+        f"{node}: {{ros__parameters: {{alpha1: 0.1, max_beams: 60, tf_broadcast: true}}}}\n"
+        for node in ("amcl", "map_server", "planer_server", "my_driver")
+    )
+    rows = {row.name: row for row in table(written(tmp_path, text)).rows}
+    assert rows["amcl.alpha1"].note.endswith("[localisation.amcl] odom_alpha1")
+    assert rows["amcl.tf_broadcast"].status == "ignored"
+    assert rows["map_server"].value == "3 parameters"
+    assert rows["planer_server"].status == "unknown"
+    assert "'planner_server'" in rows["planer_server"].note
+    assert rows["my_driver"].status == "ignored"
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("batch_size: -5", r"FollowPath\.batch_size.*-5"),
+        ("batch_size: 2000.0", r"FollowPath\.batch_size: is 2000\.0, a double; ROS takes an integer"),
+        (
+            "temperature: 1",
+            r"FollowPath\.temperature: is 1, an integer; ROS takes a double here and nothing else; write 1\.0",
+        ),
+        ('temperature: "0.3"', r"temperature: is '0\.3', a string; ROS takes a double"),
+        ("critics: Goal", r"critics: is 'Goal', a string; ROS takes a list"),
+        ("critics: 1.5", r"critics: is 1\.5, a double; ROS takes a list"),
+        ("critics: [Goal, Path, Goal]", r"FollowPath\.critics: has 'Goal' twice"),
+        ("Goal: 5", r"FollowPath\.Goal: is 5, and the parameters of a plug-in stand there"),
+        ("batch_size: {a: 1}", r"FollowPath\.batch_size: is a value, and the file has a namespace"),
+    ],
+)
+def test_a_wrong_value_is_one_error_and_the_table_goes_on(tmp_path: Path, lines: str, said: str) -> None:
+    path = written(tmp_path, f"{CONTROLLER}      {lines}\n      foo: 1\n")
+    given = tables_of(read_nodes(path), path)["controller_server"]
+    with pytest.raises(ClearwayError, match=said) as raised:
+        settle(reader_of("controller_server"), given, "controller_server", path)
+    assert str(path) in str(raised.value)
+    found = table(path)
+    assert [str(p) for p in found.problems] == [str(raised.value)]
+    assert any(row.name.endswith("foo") and row.status == "unknown" for row in found.rows)
+    assert not any(row.name == raised.value.field for row in found.rows)
+
+
+@pytest.mark.parametrize(
+    ("plugin", "said"),
+    [
+        ("nav2_graceful_controller::GracefulController", "closest is nav2_regulated_pure_pursuit_controller::Reg"),
+        ("t::Drivr", "did you mean 't::Driver'"),
+        ("my_pkg::Mine", "there are .*t::Driver"),
+    ],
+)
+def test_a_plugin_that_is_not_there_is_said_by_name(tmp_path: Path, plugin: str, said: str) -> None:
+    path = written(tmp_path, CONTROLLER.replace("t/Driver", plugin))
+    with pytest.raises(
+        ClearwayError, match=f"FollowPath.plugin: the controller '{plugin}' is not built here; .*{said}"
+    ):
+        settle(
+            reader_of("controller_server"),
+            tables_of(read_nodes(path), path)["controller_server"],
+            "controller_server",
+            path,
+        )
+
+
+class Demanding(Group):
+    must: float
+    kind: Literal["a", "b"]
+
+
+def test_the_table_goes_on_where_what_must_be_given_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(plugins.PLUGINS["controller"], "t::Demanding", f"{__name__}:Demanding")
+    text = CONTROLLER.replace("t/Driver", "t::Demanding")
+    found = table(written(tmp_path, f"{text}      must: 1.0\n      kind: c\n"))
+    assert [p.field for p in found.problems] == ["controller_server.FollowPath.kind"]
+    (row,) = [row for row in found.rows if row.name.endswith("must")]
+    assert row[0:4:3] == ("read", "")
+    (missing,) = table(written(tmp_path, f"{text}      kind: a\n")).problems
+    assert str(missing).endswith("controller_server.FollowPath.must: is missing")
+
+
+def test_plugins_without_a_type_and_layers_by_default(tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match="names 'mine', and nothing says which layer"):
+        settle(Costmap, {"plugins": ("mine",)}, "local_costmap", None)
+    assert list(settle(Costmap, {}, "c", None).children) == ["static_layer", "obstacle_layer", "inflation_layer"]
+
+
+def test_a_footprint_is_a_text_and_its_points_are_read() -> None:
+    square = "[ [0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2] ]"
+    group = settle(Costmap, {"footprint": square}, "c", None).group
+    assert isinstance(group, Costmap)
+    assert group.footprint == ((0.3, 0.2), (0.3, -0.2), (-0.3, -0.2), (-0.3, 0.2))
+    with pytest.raises(ClearwayError, match=r"c\.footprint: .*is no outline"):
+        settle(Costmap, {"footprint": "[[0.3, 0.2], [0.3]]"}, "c", None)
+    with pytest.raises(ClearwayError, match=r"c\.footprint: is \(0\.3, 0\.2\), a list; ROS takes a string"):
+        settle(Costmap, {"footprint": (0.3, 0.2)}, "c", None)
+
+
+def test_sources_of_a_layer_are_named_in_a_text() -> None:
+    layer = {
+        "plugin": "nav2_costmap_2d::ObstacleLayer",
+        "observation_sources": "front rear",
+        "rear": {"clearing": True},
+    }
+    found = settle(Costmap, {"plugins": ("o",), "o": layer}, "c", None).children["o"].children
+    assert [(name, source.group.clearing) for name, source in found.items()] == [("front", False), ("rear", True)]  # type: ignore[attr-defined]
+
+
+def test_the_presets_are_the_robots_own_and_hold_what_their_files_say() -> None:
+    by_robot = {robot: name for name in preset_names() for robot in read_preset(name).robots}
+    assert {"turtlebot3-waffle", "turtlebot4", "tiago", "jackal", "husky"} <= set(by_robot)
+    for robot in by_robot:
+        load_robot(robot)  # there is such a robot
+    turtlebot = preset_for(load_robot("turtlebot4"))
+    assert turtlebot.source.startswith("turtlebot/turtlebot4 (d688175)")
+    assert turtlebot.tables["local_costmap"]["robot_radius"] == 0.175
+    assert turtlebot.tables["controller_server"]["FollowPath"]["max_vel_x"] == 0.26
+    assert preset_for(load_robot("turtlebot4:full")) == turtlebot
+
+
+def test_every_preset_is_read_whole_without_an_unknown_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    if "dwb_core::DWBLocalPlanner" not in plugins.PLUGINS["controller"]:
+        monkeypatch.setitem(plugins.PLUGINS["controller"], "dwb_core::DWBLocalPlanner", f"{__name__}:Critic")
+    for name in preset_names():
+        for server, given in read_preset(name).tables.items():
+            branch = settle(reader_of(server), given, server, None)
+            for row in rows_of(branch, ""):
+                assert row.status not in ("unknown", "missing") or row.name.startswith("FollowPath."), (name, row)
+
+
+def test_nav2s_own_file_is_fitted_to_a_robot_that_has_none() -> None:
+    for name in ("pepper", "f1tenth", "hosbot"):
+        robot = load_robot(name)
+        tables, limits = preset_for(robot).tables, robot.limits()
+        follow = tables["controller_server"]["FollowPath"]
+        assert follow["vx_max"] == limits.v_max
+        assert follow["vx_min"] >= limits.v_min
+        assert follow["batch_size"] == 2000  # all else is the file's
+        settle(Costmap, tables["global_costmap"], "global_costmap", None)
+        kinds = {"differential": "diff_drive", "omnidirectional": "omni", "ackermann": "ackermann"}
+        assert follow["motion_model"] == kinds[limits.kind]
+        assert tables["velocity_smoother"]["max_velocity"][0] == limits.v_max
+        told = tables["controller_server"]["general_goal_checker"]
+        assert (told["xy_goal_tolerance"], told["yaw_goal_tolerance"]) == (
+            robot.planner_tolerances.xy, robot.planner_tolerances.yaw,
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "frequency", "model_dt", "time_steps"), [("hosbot", 10.0, 0.1, 28), ("mir100", 5.0, 0.2, 14)]
+)
+def test_a_robot_that_decides_less_often_than_nav2s_own_file_has_longer_steps_and_as_many_fewer(
+    name: str, frequency: float, model_dt: float, time_steps: int
+) -> None:
+    server = preset_for(load_robot(name)).tables["controller_server"]
+    follow = server["FollowPath"]
+    assert (server["controller_frequency"], follow["model_dt"], follow["time_steps"]) == (
+        pytest.approx(frequency), pytest.approx(model_dt), time_steps,
+    )  # fmt: skip
+
+
+def test_without_a_map_a_preset_has_no_static_layer_and_a_wide_costmap_about_the_start() -> None:
+    robot = load_robot("jackal")
+    for name in preset_names():
+        p = read(name, robot, mapped=False)
+        for costmap, branch in (("local_costmap", p.local_costmap), ("global_costmap", p.global_costmap)):
+            made = CostmapOfLayers(costmap, branch, robot, None)  # with a static layer this is an error
+            assert made.frame == "odom"
+        assert math.isclose(made.cost.shape[0] * made.resolution, 40.0, abs_tol=made.resolution)
+        assert made.origin.tolist() == [-20.0, -20.0]
+
+
+def test_the_files_whose_content_decides_are_named(tmp_path: Path) -> None:
+    tree = tmp_path / "mine.xml"
+    tree.write_text("<root/>")
+    path = written(tmp_path, "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: mine.xml}}")
+    assert files(path) == (path, tree)
+    assert files("turtlebot4") == files(None) == ()
+
+
+def test_every_plugin_has_its_group() -> None:
+    for role, known in plugins.PLUGINS.items():
+        for name in known:
+            assert issubclass(plugins.group_of(role, name, "plugin"), Group)
+    assert all(issubclass(reader_of(server), Group) for server in SERVERS)

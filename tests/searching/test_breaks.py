@@ -1,0 +1,95 @@
+"""A whole search: found, shrunk, written, and run again from its file."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import pytest
+
+import clearway
+from clearway.errors import ClearwayError
+from clearway.reading import read_toml
+from clearway.searching.failures import failure_named
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "my_family.toml"
+DRIVEN = {"robot": "rescue", "navigator": "colregs-apf", "workers": 0}
+NARROW = """
+[family]
+start.y = [6.9, 7.1]
+obstacles.cart.runs.0.speed = [0.9, 1.1]
+obstacles.cart.runs.0.delay = [4.0, 6.0]
+obstacles.trolley.runs.0.delay = [11.0, 13.0]
+"""
+
+
+@pytest.fixture
+def family(tmp_path: Path) -> Path:
+    file = tmp_path / "narrow.toml"
+    file.write_text(EXAMPLE.read_text().partition("\n[family]")[0] + NARROW)
+    return file
+
+
+def test_a_break_is_found_shrunk_written_and_replayed(family, tmp_path):
+    found = clearway.find_breaks(family, **DRIVEN, trials=30, breaks=1, out=tmp_path / "out")
+    (one,) = found.breaks
+    assert 1 < found.first <= one.at <= found.trials <= 30  # the scenario as it stands holds
+    scenario = read_toml(one.file)
+    assert [o["name"] for o in scenario["obstacles"]] == ["cart"]
+    assert one.shrunk.dropped == ("trolley", "crate")
+    changed = {name: value for name, _, value in one.shrunk.changed}
+    assert set(changed) <= {"start.y", "obstacles.cart.runs.0.speed", "obstacles.cart.runs.0.delay"}
+    assert all(round(value, 2) == value for value in changed.values())
+    assert "runs into cart (moving obstacle) at" in one.sentence
+    assert one.file.read_text().startswith(f"# {one.sentence}\n# Again:  clearway run ")
+    with (tmp_path / "out" / "search.csv").open() as opened:
+        rows = list(csv.DictReader(opened))
+    assert [float(r["margin"]) > 0 for r in rows].index(False) == found.first - 1
+    assert float(rows[one.at - 1]["margin"]) <= 0
+    again = clearway.run(one.file, robots=["rescue"], navigators=["colregs-apf"], workers=0, out=tmp_path / "again")
+    stored = clearway.open_results(found.results.path)
+    for results in (again, stored):
+        trial = results.trial(0)
+        assert results.trials["failure"].to_pylist() == ["collision"]
+        assert trial.t[-1] == one.shrunk.tried.t
+        assert tuple(trial.pose[-1, :2]) == one.shrunk.tried.place
+
+
+def test_no_break_is_told_with_the_least_margin(tmp_path):
+    file = tmp_path / "far.toml"
+    file.write_text(
+        EXAMPLE.read_text().partition("\n[family]")[0] + "\n[family]\nobstacles.crate.pose.y = [11.0, 12.0]\n"
+    )
+    found = clearway.find_breaks(file, **DRIVEN, trials=2, out=tmp_path / "out", failure="CT>50")
+    assert (found.breaks, found.first, found.results) == ((), None, None)
+    assert 0 < found.least < 50
+    assert str(found).startswith("no break in 2 trials; the least margin was ")
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"failure": "colision"}, "unknown failure 'colision'"),
+        ({"failure": "MDOO<0.1"}, "unknown indicator 'MDOO'; did you mean 'MDO'"),
+        ({"failure": "livelock"}, "livelock = true"),
+        ({"failure": "OE>1", "trials": 1}, "in none of 1 trials it can be computed"),
+        ({"trials": 0}, "trials: 0 is wrong"),
+        ({"breaks": 0}, "breaks: 0 is wrong"),
+        ({"method": "best"}, "unknown method 'best'"),
+        ({"navigator": "nobody"}, "unknown navigator"),
+    ],
+)
+def test_what_cannot_be_searched_is_told_in_one_sentence(asked, said, family, tmp_path):
+    text = family.read_text().replace('name = "way"\n', 'name = "way"\nyaw_tolerance = inf\n')
+    family.write_text(text)
+    with pytest.raises(ClearwayError, match=said):
+        clearway.find_breaks(family, **(DRIVEN | {"out": tmp_path / "out"} | asked))
+
+
+def test_a_limit_is_read_as_it_is_written():
+    found = failure_named(" MDO <  0.1")
+    assert (found.indicator, found.limit, found.beyond, found.unit) == ("MDO", 0.1, False, "m")
+    assert failure_named("CT > 6e1").name == "CT>60"
+    assert failure_named("contact  while moving").unit == "m"
+    with pytest.raises(ClearwayError, match="no number"):
+        failure_named("MDO<1.2.3")

@@ -1,0 +1,232 @@
+"""Criteria held against made-up trials: each verdict, what counts as unknown, and what is refused."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pytest
+
+from clearway.errors import ClearwayError
+from clearway.statistics import Criteria, Decision, Verdict, judge, load_criteria, outlooks
+
+
+def trials(n: int, bad: tuple[int, ...] = (), **cells: Any) -> pa.Table:
+    """So many trials of one test each, those of `bad` without success and near an obstacle."""
+    rows = []
+    for i in range(n):
+        row = {
+            "trial": i, "suite": "s", "scenario": f"t{i}", "seed": i, "member": "", "run": "", "robot": "tiago", "navigator": "orca",
+            "setup": None, "batch": "SO" if i % 2 else "MO", "configuration": "c", "speed": 0.6, "size": None, "gap": None,
+            "source": "recorded", "reason": "", "to_confirm": "", "contacts": 0, "moved_at_contact": "", "success": i not in bad,
+            "MDO": 0.05 if i in bad else 0.3, "not_computable": "{}",
+        }  # fmt: skip
+        rows.append(row | {k: v(i) if callable(v) else v for k, v in cells.items()})
+    return pa.Table.from_pylist(rows)
+
+
+def asked(text: str, tmp_path: Path) -> Criteria:
+    file = tmp_path / "criteria.toml"
+    file.write_text(text, encoding="utf-8")
+    return load_criteria(file)
+
+
+SUCCESS = '[[criterion]]\nindicator = "success"\nshare = 0.9\n'
+
+
+def verdict(table: pa.Table, tmp_path: Path, text: str = SUCCESS) -> Verdict:
+    return judge([table], asked(text, tmp_path))
+
+
+def test_accepted_rejected_and_go_on(tmp_path: Path):
+    assert verdict(trials(33), tmp_path).decision is Decision.ACCEPTED
+    before = verdict(trials(32), tmp_path)
+    assert (before.decision, before.more, before.criteria[0].least) == (Decision.GO_ON, 1, 1)
+    assert str(before) == "go on, about 1 more trials"
+    bad = verdict(trials(20, bad=tuple(range(12))), tmp_path)
+    assert (bad.decision, bad.criteria[0].decided) == (Decision.REJECTED, 2)
+    assert bad.criteria[0].failed == tuple((0, i) for i in range(12))
+
+
+def test_what_is_decided_stays_decided(tmp_path: Path):
+    later = tuple(range(33, 60))
+    found = verdict(trials(60, bad=later), tmp_path)
+    assert (found.decision, found.criteria[0].decided) == (Decision.ACCEPTED, 33)
+    assert found.criteria[0].failing == len(later)
+
+
+def test_all_criteria_have_to_be_met_and_one_broken_rejects(tmp_path: Path):
+    text = SUCCESS + '[[criterion]]\nindicator = "MDO"\nat_least = 0.1\ntrials = 40\nfailures = 1\n'
+    assert verdict(trials(39), tmp_path, text).decision is Decision.GO_ON
+    assert verdict(trials(39), tmp_path, text).more == 1
+    assert verdict(trials(40, bad=(36,)), tmp_path, text).decision is Decision.ACCEPTED
+    broken = verdict(trials(40, bad=(36, 38)), tmp_path, text)
+    assert [j.decision for j in broken.criteria] == [Decision.ACCEPTED, Decision.REJECTED]
+    assert (broken.decision, broken.criteria[1].decided) == (Decision.REJECTED, 39)
+
+
+def test_risk_of_a_wrong_rejection_is_divided(tmp_path: Path):
+    one = verdict(trials(8, bad=(0, 1)), tmp_path)
+    many = "".join(f'[[criterion]]\nname = "{i}"\nindicator = "success"\nshare = {0.9 - i / 1000}\n' for i in range(8))
+    assert one.decision is Decision.REJECTED
+    assert verdict(trials(8, bad=(0, 1)), tmp_path, many).decision is Decision.GO_ON
+
+
+def test_what_nobody_can_judge_counts_against_either_verdict(tmp_path: Path):
+    for unknown in (
+        {"to_confirm": "possible contact"},
+        {"reason": "the recording cannot be used: empty", "success": False},
+    ):
+        cells = {
+            k: (lambda i, v=v, k=k: v if i < 4 else ("" if isinstance(v, str) else True)) for k, v in unknown.items()
+        }
+        found = verdict(trials(60, **cells), tmp_path)
+        assert found.decision is Decision.GO_ON
+        assert (found.criteria[0].unknown, found.criteria[0].unjudged) == (4, ((0, 0), (0, 1), (0, 2), (0, 3)))
+        assert any("trials 0, 1, 2, 3" in note for note in found.notes)
+    all_unknown = verdict(trials(60, to_confirm="possible contact"), tmp_path)
+    assert (all_unknown.decision, all_unknown.criteria[0].unknown) == (Decision.GO_ON, 60)
+
+
+def test_a_missing_value_fails_unless_it_is_called_unknown(tmp_path: Path):
+    gone = trials(40, MDO=lambda i: None if i < 5 else 0.3)
+    text = '[[criterion]]\nindicator = "MDO"\nat_least = 0.1\nshare = 0.9\n'
+    assert verdict(gone, tmp_path, text).decision is Decision.REJECTED
+    assert verdict(gone, tmp_path, text).criteria[0].missing == 5
+    asked_for = trials(
+        40, MDO=lambda i: None if i < 5 else 0.3, to_confirm=lambda i: "possible contact" if i < 5 else ""
+    )
+    assert verdict(asked_for, tmp_path, text).criteria[0].unknown == 5
+    kinder = verdict(gone, tmp_path, text + 'missing = "unknown"\n')
+    assert (kinder.decision, kinder.criteria[0].unknown) == (Decision.GO_ON, 5)
+
+
+def test_no_moving_contact(tmp_path: Path):
+    text = '[[criterion]]\nindicator = "moved_at_contact"\nnone_of = ["robot", "both"]\ntrials = 30\n'
+    assert verdict(trials(30), tmp_path, text).decision is Decision.ACCEPTED
+    moved = trials(30, moved_at_contact=lambda i: "robot" if i == 7 else "", contacts=lambda i: int(i == 7))
+    assert verdict(moved, tmp_path, text).criteria[0].failed == ((0, 7),)
+    nobody_knows = trials(30, contacts=lambda i: None if i == 7 else 0)
+    assert verdict(nobody_knows, tmp_path, text).decision is Decision.REJECTED
+    at_rest = trials(30, moved_at_contact=lambda i: "obstacle" if i == 7 else "", contacts=lambda i: int(i == 7))
+    assert verdict(at_rest, tmp_path, text).decision is Decision.ACCEPTED
+
+
+def test_each_group_has_to_meet_it(tmp_path: Path):
+    text = SUCCESS + 'each = "batch"\nwhere = { batch = ["SO", "MO"] }\n'
+    found = verdict(trials(60, bad=(1, 3, 5, 7)), tmp_path, text)
+    assert [(j.group, j.decision) for j in found.criteria] == [
+        ("batch SO", Decision.REJECTED),
+        ("batch MO", Decision.GO_ON),
+    ]
+    with pytest.raises(ClearwayError, match=r"criterion\.0\.where\.batch: unknown batch 'CE'; .*known: MO, SO"):
+        verdict(trials(60), tmp_path, text.replace("MO", "CE"))
+    assert judge([trials(60)], asked(text.replace("MO", "CE"), tmp_path), complete=False).criteria[1].trials == 0
+
+
+def test_simulated_trials_count_in_a_drawn_order_that_no_robot_changes(tmp_path: Path):
+    easy_first = trials(60, bad=tuple(range(40, 60)), source="simulated")
+    assert verdict(trials(60, bad=tuple(range(40, 60))), tmp_path).decision is Decision.ACCEPTED
+    assert verdict(easy_first, tmp_path).decision is Decision.REJECTED
+    shuffled = easy_first.take(pa.array(list(range(59, -1, -1))))
+    other = trials(60, bad=tuple(range(40, 60)), source="simulated", navigator="hp-st")
+    decided = [verdict(t, tmp_path).criteria[0].decided for t in (easy_first, shuffled, other)]
+    assert len(set(decided)) == 1
+
+
+def test_an_order_that_was_not_drawn_is_told(tmp_path: Path):
+    blocks = trials(40, batch="SO", configuration=lambda i: f"c{i // 10}")
+    assert any("not driven in a drawn order" in note for note in verdict(blocks, tmp_path).notes)
+    assert verdict(trials(40, configuration=lambda i: f"c{i * 7 % 11}"), tmp_path).notes == ()
+
+
+def test_what_depends_is_refused(tmp_path: Path):
+    with pytest.raises(ClearwayError, match="trials 0 and 1 are two robots of one simulation"):
+        verdict(trials(4, run=lambda i: f"r{i // 2}"), tmp_path)
+    same = trials(4, source="simulated")
+    with pytest.raises(ClearwayError, match="trial 0 is the same test as trial 0: 't0' with seed 0"):
+        judge([same, same.slice(0, 1)], asked(SUCCESS, tmp_path))
+    with pytest.raises(
+        ClearwayError, match=r"where\.navigator: a verdict is on one, and there are several: orca, hp-st"
+    ):
+        verdict(trials(4, navigator=lambda i: "orca" if i < 2 else "hp-st"), tmp_path)
+    mixed = trials(80, navigator=lambda i: "orca" if i % 2 else "hp-st")
+    assert verdict(mixed, tmp_path, '[where]\nnavigator = "orca"\n' + SUCCESS).criteria[0].trials == 40
+
+
+def test_an_indicator_that_no_trial_can_have(tmp_path: Path):
+    text = '[[criterion]]\nindicator = "MDO"\nat_least = 0.1\nshare = 0.9\n'
+    gone = trials(9, MDO=None, not_computable=json.dumps({"MDO": "the test places no obstacle"}))
+    gone = gone.set_column(gone.column_names.index("MDO"), "MDO", pa.nulls(9, pa.float64()))
+    with pytest.raises(ClearwayError, match=r"not computable in any of the 9 trials.*places no obstacle"):
+        verdict(gone, tmp_path, text)
+
+
+def test_at_the_most_what_is_not_shown_is_rejected(tmp_path: Path):
+    half = tuple(range(0, 40, 14))
+    found = verdict(trials(40, bad=half), tmp_path, f"most = 40\n{SUCCESS}")
+    assert (found.decision, found.criteria[0].decided) == (Decision.REJECTED, 40)
+    assert "not shown within 40 trials" in found.criteria[0].why
+
+
+WRONG = {
+    'share = 1.0': "no number of trials shows a share of 1; 300 trials without a failure show 0.99",
+    'share = 95': r"did you mean 0\.95\?",
+    'share = 0.9\ntrials = 30': "not both",
+    'confidence = 0.95': "say how often",
+    'share = 0.9\nconfidence = 95': r"no confidence.*did you mean 0\.95\?",
+    'share = 0.9\nfailures = 2': "belongs to `trials`",
+    'trials = 300\nconfidence = 0.95': r"show a share of 0\.9901 at 0\.95: write share = 0\.99 instead",
+    'trials = 3\nfailures = 3': "every robot meets it",
+    'share = 0.9999999': "no robot can meet it within 1,000,000 trials",
+    'share = 0.9\nexpected = 0.8': "more than 0.9 can be expected",
+    'share = 0.9\neach = "batch"': r"say each of which: where = \{ batch",
+    'share = 0.9\nwhere = { bach = "SO" }': "unknown column 'bach'; did you mean 'batch'",
+    'share = 0.9\nwhere = { speed = "fast" }': "'fast' is wrong: the column holds a number",
+    'share = 0.9\nat_least = 1': "success is a yes or no; is says what conforms",
+    'sahre = 0.9': "unknown key; did you mean 'share'",
+}  # fmt: skip
+LIMITS = {
+    'indicator = "MDOO"\nat_least = 0.1': "unknown indicator 'MDOO'; did you mean 'MDO'",
+    'indicator = "MDO"': "MDO needs a limit: at_least or at_most",
+    'indicator = "MDO"\nat_most = 0.1': "upside down: MDO is the better the higher; write at_least = 0.1",
+    'indicator = "MDO"\nat_least = 0.5\nat_most = 0.1': "upside down: at_least 0.5 is more than at_most 0.1",
+    'indicator = "CT"\nat_most = -1.0': "no trial can meet it: CT is never less than 0 s",
+    'indicator = "TCS"\nat_least = 101.0': "no trial can meet it: TCS is never more than 100 %",
+    'indicator = "MDO"\nat_least = 0.0': "every trial meets it",
+    'indicator = "outcome"\nat_least = 1': "outcome is a word; one_of or none_of says what conforms",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [(f'[[criterion]]\nindicator = "success"\n{k}\n', v) for k, v in WRONG.items()]
+    + [(f"[[criterion]]\nshare = 0.9\n{k}\n", v) for k, v in LIMITS.items()]
+    + [("most = 20\n" + SUCCESS, "within most = 20 trials: 0.9 at 0.95 needs 33 even without a failure")]
+    + [(SUCCESS + SUCCESS, "asks the same as criterion.0")]
+    + [('title = "none"\n', "criterion: is missing")],
+)
+def test_a_wrong_criterion_is_one_clear_error(text: str, complaint: str, tmp_path: Path):
+    with pytest.raises(ClearwayError, match=complaint) as error:
+        asked(text, tmp_path)
+    assert error.value.file == str(tmp_path / "criteria.toml")
+    assert error.value.field
+
+
+def test_the_plan_says_how_many_trials(tmp_path: Path):
+    text = SUCCESS + 'expected = 0.99\n[[criterion]]\nindicator = "success"\ntrials = 30\nfailures = 1\n'
+    share, count = outlooks(asked(text, tmp_path))
+    assert share.least == 33
+    assert share.prospects[0].rate == 0.99
+    assert share.prospects[0].accepted > 0.99
+    assert share.planned == share.prospects[0].ninth
+    at_limit = next(p for p in share.prospects if p.rate == 0.9)
+    assert at_limit.accepted <= 0.05
+    by_hand = 0.98**30 + 30 * 0.02 * 0.98**29
+    (at,) = outlooks(asked(text, tmp_path), rates=(0.98,))[1].prospects
+    assert (count.least, count.planned, at.rate) == (30, 30, 0.98)
+    assert at.accepted == pytest.approx(by_hand)
+    with pytest.raises(ClearwayError, match=r"--rate: 99 is no share of trials; 0 to 1 is \(did you mean 0.99\?\)"):
+        outlooks(asked(text, tmp_path), rates=(99,))
