@@ -56,7 +56,7 @@ def test_nothing_is_overwritten(results: clearway.Results) -> None:
 
 
 def test_results_go_where_nothing_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from clearway.api import free_directory
+    from clearway.api.arguments import free_directory
 
     monkeypatch.chdir(tmp_path)
     assert free_directory(["hospital", "own/wards.toml"]) == Path("results/hospital-wards")

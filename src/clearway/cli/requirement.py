@@ -48,6 +48,7 @@ def requirement(
     Exit code 1: success does not reach what was asked for anywhere in the range, as far as could be shown.
     """
     from clearway import api
+    from clearway.api.arguments import free_directory
     from clearway.cli._progress import Progress, stoppable
     from clearway.errors import ClearwayError, shown
     from clearway.reports.requirement import CURVE
@@ -59,7 +60,7 @@ def requirement(
             ends = float(low), float(high)
         except ValueError:
             raise ClearwayError(f"{shown(between)} is no range; write it as 0.6:1.2", field="--range") from None
-    place = api.free_directory([f"requirement-{offer.rpartition(':')[2]}"]) if out is None else out
+    place = free_directory([f"requirement-{offer.rpartition(':')[2]}"]) if out is None else out
     with Progress("trials") as progress, stoppable(f"what is finished is kept; with --out {place} it goes on"):
         found = api.requirement(
             offer, robot, navigator, reliability=reliability, confidence=confidence, between=ends, step=step, speed=speed,

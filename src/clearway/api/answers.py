@@ -1,0 +1,284 @@
+"""What a buyer asks: is it accepted, what does it need, what breaks it, what should change."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from clearway.api.arguments import NavigatorLike, free_directory, strings
+from clearway.api.results import open_results
+from clearway.campaigns import CampaignPlan
+from clearway.campaigns.objects import names_of, navigator_name
+from clearway.campaigns.pilot import prepare_limit
+from clearway.campaigns.pool import pool, workers_of
+from clearway.campaigns.progress import ProgressCallback
+from clearway.campaigns.variants import variants
+from clearway.errors import ClearwayError
+from clearway.given import PREFIX
+from clearway.improving.tune import Tuning
+from clearway.improving.tune import tune as run_tuning
+from clearway.robots import Robot
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import Selection, Suite
+from clearway.scenarios.suites import load_suite
+from clearway.searching.breaks import Breaks
+from clearway.searching.breaks import find_breaks as search_breaks
+from clearway.trials import store
+
+if TYPE_CHECKING:
+    from clearway.navigators.common.parameter_table import ParameterTable
+    from clearway.reports.requirement import Requirement
+    from clearway.statistics import Criteria, Outlook, Verdict
+
+
+def accept(
+    criteria: str | Path | Criteria,
+    *results: str | Path | store.Results,
+    test_plan: str | Path | None = None,
+    junit: str | Path | None = None,
+) -> Verdict:
+    """Is the robot accepted? Criteria held against all trials of results directories, one after the other.
+
+    A verdict is valid however often it is asked for while trials come in: each of its two errors keeps to its probability.
+
+    Args:
+        criteria: Their TOML file, or as `clearway.statistics.load_criteria` reads it.
+        results: Results directories or their paths, in the order in which they were made.
+        test_plan: Of recordings that still come in: their plan, which says what groups of trials there will be; there may be no
+            results yet.
+        junit: A JUnit file to write, a test case a criterion; None: none.
+
+    Returns:
+        The verdict with its reasons: `verdict.decision` is `accepted`, `rejected` or `go on`; printed, it says about how many more
+        trials decide.
+
+    Raises:
+        ClearwayError: a criterion that is wrong or that no number of trials can meet, a group without trials, results of several
+            robots or navigators, or trials that are not independent.
+    """
+    from clearway.recordings.lab.plan_file import load_test_plan
+    from clearway.recordings.protocol.lab_trials import labels_in
+    from clearway.reports.acceptance import write_junit
+    from clearway.statistics import judge, load_criteria, refuse_strange_groups
+
+    if not results and test_plan is None:
+        raise ClearwayError("say which results are to be judged", field="results")
+    opened = [one if isinstance(one, store.Results) else open_results(one) for one in results]
+    paths = [os.path.realpath(one.path) for one in opened]
+    if twice := next((p for p in paths if paths.count(p) > 1), None):
+        raise ClearwayError("is named twice; each trial counts once", file=twice)
+    file = None if not isinstance(criteria, str | Path) else criteria
+    asked = load_criteria(criteria) if isinstance(criteria, str | Path) else criteria
+    planned = None if test_plan is None else labels_in(load_test_plan(test_plan))
+    try:
+        if planned is not None:
+            refuse_strange_groups(asked, planned)
+        found = judge([one.trials for one in opened], asked, complete=planned is None)
+    except ClearwayError as error:
+        raise ClearwayError(error.problem, file=error.file or file, field=error.field) from None
+    if junit is not None:
+        write_junit(found, Path(junit))
+    return found
+
+
+def acceptance_plan(criteria: str | Path | Criteria, rates: Iterable[float] = ()) -> list[Outlook]:
+    """How many trials criteria take: before the first one, for each criterion.
+
+    Args:
+        criteria: As for `accept`.
+        rates: True shares of conforming trials to look at; empty: a robot that never fails, the limit, and one that fails twice as
+            often as it may.
+
+    Returns:
+        By criterion: how many trials it takes at least and as planned, and at each share how probably it is accepted, with the
+        mean and the quantiles of how many trials that takes; all of them exact.
+
+    Raises:
+        ClearwayError: a criterion that is wrong or that no number of trials can meet, or a rate that is none.
+    """
+    from clearway.statistics import load_criteria, outlooks
+
+    asked = load_criteria(criteria) if isinstance(criteria, str | Path) else criteria
+    return outlooks(asked, tuple(float(rate) for rate in rates))
+
+
+def requirement(
+    offer: str,
+    robot: str | Robot = "tiago",
+    navigator: NavigatorLike = "move-base",
+    *,
+    reliability: float = 0.95,
+    confidence: float = 0.95,
+    between: tuple[float, float] | None = None,
+    step: float | None = None,
+    speed: float = 0.6,
+    trials: int = 400,
+    seed: int = 0,
+    localisation: str | None = None,
+    tracking: str | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    progress: ProgressCallback | None = None,
+) -> Requirement:
+    """Find out what the environment must offer, such as how wide a door, for a robot to succeed often enough.
+
+    Args:
+        offer: What: `door`, `corridor`, `gap`, `lane`, `density`, `latency`, `lidar-noise`, `odometry-noise`, or the address of an
+            `Offer` of your own.
+        robot: Its name, preset or file, or a `Robot`.
+        navigator: Its name or address, or its class.
+        reliability: The success that is asked for, in (0, 1).
+        confidence: That the interval holds, in (0, 1).
+        between: Least and greatest value to look at, in the offer's unit; None: what is usual for the robot.
+        step: Distance of neighbouring values; None: the offer's usual one.
+        speed: Set speed, m/s.
+        trials: How many there may be; the search needs fewer where the answer is clear.
+        seed: Of the campaign.
+        localisation: As for `run`.
+        tracking: As for `run`.
+        workers: How many processes, as for `run`.
+        out: A folder for tests, results, curve and numbers, in which an earlier search of the same goes on; None:
+            `results/requirement-OFFER`, numbered if that is taken.
+        progress: Called with (done, total, note).
+
+    Returns:
+        What came of it; printed, it is one sentence.
+
+    Raises:
+        ClearwayError: something that was given is wrong; one sentence says what and what would be right.
+    """
+    from clearway.campaigns.requirement import find_requirement
+    from clearway.scenarios.offers import find_offer
+
+    found = find_offer(offer)
+    plan = CampaignPlan(
+        suites=(f"requirement-{found.name}",), robots=names_of(robot, "robots"), navigators=(navigator_name(navigator),),
+        seed=seed, localisation=localisation, tracking=tracking,
+    )  # fmt: skip
+    return find_requirement(
+        found, plan, free_directory(plan.suites) if out is None else Path(out), speed=speed, reliability=reliability,
+        confidence=confidence, between=between, step=step, trials=trials, workers=workers, progress=progress,
+    )  # fmt: skip
+
+
+def find_breaks(
+    suite: str | Path | Suite | Scenario,
+    *,
+    robot: str | Robot | None = None,
+    navigator: NavigatorLike = "move-base",
+    guarantee: str | None = None,
+    failure: str = "contact while moving",
+    trials: int = 500,
+    breaks: int = 3,
+    method: str = "cma",
+    shrink: bool = True,
+    batches: Iterable[str] = (),
+    configurations: Iterable[str] = (),
+    speeds: Iterable[float] = (),
+    scenarios: Iterable[str] = (),
+    seed: int = 0,
+    localisation: str | None = None,
+    tracking: str | None = None,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    progress: ProgressCallback | None = None,
+) -> Breaks:
+    """Search for the smallest scenarios in which a navigator fails, and write each as a file that `run` replays.
+
+    Args:
+        suite: A suite or a scenario; of a scenario's file with a table `[family]` what that says varies, of any other everything
+            continuous: start, speeds, timings, sizes, people's routes, latency, disturbance within its bounds, noise.
+        robot: Its name, preset or file, or a `Robot`; None: the suite's first.
+        navigator: Its name or address, or its class.
+        guarantee: Its mode, of one that has several (`passive`, `none`).
+        failure: What counts as a break: `contact while moving`, `contact`, `timeout`, `livelock`, or an indicator beyond a limit
+            as `MDO<0.1` and `CT>60`.
+        trials: How many trials the search may take, without those of shrinking.
+        breaks: How many different breaks are enough: of another outcome, with another party, on another leg or test, or 1 m apart.
+        method: `cma` (CMA-ES), `qd` (quality diversity), `random`; the first two need `clearway[search]`.
+        shrink: Whether breaks are made smaller: fewer goals and bodies, fewer changed and rounder numbers.
+        batches: Only these batches of the suite; empty: all.
+        configurations: Only these configurations; empty: all.
+        speeds: Only these set speeds, m/s; empty: all.
+        scenarios: Only these scenarios, by name; empty: all.
+        seed: Of the search.
+        localisation: As for `run`.
+        tracking: As for `run`.
+        workers: How many processes; None: one a core. What a generation tries at once depends on it, hence what is found.
+        out: The folder for what is found; None: `results/break-SUITE`, numbered if that is taken.
+        progress: Called with (done, total, note).
+
+    Returns:
+        The breaks, each with its file and a sentence; printed, it tells them.
+
+    Raises:
+        ClearwayError: something that was given is wrong; one sentence says what and what would be right.
+    """
+    named = names_of(suite, "suites")
+    folder = free_directory([f"break-{Path(named[0].removeprefix(PREFIX)).stem}"]) if out is None else Path(out)
+    robots = names_of(robot, "robots") if robot is not None else load_suite(named[0]).robots[:1]
+    with pool(workers_of(workers, least=0), folder) as work:
+        asked = () if guarantee is None else (guarantee,)
+        patience = prepare_limit(10.0)
+        chosen, given = variants(names_of(navigator, "navigators"), {}, (), asked, work=work, patience=patience)
+    selection = Selection(
+        batches=strings(batches, "batches"),
+        configurations=strings(configurations, "configurations"),
+        speeds=tuple(float(v) for v in speeds),
+        scenarios=strings(scenarios, "scenarios"),
+    )
+    plan = CampaignPlan(
+        suites=named, robots=robots, navigators=chosen, selection=selection, seed=seed, localisation=localisation,
+        tracking=tracking, options=given,
+    )  # fmt: skip
+    return search_breaks(
+        plan, folder, failure=failure, trials=trials, breaks=breaks, method=method, shrink=shrink, workers=workers,
+        progress=progress,
+    )  # fmt: skip
+
+
+def tune(
+    task: str | Path,
+    *,
+    workers: int | None = None,
+    out: str | Path | None = None,
+    progress: ProgressCallback | None = None,
+) -> Tuning:
+    """Search for better parameters of a navigator, and compare them with what came in on held-out trials.
+
+    Args:
+        task: A TOML file: parameters and ranges, an objective, training and held-out trials.
+        workers: How many processes; None: one a core.
+        out: The folder for what is found; None: `results/tune-NAME`, numbered if that is taken.
+        progress: Called with (done, total, note).
+
+    Returns:
+        What was found; printed, it tells it.
+
+    Raises:
+        ClearwayError: something in the task is wrong; one sentence says what and what would be right.
+    """
+    folder = free_directory([f"tune-{Path(task).stem}"]) if out is None else Path(out)
+    return run_tuning(task, folder, workers=workers, progress=progress)
+
+
+def check_parameters(path: str | Path, robot: str | None = None) -> ParameterTable:
+    """What becomes of each parameter of a user's: read, ignored, missing here or unknown, as `clearway check` tells it.
+
+    Args:
+        path: A file of Nav2's (`nav2_params.yaml`); or the folder of a ROS 1 package with those of move_base.
+        robot: The robot's name, by which a file is chosen where a ROS 1 package has one for each of several.
+
+    Raises:
+        ClearwayError: it can't be read, or holds no such parameters.
+    """
+    from clearway.navigators.parameter_files import parameter_table
+
+    found = parameter_table(path, robot)
+    if found is None:
+        raise ClearwayError(
+            "holds no parameters of Nav2 (`ros__parameters`), nor is it a folder with files of move_base's", file=path
+        )
+    return found
