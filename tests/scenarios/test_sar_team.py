@@ -19,9 +19,9 @@ from clearway.robots import load_robot
 from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.meeting_places import least_distance
-from clearway.scenarios.sar_draws import CASES
-from clearway.scenarios.sar_team import NUMBERS, SAR_TEAM, _read, _written
-from clearway.scenarios.sar_team_draws import KINDS, TEAM, WIDEST, draw
+from clearway.scenarios.sar_draws import CASES, Case
+from clearway.scenarios.sar_team import HELD_OUT_SAR_TEAM, NUMBERS, SAR_TEAM, _read, _written
+from clearway.scenarios.sar_team_draws import KINDS, STREAMS, TEAM, WIDEST, draw
 from clearway.scenarios.static_way import static_way
 from clearway.scenarios.suite import Selection
 
@@ -30,12 +30,14 @@ RESCUE = load_robot("rescue")
 
 @settings(max_examples=15, deadline=None)
 @given(
-    case=st.sampled_from(["case 1 confined", "case 2 confined"]), robots=st.integers(2, 8), seed=st.integers(0, 10**6)
+    case=st.sampled_from([CASES["case 1 confined"], CASES["case 2 confined"], STREAMS]),
+    robots=st.integers(2, 8),
+    seed=st.integers(0, 10**6),
 )
-def test_what_is_drawn_holds_what_it_must(case: str, robots: int, seed: int) -> None:
-    found = draw(CASES[case], robots, seed)
+def test_what_is_drawn_holds_what_it_must(case: Case, robots: int, seed: int) -> None:
+    found = draw(case, robots, seed)
     layout, (starts, goals) = found.layout, list(zip(*found.ends, strict=True))
-    assert (len(layout.static), len(layout.start), len(starts)) == (CASES[case].static, CASES[case].moving, robots)
+    assert (len(layout.static), len(layout.start), len(starts)) == (case.static, case.moving, robots)
     assert min(least_distance(starts), least_distance(goals)) >= TEAM["apart"]
     assert min(math.dist(a, b) for a, b in found.ends) >= TEAM["way"]
     assert not rules.overlaps(layout)
@@ -61,6 +63,16 @@ def test_frozen_ones_are_sound_and_mixed_ones_are_the_same_with_robots_of_three_
     assert [r.start for r in equal.robots] == [r.start for r in mixed.robots]
     assert {r.robot for r in equal.robots} == {None}
     assert {r.robot for r in mixed.robots} == set(KINDS)
+
+
+def test_held_out_robots_cross_in_two_streams_at_speeds_of_their_own() -> None:
+    made = HELD_OUT_SAR_TEAM.build(RESCUE, Selection(configurations=("4",)))
+    assert {(s.labels.batch, s.speed) for s in made} == {("streams", 0.8), ("streams mixed", 1.0)}
+    low, high = TEAM["margin"] + TEAM["streams"]["band"], rules.SIZE - TEAM["margin"] - TEAM["streams"]["band"]
+    for scenario in made:
+        ways = [(s.start[0], s.legs[0].goal[0]) for s in (scenario, *scenario.robots)]
+        assert [a < b for a, b in ways] == [True, False, True, False]
+        assert all(min(way) <= low < high <= max(way) for way in ways)
 
 
 def test_the_kinds_differ_in_size_speed_and_sight() -> None:

@@ -1,4 +1,4 @@
-"""The suite `sar-team`: paper B's cases with several robots, of one kind or of several.
+"""The suites `sar-team` and `sar-team-held-out`: paper B's cases with several robots, of one kind or of several.
 
 Paper B names multi-robot systems "with potentially heterogeneous characteristics" as future work and says no more of them: robots, starts and
 goals are stand-ins (`clearway/stand_ins.toml`). None talks to another. Ten scenarios of each number of robots are frozen: drawn by the same
@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -21,17 +22,45 @@ from clearway.robots.robot import RESCUE
 from clearway.scenarios.sar import obstacles
 from clearway.scenarios.sar_draws import CASES, Case
 from clearway.scenarios.sar_rules import SPEED, TASK, Layout
-from clearway.scenarios.sar_team_draws import KINDS, MOST, TEAM, TeamLayout, draw
+from clearway.scenarios.sar_team_draws import KINDS, MOST, STREAMS, TEAM, TeamLayout, draw
 from clearway.scenarios.scenario import DisturbanceSpec, LabelSpec, LegSpec, RobotSpec, Scenario
 from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed
 
 FROZEN = 10
 """Scenarios of each batch and number of robots."""
 NUMBERS = (2, 4, 8)
-_NAME = "sar-team"
 _MIXED = " mixed"
-BATCHES = {f"{case}{kind}": CASES[f"{case} confined"] for case in ("case 1", "case 2") for kind in ("", _MIXED)}
-"""Batch -> by which of paper B's cases its obstacles are drawn; of a mixed one the robots are of several kinds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What tells one of the suites from the other.
+
+    Attributes:
+        name: The suite.
+        cases: Batch -> by which rules its obstacles are drawn; of a mixed one the robots are of several kinds.
+        speed: Set speed of robots of one kind, m/s.
+        mixed_speed: Set speed of robots of several kinds, and the highest of any team, m/s.
+    """
+
+    name: str
+    cases: Mapping[str, Case]
+    speed: float
+    mixed_speed: float
+
+
+SETTING = Setting(
+    "sar-team",
+    {f"{case}{kind}": CASES[f"{case} confined"] for case in ("case 1", "case 2") for kind in ("", _MIXED)},
+    SPEED,
+    TEAM["speed"],
+)
+HELD_OUT = Setting(
+    "sar-team-held-out",
+    {f"streams{kind}": STREAMS for kind in ("", _MIXED)},
+    TEAM["streams"]["speed"],
+    TEAM["streams"]["mixed_speed"],
+)
 _NONE = np.zeros((0, 2))
 _OUTLINE = TeamLayout(
     tuple(((1.0 + k, 1.0), (1.0 + k, 9.0)) for k in range(MOST)), Layout(_NONE, _NONE, _NONE, _NONE, _NONE)
@@ -42,38 +71,38 @@ _PARTS = ("static", "start", "velocity", "attraction", "stiffness")
 Draw = Callable[[Case, int, int, str], TeamLayout]
 
 
-def build(robot: Robot, selection: Selection, seed: int, drawn: Draw) -> list[Scenario]:
+def build(robot: Robot, selection: Selection, seed: int, setting: Setting, drawn: Draw) -> list[Scenario]:
     """The frozen scenarios, or those of `selection.seeds`, for each number of robots or for that of the team."""
     if selection.floor_plan is not None:
-        raise ClearwayError(f"the suite {_NAME!r} takes place in the floor plan 'arena'", field="floor_plan")
+        raise ClearwayError(f"the suite {setting.name!r} takes place in the floor plan 'arena'", field="floor_plan")
     if len(selection.team) > MOST:
         raise ClearwayError(
-            f"{len(selection.team)} robots are more than the arena of the suite {_NAME!r} is meant for; at most {MOST}",
+            f"{len(selection.team)} robots are more than the arena of the suite {setting.name!r} is meant for; at most {MOST}",
             field="team",
         )
     made = []
-    for batch, number, seeds, family in _asked(selection):
-        usual = SPEED if _MIXED not in batch else TEAM["speed"]
+    for batch, number, seeds, family in _asked(selection, setting):
+        usual = setting.speed if _MIXED not in batch else setting.mixed_speed
         if selection.team:
             usual = max(load_robot(name).drive.v_max for name in dict.fromkeys(selection.team))
         for draw_number in seeds:
-            for speed in selection.speeds or (min(usual, TEAM["speed"]),):
+            for speed in selection.speeds or (min(usual, setting.mixed_speed),):
                 for repetition in range(1, (selection.repetitions or 1) + 1):
                     label = draw_label(draw_number) if family != "frozen" else f"scenario-{draw_number}"
                     name = f"{_stem(batch, number)}{label}-v{speed:g}-r{repetition}"
                     if not selection.scenarios or name in selection.scenarios:
-                        layout = drawn(BATCHES[batch], number, draw_number, family)
+                        layout = drawn(setting.cases[batch], number, draw_number, family)
                         labels = LabelSpec(batch=batch, configuration=str(number), repetition=repetition)
                         made.append(_scenario(name, speed, layout, number, labels, scenario_seed(seed, name)))
     return made
 
 
-def _asked(selection: Selection) -> list[tuple[str, int, Sequence[int], str]]:
+def _asked(selection: Selection, setting: Setting) -> list[tuple[str, int, Sequence[int], str]]:
     """Batches, numbers of robots, the seeds to draw from, and which family of draws these are of."""
     family, seeds = (
         ("frozen", range(1, FROZEN + 1)) if selection.seeds is None else ("held out", range(*selection.seeds))
     )
-    chosen = [b for b in BATCHES if not selection.batches or b in selection.batches]
+    chosen = [b for b in setting.cases if not selection.batches or b in selection.batches]
     if selection.team:  # it says itself of which kinds it is
         chosen = [b for b in chosen if _MIXED not in b] or chosen
     numbers = (len(selection.team),) if selection.team else NUMBERS
@@ -126,8 +155,8 @@ def _way(start: tuple[float, float], goal: tuple[float, float]) -> tuple[tuple[f
     return (*start, heading), leg
 
 
-def _calls(selection: Selection) -> list[tuple[Case, int, int, str]]:
-    return [(BATCHES[b], n, seed, family) for b, n, seeds, family in _asked(selection) for seed in seeds]
+def _calls(selection: Selection, setting: Setting) -> list[tuple[Case, int, int, str]]:
+    return [(setting.cases[b], n, seed, family) for b, n, seeds, family in _asked(selection, setting) for seed in seeds]
 
 
 def _written(drawn: TeamLayout) -> dict[str, Any]:
@@ -140,17 +169,31 @@ def _read(row: dict[str, Any]) -> TeamLayout:
     return TeamLayout(ends, Layout(static, start, velocity, attraction, stiffness))
 
 
-_GENERATOR = Generator(_calls, draw, partial(build, drawn=lambda *_: _OUTLINE), _written, _read)
+def _suite(setting: Setting, title: str, description: str) -> Suite:
+    make = partial(build, setting=setting)
+    outlines = partial(make, drawn=lambda *_: _OUTLINE)
+    generator = Generator(partial(_calls, setting=setting), draw, outlines, _written, _read)
+    return Suite(
+        setting.name,
+        title,
+        description,
+        tuple(setting.cases),
+        tuple(map(str, NUMBERS)),
+        partial(make, drawn=generator),
+        family="search-and-rescue",
+        robots=(RESCUE,),
+        report=(Section.BY_NUMBER,),
+        generator=generator,
+    )
 
-SAR_TEAM = Suite(
-    _NAME,
+
+SAR_TEAM = _suite(
+    SETTING,
     "Search and rescue, several robots",
     "2, 4 or 8 robots, equal or of three kinds, among the obstacles of paper B's cases, each from a start to a goal of its own",
-    tuple(BATCHES),
-    tuple(map(str, NUMBERS)),
-    partial(build, drawn=_GENERATOR),
-    family="search-and-rescue",
-    robots=(RESCUE,),
-    report=(Section.BY_NUMBER,),
-    generator=_GENERATOR,
+)
+HELD_OUT_SAR_TEAM = _suite(
+    HELD_OUT,
+    "Search and rescue, several robots, held out",
+    "the same in two streams towards each other, among more that stands and less that moves, on which nothing was chosen",
 )

@@ -1,4 +1,5 @@
-"""Draws the suite `sar-team`: obstacles as in paper B's confined cases, among which each robot has a start and a goal of its own.
+"""Draws the suites `sar-team` and `sar-team-held-out`: obstacles as in paper B's confined cases, among which each robot has a start and
+a goal of its own.
 
 What each start, goal and obstacle has to keep is kept one after another; the whole is refused where a robot has no way past what stands.
 """
@@ -29,6 +30,8 @@ KINDS = (f"{RESCUE}:scout", f"{RESCUE}:carrier", RESCUE)
 WIDEST = max(circumscribed_radius(load_robot(kind).shape) for kind in KINDS)
 """Radius of the largest of these, m."""
 MOST = 8
+STREAMS = Case("streams", TEAM["streams"]["static"], TEAM["streams"]["moving"], closing_gap=False, confined=True)
+"""Of the suite that is held out: every second robot starts at the one side of the square, the others at the opposite one, and all cross."""
 _DRAWS, _TRIES = 200, 2000
 _Point = tuple[float, float]
 _T = TypeVar("_T")
@@ -64,17 +67,17 @@ def draw(case: Case, robots: int, seed: int, kind: str = "held out") -> TeamLayo
 
 
 def _attempt(case: Case, robots: int, u: Iterator[float]) -> TeamLayout | None:
-    ends = _ends(robots, u)
+    ends = _ends(robots, u, case == STREAMS)
     if ends is None:
         return None
     starts, goals = ([list(end[k]) for end in ends] for k in range(2))
-    still = _one_by_one(case.static, lambda: _static(u), lambda at, placed: _is_clear(at, placed, starts + goals))
+    still = _one_by_one(case.static, lambda _: _static(u), lambda at, placed: _is_clear(at, placed, starts + goals))
     if still is None:
         return None
     single = replace(case, static=0, moving=1)
     moving = _one_by_one(
         case.moving,
-        lambda: layout_of(single, np.array([next(u) for _ in range(7)])),
+        lambda _: layout_of(single, np.array([next(u) for _ in range(7)])),
         lambda one, placed: (
             not rules.leavers(one).any() and _is_clear(one.start[0], [*still, *(p.start[0] for p in placed)], starts)
         ),
@@ -88,18 +91,24 @@ def _attempt(case: Case, robots: int, u: Iterator[float]) -> TeamLayout | None:
     return TeamLayout(ends, Layout(np.array(still), start, velocity, attraction, stiffness))
 
 
-def _ends(robots: int, u: Iterator[float]) -> tuple[tuple[_Point, _Point], ...] | None:
+def _ends(robots: int, u: Iterator[float], streams: bool) -> tuple[tuple[_Point, _Point], ...] | None:
     low, high = TEAM["margin"], rules.SIZE - TEAM["margin"]
+    band = TEAM["streams"]["band"]
 
-    def one() -> tuple[_Point, _Point]:
+    def anywhere() -> tuple[_Point, _Point]:
         x, y, to_x, to_y = (round(low + (high - low) * next(u), 4) for _ in range(4))
         return (x, y), (to_x, to_y)
+
+    def across(placed: int) -> tuple[_Point, _Point]:
+        y, to_y = (round(low + (high - low) * next(u), 4) for _ in range(2))
+        x, to_x = round(low + band * next(u), 4), round(high - band * next(u), 4)
+        return ((x, y), (to_x, to_y)) if placed % 2 == 0 else ((to_x, to_y), (x, y))
 
     def fits(end: tuple[_Point, _Point], placed: list[tuple[_Point, _Point]]) -> bool:
         near = (math.dist(a, b) < TEAM["apart"] for other in placed for a, b in zip(end, other, strict=True))
         return math.dist(*end) >= TEAM["way"] and not any(near)
 
-    found = _one_by_one(robots, one, fits)
+    found = _one_by_one(robots, lambda placed: across(placed) if streams else anywhere(), fits)
     return None if found is None else tuple(found)
 
 
@@ -108,11 +117,11 @@ def _static(u: Iterator[float]) -> FloatArray:
     return np.round([low + (high - low) * next(u) for _ in range(2)], 4)
 
 
-def _one_by_one(count: int, one: Callable[[], _T], fits: Callable[[_T, list[_T]], bool]) -> list[_T] | None:
-    """`count` draws of `one`, each of which fits beside those before; None if no more fits."""
+def _one_by_one(count: int, one: Callable[[int], _T], fits: Callable[[_T, list[_T]], bool]) -> list[_T] | None:
+    """`count` draws of `one`, which is told how many there are, each of which fits beside those before; None if no more fits."""
     placed: list[_T] = []
     for _ in range(count):
-        found = next((drawn for drawn in (one() for _ in range(_TRIES)) if fits(drawn, placed)), None)
+        found = next((drawn for drawn in (one(len(placed)) for _ in range(_TRIES)) if fits(drawn, placed)), None)
         if found is None:
             return None
         placed.append(found)

@@ -37,6 +37,7 @@ SUITES = Registry(
         "sar-misspecified": "clearway.scenarios.sar:MISSPECIFIED",
         "sar-stress": "clearway.scenarios.sar:STRESS",
         "sar-team": "clearway.scenarios.sar_team:SAR_TEAM",
+        "sar-team-held-out": "clearway.scenarios.sar_team:HELD_OUT_SAR_TEAM",
         "ward-day": "clearway.scenarios.ward_day:WARD_DAY",
         "ward-day-held-out": "clearway.scenarios.ward_day:HELD_OUT_WARD_DAY",
     },
