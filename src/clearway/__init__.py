@@ -20,6 +20,7 @@ if TYPE_CHECKING:
         find_breaks,
         merge,
         open_results,
+        passable,
         recorded_people,
         requirement,
         rerun,
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "ClearwayError", "Results", "__version__", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "merge", "open_results", "recorded_people",
+    "ClearwayError", "Results", "__version__", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "merge", "open_results", "passable", "recorded_people",
     "requirement", "rerun", "resume", "run", "score", "simulate", "tune",
 ]  # fmt: skip
 

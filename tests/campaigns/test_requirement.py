@@ -8,12 +8,14 @@ import shlex
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 import clearway
 from clearway.cli import app
 from clearway.errors import ClearwayError
+from clearway.reports.requirement import Requirement, read_requirement, write_requirement
 from clearway.robots import load_robot
 from clearway.scenarios.offers import OFFERS, Offer, find_offer, two_rooms, width_of
 
@@ -42,6 +44,18 @@ def test_the_quick_case_of_the_how_to_and_again_from_what_is_there(
     assert found.successes[0] == 0  # what wants 0.3 m to either side does not get through 0.6 m
     assert (found.fails, found.passes) == (0.6, 1.2)
     assert str(found).startswith("TIAGo with social-force needs a door of 1.2 m [0.6, 1.2] for 50 % success at 0.6 m/s")
+    page = (folder / "index.html").read_text("utf-8")
+    assert all(f"<strong>{word}.</strong>" in page for word in ("Tested", "Result", "Limits"))
+    assert str(found)[:-1].replace(" %", "\u00a0%") in page
+    told = CliRunner().invoke(app, ["requirement", str(folder), "--map", "hall", "--start=1,0", "--json"])  # and a map
+    assert told.exit_code == 0, told.output
+    said = json.loads(told.output)["map"]
+    coloured = clearway.passable(folder, "hall", start=(1.0, 0.0))
+    assert said["sentence"] == str(coloured)
+    assert 0.5 < coloured.share(0.5) < coloured.share(0.0) == 1.0
+    assert coloured.shown == said["shown"] == coloured.share(found.curve[1])
+    assert "within: 50 % is shown" in (folder / "map.svg").read_text()
+    assert coloured.reached.replace(" %", "\u00a0%") in (folder / "index.html").read_text("utf-8")
 
 
 def test_what_is_met_nowhere_is_told(tmp_path: Path) -> None:
@@ -112,6 +126,7 @@ def test_worse_sensors_are_of_another_robot_that_a_file_holds(tmp_path: Path) ->
         ({"speed": 0.0}, "no set speed"),
         ({"robot": "tiagoo"}, "unknown robot"),
         ({"navigator": "nobody"}, "unknown navigator"),
+        ({"judged": "succes_self"}, "did you mean 'success_self'"),
     ],
 )
 def test_what_cannot_be_asked_is_one_error_before_anything_runs(
@@ -127,3 +142,38 @@ def test_an_offer_of_ones_own_needs_to_be_one() -> None:
     assert isinstance(find_offer("clearway.scenarios.offers:DOOR"), Offer)
     with pytest.raises(ClearwayError, match="not an Offer"):
         find_offer("clearway.scenarios.offers:ROOM")
+
+
+def test_a_map_is_coloured_by_a_width_from_a_place_that_is_free(tmp_path: Path) -> None:
+    door: dict[str, Any] = {
+        "offer": "door", "phrase": "a door of {}", "unit": " m", "quantity": "width of a door, m", "eases": True, "robot": "TIAGo",
+        "navigator": "move-base", "speed": 0.6, "reliability": 0.9, "confidence": 0.9, "hardest": 0.6, "easiest": 1.4,
+        "values": (0.6, 1.0, 1.4), "successes": (0, 20, 40), "trials": (10, 40, 40), "curve": (0.0, 0.5, 1.0), "estimate": 1.4,
+        "fails": 1.0, "passes": 1.4, "spent": False, "judged": "success_slack", "why": ("gave up", "gave up", ""),
+    }  # fmt: skip
+    write_requirement(Requirement(**door), tmp_path)
+    assert read_requirement(tmp_path) == Requirement(**door)
+    (tmp_path / "map.yaml").write_text("image: map.pgm\nresolution: 0.1\norigin: [0.0, 0.0, 0.0]\n")
+    cells = np.full((34, 66), 254, np.uint8)
+    cells[[0, 1, 32, 33]] = 0
+    cells[:, [0, 1, 64, 65]] = 0
+    cells[:, 32:34] = 0
+    cells[10:22, 32:34] = 254  # two rooms of 3 m, and a door of 1.2 m
+    (tmp_path / "map.pgm").write_bytes(b"P5\n66 34\n255\n" + cells.tobytes())
+    found = clearway.passable(tmp_path, tmp_path / "map.yaml", start=(1.0, 1.0))
+    assert found.probability[17, 48] == pytest.approx(
+        0.75, abs=0.05
+    )  # by the door's width, halfway between 1.0 and 1.4 m
+    assert found.probability[17, 17] == 1.0
+    assert found.share(1.0) == pytest.approx(0.5, abs=0.05)
+    with pytest.raises(ClearwayError, match=r"start: \(1, 0.1\) is no free place of the map"):
+        clearway.passable(tmp_path, tmp_path / "map.yaml", start=(1.0, 0.1))
+    with pytest.raises(ClearwayError, match="a map has widths, and people per square metre is none"):
+        clearway.passable(Requirement(**door | {"eases": False, "quantity": "people per square metre"}), "hall")
+    with pytest.raises(ClearwayError, match=r"holds no requirement\.json"):
+        clearway.passable(tmp_path / "nowhere", "hall")
+    (tmp_path / "requirement.json").write_text('{"offer": "door"}')
+    with pytest.raises(ClearwayError, match="not as this version's searches write it"):
+        clearway.passable(tmp_path, "hall")
+    told = CliRunner().invoke(app, ["requirement", "door", "--start", "1,2"])
+    assert "belongs to --map" in str(told.exception)

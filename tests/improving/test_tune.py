@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from clearway.campaigns.tuning import tuned_by_files
+from clearway.cli import app
 from clearway.errors import ClearwayError
 from clearway.improving.objective import FAILED, Answers, read_objective
 from clearway.improving.search import Record, Values, best, refuse_little
@@ -69,6 +71,17 @@ def test_what_is_wrong_is_told_before_anything_runs(tmp_path: Path, old: str, ne
     assert said in str(error.value)
     assert "task.toml" in str(error.value)
     assert not (tmp_path / "out").exists()
+
+
+def test_check_knows_a_task_and_says_what_tune_would(tmp_path: Path) -> None:
+    said = CliRunner().invoke(app, ["check", str(_written(tmp_path))])
+    assert (said.exit_code, "DWAPlannerROS.sim_time is 1.7" in said.output) == (0, True), said.output
+    for old, new, problem in (
+        ("[1.0, 3.5]", "[3.5, 1.0]", "upside down"),
+        ("[1.0, 3.5]", "[-1.0, 3.5]", "-1.0 is refused"),
+    ):
+        said = CliRunner().invoke(app, ["check", str(_written(tmp_path, old, new))])
+        assert (said.exit_code, problem in said.output) == (1, True), said.output
 
 
 def test_frozen_scenarios_may_be_held_out_and_the_same_may_not(tmp_path: Path) -> None:
@@ -169,6 +182,9 @@ def test_the_example_runs_and_what_it_finds_says_on_what_it_was_tuned(tmp_path: 
     assert found.trials <= 20
     assert (tmp_path / "out" / "candidates.csv").read_text().startswith("candidate,DWAPlannerROS.sim_time,")
     assert found.front
+    page = (tmp_path / "out" / "index.html").read_text("utf-8")
+    assert all(f"<strong>{word}.</strong>" in page for word in ("Tested", "Result", "Limits"))
+    assert "Pareto front" in (tmp_path / "out" / "front.svg").read_text("utf-8")
     if found.comparison is None:
         assert "nothing better" in str(found)
         return

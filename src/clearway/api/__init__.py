@@ -8,7 +8,7 @@ results.figure("trajectories", batch="NO")       # a matplotlib figure
 
 from __future__ import annotations
 
-from clearway.api.answers import accept, acceptance_plan, check_parameters, find_breaks, requirement, tune
+from clearway.api.answers import accept, acceptance_plan, check_parameters, find_breaks, passable, requirement, tune
 from clearway.api.campaigns import merge, recorded_people, rerun, resume, run, simulate
 from clearway.api.recordings import score, watch
 from clearway.api.results import Results, compare, open_results
@@ -18,5 +18,5 @@ from clearway.searching.breaks import Breaks
 
 __all__ = [
     "Breaks", "Rerun", "Results", "Tuning", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "merge",
-    "open_results", "recorded_people", "requirement", "rerun", "resume", "run", "score", "simulate", "tune", "watch",
+    "open_results", "passable", "recorded_people", "requirement", "rerun", "resume", "run", "score", "simulate", "tune", "watch",
 ]  # fmt: skip

@@ -29,6 +29,7 @@ from clearway.trials import store
 
 if TYPE_CHECKING:
     from clearway.navigators.common.parameter_table import ParameterTable
+    from clearway.reports.passable import Passable
     from clearway.reports.requirement import Requirement
     from clearway.statistics import Criteria, Outlook, Verdict
 
@@ -118,6 +119,7 @@ def requirement(
     seed: int = 0,
     localisation: str | None = None,
     tracking: str | None = None,
+    judged: str = "success_slack",
     workers: int | None = None,
     out: str | Path | None = None,
     progress: ProgressCallback | None = None,
@@ -138,8 +140,9 @@ def requirement(
         seed: Of the campaign.
         localisation: As for `run`.
         tracking: As for `run`.
+        judged: What counts as a success: the column `success_slack`, `success` or `success_self`.
         workers: How many processes, as for `run`.
-        out: A folder for tests, results, curve and numbers, in which an earlier search of the same goes on; None:
+        out: A folder for tests, results, page and numbers, in which an earlier search of the same goes on; None:
             `results/requirement-OFFER`, numbered if that is taken.
         progress: Called with (done, total, note).
 
@@ -159,8 +162,43 @@ def requirement(
     )  # fmt: skip
     return find_requirement(
         found, plan, free_directory(plan.suites) if out is None else Path(out), speed=speed, reliability=reliability,
-        confidence=confidence, between=between, step=step, trials=trials, workers=workers, progress=progress,
+        confidence=confidence, between=between, step=step, trials=trials, judged=judged, workers=workers, progress=progress,
     )  # fmt: skip
+
+
+def passable(
+    found: Requirement | str | Path,
+    floor_plan: str | Path,
+    *,
+    start: tuple[float, float] | None = None,
+    out: str | Path | None = None,
+) -> Passable:
+    """Colour a map by the probability with which a robot passes the narrowest passage on its way to each place.
+
+    Args:
+        found: Of a door, a corridor or another width; or the folder of its search.
+        floor_plan: A ROS map's yaml, or a floor plan by name or file.
+        start: Where the robot comes from (x, y), m; None: the roomiest place.
+        out: A folder for a page with the map; None: none is written.
+
+    Returns:
+        The map with its widths and probabilities; printed, it is one sentence.
+
+    Raises:
+        ClearwayError: something that was given is wrong; one sentence says what and what would be right.
+    """
+    from clearway.reports.passable import passable as coloured
+    from clearway.reports.requirement import Requirement, read_requirement
+    from clearway.reports.requirement_page import write_page
+    from clearway.scenarios.floorplan import load_floor_plan
+
+    known = found if isinstance(found, Requirement) else read_requirement(Path(found))
+    if (grid := load_floor_plan(str(floor_plan)).map) is None:
+        raise ClearwayError("has no map that could be coloured", file=floor_plan)
+    made = coloured(known, grid, start)
+    if out is not None:
+        write_page(known, Path(out), made)
+    return made
 
 
 def find_breaks(

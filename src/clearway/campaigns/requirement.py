@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,11 @@ from typing import Any
 from clearway.campaigns.campaign import run_campaign
 from clearway.campaigns.plan import CampaignPlan
 from clearway.campaigns.progress import ProgressCallback, silent
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, unknown
 from clearway.recordings.protocol.toml_text import toml
-from clearway.reports.requirement import Requirement, write_requirement
+from clearway.reports.causes import what_happened
+from clearway.reports.requirement import JUDGES, Requirement, write_requirement
+from clearway.reports.requirement_page import write_page
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.files import scenarios_in
@@ -25,8 +28,8 @@ TESTS, TRIALS = "tests", "trials"
 """Folders of what was tested, as files that `clearway run` takes, and of what came of it."""
 
 JUDGED = "success_slack"
-"""The column that says whether a trial was a success: a robot that got through and stands 1 cm beside its goal's tolerance, as its
-localisation errs, is no reason for a wider door."""
+"""The column that says whether a trial was a success, unless somebody says otherwise: a robot that got through and stands 1 cm beside
+its goal's tolerance, as its localisation errs, is no reason for a wider door."""
 
 
 def find_requirement(
@@ -40,6 +43,7 @@ def find_requirement(
     between: tuple[float, float] | None = None,
     step: float | None = None,
     trials: int = 400,
+    judged: str = JUDGED,
     workers: int | None = None,
     progress: ProgressCallback | None = None,
 ) -> Requirement:
@@ -58,6 +62,7 @@ def find_requirement(
         between: Least and greatest value; None: the usual ones.
         step: Distance of neighbouring values; None: the usual one.
         trials: How many there may be.
+        judged: The column that says whether a trial was a success: `success_slack`, `success` or `success_self`.
         workers: How many processes; None: one a core.
         progress: Told how far it is.
 
@@ -67,11 +72,14 @@ def find_requirement(
     out = out.resolve()  # whoever goes on may stand elsewhere
     if not 0.0 < speed <= 20.0:
         raise ClearwayError(f"{speed:g} m/s is no set speed", field="speed")
+    if judged not in JUDGES:
+        raise unknown("kind of success", judged, JUDGES, field="success")
     if (out / "campaign.json").exists():
         raise ClearwayError("holds the results of a campaign; choose another folder", file=out)
     (which,), (navigator,) = plan.robots, plan.navigators
     robot, tell = load_robot(which), progress or silent
     values = offer.values(robot, between, step)
+    failed: list[Counter[str]] = [Counter() for _ in values]
     search = ThresholdSearch(len(values), reliability, confidence, trials)
     for value in (values[0], values[-1]):
         _check(offer, value, plan, robot, speed, out)
@@ -80,10 +88,13 @@ def find_requirement(
         tell(done, trials, f"{offer.quantity}: {values[block.index]:g}")
         begin = int(search.trials[block.index]) + 1
         results = _run(offer, values[block.index], block, begin, plan, robot, speed, out, workers)
-        search.tell(block, sum(bool(s) for s in results.trials.column(JUDGED).to_pylist()))
+        rows = results.trials.to_pylist()
+        failed[block.index].update(what_happened(r) for r in rows if not r[judged])
+        search.tell(block, sum(bool(r[judged]) for r in rows))
     tell(trials, trials)
-    found = _found(offer, values, search, robot, navigator, speed)
+    found = _found(offer, values, search, robot, navigator, speed, judged, failed)
     write_requirement(found, out)
+    write_page(found, out)
     return found
 
 
@@ -141,8 +152,9 @@ def _write(file: Path, table: dict[str, Any]) -> None:
 
 
 def _found(
-    offer: Offer, values: Sequence[float], search: ThresholdSearch, robot: Robot, navigator: str, speed: float
-) -> Requirement:
+    offer: Offer, values: Sequence[float], search: ThresholdSearch, robot: Robot, navigator: str, speed: float, judged: str,
+    failed: Sequence[Counter[str]],
+) -> Requirement:  # fmt: skip
     tried = [i for i in range(len(values)) if search.trials[i]]
 
     def value(index: int | None) -> float | None:
@@ -169,4 +181,6 @@ def _found(
         fails=value(search.fails),
         passes=value(search.passes),
         spent=search.next() is None and int(search.trials.sum()) >= search.most,
+        judged=judged,
+        why=tuple(next((words for words, _ in failed[i].most_common(1)), "") for i in tried),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
@@ -35,7 +36,7 @@ def check(
     ] = 10.0,
     as_json: Json = False,
 ) -> None:
-    """Say what is wrong with a scenario, suite, robot, plan, test plan, map or criteria file, or with a navigator.
+    """Say what is wrong with a scenario, suite, robot, plan, test plan, map, criteria file or task of `tune`, or with a navigator.
 
     Of a test plan the recordings are read as well: whether they hold what it names, and whether its ties tie.
     Of a file of Nav2's parameters, or a folder with those of ROS 1's move_base, a table says what becomes of each: read, ignored (why), missing here (what is closest) or unknown
@@ -43,12 +44,13 @@ def check(
     Each finding is printed as soon as it is known; what could not be tested is not called right.
     """
     from clearway.campaigns.checks import findings
+    from clearway.improving.preparing import task_findings
     from clearway.navigators.parameter_files import parameter_table
 
     if (table := parameter_table(target, robot)) is not None:
         _tell_parameters(target, table, as_json)
     found: dict[bool | None, list[str]] = {True: [], False: [], None: []}
-    for passed, text in findings(target, robot, decision_limit):
+    for passed, text in task_findings(Path(target)) or findings(target, robot, decision_limit):
         found[passed].append(text)
         if as_json:
             continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -15,7 +16,8 @@ def requirement(
     offer: Annotated[
         str,
         typer.Argument(
-            help="What: door, corridor, gap, lane, density, latency, lidar-noise, odometry-noise, or the address of an Offer.",
+            help="What: door, corridor, gap, lane, density, latency, lidar-noise, odometry-noise, or the address of an Offer; "
+            "or the folder of a finished search, to tell it again or to colour a map by it.",
             show_default=False,
         ),
     ],
@@ -36,10 +38,27 @@ def requirement(
     localisation: Annotated[
         str | None, typer.Option(help="truth, odometry or amcl; default: as the tests say, amcl.")
     ] = None,
+    success: Annotated[
+        str,
+        typer.Option(
+            help="What counts as a success: success_slack (2 cm and 0.02 rad of slack at the goal), success (by the true pose) or "
+            "success_self (by the robot's own estimate)."
+        ),
+    ] = "success_slack",
+    map_: Annotated[
+        str | None,
+        typer.Option(
+            "--map",
+            help="A ROS map's yaml or a floor plan: coloured by the probability with which the robot comes where.",
+        ),
+    ] = None,
+    start: Annotated[
+        str | None, typer.Option(help="With --map: where the robot comes from, as x,y; default: the roomiest place.")
+    ] = None,
     workers: Annotated[int | None, typer.Option(min=0, help="How many processes; default: one a core.")] = None,
     out: Annotated[
         Path | None,
-        typer.Option(help="A folder for tests, results, curve and numbers; an earlier search in it goes on."),
+        typer.Option(help="A folder for tests, results, page and numbers; an earlier search in it goes on."),
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -50,25 +69,41 @@ def requirement(
     from clearway import api
     from clearway.api.arguments import free_directory
     from clearway.cli._progress import Progress, stoppable
-    from clearway.errors import ClearwayError, shown
-    from clearway.reports.requirement import CURVE
+    from clearway.errors import ClearwayError
+    from clearway.reports.page import PAGE
+    from clearway.reports.requirement import read_requirement
 
-    ends: tuple[float, float] | None = None
-    if between is not None:
-        low, _, high = between.partition(":")
-        try:
-            ends = float(low), float(high)
-        except ValueError:
-            raise ClearwayError(f"{shown(between)} is no range; write it as 0.6:1.2", field="--range") from None
-    place = free_directory([f"requirement-{offer.rpartition(':')[2]}"]) if out is None else out
-    with Progress("trials") as progress, stoppable(f"what is finished is kept; with --out {place} it goes on"):
-        found = api.requirement(
-            offer, robot, navigator, reliability=reliability, confidence=confidence, between=ends, step=step, speed=speed,
-            trials=trials, seed=seed, localisation=localisation, workers=workers, out=place, progress=progress,
-        )  # fmt: skip
-    if as_json:
-        tell(found.to_json() | {"out": str(place)}, indent=2)
+    ends = None if between is None else _two(between, ":", "--range", "no range; write it as 0.6:1.2")
+    place = None if start is None else _two(start, ",", "--start", "no place; write it as 2.5,0.3")
+    if place is not None and map_ is None:
+        raise ClearwayError("belongs to --map", field="--start")
+    if os.path.isdir(offer):
+        found, folder = read_requirement(Path(offer)), Path(offer) if out is None else out
     else:
-        typer.echo(f"{found}\ncurve: {place / CURVE}")
+        folder = free_directory([f"requirement-{offer.rpartition(':')[2]}"]) if out is None else out
+        with Progress("trials") as progress, stoppable(f"what is finished is kept; with --out {folder} it goes on"):
+            found = api.requirement(
+                offer, robot, navigator, reliability=reliability, confidence=confidence, between=ends, step=step, speed=speed,
+                trials=trials, seed=seed, localisation=localisation, judged=success, workers=workers, out=folder, progress=progress,
+            )  # fmt: skip
+    coloured = None if map_ is None else api.passable(found, map_, start=place, out=folder)
+    if as_json:
+        told = found.to_json() | {"out": str(folder)}
+        if coloured is not None:
+            shares = {"start": coloured.start, "shown": coloured.shown, "reached": coloured.share(found.reliability)}
+            told |= {"map": shares | {"sentence": str(coloured)}}
+        tell(told, indent=2)
+    else:
+        typer.echo("\n".join([str(found), *([] if coloured is None else [str(coloured)]), f"page: {folder / PAGE}"]))
     if not found.met:
         raise typer.Exit(1)
+
+
+def _two(text: str, between: str, field: str, problem: str) -> tuple[float, float]:
+    from clearway.errors import ClearwayError, shown
+
+    first, _, second = text.partition(between)
+    try:
+        return float(first), float(second)
+    except ValueError:
+        raise ClearwayError(f"{shown(text)} is {problem}", field=field) from None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import itertools
 import math
 import shlex
 import tempfile
@@ -15,16 +14,16 @@ from typing import Any
 import numpy as np
 
 from clearway.campaigns.campaign import run_campaign
-from clearway.campaigns.plan import TrialSpec
-from clearway.campaigns.plan_checks import Known, check_plan
+from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.errors import ClearwayError, shown
-from clearway.improving.objective import Objective, Score, read_objective, together
-from clearway.improving.search import Candidate, Record, Values, best, cma_module, refuse_little
-from clearway.improving.settings import Settings, Together
-from clearway.improving.task import Task, Variable, read_task
-from clearway.improving.trials import Bench, refuse_overlap
+from clearway.improving.objective import Objective, Score, together
+from clearway.improving.page import write_page
+from clearway.improving.preparing import Prepared, check_ends, prepared
+from clearway.improving.search import Candidate, Record, best
+from clearway.improving.task import Task, read_task
+from clearway.improving.trials import Bench
 from clearway.indicators import INDICATORS
 from clearway.placing import make_folder
 from clearway.reports.comparison_page import write_comparison
@@ -115,9 +114,7 @@ class Tuning:
         lines += [f"held out, {self.comparison.pairs} pairs", *(f"  {gain}" for gain in self.gains)]
         lines += [f"  {text}: {value:.4g}, {'holds' if holds else 'BROKEN'}" for text, value, holds in self.limits]
         run = f"clearway run SUITE --robot {shlex.quote(self.robot)} --navigator {shlex.quote(self.navigator)}"
-        return "\n".join(
-            [*lines, *self._warned(), f"page: {self.path / 'comparison' / 'index.html'}", f"to use it: {run}"]
-        )
+        return "\n".join([*lines, *self._warned(), f"page: {self.path / 'index.html'}", f"to use it: {run}"])
 
     def _warned(self) -> list[str]:
         return [f"warning: {text}" for text in self.warnings]
@@ -129,7 +126,7 @@ def tune(
     """Search for better parameters, and compare what is found with what came in, on held-out trials.
 
     Writes into `out`: the parameters that were found, in the format that came in; `candidates.csv`, all that were tried;
-    `front.csv`, the Pareto front; the results directories `before` and `after` of the held-out trials, and a page of their
+    `front.csv` and `front.svg`, the Pareto front; `index.html`, all of it as a page; the results directories `before` and `after` of the held-out trials, and a page of their
     `comparison`.
 
     Args:
@@ -142,67 +139,49 @@ def tune(
         ClearwayError: something in the task is wrong, before anything runs; or an indicator of the objective can't be computed of
             any of the first trials.
     """
-    asked = task if isinstance(task, Task) else read_task(task)
-    objective = read_objective(asked.objective, asked.constraints, asked.file)
+    ready = prepared(task if isinstance(task, Task) else read_task(task))
+    asked, objective, groups = ready.asked, ready.objective, ready.groups
     tell, processes = progress or silent, workers_of(workers, least=0)
     refuse_results(out)
-    if asked.search.method == "cma":
-        cma_module()
-    same_places = refuse_overlap(asked.training, asked.held_out, asked.file)
-    groups = _shuffled(asked.training.specs(), asked.search.seed)
-    refuse_little(asked.search, len(groups), asked.file)
-    settings = Together(asked.robot, asked.navigator, asked.variables)
-    before = _in_file(asked, lambda: settings.before([v.name for v in asked.variables]))
-    variables = tuple(_whole(v, before[v.name], asked) for v in asked.variables)
     with tempfile.TemporaryDirectory(prefix="clearway-tune-") as scratch, pool(processes, out) as work:
         folder = Path(scratch)
         known = check_plan(asked.training, asked.training.specs(), work)
         check_plan(asked.held_out, asked.held_out.specs(), work)
-        _check_ends(asked, variables, settings, folder)
+        check_ends(asked, ready.settings, folder)
         make_folder(out)
-        bench = Bench(asked.training, groups, known, settings, objective.indicators, folder, work)
-        record = Record(objective, bench, asked.search.trials, [_first(before)])
+        bench = Bench(asked.training, groups, known, ready.settings, objective.indicators, folder, work)
+        record = Record(objective, bench, asked.search.trials, [dict(ready.before)])
         record.told = lambda done, note: tell(done, asked.search.trials, note)
         _refuse_never(record, objective, min(asked.search.first, len(groups)), asked)
-        ranked = best(record, variables, asked.search, len(groups))
-    return _result(
-        asked, objective, settings, before, record, ranked, known, len(groups), out, same_places, workers, tell
-    )
+        ranked = best(record, asked.variables, asked.search, len(groups))
+    found = _result(ready, record, ranked, out, workers, tell)
+    write_page(found, asked, objective.goals, record.candidates(), len(groups))
+    return found
 
 
 def _result(
-    asked: Task, objective: Objective, settings: Settings, before: dict[str, Any], record: Record, ranked: Sequence[int],
-    known: Mapping[str, Known], trials: int, out: Path, same_places: bool, workers: int | None, tell: ProgressCallback,
-) -> Tuning:  # fmt: skip
+    ready: Prepared, record: Record, ranked: Sequence[int], out: Path, workers: int | None, tell: ProgressCallback
+) -> Tuning:
+    asked, objective, before, trials = ready.asked, ready.objective, ready.before, len(ready.groups)
     every = record.candidates()
     whole = [c for c in every if c.score.trials == trials]
     front = tuple(c for c in whole if not any(objective.dominated(c.score, o.score) for o in whole))
     _write_table(out / "candidates.csv", objective, every)
     _write_table(out / "front.csv", objective, front)
     warnings = []
-    if same_places:
+    if ready.same_places:
         warnings.append("the held-out trials are in places of training; only noise and timing are others")
     chosen = record.values[ranked[0]]
     scores = {c.number: c.score for c in whole}
     if ranked[0] == 0 or scores[ranked[0]].order >= scores[0].order:
         return Tuning(
-            out,
-            None,
-            asked.robot,
-            asked.navigator,
-            before,
-            dict(before),
-            len(record.answers),
-            front,
-            (),
-            (),
-            None,
+            out, None, asked.robot, asked.navigator, before, dict(before), len(record.answers), front, (), (), None,
             tuple(warnings),
-        )
+        )  # fmt: skip
     if math.isinf(scores[ranked[0]].excess) or scores[ranked[0]].excess > 0:
         warnings.append("the constraints are not all kept, even in training")
     source = Path(asked.robot.removesuffix(".toml").partition(":")[0]).name.removesuffix(".toml")
-    written = settings.write(chosen, out, f"{source}-tuned", [_tuned_on(asked)])
+    written = ready.settings.write(chosen, out, f"{source}-tuned", [_tuned_on(asked)])
     tell(len(record.answers), asked.search.trials, "held-out trials")
     first = run_campaign(asked.held_out, out / "before", workers)
     tuned = replace(asked.held_out, robots=(written.robot,), navigators=(written.navigator,))
@@ -250,53 +229,6 @@ def _gain(indicator: str, sign: int, found: Comparison, first: Results, second: 
 
 def _numbers(results: Results, indicator: str) -> list[float]:
     return [float(v) for v in results.trials[indicator].to_pylist() if v is not None]
-
-
-def _shuffled(specs: Sequence[TrialSpec], seed: int) -> list[list[TrialSpec]]:
-    """The simulations in an order by chance, so that the first few are of every kind."""
-    groups = [list(run) for _, run in itertools.groupby(specs, key=lambda spec: spec.run)]
-    return [groups[k] for k in np.random.default_rng(seed).permutation(len(groups))]
-
-
-def _first(before: Mapping[str, Any]) -> Values:
-    return dict(before)
-
-
-def _whole(variable: Variable, before: Any, asked: Task) -> Variable:
-    """The variable, a whole number where what came in is one."""
-    field = f"{'options' if variable.option else 'parameters'}.{variable.name}"
-    if variable.choices:
-        return variable
-    if isinstance(before, bool | str | list | tuple):
-        raise ClearwayError(f"is {shown(before)}, and has no range; give it `choices`", file=asked.file, field=field)
-    whole = isinstance(before, int)
-    if whole and not (variable.low.is_integer() and variable.high.is_integer()):
-        raise ClearwayError("is a whole number; its range ends at whole ones", file=asked.file, field=field)
-    return replace(variable, whole=whole)
-
-
-def _check_ends(asked: Task, variables: Sequence[Variable], settings: Settings, folder: Path) -> None:
-    """Have the navigator read each parameter at both ends of its range, and every one of its choices."""
-    for k, variable in enumerate(variables):
-        for j, value in enumerate(variable.choices or (variable.value(0.0), variable.value(1.0))):
-            robot, navigator, _ = settings.write({variable.name: value}, folder, f"end-{k}-{j}")
-            plan = replace(asked.training, robots=(robot,), navigators=(navigator,))
-            field = f"{'options' if variable.option else 'parameters'}.{variable.name}"
-            try:
-                check_plan(plan, [replace(asked.training.specs()[0], robot=robot, navigator=navigator)])
-            except ClearwayError as error:
-                raise ClearwayError(
-                    f"{shown(value)} is refused: {error.problem}", file=asked.file, field=field
-                ) from error
-
-
-def _in_file(asked: Task, read: Any) -> dict[str, Any]:
-    """What came in; a parameter that isn't known is told by the task's file."""
-    try:
-        found: dict[str, Any] = read()
-        return found
-    except ClearwayError as error:
-        raise ClearwayError(error.problem, file=asked.file, field=error.field or "parameters") from error
 
 
 def _refuse_never(record: Record, objective: Objective, trials: int, asked: Task) -> None:

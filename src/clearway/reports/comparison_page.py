@@ -14,6 +14,7 @@ from clearway.errors import ClearwayError
 from clearway.reports import sharing, theme
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.page import PAGE, page_of
+from clearway.reports.summary import Summary
 from clearway.statistics import Comparison, ConfigurationComparison
 
 if TYPE_CHECKING:
@@ -41,12 +42,29 @@ def write_comparison(found: Sequence[Found], folder: Path) -> Path:
             (folder / f"differences-{number}.svg").write_text(svg, encoding="utf-8")
             figures.append((name, Markup(theme.themed(svg, escape(name)))))
         _csv(found, folder / "differences.csv")
-        page = page_of("comparison.html", title="Side by side", figures=figures, said=[_said(pair) for pair in found], doubt=_doubt(found),
+        page = page_of("comparison.html", title="Side by side", figures=figures, said=summary(found), each=[_said(pair) for pair in found],
                        success=success_table(found), indicators=indicator_table(found))  # fmt: skip
         (folder / PAGE).write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
         raise ClearwayError(f"the comparison cannot be written: {error.strerror or error}", file=folder) from error
     return folder / PAGE
+
+
+def summary(found: Sequence[Found]) -> Summary:
+    """What the page says first."""
+    systems = list(dict.fromkeys(name for pair in found for name in (pair.b, pair.a)))
+    least = min(pair.pairs if isinstance(pair, Comparison) else pair.configurations for pair in found)
+    of = "tests" if all(isinstance(pair, Comparison) for pair in found) else "configurations"
+    each = f"{least} {of} in common" if len(found) == 1 else f"{len(found)} pairs with {least} {of} or more in common"
+    result = _said(found[0]) if len(found) == 1 else "Of each pair a line below says what is shown."
+    doubts = [
+        f"with {least} {of} small differences stay hidden: where none is shown there may be one",
+        "an indicator is compared on those that both finished, success on all",
+    ]
+    if left := sum(pair.only_a + pair.only_b for pair in found):
+        doubts.append(f"{left} {of} that only one side ran are left out")
+    limits = "; ".join(doubts)
+    return Summary(f"{', '.join(systems)}: {each}.", result, f"{limits[0].upper()}{limits[1:]}.{_doubt(found)}")
 
 
 def _said(pair: Found) -> str:
@@ -81,7 +99,7 @@ def _doubt(found: Sequence[Found]) -> str:
     if not any(r["boot_low"] is not None and not r["favours"] and r["boot_low"] * r["boot_high"] > 0 for r in rows):
         return ""
     return (
-        "Some intervals leave out 0 and yet no difference is shown: each interval stands for itself, and of many some leave it out by "
+        " Some intervals leave out 0 and yet no difference is shown: each interval stands for itself, and of many some leave it out by "
         "chance, for which Holm's correction makes up."
     )
 

@@ -7,6 +7,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pydantic import TypeAdapter, ValidationError
+
+from clearway.errors import ClearwayError
+from clearway.reading import read_json
 from clearway.reports import theme
 from clearway.statistics.proportions import wilson_interval
 
@@ -14,7 +18,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NUMBERS, CURVE = "requirement.json", "requirement.svg"
-"""Files that `write_requirement` leaves."""
+"""Files of a requirement's folder."""
+
+JUDGES = {"success_slack": "", "success": " by the true pose", "success_self": " by its own estimate"}
+"""Columns that may say whether a trial was a success, and how a sentence tells which."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +49,8 @@ class Requirement:
         fails: The easiest value at which success is shown to be less; None: none is.
         passes: The hardest value at which success is shown to be more; None: none is.
         spent: Whether the search ended as all its trials were run.
+        judged: The column that says whether a trial was a success.
+        why: (n,) what a trial of each did that failed, most often; empty where none failed.
     """
 
     offer: str
@@ -64,6 +73,8 @@ class Requirement:
     fails: float | None
     passes: float | None
     spent: bool
+    judged: str
+    why: tuple[str, ...]
 
     @property
     def met(self) -> bool:
@@ -72,7 +83,7 @@ class Requirement:
 
     def __str__(self) -> str:
         who = f"{self.robot} with {self.navigator}"
-        goal = f"{100 * self.reliability:g} % success at {self.speed:g} m/s"
+        goal = f"{100 * self.reliability:g} % success{JUDGES[self.judged]} at {self.speed:g} m/s"
         basis = f" ({100 * self.confidence:g} % confidence, {sum(self.trials)} trials)."
         verb = "needs" if self.eases else "bears"
         with_ = "for" if self.eases else "with"
@@ -83,7 +94,7 @@ class Requirement:
             bound = "at most " if self.eases else "at least "
             last = ", the hardest that was asked for" if self.passes == self.hardest else ""
             return f"{who} {verb} {self.phrase.format(bound + _n(self.passes) + self.unit)}{last} {with_} {goal}{basis}"
-        ends = f"from {_n(self.hardest)} to {_n(self.easiest)}{self.unit}"
+        ends = f"{_n(self.hardest)} to {_n(self.easiest)}{self.unit}"
         why = "its trials are used up" if self.spent else "it is never met in that range"
         beyond = f", and fails it at {_n(self.fails)}{self.unit} and what is harder" if self.fails is not None else ""
         return f"{who} is not shown to reach {goal} with {self._of(None, ends)}: {why}{beyond}{basis}"
@@ -117,10 +128,25 @@ class Requirement:
 
 
 def write_requirement(found: Requirement, out: Path) -> None:
-    """Write the numbers and the curve into a folder."""
+    """Write the numbers into a folder."""
     out.mkdir(parents=True, exist_ok=True)
     (out / NUMBERS).write_text(json.dumps(found.to_json(), indent=2) + "\n", "utf-8")
-    (out / CURVE).write_text(theme.to_svg(found.figure(), f"requirement {found.offer}"), "utf-8")
+
+
+def read_requirement(folder: Path) -> Requirement:
+    """What a search left in its folder.
+
+    Raises:
+        ClearwayError: there is nothing of the kind, or it is damaged.
+    """
+    file = folder / NUMBERS
+    if not file.is_file():
+        raise ClearwayError(f"holds no {NUMBERS}, which a finished search leaves", file=folder)
+    try:
+        return TypeAdapter(Requirement).validate_python(read_json(file))
+    except ValidationError as error:
+        field = ".".join(map(str, error.errors()[0]["loc"])) or None
+        raise ClearwayError("is not as this version's searches write it", file=file, field=field) from error
 
 
 def _n(value: float) -> str:
