@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -104,11 +105,16 @@ def test_json_and_python_say_the_same(clearway: Shell, results: Path, tmp_path: 
 def test_the_page_begins_with_the_verdict(clearway: Shell, results: Path, tmp_path: Path):
     said = clearway("accept", criteria(tmp_path, MET.replace("Ward 3", "<b>Ward") + BROKEN), results, "--report")
     page = Path(said.out.strip().splitlines()[-1].removeprefix("report: ")).read_text(encoding="utf-8")
-    verdict, first = page.index('<section id="verdict" class="verdict rejected">'), page.index('<ul class="said">')
+    verdict, first = (
+        page.index('<section id="acceptance" class="acceptance rejected">'),
+        page.index('<ul class="said">'),
+    )
     assert page.index("<h1>") < verdict < first
     assert "&lt;b&gt;Ward: tiago, move-base is rejected: keeps clear." in page
     assert "MDO &gt;= 2 m in 90 % of trials at 95 % confidence" in page[verdict:first]
-    assert '<section id="verdict"' not in open_results(results).report().read_text(encoding="utf-8")
+    names = re.findall(r'\sid="([^"]+)"', page)  # a script that fills one in must not find another
+    assert len(names) == len(set(names))
+    assert 'id="acceptance"' not in open_results(results).report().read_text(encoding="utf-8")
 
 
 def test_a_plan_comes_before_the_first_trial(clearway: Shell, tmp_path: Path):

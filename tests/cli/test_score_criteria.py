@@ -31,7 +31,7 @@ def test_recordings_are_judged_trial_by_trial(clearway: Shell, criteria: Path, t
     assert "failed: trial 3\n          not to be judged yet: trial 2\n" in said.out
     assert "to be confirmed by a person: trial 2" in said.out
     page = (tmp_path / "lab" / "report" / "index.html").read_text(encoding="utf-8")
-    assert page.index('id="verdict"') < page.index('<ul class="said">')
+    assert page.index('id="acceptance"') < page.index('<ul class="said">')
     results = package.open_results(tmp_path / "lab")
     (arrives, errs) = package.accept(criteria, results).criteria
     assert (arrives.trials, arrives.conforming + arrives.failing + arrives.unknown) == (4, 4)

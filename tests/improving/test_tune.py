@@ -191,3 +191,82 @@ def test_the_example_runs_and_what_it_finds_says_on_what_it_was_tuned(tmp_path: 
     assert not found.better or found.gains[1].verdict == 1  # three pairs can't show a success
     assert set(open_results(tmp_path / "out" / "after").trials["tuned"].to_pylist()) == {"no"}
     assert open_results(tmp_path / "out" / "after").campaign["tuned_on"]["move-base"][-1].startswith("hospital, seed 0")
+
+
+ROS_1 = {
+    "costmap_common_params.yaml": "obstacle_range: 3.0\nraytrace_range: 3.5\nrobot_radius: 0.27\ninflation_radius: 0.6\n"
+    "observation_sources: scan\nscan: {data_type: LaserScan, topic: scan, marking: true, clearing: true}\n",
+    "local_costmap_params.yaml": "local_costmap: {global_frame: odom, static_map: false, rolling_window: true, width: 3, height: 3}\n",
+    "global_costmap_params.yaml": "global_costmap: {global_frame: map, static_map: true}\n",
+    "move_base_params.yaml": "controller_frequency: 10.0\n",
+    "dwa_local_planner_params.yaml": "# how fast\nDWAPlannerROS:\n  max_vel_x:   0.25  # m/s; slow\n  max_vel_trans: 0.6\n"
+    "  xy_goal_tolerance: 0.2\n  yaw_goal_tolerance: 0.2\n",
+}
+NAV2 = Path(__file__).parents[1] / "navigators" / "nav2" / "nav2_pursuit.yaml"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("navigator", "name", "changed_in"),
+    [
+        ("move-base", "DWAPlannerROS.max_vel_x", "dwa_local_planner_params.yaml"),
+        ("nav2", "controller_server.FollowPath.max_linear_vel", "params.yaml"),
+    ],
+)
+def test_a_file_in_the_format_that_came_in_from_end_to_end(
+    tmp_path: Path, navigator: str, name: str, changed_in: str
+) -> None:
+    place = tmp_path / "mine"
+    place.mkdir()
+    if navigator == "nav2":
+        text = NAV2.read_text("utf-8").replace("max_linear_vel: 0.6", "max_linear_vel:   0.25  # m/s; slow")
+        (place / changed_in).write_text(text, "utf-8")
+    else:
+        for file, text in ROS_1.items():
+            (place / file).write_text(text, "utf-8")
+    params = place / changed_in if navigator == "nav2" else place
+    task = tmp_path / "task.toml"
+    task.write_text(
+        f"""
+navigator = "{navigator}[params={params}]"
+robot = "tiago"
+objective = ["minimise CT"]
+localisation = "truth"
+[parameters]
+"{name}" = [0.45, 0.6]
+[training]
+suite = "hospital"
+batches = ["NO"]
+speeds = [0.6]
+repetitions = 1
+[held_out]
+suite = "hospital-held-out"
+batches = ["NO"]
+speeds = [0.8]
+repetitions = 1
+[search]
+method = "halving"
+trials = 10
+population = 4
+first = 1
+finalists = 1
+""",
+        "utf-8",
+    )
+    found = tune(task, tmp_path / "out", workers=0)
+    assert found.comparison is not None  # what came in was slow
+    assert 0.45 <= float(found.after[name]) <= 0.6
+    new = tmp_path / "out" / "tiago-tuned"
+    new = new.with_suffix(".yaml") if navigator == "nav2" else new / changed_in
+    head, _, rest = new.read_text("utf-8").partition("\n")
+    assert head.startswith("# clearway: tuned on ")
+    assert rest == (place / changed_in).read_text("utf-8").replace(
+        "0.25  # m/s; slow", f"{found.after[name]}  # m/s; slow"
+    )
+    if navigator == "move-base":
+        others = set(ROS_1) - {changed_in}
+        assert {f.name: f.read_text("utf-8") for f in new.parent.iterdir() if f != new} == {f: ROS_1[f] for f in others}
+    after = open_results(tmp_path / "out" / "after")
+    assert found.navigator in after.trials["navigator"].to_pylist()  # which is how `clearway run` takes it
+    assert after.trials["CT"].to_pylist()[0] < open_results(tmp_path / "out" / "before").trials["CT"].to_pylist()[0]
+    assert tuned_by_files(found.navigator, load_robot("tiago"))[0].note == name

@@ -66,7 +66,7 @@ def _summary(found: Tuning, asked: Task, robot: str, training: int) -> Summary:
     if found.comparison is None:
         return Summary(f"{tested}.", "Nothing was found that is better than what came in.", _sentence(limits))
     tested += f"; what came in and what was found compared on {found.comparison.pairs} tests of {asked.held_out.suites[0]}, held out."
-    broken = [f"{limit} is broken" for limit, _, holds in found.limits if not holds]
+    broken = [f"{limit} is broken" for limit, _, _, holds in found.limits if not holds]
     return Summary(tested, f"{'; '.join([*map(str, found.gains), *broken])}.", _sentence(limits))
 
 
@@ -84,8 +84,8 @@ def _gains(found: Tuning) -> Grid:
         rows.append(
             [Cell(f"{gain.indicator}{unit}", strong=True), _number(gain.before), _number(gain.after), difference, said]
         )
-    for limit, value, holds in found.limits:
-        rows.append([limit, NONE, _number(value), NONE, "holds" if holds else Cell("broken", strong=True)])
+    for limit, was, now, holds in found.limits:
+        rows.append([limit, _number(was), _number(now), NONE, "holds" if holds else Cell("broken", strong=True)])
     heads: Heads = [text("on the held-out tests"), "before", "after", "paired difference", text("shown")]
     return grid(
         "Means over the trials that have a value, and the difference over pairs of which both have one, with its 95 % interval: of "

@@ -18,7 +18,7 @@ from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.errors import ClearwayError, shown
-from clearway.improving.objective import Objective, Score, together
+from clearway.improving.objective import Limit, Objective, Score, together
 from clearway.improving.page import write_page
 from clearway.improving.preparing import Prepared, check_ends, prepared
 from clearway.improving.search import Candidate, Record, best
@@ -82,7 +82,7 @@ class Tuning:
         trials: How many training trials were run.
         front: The candidates that no other one beats in everything, of those that met all training trials.
         gains: On the held-out trials, in the order of the objective; empty where nothing better was found.
-        limits: Each constraint and its value on the held-out trials: (constraint, value, whether it holds).
+        limits: Each constraint and its value on the held-out trials: (constraint, value before, value after, whether it holds then).
         comparison: Of the held-out trials, after against before; None where nothing better was found.
         warnings: What is to be distrusted.
     """
@@ -96,14 +96,14 @@ class Tuning:
     trials: int
     front: tuple[Candidate, ...]
     gains: tuple[Gain, ...]
-    limits: tuple[tuple[str, float, bool], ...]
+    limits: tuple[tuple[str, float, float, bool], ...]
     comparison: Comparison | None
     warnings: tuple[str, ...]
 
     @property
     def better(self) -> bool:
         """Whether the held-out trials show a gain: in the first indicator of the objective in which a difference is shown."""
-        kept = all(holds for _, _, holds in self.limits)
+        kept = all(holds for *_, holds in self.limits)
         return kept and next((gain.verdict for gain in self.gains if gain.verdict), 0) > 0
 
     def __str__(self) -> str:
@@ -112,7 +112,10 @@ class Tuning:
             return "\n".join([f"nothing better than what came in, in {self.trials} training trials", *self._warned()])
         lines = [f"{name}: {shown(self.before[name])} -> {shown(value)}" for name, value in self.after.items()]
         lines += [f"held out, {self.comparison.pairs} pairs", *(f"  {gain}" for gain in self.gains)]
-        lines += [f"  {text}: {value:.4g}, {'holds' if holds else 'BROKEN'}" for text, value, holds in self.limits]
+        lines += [
+            f"  {text}: {before:.4g} -> {after:.4g}, {'holds' if holds else 'BROKEN'}"
+            for text, before, after, holds in self.limits
+        ]
         run = f"clearway run SUITE --robot {shlex.quote(self.robot)} --navigator {shlex.quote(self.navigator)}"
         return "\n".join([*lines, *self._warned(), f"page: {self.path / 'index.html'}", f"to use it: {run}"])
 
@@ -192,10 +195,9 @@ def _result(
     gains = tuple(_gain(goal.indicator, goal.sign, found, first, second) for goal in objective.goals)
     limits = []
     for limit in objective.limits:
-        value = together([{limit.indicator: v} for v in _numbers(second, limit.indicator)], limit.indicator, limit.over)
-        holds = value is not None and (value >= limit.limit if limit.at_least else value <= limit.limit)
-        limits.append((str(limit), math.nan if value is None else value, holds))
-    if any(gain.verdict < 0 for gain in gains) or not all(holds for _, _, holds in limits):
+        was, now = (_over(results, limit) for results in (first, second))
+        limits.append((str(limit), was, now, now >= limit.limit if limit.at_least else now <= limit.limit))
+    if any(gain.verdict < 0 for gain in gains) or not all(holds for *_, holds in limits):
         warnings.append("on the held-out trials something is shown to be worse, or a constraint is broken; see above")
     if next((gain.verdict for gain in gains if gain.verdict), 0) <= 0:
         warnings.append(
@@ -225,6 +227,12 @@ def _gain(indicator: str, sign: int, found: Comparison, first: Results, second: 
     shown_at_all = row["p_holm"] is not None and row["p_holm"] <= 0.05 and not low <= 0.0 <= high
     verdict = 0 if not shown_at_all else (-sign if row["mean_difference"] > 0 else sign)
     return Gain(indicator, unit, was, now, row["mean_difference"], low, high, verdict)
+
+
+def _over(results: Results, limit: Limit) -> float:
+    """A constraint's value over all trials; nan: of none."""
+    value = together([{limit.indicator: v} for v in _numbers(results, limit.indicator)], limit.indicator, limit.over)
+    return math.nan if value is None else value
 
 
 def _numbers(results: Results, indicator: str) -> list[float]:
