@@ -63,7 +63,7 @@ def measure(smoke: bool) -> list[Count]:
                     _damaged(whole, out, file, how, rng)
                     finished.add(f"{file}, {how}", _read_wrong(out, whole))
         for how in DAMAGES:
-            for file in sorted(p.relative_to(begun) for p in begun.glob(".partial/*.trial")):
+            for file in sorted(p.relative_to(begun) for p in begun.glob(".partial/*.trials")):
                 _damaged(begun, out, file, how, rng)
                 unfinished.add(f"{file}, {how}", _resumed_wrong(out, whole))
     return [finished, unfinished]

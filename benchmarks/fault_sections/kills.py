@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from clearway.trials.journal import count
 from fault_sections import Count
 from fault_sections.navigators import FILE, session
 
@@ -32,7 +33,7 @@ CAMPAIGN = ["run", "hospital", "--robot", "tiago", "--batch", "NO", "--speed", "
 
 STAGES: dict[str, Callable[[Path, int], bool]] = {
     "starting": lambda out, leader: len(session(leader)) > 1,
-    "running": lambda out, leader: len(list(out.glob(".partial/*.trial"))) >= 2,
+    "running": lambda out, leader: count(out / ".partial") >= 2,
     "finishing": lambda out, leader: (out / ".partial/final").exists(),
     "reporting": lambda out, leader: bool(list(out.glob(".report-*"))),
     "compiling": lambda out, leader: bool(list((out.parent / "cache").rglob("*.nbc"))),

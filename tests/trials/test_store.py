@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import json
 import os
 import random
@@ -21,8 +22,7 @@ import pytest
 from made_trials import SCHEMA, make_row, make_trial
 
 from clearway.errors import ClearwayError
-from clearway.trials import Trial, assembly
-from clearway.trials import store as store_module
+from clearway.trials import Trial, assembly, journal
 from clearway.trials.store import Results, TrialStore, open_results, write_partial
 from clearway.trials.store_tables import FILES
 
@@ -172,28 +172,68 @@ def test_sigkill_at_random_moments_is_made_good(whole: Path, tmp_path: Path) -> 
     assert not (tmp_path / "out" / ".partial").exists()
 
 
-@pytest.mark.parametrize("harm", ["cut", "flip", "empty", "swap"])
-def test_a_damaged_partial_file_is_done_again(tmp_path: Path, small: Path, harm: str) -> None:
+@pytest.mark.parametrize("harm", ["cut", "flip", "head", "size", "empty", "gone", "swap", "twice"])
+def test_a_damaged_journal_is_made_good(tmp_path: Path, small: Path, harm: str) -> None:
+    out, ends = tmp_path / "out", [0]
+    with store(out, 3) as open_store:
+        for i in range(3):
+            write_partial(open_store.partial, open_store.key, i, make_trial(i), make_row(i))
+            (file,) = open_store.partial.glob("*.trials")
+            ends.append(file.stat().st_size)
+    raw = bytearray(file.read_bytes())
+    first, second, third = (raw[a:b] for a, b in itertools.pairwise(ends))
+    lost = {"cut": [2], "empty": [0, 1, 2], "gone": [0, 1, 2], "twice": []}.get(harm, [1])
+    if harm == "cut":
+        raw = raw[:-7]
+    elif harm == "flip":
+        raw[ends[2] - 100] ^= 1
+    elif harm == "head":
+        raw[ends[1]] ^= 1
+    elif harm == "size":
+        raw[ends[1] + 24] ^= 1
+    elif harm == "swap":
+        raw = first + first + third
+    elif harm == "twice":
+        raw += second
+    else:
+        raw = bytearray()
+    file.write_bytes(raw)
+    if harm == "gone":
+        file.unlink()
+    with store(out, 3, resume=True) as again:
+        assert again.missing() == lost
+        for i in lost:
+            write_partial(again.partial, again.key, i, make_trial(i), make_row(i))
+        assert again.missing() == []
+        again.finish()
+    assert contents(out) == contents(small)
+
+
+def test_what_is_damaged_is_told_before_it_is_put_together(tmp_path: Path, small: Path) -> None:
     out = tmp_path / "out"
     with store(out, 3) as open_store:
         for i in range(3):
             write_partial(open_store.partial, open_store.key, i, make_trial(i), make_row(i))
-        file = sorted(open_store.partial.glob("*.trial"))[1]
+        (file,) = open_store.partial.glob("*.trials")
         raw = bytearray(file.read_bytes())
-        if harm == "cut":
-            raw = raw[:-7]
-        elif harm == "flip":
-            raw[-100] ^= 1
-        elif harm == "empty":
-            raw = bytearray()
-        else:
-            raw = bytearray(sorted(open_store.partial.glob("*.trial"))[0].read_bytes())  # whole, but of another trial
+        raw[-100] ^= 1
         file.write_bytes(raw)
-    with store(out, 3, resume=True) as again:
-        assert again.missing() == [1]
-        write_partial(again.partial, again.key, 1, make_trial(1), make_row(1))
-        again.finish()
+        with pytest.raises(ClearwayError, match="trial 2 is missing or damaged; run the campaign again with --resume"):
+            open_store.finish()
+        write_partial(open_store.partial, open_store.key, 2, make_trial(2), make_row(2))
+        open_store.finish()
     assert contents(out) == contents(small)
+
+
+def test_journals_of_another_campaign_are_left_out(tmp_path: Path, small: Path) -> None:
+    with store(tmp_path / "out", 3) as open_store:
+        for i in range(3):
+            write_partial(open_store.partial, "another", i, make_trial(7), make_row(7))
+            write_partial(open_store.partial, open_store.key, i, make_trial(i), make_row(i))
+            write_partial(open_store.partial, "another", i, make_trial(7), make_row(7))
+        assert open_store.done() == 3
+        open_store.finish()
+    assert contents(tmp_path / "out") == contents(small)
 
 
 def test_a_second_process_is_refused(tmp_path: Path) -> None:
@@ -251,7 +291,7 @@ def test_a_full_disk_is_one_line_and_loses_nothing(
             with pytest.raises(ClearwayError, match=r"No space left on device; what is finished is kept") as caught:
                 work()
         assert "\n" not in str(caught.value)
-        assert not [p for p in open_store.partial.iterdir() if p.suffix not in (".trial", "")]
+        assert not [p for p in open_store.partial.iterdir() if p.suffix not in (".trials", "")]
     with store(out, 3, resume=True) as again:
         for i in again.missing():
             write_partial(again.partial, again.key, i, make_trial(i), make_row(i))
@@ -264,7 +304,7 @@ def test_unfinished_results_say_how_to_finish(tmp_path: Path) -> None:
         write_partial(half.partial, half.key, 0, make_trial(0), make_row(0))
     with pytest.raises(ClearwayError, match=r"1 of 40 trials are done; complete it with `clearway run --resume"):
         open_results(tmp_path)
-    with store(tmp_path, resume=True) as half, pytest.raises(ClearwayError, match=r"000001\.trial: .*missing"):
+    with store(tmp_path, resume=True) as half, pytest.raises(ClearwayError, match=r"trial 1 is missing"):
         half.finish()
 
 
@@ -350,15 +390,15 @@ def test_trials_are_read_one_by_one(whole: Path) -> None:
     assert [t.attempt.seed for t in results] == list(range(TOTAL))
 
 
-def test_each_partial_is_read_twice_and_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_trial_is_read_twice_and_no_more(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[int] = []
-    content = store_module._content
+    body = journal.Journals._body
 
-    def counting(file: Path, key: str) -> Any:
-        read.append(int(file.stem))
-        return content(file, key)
+    def counting(journals: journal.Journals, index: int) -> Any:
+        read.append(index)
+        return body(journals, index)
 
-    monkeypatch.setattr(store_module, "_content", counting)
+    monkeypatch.setattr(journal.Journals, "_body", counting)
     with store(tmp_path / "out") as opened:
         assert len(opened.missing()) == TOTAL
         for i in range(TOTAL):
@@ -367,6 +407,18 @@ def test_each_partial_is_read_twice_and_no_more(tmp_path: Path, monkeypatch: pyt
         assert opened.missing() == opened.missing() == []
         opened.finish()
     assert sorted(read) == sorted([*range(TOTAL)] * 2)
+
+
+def test_a_large_campaign_has_few_row_groups(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Bounded is what a file says of its row groups, and how large they are."""
+    monkeypatch.setattr(assembly, "TRIALS_A_GROUP", 1)
+    for most, large, groups in ((4, 1 << 18, 4), (1000, 1 << 18, TOTAL), (4, 150, 10)):  # a trial has 40 samples
+        monkeypatch.setattr(assembly, "MOST_GROUPS", most)
+        monkeypatch.setattr(assembly, "LARGE", large)
+        results = write(tmp_path / f"{most}-{large}")
+        assert pq.read_metadata(results.path / "trajectories/robot.parquet").num_row_groups == groups
+        assert (results.path / "trials.csv").read_bytes() == (whole / "trials.csv").read_bytes()
+        assert all(np.array_equal(results.trial(i).pose, make_trial(i).pose) for i in (39, 0, 11, 12))
 
 
 def test_the_table_of_trials_is_written_in_blocks(whole: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import itertools
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from clearway.campaigns.interruption import interruptible
 from clearway.campaigns.on_dask import on_dask
-from clearway.campaigns.plan import CampaignPlan, TrialSpec
+from clearway.campaigns.plan import CampaignPlan, TrialList, TrialSpec
 from clearway.campaigns.plan_checks import Known, check_plan
 from clearway.campaigns.pool import Pool, pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
@@ -21,7 +25,7 @@ from clearway.errors import ClearwayError
 from clearway.indicators import row_schema
 from clearway.trials import Outcome
 from clearway.trials.store import Results, TrialStore, refuse_results
-from clearway.trials.store_results import CAMPAIGN, SHARD, how_to_go_on, read_campaign
+from clearway.trials.store_results import CAMPAIGN, SHARD, SIMULATIONS, how_to_go_on, read_campaign
 
 
 def run_campaign(
@@ -56,28 +60,33 @@ def run_campaign(
     out, tell, processes = Path(out), progress or silent, workers_of(workers, least=0)
     if not resume:
         refuse_results(out)
-    specs = plan.specs()
-    if shard is not None:
-        shard.part(specs)  # before anything is looked at that takes long: there may be no such part
+    begun = (out / CAMPAIGN).exists()
+    old = read_campaign(out) if begun else {}
+    trials = plan.trials(old.get(SIMULATIONS) if old.get("plan") == json.loads(json.dumps(plan.to_json())) else None)
+    mine = np.arange(len(trials)) if shard is None else shard.part(trials.runs)
+    listed = trials.listed()
     with pool(processes, out) as work:
-        known = check_plan(plan, specs, work)
-    asked = asked_of_plan(plan, specs, {name: one.code for name, one in known.items()})
-    files = all_by_files(plan, specs)
+        known = check_plan(plan, listed if begun else trials, work)
+    files = all_by_files(plan, listed)
+    asked = asked_of_plan(plan, listed, {name: known[name].code for name in files})
     chosen = {
-        name: in_words((*(one.tuned_on or ()), *files[name]) if files[name] else one.tuned_on)
+        name: in_words((*(one.tuned_on or ()), *files.get(name, ())) if files.get(name) else one.tuned_on)
         for name, one in known.items()
     }
+    if trials.abridged:
+        asked |= {SIMULATIONS: trials.sizes}
     if shard is not None:
-        asked |= {SHARD: shard.to_json(len(specs))}
-        specs = [dataclasses.replace(spec, index=i) for i, spec in enumerate(shard.part(specs))]
+        asked |= {SHARD: shard.to_json(len(trials))}
     run = machine() | {"started": now(), "tuned_on": chosen}
     with (
-        TrialStore(out, asked, len(specs), row_schema(), run=run, resume=resume) as store,
+        TrialStore(out, asked, len(mine), row_schema(), run=run, resume=resume) as store,
         interruptible(store),
         pool(processes, out) as work,
     ):
+        if begun and trials.abridged:  # the others have not been looked at by this process
+            known |= check_plan(plan, chain.from_iterable(_runs(trials, mine, store.missing())), work)
         while missing := store.missing():
-            _run_all(plan, [specs[i] for i in missing], known, store, work, tell, scheduler)
+            _run_all(plan, _runs(trials, mine, missing), len(missing), known, store, work, tell, scheduler)
         return store.finish({"finished": now()})
 
 
@@ -116,26 +125,38 @@ def planned(out: Path) -> CampaignPlan:
     return CampaignPlan.from_json(campaign["plan"])
 
 
+def _runs(trials: TrialList, mine: NDArray[np.int64], missing: Sequence[int]) -> Iterator[list[TrialSpec]]:
+    """The missing trials, simulation by simulation.
+
+    Args:
+        trials: Those of the whole campaign.
+        mine: The numbers there of those that are to be run.
+        missing: Which of these are missing.
+    """
+    for run in trials.simulations(mine[missing]):
+        yield [dataclasses.replace(spec, index=int(np.searchsorted(mine, spec.index))) for spec in run]
+
+
 def _run_all(
     plan: CampaignPlan,
-    specs: Sequence[TrialSpec],
+    runs: Iterator[list[TrialSpec]],
+    count: int,
     known: Mapping[str, Known],
     store: TrialStore,
     work: Pool,
     tell: ProgressCallback,
     scheduler: str | None,
 ) -> None:
-    done, failed = store.total - len(specs), 0
+    done, failed = store.total - count, 0
     tell(done, store.total, _first_note())
     debugged = work.workers == 0 and scheduler is None
     if debugged:
         plan = dataclasses.replace(plan, decision_limit=None)
-    runs = [list(run) for _, run in itertools.groupby(specs, key=lambda spec: spec.run)]
     if scheduler is None:
-        calls = [(plan, run, known, store.partial, store.key, debugged) for run in runs]
+        calls = ((plan, run, known, store.partial, store.key, debugged) for run in runs)
         finished = work.each(run_and_keep, calls, patience=patience_of(plan), fallen=keep_fallen)
     else:
-        finished = on_dask(scheduler, plan, runs, known, store)
+        finished = on_dask(scheduler, plan, runs, count, known, store)
     try:
         for results in finished:
             for result in results:

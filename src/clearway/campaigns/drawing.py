@@ -37,7 +37,9 @@ def drawn(plan: CampaignPlan, spec: TrialSpec, folder: Path | None = None) -> Tr
     if plan.selection.seeds is None or suite.generator is None:
         return spec
     only = dataclasses.replace(plan.selection, scenarios=(spec.scenario.name,))
-    for arguments in suite.generator.calls(only) if folder is not None else ():
+    if not (calls := suite.generator.calls(only)):
+        return spec  # its outline is all of it
+    for arguments in calls if folder is not None else ():
         if arguments not in suite.generator.drawn:
             name = hashlib.sha256(f"{suite.name} {arguments!r}".encode()).hexdigest()[:32]
             _draw_or_read(suite.generator, arguments, Path(folder or "") / KEPT / f"{name}.json")

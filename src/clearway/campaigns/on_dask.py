@@ -12,7 +12,7 @@ import os
 import queue
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from itertools import islice
 from pathlib import Path
@@ -27,7 +27,8 @@ from clearway.campaigns.worker import Done, keep_fallen, patience_of, run_and_ke
 from clearway.errors import ClearwayError
 from clearway.foreign import said
 from clearway.given import packed, unpack
-from clearway.trials.store import TrialStore, partial_file, put_partial
+from clearway.trials.journal import JOURNALS
+from clearway.trials.store import TrialStore, put_partial
 
 _ANSWERS = 10.0
 """s within which a scheduler has to answer."""
@@ -41,7 +42,12 @@ _KEPT = "what is finished is kept, --resume goes on from there"
 
 
 def on_dask(
-    address: str, plan: CampaignPlan, runs: Sequence[Sequence[TrialSpec]], known: Mapping[str, Known], store: TrialStore
+    address: str,
+    plan: CampaignPlan,
+    runs: Iterable[Sequence[TrialSpec]],
+    count: int,
+    known: Mapping[str, Known],
+    store: TrialStore,
 ) -> Iterator[list[Done]]:
     """Run simulations, and keep their trials in the store.
 
@@ -49,6 +55,7 @@ def on_dask(
         address: Of the scheduler.
         plan: The campaign.
         runs: The trials of each simulation.
+        count: How many trials they are.
         known: Of each navigator.
         store: Where the finished trials go.
 
@@ -61,7 +68,7 @@ def on_dask(
     """
     with _client(address) as client:
         threads = _threads(client, address, store)
-        size = max(1, min(_LARGEST, len(runs) // (4 * threads)))
+        size = max(1, min(_LARGEST, count // (4 * threads)))
         rest = iter(runs)
         expected, objects, folder, patience = about(), packed(), os.getcwd(), patience_of(plan)
         ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
@@ -76,9 +83,8 @@ def on_dask(
             if not tasks:
                 return
             task = _next(ended, client, address, store)
-            for done, files in _answer(task, address, store):
-                for index, content in files.items():
-                    put_partial(store.partial, index, content)
+            for done, records in _answer(task, address, store):
+                put_partial(store.partial, records)
                 yield done
             del tasks[task.key]
 
@@ -97,7 +103,7 @@ def run_there(
     folder: str,
     objects: bytes,
     expected: Mapping[str, str],
-) -> list[tuple[list[Done], dict[int, bytes]]]:
+) -> list[tuple[list[Done], bytes]]:
     """What a worker of dask does: run simulations in a process of their own.
 
     Args:
@@ -111,7 +117,7 @@ def run_there(
         expected: `about` of who asks.
 
     Returns:
-        Of each simulation what there is to tell of its trials, and these as the store keeps them, by their numbers.
+        Of each simulation what there is to tell of its trials, and these as the store keeps them.
 
     Raises:
         ClearwayError: another version of Clearway, Python or a library; or as for `run_and_keep`.
@@ -129,10 +135,10 @@ def run_there(
         calls = [(plan, run, known, Path(at), key) for run in runs]
         try:
             for done in work.each(run_and_keep, calls, patience=patience, fallen=keep_fallen):
-                files = {one.index: partial_file(Path(at), one.index) for one in done}
-                found.append((done, {index: file.read_bytes() for index, file in files.items()}))
-                for file in files.values():
-                    file.unlink()
+                journals = list(Path(at).glob(JOURNALS))
+                found.append((done, b"".join(journal.read_bytes() for journal in journals)))
+                for journal in journals:
+                    journal.unlink()
         finally:
             work.close()
     return found
@@ -206,7 +212,7 @@ def _next(ended: queue.SimpleQueue[Any], client: Any, address: str, store: Trial
             raise _without_workers(address, store)
 
 
-def _answer(task: Any, address: str, store: TrialStore) -> list[tuple[list[Done], dict[int, bytes]]]:
+def _answer(task: Any, address: str, store: TrialStore) -> list[tuple[list[Done], bytes]]:
     if task.status in ("cancelled", "lost"):
         raise _gone(address, store)
     error = task.exception() if task.status == "error" else None
@@ -218,7 +224,7 @@ def _answer(task: Any, address: str, store: TrialStore) -> list[tuple[list[Done]
         else:
             why = f"a worker of dask could not run its trials: {said(error)}"
         raise ClearwayError(f"{why} ({_KEPT})", file=store.path)
-    found: list[tuple[list[Done], dict[int, bytes]]] = task.result()
+    found: list[tuple[list[Done], bytes]] = task.result()
     return found
 
 

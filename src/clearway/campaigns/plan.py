@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -13,9 +12,9 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from clearway.campaigns.by_robot import is_by_robot, navigator_of, refuse_strangers
 from clearway.campaigns.mistaken import refuse_mistaken
-from clearway.campaigns.thinking_budget import FREE, ThinkingBudget, read_thinking_budget
+from clearway.campaigns.thinking_budget import read_thinking_budget
+from clearway.campaigns.trial_list import TrialList, TrialSpec
 from clearway.errors import ClearwayError, shown, unknown
 from clearway.geometry.grid import OccupancyGrid
 from clearway.reading.limits import LONGEST_NAME, SECONDS, WHOLE
@@ -24,6 +23,8 @@ from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import refuse_many
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials.keeping import KEEPS, Keep
+
+__all__ = ["CampaignPlan", "TrialList", "TrialSpec", "granted_map", "refuse_namesakes"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,102 +127,25 @@ class CampaignPlan:
                 raise ClearwayError(f"{key!r} {what}", field=where)
         return plan
 
-    def specs(self) -> list[TrialSpec]:
-        """Every trial, in the order of the results; of scenarios that are drawn from seeds their outlines.
+    def trials(self, sizes: Any = None) -> TrialList:
+        """Every trial, in the order of the results, made when it is asked for.
+
+        Args:
+            sizes: What `TrialList.sizes` was of the same plan; None: not known.
 
         Raises:
             ClearwayError: an unknown suite, robot or scenario, or a selection that selects nothing.
         """
-        built: list[tuple[str, str, str, ThinkingBudget, Scenario]] = []
-        setups = [read_thinking_budget(s) for s in self.setups] or [FREE]
         refuse_namesakes(dict.fromkeys((*self.robots, *self.selection.team)))
-        for name in self.suites:
-            suite = load_suite(name)
-            for robot in self.robots:
-                scenarios = suite.build(load_robot(robot), self.selection, self.seed, outlines=True)
-                trials = sum(len(s.tested()) for s in scenarios)
-                refuse_many(len(built) + trials * len(self.navigators) * len(setups), name)
-                built += [(name, robot, n, u, s) for n in self.navigators for u in setups for s in scenarios]
-        _refuse_unknown(self, {s.name for *_, s in built})
-        for navigator in filter(is_by_robot, self.navigators):
-            others = (other.robot for *_, s in built for other in s.robots if other.robot and not other.navigator)
-            refuse_strangers(navigator, (*self.robots, *others))
-        every = [(*asked, member) for asked in built for member in asked[-1].tested()]
-        specs = [
-            TrialSpec(
-                i,
-                s,
-                robot,
-                navigator,
-                self.localisation or s.localisation,
-                self.tracking or s.tracking,
-                setup,
-                suite,
-                member,
-            )
-            for i, (suite, robot, navigator, setup, s, member) in enumerate(every)
-        ]
-        _refuse_twins(specs)
-        return specs
+        return TrialList(self, sizes)
 
+    def specs(self) -> list[TrialSpec]:
+        """Every trial, in the order of the results; of scenarios that are drawn from seeds their outlines.
 
-@dataclass(frozen=True, slots=True)
-class TrialSpec:
-    """One trial to run.
-
-    Attributes:
-        index: Its number in the results.
-        scenario: The test; its outline where it has yet to be drawn (`campaigns.drawing`).
-        robot: Who does it: a name, a preset or a file.
-        navigator: Who decides: a registered name or an address, or several by robot.
-        localisation: How the robot knows where it is, by name.
-        tracking: How it follows obstacles, by name.
-        setup: How much the navigator may think per control period.
-        suite: The suite that the scenario is of, as the user named it.
-        member: Which of the scenario's robots it is the trial of.
-    """
-
-    index: int
-    scenario: Scenario
-    robot: str
-    navigator: str
-    localisation: str
-    tracking: str
-    setup: ThinkingBudget
-    suite: str
-    member: int = 0
-
-    @property
-    def task(self) -> str:
-        """What is to be done, and by which robot: readable, the same for every navigator."""
-        return f"{self.scenario.labels.suite}/{self.scenario.name}/{self.robot}"
-
-    @property
-    def run(self) -> str:
-        """The simulation that gives it, readable; shared with the trials of the scenario's other robots."""
-        id = f"{self.task}/{self.navigator}"
-        return id if self.setup.name is None else f"{id}/{self.setup.name}"
-
-    @property
-    def id(self) -> str:
-        """Readable, unique in its campaign."""
-        return f"{self.run}/{self.scenario.names()[self.member]}" if self.scenario.robots else self.run
-
-    @property
-    def robots(self) -> list[str]:
-        """All that drive in its simulation: names, presets or files."""
-        return [self.robot, *(other.robot or self.robot for other in self.scenario.robots)]
-
-    @property
-    def navigators(self) -> list[str]:
-        """Who drives these."""
-        own = [navigator_of(self.navigator, robot) for robot in self.robots]
-        return [own[0], *(other.navigator or mine for other, mine in zip(self.scenario.robots, own[1:], strict=True))]
-
-    @property
-    def driver(self) -> str:
-        """Who drives the robot of this trial."""
-        return self.navigators[self.member]
+        Raises:
+            ClearwayError: as for `trials`.
+        """
+        return list(self.trials())
 
 
 def refuse_namesakes(robots: Iterable[str], *, twice: bool = False) -> None:
@@ -246,45 +170,6 @@ def refuse_namesakes(robots: Iterable[str], *, twice: bool = False) -> None:
             raise ClearwayError(
                 f"{robot.name!r} is the name of the robot {other!r} too, which is {what}", file=which, field="name"
             )
-
-
-def _refuse_twins(specs: Sequence[TrialSpec]) -> None:
-    """Complain of two trials that are the same: their results would count as independent."""
-    seen: dict[tuple[str, str, str | None, int, int], list[TrialSpec]] = {}
-    for spec in specs:
-        alike = seen.setdefault((spec.robot, spec.navigator, spec.setup.name, spec.scenario.seed, spec.member), [])
-        for other in alike:
-            if other.id == spec.id or _test(other) == _test(spec):
-                raise ClearwayError(
-                    f"the trials {other.id!r} and {spec.id!r} are one and the same, and would count as two; list each value "
-                    "and each scenario once",
-                    file=spec.suite if spec.suite.endswith(".toml") else None,
-                )
-        alike.append(spec)
-
-
-def _test(spec: TrialSpec) -> str:
-    return spec.scenario.model_dump_json(exclude={"name", "labels"})
-
-
-def _refuse_unknown(plan: CampaignPlan, found: set[str]) -> None:
-    """Complain of the first scenario that is asked for and that no suite has."""
-    missing = [name for name in plan.selection.scenarios if name not in found]
-    if not missing:
-        return
-    every = dataclasses.replace(plan.selection, scenarios=(), seeds=None)  # frozen ones: their names are alike
-    known = [
-        scenario.name
-        for suite in plan.suites
-        for robot in plan.robots
-        for scenario in load_suite(suite).build(load_robot(robot), every, plan.seed)
-    ]
-    close = difflib.get_close_matches(missing[0], known, n=1, cutoff=0.5)
-    raise ClearwayError(
-        f"no scenario of {', '.join(map(repr, plan.suites))} that is selected has the name {missing[0]!r}"
-        + (f"; did you mean {close[0]!r}?" if close else ""),
-        field="scenarios",
-    )
 
 
 def granted_map(plan: str | None, scenario: Scenario) -> OccupancyGrid | None:

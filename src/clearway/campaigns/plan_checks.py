@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -50,7 +51,7 @@ class Known:
     privileged: bool
 
 
-def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None = None) -> dict[str, Known]:
+def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None = None) -> dict[str, Known]:
     """Look at everything that can be wrong before the first trial runs; of scenarios that are drawn, at the first of a kind.
 
     Args:
@@ -65,28 +66,30 @@ def check_plan(plan: CampaignPlan, specs: Sequence[TrialSpec], work: Pool | None
         ClearwayError: the first thing that is wrong.
     """
     seen: set[tuple[str, str, str, bool, frozenset[str]]] = set()
-    checked: set[tuple[str, str]] = set()
+    has_map: dict[bytes, bool] = {}
+    driven, driving = dict[str, None](), dict[str, None]()
     calls: list[tuple[CampaignPlan, TrialSpec, bool]] = []
     for spec in specs:
-        scenario, robot = spec.scenario, load_robot(spec.robot)
-        content = (spec.robot, scenario.model_dump_json(exclude={"name", "seed", "labels"}))  # repetitions are alike
-        if content not in checked:
-            checked.add(content)
-            for problem in check_scenario(drawn(plan, spec).scenario, robot):
+        scenario = spec.scenario
+        said = f"{spec.robot}\n{scenario.model_dump_json(exclude={'name', 'seed', 'labels'})}"  # repetitions are alike
+        if (content := hashlib.sha256(said.encode()).digest()) not in has_map:
+            for problem in check_scenario(drawn(plan, spec).scenario, load_robot(spec.robot)):
                 file = spec.suite if spec.suite.endswith(".toml") else problem.file
                 raise ClearwayError(problem.problem, file=file, field=f"{scenario.name}: {problem.field}")
-        has_map = granted_map(plan.map, scenario) is not None
+            has_map[content] = granted_map(plan.map, scenario) is not None
+        driven |= dict.fromkeys(spec.robots)
+        driving |= dict.fromkeys(spec.navigators)
         for which, navigator in zip(spec.robots, spec.navigators, strict=True):
             people = frozenset(person.behaviour for person in scenario.people)
-            combination = (which, navigator, spec.localisation, has_map, people)
+            combination = (which, navigator, spec.localisation, has_map[content], people)
             if combination not in seen:
                 seen.add(combination)
-                calls.append((plan, replace(spec, robot=which, navigator=navigator), has_map))
-    refuse_namesakes(dict.fromkeys(robot for spec in specs for robot in spec.robots), twice=True)
+                calls.append((plan, replace(spec, robot=which, navigator=navigator), has_map[content]))
+    refuse_namesakes(driven, twice=True)
     limit = prepare_limit(plan.decision_limit)
     work = work or Pool(0, Path())
     found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))
-    return {name: found[name] for name in dict.fromkeys(n for s in specs for n in s.navigators)}
+    return {name: found[name] for name in driving}
 
 
 def able(plan: CampaignPlan) -> tuple[tuple[str, ...], dict[str, str]]:

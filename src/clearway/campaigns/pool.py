@@ -101,7 +101,7 @@ class Pool:
         Raises:
             ClearwayError: a call raised it; or no worker could complete one, or can be started.
         """
-        asked = [_Call(function, arguments) for arguments in calls]
+        asked = (_Call(function, arguments) for arguments in calls)
         setting = Setting.present(packed())
         if self._folder is not None:
             setting = replace(setting, folder=self._folder)
@@ -152,33 +152,36 @@ class _Call:
     last: bool = False  # it stands in for one that fell
 
 
-def _here(calls: list[_Call]) -> Generator[Any]:
+def _here(calls: Iterable[_Call]) -> Generator[Any]:
     for call in calls:
         yield call.function(*call.arguments)
 
 
 def _there(
-    calls: list[_Call],
+    calls: Iterator[_Call],
     workers: int,
     patience: float | None,
     fallen: Callable[..., Any] | None,
     out: Path,
     setting: Setting,
 ) -> Generator[Any]:
-    waiting, busy, false_starts = deque(calls), list[_Worker](), 0
+    first, last, busy, false_starts = deque[_Call](), deque[_Call](), list[_Worker](), 0
     try:
-        while waiting or busy:
-            while waiting and len(busy) < workers:
+        while True:
+            while len(busy) < workers and (call := _next(first, calls, last)) is not None:
                 try:
                     busy.append(_hire())
                 except OSError as error:
+                    first.appendleft(call)
                     if not busy:
                         raise _no_worker(error.strerror or str(error), out) from error
                     workers = max(
                         1, len(busy) - 2
                     )  # there can't be more; who puts the results together opens files too
                     break
-                busy[-1].give(waiting.popleft(), setting)
+                busy[-1].give(call, setting)
+            if not busy:
+                return
             wait([worker.line for worker in busy], _LOOK)
             for worker in list(busy):
                 what, told = worker.told(patience)
@@ -193,15 +196,23 @@ def _there(
                 elif what == "refused":
                     raise told
                 elif worker.ready and what != "stale":
-                    waiting.append(_after(call, what == "hung", told, fallen, out))
+                    last.append(_after(call, what == "hung", told, fallen, out))
                 else:
-                    waiting.appendleft(call)
+                    first.appendleft(call)
                     false_starts += not worker.ready
                     if false_starts == _FALSE_STARTS:
                         raise _no_worker(told.reason, out)
     finally:
         for worker in busy:
             worker.end()
+
+
+def _next(first: deque[_Call], calls: Iterator[_Call], last: deque[_Call]) -> _Call | None:
+    """The call that is made next; those that are waiting to be made are not held."""
+    if first:
+        return first.popleft()
+    call = next(calls, None)
+    return last.popleft() if call is None and last else call
 
 
 def _after(call: _Call, hung: bool, fate: Fate, fallen: Callable[..., Any] | None, out: Path) -> _Call:

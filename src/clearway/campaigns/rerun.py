@@ -207,9 +207,9 @@ def _refuse_changed(asked: Mapping[str, Any], spec: TrialSpec, results: Results,
         what = f"{differs[0]} was {differs[1]!r} and is {differs[2]!r}"
     elif other := next((name for name, found in asked["bodies"].items() if bodies.get(name) != found), None):
         what = f"the robot {other!r}, whose body an obstacle has, is not what it was"
-    elif then["tasks"].get(spec.task) != asked["tasks"][spec.task]:
+    elif then["tasks"].get(spec.task, asked["tasks"][spec.task]) != asked["tasks"][spec.task]:
         what = f"the scenario {spec.scenario.name!r} is not what it was"
-    elif then["floor_plans"].get(floor) != asked["floor_plans"][floor]:
+    elif then["floor_plans"].get(floor, asked["floor_plans"][floor]) != asked["floor_plans"][floor]:
         what = f"the floor plan {floor!r} is not what it was"
     elif then["map"] != asked["map"]:
         what = "the map is not what it was"

@@ -14,9 +14,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
+from numpy.typing import NDArray
 
-from clearway.campaigns.plan import TrialSpec
 from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.campaigns.provenance import now
 from clearway.errors import ClearwayError, shown
@@ -59,21 +60,23 @@ class Shard:
     def __str__(self) -> str:
         return f"{self.number}/{self.of}"
 
-    def part(self, specs: Sequence[TrialSpec]) -> list[TrialSpec]:
-        """Its trials, with their numbers in the campaign; those of one simulation stay together.
+    def part(self, runs: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The numbers of its trials in the campaign; those of one simulation stay together.
+
+        Args:
+            runs: How many trials each simulation of the campaign gives.
 
         Raises:
             ClearwayError: there are none.
         """
-        runs = itertools.groupby(specs, key=lambda spec: spec.run)
-        found = [spec for i, (_, run) in enumerate(runs) if i % self.of == self.number - 1 for spec in run]
-        if not found:
-            count = sum(1 for _ in itertools.groupby(specs, key=lambda spec: spec.run))
+        count = len(runs)
+        if self.number > count:
             raise ClearwayError(
                 f"the shard {self} has no trial: the campaign has {count} simulations, so at most {count} shards",
                 field="shard",
             )
-        return found
+        mine = np.arange(count) % self.of == self.number - 1
+        return np.flatnonzero(np.repeat(mine, runs))
 
     def to_json(self, total: int) -> dict[str, int]:
         """What campaign.json holds of it.

@@ -1,7 +1,7 @@
 """Writes a results directory, trial by trial, so that a run killed at any moment can go on where it stopped.
 
-While a campaign runs, each finished trial is one file under `OUT/.partial/`, written whole or not at all. When all
-are there, the final files are assembled in the order of the trials: the same bytes, however the trials came in.
+While a campaign runs, finished trials stand in the journals under `OUT/.partial/` (`clearway.trials.journal`), one a process.
+When all are there, the final files are assembled in the order of the trials: the same bytes, however the trials came in.
 Files, and the folders that name them, are on the disk before the next step counts on them, so that a loss of power is
 no more than a kill: a trial that was told finished is there afterwards.
 See `clearway.trials.store_results` for reading.
@@ -21,12 +21,12 @@ from types import TracebackType
 from typing import Any
 
 import pyarrow as pa
-import pyarrow.ipc
 
 from clearway.errors import ClearwayError
 from clearway.placing import make_folder, sync
 from clearway.trials.assembly import assemble
 from clearway.trials.differences import first_in_json
+from clearway.trials.journal import JOURNALS, Journals, append, record
 from clearway.trials.store_results import (
     CAMPAIGN,
     DIGESTS,
@@ -45,9 +45,8 @@ from clearway.trials.trial_tables import from_tables, to_tables
 
 __all__ = ["Results", "TrialStore", "open_results", "refuse_results", "write_partial"]
 
-_MAGIC = b"clearway trial 1\n"
 _KEPT = f"{PARTIAL}.kept"
-_DONE, _SUFFIX = ".finished", ".trial"
+_DONE = ".finished"
 
 
 class TrialStore:
@@ -79,9 +78,10 @@ class TrialStore:
         kept: Mapping[int, int] | None = None,
     ) -> None:
         self.path, self.total = Path(path), total
-        self._schema, self._lock, self._whole = schema, _lock(self.path), bytearray(total)
+        self._schema, self._lock = schema, _lock(self.path)
         try:
             self.key = _key(asked, total)
+            self._journals = Journals(self.partial, self.key, total)
             if resume and kept is not None:
                 self._campaign = self._grow(dict(asked), dict(run or {}), kept)
             else:
@@ -101,19 +101,12 @@ class TrialStore:
         return not self.partial.exists()
 
     def missing(self) -> list[int]:
-        """Which trials are not there, or damaged, in order. One that was once found whole is not read again."""
-        if self.finished:
-            return []
-        there = {entry.name for entry in os.scandir(self.partial)}
-        for i, whole in enumerate(self._whole):
-            file = partial_file(self.partial, i)
-            if not whole and file.name in there:
-                self._whole[i] = _content(file, self.key) is not None
-        return [i for i, whole in enumerate(self._whole) if not whole]
+        """Which trials are not there, in order; where all are, which are damaged."""
+        return [] if self.finished else self._journals.missing()
 
     def done(self) -> int:
         """How many trials have been finished, damaged or not."""
-        return self.total if self.finished else sum(e.name.endswith(_SUFFIX) for e in os.scandir(self.partial))
+        return self.total if self.finished else self._journals.done()
 
     def finish(
         self, run: Mapping[str, Any] | None = None, trials: Iterable[tuple[Tables, dict[str, Any]]] | None = None
@@ -133,10 +126,7 @@ class TrialStore:
                 shutil.rmtree(new, ignore_errors=True)
                 for kind in FILES.values():
                     (new / kind.path).parent.mkdir(parents=True, exist_ok=True)
-                if trials is None:
-                    files = (partial_file(self.partial, i) for i in range(self.total))
-                    trials = (_read_partial(file, self.key) for file in files)
-                assemble(trials, new, results_schema(self._schema))
+                assemble(self._finished() if trials is None else trials, new, results_schema(self._schema), self.total)
                 digests, folders = {}, {self.path}
                 for file in sorted(p for p in new.rglob("*") if p.is_file()):
                     sync(file)
@@ -177,6 +167,16 @@ class TrialStore:
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
+
+    def _finished(self) -> Iterator[tuple[Tables, dict[str, Any]]]:
+        if missing := self.missing():
+            raise ClearwayError(
+                f"trial {missing[0]} is missing or damaged; run the campaign again with --resume", file=self.partial
+            )
+        for index in range(self.total):
+            if (trial := self._journals.read(index)) is None:
+                raise ClearwayError(f"trial {index} is damaged; --resume runs it again", file=self.partial)
+            yield trial
 
     def _begin(self, asked: dict[str, Any], run: dict[str, Any], resume: bool) -> dict[str, Any]:
         campaign = self._said(asked, run)
@@ -226,7 +226,7 @@ class TrialStore:
                 if trial is not None:
                     write_partial(fresh, self.key, index, trial, row)
             self.partial.mkdir(exist_ok=True)
-            for file in self.partial.glob(f"*{_SUFFIX}"):
+            for file in self.partial.glob(JOURNALS):
                 file.unlink()
             for file in fresh.iterdir():
                 os.replace(file, self.partial / file.name)
@@ -253,13 +253,11 @@ def _earlier(
     key = _key(
         {n: v for n, v in campaign.items() if n not in ("format", "schema", "trials", "run")}, campaign["trials"]
     )
+    journals = Journals(path / PARTIAL, key, campaign["trials"])
+    journals.done()
     for number in numbers:
-        file = partial_file(path / PARTIAL, number)
-        if _content(file, key) is None:
-            yield None, {}
-        else:
-            tables, row = _read_partial(file, key)
-            yield from_tables(tables), row
+        found = journals.read(number)
+        yield (None, {}) if found is None else (from_tables(found[0]), found[1])
 
 
 def refuse_results(path: Path) -> None:
@@ -280,58 +278,20 @@ def write_partial(folder: Path, key: str, index: int, trial: Trial, row: Mapping
     """Write one finished trial into the `partial` folder of the store with `key`; any process may.
 
     Raises:
-        ClearwayError: it can't be written, such as on a full disk; nothing of it stays behind then.
+        ClearwayError: it can't be written, such as on a full disk.
     """
-    tables = to_tables(index, trial)
     duration = float(trial.t[-1]) if len(trial.t) else None
-    whole = {"duration": duration, **row, "trial": index}
-    blobs = {"row": json.dumps(whole).encode()} | {name: _to_bytes(table) for name, table in tables.items()}
-    head = json.dumps({"key": key, "index": index, "sizes": {n: len(b) for n, b in blobs.items()}}).encode()
-    body = b"".join([len(head).to_bytes(8, "little"), head, *blobs.values()])
-    put_partial(folder, index, _MAGIC + hashlib.sha256(body).digest() + body)
+    put_partial(folder, record(key, index, to_tables(index, trial), {"duration": duration, **row, "trial": index}))
 
 
-def put_partial(folder: Path, index: int, content: bytes) -> None:
-    """Put a finished trial, as `write_partial` wrote it elsewhere, into the `partial` folder of a store.
+def put_partial(folder: Path, records: bytes) -> None:
+    """Put finished trials, as `write_partial` wrote them elsewhere, into the `partial` folder of a store.
 
     Raises:
         ClearwayError: as for `write_partial`.
     """
-    file = partial_file(folder, index)
-    with _writing(file):
-        _write_whole(file, content)
-
-
-def _read_partial(file: Path, key: str) -> tuple[Tables, dict[str, Any]]:
-    """The tables and the row of one trial."""
-    found = _content(file, key)
-    if found is None:
-        raise ClearwayError("this trial is missing or damaged; run the campaign again with --resume", file=file)
-    sizes, body = found
-    blobs: dict[str, memoryview] = {}
-    for name, size in sizes.items():
-        blobs[name], body = body[:size], body[size:]
-    row = json.loads(bytes(blobs.pop("row")))
-    return {name: pyarrow.ipc.open_stream(pa.py_buffer(blob)).read_all() for name, blob in blobs.items()}, row
-
-
-def _content(file: Path, key: str) -> tuple[dict[str, int], memoryview] | None:
-    """Names and sizes of what a partial file holds, and the bytes; None if it is missing, damaged or not this trial's."""
-    try:
-        raw = memoryview(file.read_bytes())
-    except FileNotFoundError:
-        return None
-    start = len(_MAGIC) + 32
-    if raw[: len(_MAGIC)] != _MAGIC or hashlib.sha256(raw[start:]).digest() != raw[len(_MAGIC) : start]:
-        return None
-    at = start + 8 + int.from_bytes(raw[start : start + 8], "little")
-    head = json.loads(bytes(raw[start + 8 : at]))
-    return (head["sizes"], raw[at:]) if (head["key"], head["index"]) == (key, int(file.stem)) else None
-
-
-def partial_file(folder: Path, index: int) -> Path:
-    """Where `write_partial` puts a trial, given the `partial` folder and the trial's number."""
-    return folder / f"{index:06d}{_SUFFIX}"
+    with _writing(folder):
+        append(folder, records)
 
 
 def results_schema(schema: Any) -> Any:
@@ -346,13 +306,6 @@ def results_schema(schema: Any) -> Any:
         "duration", pa.float64(), metadata={"unit": "s", "title": "of the whole trial, simulated or recorded"}
     )
     return pa.schema([*first, *(f for f in schema if f.name not in ("trial", "id")), duration])
-
-
-def _to_bytes(table: pa.Table) -> bytes:
-    sink = pa.BufferOutputStream()
-    with pyarrow.ipc.new_stream(sink, table.schema) as writer:
-        writer.write_table(table)
-    return bytes(sink.getvalue().to_pybytes())
 
 
 def _pretty(campaign: Mapping[str, Any]) -> bytes:

@@ -17,6 +17,7 @@ import pyarrow.parquet as pq
 
 from clearway.errors import ClearwayError
 from clearway.reading import read_json
+from clearway.trials.journal import count
 from clearway.trials.keeping import KEEPS, Keep, is_kept, is_outline
 from clearway.trials.store_tables import FILES, Tables
 from clearway.trials.trial import Trial
@@ -29,6 +30,9 @@ CAMPAIGN, PARTIAL = "campaign.json", ".partial"
 
 SHARD = "shard"
 """What campaign.json calls the part of a campaign that a directory holds, if it is no whole one."""
+
+SIMULATIONS = "simulations"
+"""What campaign.json calls how many trials each simulation of a campaign gives that has too many to tell of each."""
 
 DIGESTS = "sha256"
 """What campaign.json calls, under `run`, the digests of the finished files."""
@@ -146,7 +150,7 @@ def open_results(path: str | Path) -> Results:
     folder = Path(path)
     campaign = read_campaign(folder)
     if (folder / PARTIAL).exists():
-        done = sum(1 for _ in (folder / PARTIAL).glob("*.trial"))
+        done = count(folder / PARTIAL)
         raise ClearwayError(
             f"unfinished: {done} of {campaign['trials']} trials are done; complete it with `{how_to_go_on(folder)}`",
             file=folder,
