@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import clearway
@@ -24,6 +26,21 @@ def test_who_needs_a_lidar_or_another_base_is_left_out() -> None:
     assert {"orca", "hp-st"} <= set(can)
     assert "lidar" in why["nav2"]
     assert "omnidirectional" in why["colregs-apf"]
+
+
+def test_who_plans_on_a_map_is_left_out_where_there_is_none(tmp_path: Path) -> None:
+    campaign = CampaignPlan(
+        ("replayed",), ("tiago",), selection=Selection(configurations=("time-1",)), localisation="odometry"
+    )
+    can, why = able(campaign)
+    assert {"hp-st", "nav2"} <= set(can)  # whose presets do without
+    assert "static layer, which needs a map" in why["move-base"]
+    nav2 = tmp_path / "nav2.yaml"
+    layer = '{plugins: [static_layer], static_layer: {plugin: "nav2_costmap_2d::StaticLayer"}}'
+    nav2.write_text(f"local_costmap: {{local_costmap: {{ros__parameters: {layer}}}}}")
+    asked = {"navigators": [f"nav2[params={nav2}]"], "configurations": ["time-1"], "localisation": "odometry"}
+    with pytest.raises(ClearwayError, match="local_costmap has a static layer"):
+        clearway.run("replayed", robots=["tiago"], **asked)
 
 
 def test_what_is_wrong_whoever_drives_is_told_as_ever() -> None:

@@ -147,7 +147,7 @@ def _checked(plan: CampaignPlan, spec: TrialSpec, robot: Robot, navigator: Navig
         for problem in unread_tables(robot):
             raise problem
         make_localiser(spec.localisation, robot)
-        check_parameters(spec.navigator, navigator, robot)
+        check_parameters(spec.navigator, navigator, robot, mapped=has_map)
     tests = tuned_on(spec.navigator, navigator)
     if "obstacles" in needs:
         make_tracker(spec.tracking, robot)

@@ -160,14 +160,17 @@ def check_drive(name: str, navigator: object, robot: Robot) -> None:
         )
 
 
-def check_parameters(name: str, navigator: Navigator, robot: Robot) -> Any:
+def check_parameters(name: str, navigator: Navigator, robot: Robot, *, mapped: bool = True) -> Any:
     """Have `navigator`, which goes by `name`, read its parameters for `robot`; what it made of them, None if it reads none.
 
     Raises:
-        ClearwayError: one of them is wrong, in the robot's file or among the navigator's options.
+        ClearwayError: one of them is wrong, in the robot's file or among the navigator's options, or takes a map and the
+            robot is not `mapped`.
     """
-    read = getattr(navigator, "read_parameters", None)
+    read, check = getattr(navigator, "read_parameters", None), getattr(navigator, "check_without_map", None)
     try:
+        if check is not None and not mapped:
+            check(robot.model_copy(deep=True))
         return None if read is None else read(robot.model_copy(deep=True))
     except (ClearwayError, KeyboardInterrupt):
         raise

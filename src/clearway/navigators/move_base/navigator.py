@@ -22,7 +22,7 @@ from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Tas
 from clearway.errors import unknown
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.common.costmaps.costmap import Costmap
+from clearway.navigators.common.costmaps.costmap import Costmap, refuse_without_map
 from clearway.navigators.common.costmaps.plans import local_plan, to_frame
 from clearway.navigators.common.inputs import finite, own
 from clearway.navigators.move_base.parameters import ClearCostmapRecovery, Parameters
@@ -113,6 +113,15 @@ class MoveBase:
             ClearwayError: One of them is wrong.
         """
         return Parameters.read(robot) if self._place is None else read_ros(self._place, robot.name)
+
+    def check_without_map(self, robot: Robot) -> None:
+        """
+        Raises:
+            ClearwayError: A costmap with which it would drive `robot` has a static layer.
+        """
+        p = self.read_parameters(robot)
+        refuse_without_map(p.global_costmap, "global_costmap")
+        refuse_without_map(p.local_costmap, "local_costmap")
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.

@@ -32,7 +32,7 @@ from clearway.navigators.nav2.behavior_tree.servers import Job, Validity
 from clearway.navigators.nav2.behaviors import STILL, BehaviorServer
 from clearway.navigators.nav2.command_chain import CommandChain
 from clearway.navigators.nav2.controller_server import ControllerServer
-from clearway.navigators.nav2.costmaps.costmap import Costmap
+from clearway.navigators.nav2.costmaps.costmap import Costmap, refuse_without_map
 from clearway.navigators.nav2.parameters import Parameters, files, read
 from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.planner_server import PlannerServer
@@ -111,6 +111,15 @@ class Nav2:
         found = read(self._params, robot, mapped=mapped)
         self._trees(found)
         return found
+
+    def check_without_map(self, robot: Robot) -> None:
+        """
+        Raises:
+            ClearwayError: A costmap of its file has a static layer.
+        """
+        p = self.read_parameters(robot, mapped=False)
+        refuse_without_map("local_costmap", p.local_costmap)
+        refuse_without_map("global_costmap", p.global_costmap)
 
     def _trees(self, p: Parameters) -> Trees:
         text = cast("parameters.BtNavigator", p.bt_navigator.group).default_nav_to_pose_bt_xml

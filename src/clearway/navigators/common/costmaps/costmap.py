@@ -59,6 +59,19 @@ class _Sweep:
     traced: bool = False
 
 
+def refuse_without_map(parameters: CostmapParameters, name: str) -> None:
+    """
+    Raises:
+        ClearwayError: the costmap `name` has a static layer.
+    """
+    if parameters.static_layer is not None and parameters.static_layer.enabled:
+        raise ClearwayError(
+            f"{name} has a static layer, which needs a map, and the task grants none; without a map it needs "
+            'rolling_window = true or global_frame = "odom"',
+            field=f"navigators.move-base.{name}",
+        )
+
+
 class Costmap:
     """One costmap of a robot.
 
@@ -83,13 +96,9 @@ class Costmap:
         self.origin = np.array((parameters.origin_x, parameters.origin_y))
         self._static = _NO_GRID
         self._map = map
-        if parameters.static_layer is not None and parameters.static_layer.enabled:
-            if map is None:
-                raise ClearwayError(
-                    f"{name} has a static layer, which needs a map, and the task grants none; without a map it needs "
-                    'rolling_window = true or global_frame = "odom"',
-                    field=f"navigators.move-base.{name}",
-                )
+        if map is None:
+            refuse_without_map(parameters, name)
+        elif parameters.static_layer is not None and parameters.static_layer.enabled:
             self._static = interpret(map, parameters.static_layer)
             if not parameters.rolling_window:
                 self.resolution, self.origin = map.resolution, np.array(map.origin)

@@ -34,6 +34,24 @@ from clearway.navigators.nav2.seams import CostView
 from clearway.robots import Robot
 
 
+def has_static_layer(branch: Branch) -> bool:
+    """Whether a costmap shows the map."""
+    groups = (part.group for part in branch.children.values())
+    return any(isinstance(group, parameters.StaticLayer) and group.enabled for group in groups)
+
+
+def refuse_without_map(name: str, branch: Branch) -> None:
+    """
+    Raises:
+        ClearwayError: the costmap `name` has a static layer.
+    """
+    if has_static_layer(branch):
+        raise ClearwayError(
+            f"{name} has a static layer, which needs a map, and the task grants none; take it out of `plugins`",
+            field=name,
+        )
+
+
 class Costmap:
     """One costmap of a robot.
 
@@ -67,14 +85,9 @@ class Costmap:
         self.inscribed, self.circumscribed = inscribed_radius(polygon), circumscribed_radius(polygon)
         self.resolution, self.origin = p.resolution, np.array((p.origin_x, p.origin_y))
         rows, columns = int(p.height / p.resolution), int(p.width / p.resolution)
-        groups = {layer: part.group for layer, part in branch.children.items()}
-        static = any(isinstance(group, parameters.StaticLayer) and group.enabled for group in groups.values())
-        if static and map is None:
-            raise ClearwayError(
-                f"{name} has a static layer, which needs a map, and the task grants none; take it out of `plugins`",
-                field=name,
-            )
-        if static and map is not None and not p.rolling_window:
+        if map is None:
+            refuse_without_map(name, branch)
+        elif has_static_layer(branch) and not p.rolling_window:
             self.resolution, self.origin = map.resolution, np.array(map.origin)
             rows, columns = map.data.shape
         self._default = UNKNOWN if p.track_unknown_space else FREE
