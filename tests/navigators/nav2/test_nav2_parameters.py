@@ -209,6 +209,12 @@ def test_plugins_without_a_type_and_layers_by_default(tmp_path: Path) -> None:
     assert list(settle(Costmap, {}, "c", None).children) == ["static_layer", "obstacle_layer", "inflation_layer"]
 
 
+def test_a_rate_that_no_robot_follows_is_told(tmp_path: Path) -> None:
+    text = CONTROLLER.replace("controller_plugins:", "controller_frequency: 50.0\n    controller_plugins:")
+    rows = {row.name: row for row in table(written(tmp_path, text)).rows}
+    assert "at most one command in a control period of the robot" in rows["controller_server.controller_frequency"].note
+
+
 def test_a_footprint_is_a_text_and_its_points_are_read() -> None:
     square = "[ [0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2] ]"
     group = settle(Costmap, {"footprint": square}, "c", None).group

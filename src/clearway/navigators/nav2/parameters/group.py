@@ -14,6 +14,7 @@ class Group(BaseModel):
         IGNORED: Names that Nav2 reads and that mean nothing here, each with a short sentence why.
         MISSING: Names that Nav2 reads, or values of a field, that would mean something and are not built, each with what is closest.
         RENAMED: Names of older versions, each with what it is called now.
+        NOTES: What is to be said of names that are read.
         JAZZY: Defaults that differ in the branch `jazzy`; `NAME.plugin` is the plug-in that a namespace has by default.
     """
 
@@ -22,6 +23,7 @@ class Group(BaseModel):
     IGNORED: ClassVar[dict[str, str]] = {}
     MISSING: ClassVar[dict[str, str]] = {}
     RENAMED: ClassVar[dict[str, str]] = {}
+    NOTES: ClassVar[dict[str, str]] = {}
     JAZZY: ClassVar[dict[str, Any]] = {}
 
     @classmethod

@@ -31,6 +31,10 @@ BEHAVIORS = {
 class ControllerServer(Group):
     """`controller_server` (nav2_controller/src/parameter_handler.cpp)."""
 
+    NOTES: ClassVar[dict[str, str]] = {
+        "controller_frequency": "at most one command in a control period of the robot, however high it is"
+    }
+
     controller_frequency: Positive = Field(default=20.0, description="Hz (at most one command per control period)")
     min_x_velocity_threshold: NonNegative = Field(
         default=0.0001, description="below it a measured speed counts as none, m/s"

@@ -111,7 +111,7 @@ def _of_field(branch: Branch, name: str, here: str, missing: Mapping[str, str]) 
         yield Row("missing", here, as_written(value), note=f"{of[0]} is not built; {_closest(missing[of[0]])}")
     else:
         usual = "" if held == default or default in ((), None, "") else as_written(default)
-        yield Row("read", here, as_written(value), usual)
+        yield Row("read", here, as_written(value), usual, _all(kind, "NOTES").get(name, ""))
 
 
 def _unknown(branch: Branch, name: str, value: Any, here: str) -> Row:
