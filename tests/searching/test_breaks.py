@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ import pytest
 import clearway
 from clearway.errors import ClearwayError
 from clearway.reading import read_toml
+from clearway.reports.page import first_screen
 from clearway.searching.failures import failure_named
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "my_family.toml"
@@ -40,7 +42,7 @@ def test_a_break_is_found_shrunk_written_and_replayed(family, tmp_path):
     changed = {name: value for name, _, value in one.shrunk.changed}
     assert set(changed) <= {"start.y", "obstacles.cart.runs.0.speed", "obstacles.cart.runs.0.delay"}
     assert all(round(value, 2) == value for value in changed.values())
-    assert "runs into cart (moving obstacle) at" in one.sentence
+    assert "touches cart (moving obstacle) while driving at" in one.sentence
     assert one.file.read_text().startswith(f"# {one.sentence}\n# Again:  clearway run ")
     with (tmp_path / "out" / "search.csv").open() as opened:
         rows = list(csv.DictReader(opened))
@@ -53,6 +55,36 @@ def test_a_break_is_found_shrunk_written_and_replayed(family, tmp_path):
         assert results.trials["failure"].to_pylist() == ["collision"]
         assert trial.t[-1] == one.shrunk.tried.t
         assert tuple(trial.pose[-1, :2]) == one.shrunk.tried.place
+    begins = first_screen(stored)
+    assert (begins["breaks"], begins["verdicts"]) == (((0, one.sentence),), ())
+    assert begins["said"].result.startswith(
+        f"1 different break in {found.trials} trials, the first in trial {found.first}."
+    )
+    (stored.path / "search.json").write_text("[]")
+    with pytest.raises(ClearwayError, match="not what `clearway break` writes"):
+        first_screen(stored)
+
+
+def test_how_rare_a_break_is_among_all_members(tmp_path, monkeypatch):
+    monkeypatch.setattr("clearway.searching.rarity._ENOUGH", 1)  # the first draws suffice
+    file = tmp_path / "short.toml"
+    file.write_text(
+        """
+        name = "short"
+        floor_plan = "arena"
+        start = [3.0, 7.0, 0.0]
+        speed = 0.6
+        localisation = "truth"
+        legs = [{ name = "way", goal = [4.0, 7.0, 0.0], time_limit = 60.0 }]
+        family.start.x = [2.0, 4.0]
+        """
+    )
+    asked = {"failure": "PL>0.5", "trials": 1, "rarity": 500, "out": tmp_path / "out", "shrink": False}
+    found = clearway.find_breaks(file, **DRIVEN, **asked)
+    assert found.rarity.low < 0.65 < found.rarity.high  # 1.5 m less the goal's tolerance of 0.2 m, of 2 m
+    assert str(found).endswith(f"how rare: {found.rarity}")
+    assert json.loads((tmp_path / "out" / "search.json").read_text())["rarity"] == found.rarity.to_json()
+    assert f"How rare: {found.rarity}." in first_screen(found.results)["said"].result
 
 
 def test_no_break_is_told_with_the_least_margin(tmp_path):
@@ -75,6 +107,7 @@ def test_no_break_is_told_with_the_least_margin(tmp_path):
         ({"failure": "OE>1", "trials": 1}, "in none of 1 trials it can be computed"),
         ({"trials": 0}, "trials: 0 is wrong"),
         ({"breaks": 0}, "breaks: 0 is wrong"),
+        ({"rarity": 499}, "rarity: 499 trials are too few: at least 500"),
         ({"method": "best"}, "unknown method 'best'"),
         ({"navigator": "nobody"}, "unknown navigator"),
     ],

@@ -212,6 +212,7 @@ def find_breaks(
     breaks: int = 3,
     method: str = "cma",
     shrink: bool = True,
+    rarity: int = 0,
     batches: Iterable[str] = (),
     configurations: Iterable[str] = (),
     speeds: Iterable[float] = (),
@@ -237,6 +238,8 @@ def find_breaks(
         breaks: How many different breaks are enough: of another outcome, with another party, on another leg or test, or 1 m apart.
         method: `cma` (CMA-ES), `qd` (quality diversity), `random`; the first two need `clearway[search]`.
         shrink: Whether breaks are made smaller: fewer goals and bodies, fewer changed and rounder numbers.
+        rarity: About how many trials more may tell how probable a break is among all members of the family, with an interval: by
+            plain sampling, or by adaptive multilevel splitting where it is rare; 0: none. 10,000 suffice down to 1e-5.
         batches: Only these batches of the suite; empty: all.
         configurations: Only these configurations; empty: all.
         speeds: Only these set speeds, m/s; empty: all.
@@ -272,7 +275,7 @@ def find_breaks(
         tracking=tracking, options=given,
     )  # fmt: skip
     return search_breaks(
-        plan, folder, failure=failure, trials=trials, breaks=breaks, method=method, shrink=shrink, workers=workers,
+        plan, folder, failure=failure, trials=trials, breaks=breaks, method=method, shrink=shrink, rare=rarity, workers=workers,
         progress=progress,
     )  # fmt: skip
 

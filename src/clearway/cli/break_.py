@@ -46,6 +46,13 @@ def break_(
         str, typer.Option(help="cma (CMA-ES), qd (quality diversity: breaks at many places), or random.")
     ] = "cma",
     no_shrink: Annotated[bool, typer.Option("--no-shrink", help="Leave breaks as they are found.")] = False,
+    rarity: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="About how many trials more may tell how rare a break is, with an interval; 0: none. 10000 suffice down to 1e-5.",
+        ),
+    ] = 0,
     batches: _options.Batches = None,
     configurations: _options.Configurations = None,
     speeds: _options.Speeds = None,
@@ -73,6 +80,7 @@ def break_(
             breaks=breaks,
             method=method,
             shrink=not no_shrink,
+            rarity=rarity,
             batches=batches or (),
             configurations=configurations or (),
             speeds=speeds or (),
@@ -86,9 +94,7 @@ def break_(
         )
     page = None if no_report or found.results is None else written(api.open_results(found.results.path))
     if as_json:
-        each = [{"file": str(b.file), "sentence": b.sentence, "trial": b.at} for b in found.breaks]
-        about = {"trials": found.trials, "shrinking": found.shrinking, "first": found.first, "failed": found.failed}
-        tell(about | {"least_margin": found.least, "unit": found.unit, "breaks": each, "report": page and str(page)})
+        tell(found.to_json() | {"path": str(found.path), "report": page and str(page)})
     else:
         typer.echo(str(found))
         if page is not None:

@@ -53,6 +53,7 @@ from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.published import published
 from clearway.reports.replays import EVERY, FOLDER, Replays, companions, in_page, in_turn
+from clearway.reports.searched import searched
 from clearway.reports.selection import is_recorded, label, representative
 from clearway.reports.tables import NAMES, write_tables
 from clearway.scenarios.suite import Section
@@ -186,10 +187,13 @@ def first_screen(results: Results) -> dict[str, Any]:
 
 def _first_screen(f: Findings) -> dict[str, Any]:
     found = [verdicts.verdicts(f, group) for group in same_tests.same_tests(f)]
+    said = summary.summary(f, found)
+    search = searched(f, said.tested)
     return {
         "title": _title(f),
-        "said": summary.summary(f, found),
-        "verdicts": found,
+        "said": search.said if search else said,
+        "breaks": search.breaks if search else (),
+        "verdicts": () if search else found,  # shares of what was searched for mean nothing
         "questions": verdicts.QUESTIONS,
         "fixes_of": [(f.name(s), n, causes.causes(f, s)) for s in f.systems if (n := causes.failures(f.of(s)))],
         "fixes_of_all": causes.causes_of_all(f),

@@ -5,11 +5,13 @@ from __future__ import annotations
 import csv
 import dataclasses
 import itertools
+import json
 import math
 import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from clearway.campaigns.campaign import run_campaign
 from clearway.campaigns.plan import CampaignPlan, TrialSpec
@@ -19,13 +21,15 @@ from clearway.campaigns.progress import ProgressCallback, silent
 from clearway.errors import ClearwayError
 from clearway.placing import make_folder
 from clearway.recordings.protocol.toml_text import toml
+from clearway.reports.searched import SEARCH
 from clearway.scenarios.family import Family, load_families, table_of
 from clearway.scenarios.floor_plan_files import is_path
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
-from clearway.searching.candidates import Bench
+from clearway.searching.candidates import Bench, Candidate
 from clearway.searching.failures import Failure, failure_named
+from clearway.searching.rarity import FEWEST, Judge, Rarity, rarity
 from clearway.searching.search import Attempted, FamilySpace, different, search
 from clearway.searching.shrinking import Shrunk, shrunk, unshrunk
 from clearway.searching.strategies import strategy_named
@@ -57,7 +61,8 @@ class Breaks:
     """What a search found.
 
     Attributes:
-        path: The folder: a file for each break, `search.csv` with every trial, and `results`, a results directory of the breaks.
+        path: The folder: a file for each break, `search.csv` with every trial of the search, `search.json` with what is said here, and
+            `results`, a results directory of the breaks.
         breaks: The different breaks, empty where none was found.
         trials: How many trials the search took.
         shrinking: How many more their shrinking took.
@@ -65,6 +70,7 @@ class Breaks:
         least: The least margin of a trial, in `unit`; inf where none can be computed.
         unit: Of the margins.
         failed: In how many trials the navigator itself failed (raised, hung); these count as no break.
+        rarity: How probable a break is among all members of the families; None where that was not asked.
         results: The breaks, run from their files; None where there are none.
     """
 
@@ -76,15 +82,43 @@ class Breaks:
     least: float
     unit: str
     failed: int
+    rarity: Rarity | None
     results: Results | None
 
     def __str__(self) -> str:
-        """What was found, a line a break."""
+        """What was found, a line a break, and how rare that is."""
+        rare = [f"how rare: {self.rarity}"] if self.rarity else []
+        return "\n".join([self.head, *(f"{b.file}: {b.sentence}" for b in self.breaks), *rare])
+
+    @property
+    def head(self) -> str:
+        """How many breaks there are, in a few words."""
         if not self.breaks:
             least = f"; the least margin was {self.least:.3g} {self.unit}" if math.isfinite(self.least) else ""
             return f"no break in {self.trials} trials{least}"
-        head = f"{len(self.breaks)} different break{'s' * (len(self.breaks) > 1)} in {self.trials} trials, the first in trial {self.first}"
-        return "\n".join([head, *(f"{b.file}: {b.sentence}" for b in self.breaks)])
+        return f"{len(self.breaks)} different break{'s' * (len(self.breaks) > 1)} in {self.trials} trials, the first in trial {self.first}"
+
+    def to_json(self) -> dict[str, Any]:
+        """What was found, as JSON values; files by their names in the folder."""
+        breaks = [
+            {
+                "file": b.file.name,
+                "sentence": b.sentence,
+                "trial": b.at,
+                "changed": b.shrunk.changed,
+                "dropped": b.shrunk.dropped,
+            }
+            for b in self.breaks
+        ]
+        about = {
+            "found": self.head,
+            "trials": self.trials,
+            "shrinking": self.shrinking,
+            "first": self.first,
+            "failed": self.failed,
+        }
+        least = {"least_margin": self.least if math.isfinite(self.least) else None, "unit": self.unit}
+        return about | least | {"breaks": breaks, "rarity": self.rarity and self.rarity.to_json()}
 
 
 def find_breaks(
@@ -96,6 +130,7 @@ def find_breaks(
     breaks: int,
     method: str,
     shrink: bool = True,
+    rare: int = 0,
     workers: int | None = None,
     progress: ProgressCallback | None = None,
 ) -> Breaks:
@@ -110,6 +145,7 @@ def find_breaks(
         breaks: How many different breaks are enough.
         method: One of `strategies.METHODS`.
         shrink: Whether breaks are made smaller.
+        rare: About how many trials more may tell how rare a break is; 0: none.
         workers: How many processes; None: one a core.
         progress: Told how far it is.
 
@@ -120,6 +156,8 @@ def find_breaks(
     for what, number in (("trials", trials), ("breaks", breaks)):
         if number < 1:
             raise ClearwayError(f"{number} is wrong: at least 1", field=what)
+    if rare and rare < FEWEST:
+        raise ClearwayError(f"{rare} trials are too few: at least {FEWEST}, or 0 for not asking", field="rarity")
     refuse_results(out / "results")
     make_folder(out)
     with pool(processes, out) as work:
@@ -136,8 +174,9 @@ def find_breaks(
             sentence = _sentence(small, family, plan, sought)
             _write_scenario(small.scenario, file, sentence, plan)
             found.append(Break(file, sentence, done.index(one) + 1, small))
+        about = rarity(sought.name, bench.families, _judge(bench), rare, plan.seed, tell) if rare else None
     finite = [a.tried.margin for a in done if math.isfinite(a.tried.margin)]
-    return Breaks(
+    everything = Breaks(
         path=out,
         breaks=tuple(found),
         trials=len(done),
@@ -146,8 +185,22 @@ def find_breaks(
         least=min(finite, default=math.inf),
         unit=sought.unit,
         failed=sum(a.tried.outcome == "navigator_failed" for a in done),
+        rarity=about,
         results=_run_once_more(found, plan, out, processes) if found else None,
     )
+    told = json.dumps(everything.to_json(), indent=2) + "\n"
+    for folder in [out, *([out / "results"] if found else [])]:  # the results are to be whole by themselves
+        (folder / SEARCH).write_text(told, encoding="utf-8")
+    return everything
+
+
+def _judge(bench: Bench) -> Judge:
+    def judge(asked: Sequence[Candidate]) -> list[float | None]:
+        made = [(c.base, bench.scenario(c)) for c in asked]
+        found = iter(bench.run([(base, scenario) for base, scenario in made if scenario is not None]))
+        return [None if scenario is None else next(found).margin for _, scenario in made]
+
+    return judge
 
 
 def bench_of(plan: CampaignPlan, failure: Failure, work: object) -> Bench:
@@ -188,9 +241,8 @@ def _sentence(small: Shrunk, family: Family, plan: CampaignPlan, failure: Failur
     who = f"{tried.member or plan.robots[0]}, driven by {plan.navigators[0]},"
     when = f"{tried.t:.1f} s after the start, {where}, on the leg {tried.leg!r}"
     if tried.party and failure.indicator == "":
-        what = (
-            f"runs into {tried.party} at {tried.speed:.2f} m/s" if tried.speed > 0.0 else f"is touched by {tried.party}"
-        )
+        moves = f"touches {tried.party} while driving at {tried.speed:.2f} m/s"
+        what = moves if tried.speed > 0.0 else f"is touched by {tried.party} while it stands"
     elif failure.indicator:
         value = failure.limit - tried.margin if failure.beyond else failure.limit + tried.margin
         what = f"has {failure.indicator} {value:.4g} {failure.unit}".rstrip() + f" and ends ({tried.outcome})"

@@ -1,0 +1,94 @@
+"""How rare a failure is, of events whose probability a formula gives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pytest
+from scipy import special
+
+from clearway.errors import ClearwayError
+from clearway.searching.candidates import NOISES, Candidate
+from clearway.searching.rarity import rarity
+
+Judge = Callable[[Sequence[Candidate]], list[float | None]]
+
+
+class Box:
+    def __init__(self, *sizes: int) -> None:
+        self._sizes = sizes
+
+    def __len__(self) -> int:
+        return len(self._sizes)
+
+    def size(self, base: int) -> int:
+        return self._sizes[base]
+
+
+def _told(judge: Judge, trials: int = 3000, seed: int = 0, space: Box | None = None):
+    return rarity("event", space or Box(5), judge, trials, seed, lambda *_: None)
+
+
+def _plane(probability: float) -> Judge:
+    limit = -float(special.ndtri(probability))
+    return lambda asked: (limit - special.ndtri([c.point for c in asked]).sum(axis=1) / math.sqrt(5)).tolist()
+
+
+@pytest.mark.parametrize(("probability", "splitting"), [(1e-4, True), (0.2, False)])
+def test_the_mean_is_right_and_intervals_hold_the_truth(probability, splitting):
+    found = [_told(_plane(probability), seed=seed) for seed in range(12)]
+    estimates = np.array([r.probability for r in found])
+    assert all(r.splitting is splitting for r in found)
+    assert abs(estimates.mean() - probability) < 4 * estimates.std() / math.sqrt(12)
+    assert sum(r.low <= probability <= r.high for r in found) >= 9
+    assert all(r.low <= r.probability <= r.high for r in found)
+    assert all(r.trials <= 1.2 * 3000 for r in found)
+
+
+def test_the_same_seed_tells_the_same_and_another_one_another():
+    assert _told(_plane(1e-3), seed=4) == _told(_plane(1e-3), seed=4)
+    assert _told(_plane(1e-3), seed=4) != _told(_plane(1e-3), seed=5)
+
+
+def test_noise_is_one_of_the_numbers():
+    found = [_told(lambda asked: [c.noise / NOISES - 0.002 for c in asked], seed=seed) for seed in range(6)]
+    assert np.mean([r.probability for r in found]) == pytest.approx(0.002, rel=0.5)
+
+
+def test_what_never_fails_is_bounded_by_what_was_reached():
+    never = _told(lambda asked: [0.1 + float(c.point[0]) for c in asked])
+    assert (never.probability, never.low, never.plain) == (0.0, 0.0, None)
+    assert 0.0 < never.high < 1e-2
+    assert "in less than" in str(never)
+    flat = _told(lambda asked: [math.inf for _ in asked])
+    assert (flat.probability, flat.high) == (0.0, 1.0)
+
+
+def test_only_what_makes_a_scenario_counts():
+    def judge(asked: Sequence[Candidate]) -> list[float | None]:
+        return [None if c.point[0] < 0.5 else float(c.point[0] - 0.6) for c in asked]
+
+    found = _told(judge)
+    assert found.low <= 0.2 <= found.high
+    with pytest.raises(ClearwayError, match="narrow the ranges"):
+        _told(lambda asked: [None for _ in asked])
+
+
+def test_each_scenario_is_as_likely_whatever_varies_in_it():
+    found = _told(lambda asked: [c.base - 0.5 for c in asked], space=Box(1, 2, 30, 4))
+    assert found.probability == pytest.approx(0.25, abs=0.01)
+
+
+def test_few_trials_are_refused():
+    with pytest.raises(ClearwayError, match="499 trials are too few: at least 500"):
+        _told(_plane(0.1), trials=499)
+
+
+def test_the_sentence_says_it_as_a_person_would():
+    found = _told(_plane(1e-4))
+    assert str(found).startswith("event in ")
+    assert "of all trials (95 %: " in str(found)
+    assert "about one in " in str(found)
+    assert "plain sampling would take about " in str(found)
