@@ -66,7 +66,7 @@ def test_a_break_is_found_shrunk_written_and_replayed(family, tmp_path):
 
 
 def test_how_rare_a_break_is_among_all_members(tmp_path, monkeypatch):
-    monkeypatch.setattr("clearway.searching.rarity._ENOUGH", 1)  # the first draws suffice
+    monkeypatch.setattr("clearway.searching.rarity._ENOUGH", 60)
     file = tmp_path / "short.toml"
     file.write_text(
         """

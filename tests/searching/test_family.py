@@ -46,6 +46,17 @@ def test_values_go_where_their_paths_lead():
         ({"speed": [0.5, 0.5]}, "family.speed", "leaves no room"),
         ({"speed": [0.2, 0.5, 1.0]}, "family.speed", "is no range"),
         ({"speed": [0.2, float("inf")]}, "family.speed", "is no range"),
+        ({"speed": [float("nan"), 1.0]}, "family.speed", "is no range"),
+        ({"speed": ["0.2", "1.0"]}, "family.speed", "is no range"),
+        ({"speed": [False, True]}, "family.speed", "is no range"),
+        ({"speed": 0.5}, "family.speed", "is no range"),
+        ({"speed": [0.2, 1e9]}, "family.speed", "cannot be: 1000000000.0 is wrong: input should be less than or equal to 100"),
+        ({"start": {"theta": [-100.0, 100.0]}}, "family.start.theta", "angles are in radians"),
+        ({"obstacles": [0, 3]}, "family.obstacles", "name a number in it"),
+        ({"obstacles": {"cart": {"runs": {"-1": {"delay": [0, 1]}}}}}, "family.obstacles.cart.runs.-1.delay", "leads nowhere"),
+        ({"obstacles": {"cart": {"shape": {"radius": [0.0, 0.5]}}}}, "family.obstacles.cart.shape.radius", "cannot be"),
+        ({"livelock": [0, 1]}, "family.livelock", "continuous"),
+        ({"start": {}}, "family", "nothing varies"),
         ({"speed": [-1.0, 0.5]}, "family.speed", "cannot be"),
         ({"sped": [0.2, 1.0]}, "family.sped", "did you mean 'speed'"),
         ({"start": [0.2, 1.0]}, "family.start", "name a number in it"),
@@ -64,6 +75,16 @@ def test_a_range_that_is_none_is_told_in_one_sentence(ranges, field, said):
         family_of(load_scenario(EXAMPLE), ranges, EXAMPLE)
     assert (caught.value.file, caught.value.field) == (str(EXAMPLE), field)
     assert said in caught.value.problem
+
+
+def test_a_range_is_refused_where_neither_end_makes_sense(tmp_path):
+    file = tmp_path / "far.toml"
+    file.write_text(
+        EXAMPLE.read_text().partition("\n[family]")[0] + "\n[family]\nstart.x = [-1e7, 1e7]\nspeed = [0.1, 1.0]\n"
+    )
+    (found,) = check_file(file, load_robot("rescue"))  # too slow for the time limit at one end alone
+    assert found.field == "family.start.x"
+    assert "neither end of the range [-1e+07, 1e+07] makes sense: the start (-1e+07, 7) is outside" in found.problem
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import itertools
 import math
 from collections.abc import Iterator, Sequence
@@ -31,7 +32,7 @@ from clearway.scenarios.check_places import (
     widest,
 )
 from clearway.scenarios.crowd import Crowd, Standing, Work
-from clearway.scenarios.family import load_families
+from clearway.scenarios.family import Family, Path_, load_families, put, scenario_from
 from clearway.scenarios.files import (
     SuiteSpec,
     floor_plan_schema,
@@ -50,6 +51,7 @@ from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, Oscillation
 from clearway.scenarios.way import CELL
 
 __all__ = [
+    "check_family",
     "check_file",
     "check_scenario",
     "floor_plan_schema",
@@ -127,8 +129,11 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
         if model is None:
             return wrong
         if kind is Scenario:
-            load_families(path)
-            return _in(path, check_scenario(load_scenario(path), robot))
+            families = load_families(path)
+            return _in(
+                path,
+                check_scenario(load_scenario(path), robot) or [e for f in families for e in check_family(f, robot)],
+            )
         if isinstance(model, SuiteSpec):
             return [
                 ClearwayError(e.problem, file=path, field=f"scenario {s.name!r}: {e.field}")
@@ -140,6 +145,28 @@ def check_file(path: str | Path, robot: Robot | None = None) -> list[ClearwayErr
         return list(_presets(path, table))
     except ClearwayError as error:
         return [error]
+
+
+def check_family(family: Family, robot: Robot) -> list[ClearwayError]:
+    """Ranges at neither end of which the scenario makes sense for the robot, all else as it stands."""
+    found = []
+    for variable in family.variables:
+        why = [_at(family, variable.path, value, robot) for value in (variable.low, variable.high)]
+        if all(why):
+            ends = f"neither end of the range [{variable.low:g}, {variable.high:g}] makes sense"
+            found.append(ClearwayError(f"{ends}: {why[0]}", field=f"family.{variable.name}"))
+    return found
+
+
+def _at(family: Family, path: Path_, value: float, robot: Robot) -> str:
+    """What is wrong with the scenario with that value there; empty if nothing is."""
+    table = copy.deepcopy(family.table)
+    put(table, path, value)
+    try:
+        problems = check_scenario(scenario_from(table), robot)
+    except ClearwayError as error:  # other fields may hang on it, and vary too
+        return "" if error.field != ".".join(map(str, path)) else error.problem
+    return problems[0].problem if problems else ""
 
 
 def _in(path: Path, errors: Sequence[ClearwayError]) -> list[ClearwayError]:

@@ -22,6 +22,8 @@ from clearway.errors import ClearwayError
 from clearway.placing import make_folder
 from clearway.recordings.protocol.toml_text import toml
 from clearway.reports.searched import SEARCH
+from clearway.robots import load_robot
+from clearway.scenarios.check import check_family
 from clearway.scenarios.family import Family, load_families, table_of
 from clearway.scenarios.floor_plan_files import is_path
 from clearway.scenarios.scenario import Scenario
@@ -223,7 +225,10 @@ def bench_of(plan: CampaignPlan, failure: Failure, work: object) -> Bench:
     own: dict[str, Family] = {}
     for suite in plan.suites:
         if (file := load_suite(suite).file) is not None:
-            own |= {family.base.name: family for family in load_families(file)}
+            for family in load_families(file):
+                for problem in check_family(family, load_robot(plan.robots[0])):
+                    raise ClearwayError(problem.problem, file=file, field=problem.field)
+                own[family.base.name] = family
     specs = plan.specs()
     groups: list[list[TrialSpec]] = [list(run) for _, run in itertools.groupby(specs, key=lambda spec: spec.run)]
     possible = [group for group in groups if failure.possible(group[0].scenario)]

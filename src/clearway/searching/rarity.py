@@ -135,12 +135,13 @@ def rarity(
     populations = _drawn(space, judged, size, seed, 0)
     drawn = _POPULATIONS * size
     failed = sum(p.failed for p in populations)
-    if failed >= max(_SEEN, _FREQUENT * drawn):
-        wanted = min(trials, math.ceil(_ENOUGH * drawn / failed))
-        _, more = _draws(space, judged, max(0, wanted - drawn), np.random.default_rng([seed]))
-        failed, drawn = failed + int((more <= 0.0).sum()), drawn + len(more)
-        found = success_interval(failed, drawn, CONFIDENCE)
-        return Rarity(failure, found.estimate, found.low, found.high, CONFIDENCE, drawn, False, drawn)
+    if failed >= max(
+        _SEEN, _FREQUENT * drawn
+    ):  # they say how many more are drawn, so that only those tell how probable it is
+        many = min(trials - drawn, math.ceil(_ENOUGH * drawn / failed))
+        _, margins = _draws(space, judged, many, np.random.default_rng([seed]))
+        found = success_interval(int((margins <= 0.0).sum()), many, CONFIDENCE)
+        return Rarity(failure, found.estimate, found.low, found.high, CONFIDENCE, judged.done, False, many)
     _split(populations, judged, trials)
     for k in range(1, trials // judged.done):
         more_of_them = _drawn(space, judged, size, seed, k)
