@@ -116,8 +116,8 @@ def main() -> None:
             f"| {holds} of {repetitions} | {took:,.0f} | {100 * took / plain:.1f} % | {time.perf_counter() - began:.0f} |",
             flush=True,
         )
-        wrong += stats.binom.cdf(holds, repetitions, CONFIDENCE) < 0.001
-    sys.exit(wrong > 0)
+        wrong += int(stats.binom.cdf(holds, repetitions, CONFIDENCE) < 0.001)
+    sys.exit(min(wrong, 1))
 
 
 if __name__ == "__main__":
