@@ -12,36 +12,21 @@ import math
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import LETHAL, CostArray, Frame, row_col
+from clearway.navigators.common.costmaps.lines import line_between, next_cell
 
 
 @kernel
 def _line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
     """The highest cost on the cells between two cells, both included; LETHAL at the first lethal one."""
-    dc, dr = abs(c1 - c0), abs(r1 - r0)
-    sc = 1 if c1 >= c0 else -1
-    sr = 1 if r1 >= r0 else -1
-    across = dc >= dr
-    long, short = (dc, dr) if across else (dr, dc)
-    error = long // 2
-    r, c = r0, c0
+    line = line_between(r0, c0, r1, c1)
+    r, c, error = r0, c0, line.length // 2
     highest = 0
-    for _ in range(long + 1):
+    for _ in range(line.length + 1):
         here = int(cost[r, c])
         if here == LETHAL:
             return LETHAL
         highest = max(highest, here)
-        error += short
-        step = error >= long
-        if step:
-            error -= long
-        if across:
-            c += sc
-            if step:
-                r += sr
-        else:
-            r += sr
-            if step:
-                c += sc
+        r, c, error = next_cell(line, r, c, error)
     return highest
 
 

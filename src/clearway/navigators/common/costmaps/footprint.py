@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import Circle, FloatArray, Shape
+from clearway.navigators.common.costmaps.lines import line_between, next_cell
 
 CostArray = npt.NDArray[np.uint8]
 """A costmap: (rows, cols), C-contiguous, row r at y = origin[1] + r * resolution."""
@@ -99,36 +100,17 @@ def cell_of(frame: Frame, x: float, y: float) -> int:
 
 @kernel
 def line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
-    """The highest cost on the cells between two cells, both included; -1 at a lethal cell, -2 at an unknown one.
-
-    The line is Bresenham's with an integer error that starts at half the longer side (line_iterator.h).
-    """
-    dc, dr = abs(c1 - c0), abs(r1 - r0)
-    sc = 1 if c1 >= c0 else -1
-    sr = 1 if r1 >= r0 else -1
-    across = dc >= dr
-    long, short = (dc, dr) if across else (dr, dc)
-    error = long // 2
-    r, c = r0, c0
+    """The highest cost on the cells between two cells, both included; -1 at a lethal cell, -2 at an unknown one."""
+    line = line_between(r0, c0, r1, c1)
+    r, c, error = r0, c0, line.length // 2
     highest = 0
-    for _ in range(long + 1):
+    for _ in range(line.length + 1):
         here = int(np.int64(cost[r, c]))
         if here > highest:
             if here >= LETHAL:
                 return -1 if here == LETHAL else -2
             highest = here
-        error += short
-        step = error >= long
-        if step:
-            error -= long
-        if across:
-            c += sc
-            if step:
-                r += sr
-        else:
-            r += sr
-            if step:
-                c += sc
+        r, c, error = next_cell(line, r, c, error)
     return highest
 
 
@@ -163,29 +145,13 @@ def footprint_cost(
 
 @kernel
 def _span_line(left: npt.NDArray[np.int64], right: npt.NDArray[np.int64], r0: int, c0: int, r1: int, c1: int) -> None:
-    """Widen the row span of each column by the cells of a line (the same line as `line_cost` draws)."""
-    dc, dr = abs(c1 - c0), abs(r1 - r0)
-    sc = 1 if c1 >= c0 else -1
-    sr = 1 if r1 >= r0 else -1
-    across = dc >= dr
-    long, short = (dc, dr) if across else (dr, dc)
-    error = long // 2
-    r, c = r0, c0
-    for _ in range(long + 1):
+    """Widen the row span of each column by the cells of a line."""
+    line = line_between(r0, c0, r1, c1)
+    r, c, error = r0, c0, line.length // 2
+    for _ in range(line.length + 1):
         left[c] = min(left[c], r)
         right[c] = max(right[c], r)
-        error += short
-        step = error >= long
-        if step:
-            error -= long
-        if across:
-            c += sc
-            if step:
-                r += sr
-        else:
-            r += sr
-            if step:
-                c += sc
+        r, c, error = next_cell(line, r, c, error)
 
 
 @kernel
