@@ -159,22 +159,23 @@ class Journals:
 def _heads(file: Path, at: int) -> Iterator[tuple[int, bytes, int, int]]:
     """Of each record from `at` on where it begins, whose it is, the number of its trial, and where it ends."""
     with suppress(FileNotFoundError), open(file, "rb") as journal:
-        size = os.fstat(journal.fileno()).st_size
-        if size - at < _LONG:
-            return
-        with mmap.mmap(journal.fileno(), size, access=mmap.ACCESS_READ) as content:
-            while 0 <= at <= size - _LONG:
-                head = content[at : at + _HEAD.size]
-                mark, owner, index, _, length, _ = _HEAD.unpack(head)
-                end = at + _LONG + length
-                if (
-                    mark == _MARK
-                    and end <= size
-                    and _CHECK.unpack_from(content, at + _HEAD.size) == (zlib.crc32(head),)
-                ):
-                    yield at, owner, index, end
-                follows = content[end : end + len(_MARK)] if end < size else b""
-                at = end if follows == _MARK else content.find(_MARK, at + 1)  # unless it is cut off, or damaged
+        size, back = os.fstat(journal.fileno()).st_size, at
+        while 0 <= at <= size - _LONG:
+            head = os.pread(journal.fileno(), _LONG, at)
+            mark, owner, index, _, length, _ = _HEAD.unpack_from(head)
+            end = at + _LONG + length
+            right = mark == _MARK and _CHECK.unpack_from(head, _HEAD.size) == (zlib.crc32(head[: _HEAD.size]),)
+            if right and end <= size:
+                yield at, owner, index, end
+                at, back = end, at + 1
+            else:  # damaged, or what comes before it was cut off
+                at = back = _next(journal.fileno(), back + (at == back))
+
+
+def _next(journal: int, at: int) -> int:
+    """Where a mark stands next; -1: nowhere."""
+    with mmap.mmap(journal, 0, access=mmap.ACCESS_READ) as content:
+        return content.find(_MARK, at)
 
 
 def _owner(key: str) -> bytes:
