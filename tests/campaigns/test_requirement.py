@@ -91,7 +91,7 @@ def test_a_door_is_as_wide_as_it_says_and_people_as_dense() -> None:
     assert width_of(load_robot("hosbot")) == pytest.approx(0.6)
 
 
-@pytest.mark.parametrize("name", ["door", "lane", "density"])
+@pytest.mark.parametrize("name", sorted(OFFERS.addresses()))
 @pytest.mark.parametrize("robot", ["tiago", "hosbot", "husky"])
 def test_usual_ranges_can_be_tested(name: str, robot: str, tmp_path: Path) -> None:
     with pytest.raises(ClearwayError, match="navigator"):  # all else is right

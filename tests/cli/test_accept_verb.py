@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
+import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+import yaml
 from command_line import Shell
 from tests.reports.synthetic_results import write_campaign
 
@@ -93,6 +96,25 @@ def test_junit_has_a_case_a_criterion(clearway: Shell, results: Path, tmp_path: 
     assert [suite.get(n) for n in ("name", "tests", "failures", "errors")] == ["Ward 3", "3", "1", "1"]
     kinds = [[child.tag for child in case] for case in suite.iter("testcase")]
     assert kinds == [[], ["failure"], ["error"]]
+
+
+def test_the_action_for_github_does_what_it_says(
+    clearway: Shell, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    action = Path(__file__).parents[2] / "examples" / "08_accept" / "github-action.yml"
+    steps = yaml.safe_load(action.read_text("utf-8"))["jobs"]["acceptance"]["steps"]
+    run, accept = (shlex.split(s["run"])[1:] for s in steps if s.get("run", "").startswith("clearway"))
+    offered = clearway("run", "--help").out
+    assert all(word in offered for word in run if word.startswith("--"))
+    monkeypatch.chdir(tmp_path)
+    criteria(tmp_path, MET)
+    shutil.copytree(results, run[run.index("--out") + 1])  # as if the step before had run
+    assert clearway(*accept).code == 0
+    assert all(Path(kept).exists() for kept in steps[-1]["with"]["path"].splitlines())
+    criteria(tmp_path, MET + BROKEN)
+    assert clearway(*accept).code == 1
+    assert "<failure" in Path("results/verdict.xml").read_text("utf-8")  # kept, as that step runs always
+    assert steps[-1]["if"] == "always()"
 
 
 def test_json_and_python_say_the_same(clearway: Shell, results: Path, tmp_path: Path):

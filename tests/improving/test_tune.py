@@ -31,20 +31,36 @@ constraints = ["min MDO >= 0.02"]
 [parameters.DWAPlannerROS]
 sim_time = [1.0, 3.5]
 [training]
+suite = "hospital"
+batches = ["MO"]
+speeds = [0.6]
+repetitions = 1
+[held_out]
+suite = "hospital-held-out"
+batches = ["MO"]
+repetitions = 1
+[search]
+method = "halving"
+"""
+DRAWN = """
+navigator = "hp-st"
+robot = "rescue"
+objective = ["maximise success"]
+[parameters]
+margin = [0.01, 0.1]
+[training]
 suite = "sar-case1"
 seeds = "0:4"
 [held_out]
 suite = "sar-case1"
 seeds = "4:8"
-[search]
-method = "halving"
 """
 
 
-def _written(folder: Path, old: str = "", new: str = "") -> Path:
+def _written(folder: Path, old: str = "", new: str = "", task: str = TASK) -> Path:
     file = folder / "task.toml"
-    assert old in TASK
-    file.write_text(TASK.replace(old, new) if old else TASK)
+    assert old in task
+    file.write_text(task.replace(old, new) if old else task)
     return file
 
 
@@ -57,8 +73,6 @@ def _written(folder: Path, old: str = "", new: str = "") -> Path:
         ("maximise success", "maximise sucess", "did you mean 'success'?"),
         ("maximise success", "more success", "is no objective"),
         ("min MDO >= 0.02", "success >= 1.2", "can never hold"),
-        ('seeds = "4:8"', 'seeds = "3:8"', "overlap; from 4 on they don't"),
-        ('seeds = "4:8"', 'seeds = "0:4"\nseed = 3', "overlap"),
         ("sim_time", "simtime", "did you mean 'sim_time'?"),
         ("[1.0, 3.5]", "[-1.0, 3.5]", "-1.0 is refused"),
         ('method = "halving"', 'method = "halving"\ntrials = 12', "12 trials are too few"),
@@ -73,6 +87,12 @@ def test_what_is_wrong_is_told_before_anything_runs(tmp_path: Path, old: str, ne
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("new", ['seeds = "3:8"', 'seeds = "0:4"\nseed = 3'])
+def test_seeds_that_overlap_are_refused(tmp_path: Path, new: str) -> None:
+    with pytest.raises(ClearwayError, match="overlap; from 4 on they don't"):
+        tune(_written(tmp_path, 'seeds = "4:8"', new, DRAWN), tmp_path / "out", workers=0)
+
+
 def test_check_knows_a_task_and_says_what_tune_would(tmp_path: Path) -> None:
     said = CliRunner().invoke(app, ["check", str(_written(tmp_path))])
     assert (said.exit_code, "DWAPlannerROS.sim_time is 1.7" in said.output) == (0, True), said.output
@@ -85,7 +105,7 @@ def test_check_knows_a_task_and_says_what_tune_would(tmp_path: Path) -> None:
 
 
 def test_frozen_scenarios_may_be_held_out_and_the_same_may_not(tmp_path: Path) -> None:
-    task = read_task(_written(tmp_path, 'seeds = "4:8"', ""))
+    task = read_task(_written(tmp_path, 'seeds = "4:8"', "", DRAWN))
     assert refuse_overlap(task.training, task.held_out, "task.toml") is False
     with pytest.raises(ClearwayError, match="in training too"):
         refuse_overlap(task.held_out, task.held_out, "task.toml")

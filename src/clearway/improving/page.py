@@ -114,9 +114,11 @@ def front(found: Tuning, goals: Sequence[Goal], tried: Sequence[Candidate], trai
     A panel a goal behind the first one.
     """
     panels = max(len(goals) - 1, 1)
-    figure = theme.new_figure(4.6 * panels, 3.3)
-    for axes, k in zip(figure.subplots(1, panels, squeeze=False)[0], range(1, panels + 1), strict=True):
+    figure = theme.new_figure(4.0 * panels + 1.8, 3.3)
+    row = figure.subplots(1, panels, squeeze=False)[0]
+    for axes, k in zip(row, range(1, panels + 1), strict=True):
         _panel(axes, found, goals, tried, training, k if len(goals) > 1 else None)
+    figure.legend(*row[0].get_legend_handles_labels(), loc="outside right upper")
     return figure
 
 
@@ -145,7 +147,6 @@ def _panel(
         chosen = [c for c in whole if c.values == dict(found.after)]
         draw(chosen, "chosen", s=60, marker="*", color=theme.MOVING, zorder=3)
     axes.set(xlabel="candidate" if k is None else _named(goals[k]), ylabel=_named(goals[0]))
-    axes.legend(loc="best", fontsize=7)
 
 
 def _named(goal: Goal) -> str:

@@ -44,6 +44,8 @@ LENGTH = 4.0
 """Of a corridor, m."""
 WIDE = 1.0
 """Of the door in tests in which something else than its width varies, m."""
+APART = 0.005
+"""Between an obstacle and the wall that it stands at, m: what touches a wall counts as overlapping it."""
 FREE = 0.8
 """Nobody stands nearer to where the robot starts or goes, m."""
 
@@ -205,7 +207,7 @@ def _corridor(value: float, robot: Robot, speed: float, name: str, seed: int) ->
 def _gap(value: float, robot: Robot, speed: float, name: str, seed: int) -> Task:
     if not 0.0 < value < ROOM[1]:
         raise ClearwayError(f"a gap of {value:g} m has no place in a hall of {ROOM[1]:g} m", field="range")
-    width = (ROOM[1] - value) / 2
+    width = (ROOM[1] - value) / 2 - APART
     shape = RectangleSpec(kind="rectangle", length=0.6, width=width)
     row = tuple(
         ObstacleSpec(name=f"row {side}", shape=shape, pose=(0.0, sign * (value + width) / 2, 0.0))
