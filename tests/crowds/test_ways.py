@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from clearway.crowds.outlines import outlines
 from clearway.crowds.walls import walls_of
-from clearway.crowds.ways import COMFORT, DETOUR, room_of, way_point, ways_to, with_discs
+from clearway.crowds.ways import COMFORT, DETOUR, Ways, in_sight, room_of, way_point, ways_to, with_discs
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 
@@ -112,6 +112,34 @@ def test_way_points_lead_through_the_door(x, y, gx, gy):
         through |= 39 <= c <= 40 and 20 <= r < 30
     assert through
     assert math.hypot(x - gx, y - gy) < 0.05
+
+
+def test_no_distance_can_be_lowered_by_its_neighbours():
+    room = room_of(grid_of(two_rooms()))
+    d = np.pad(ways_to(np.array((5.05, 6.05)), room, 0.3).distance, 1, constant_values=np.inf)
+    p, q = np.minimum(d[:-2, 1:-1], d[2:, 1:-1]), np.minimum(d[1:-1, :-2], d[1:-1, 2:])
+    d, spare = d[1:-1, 1:-1], room.clearance - 0.3
+    cost = 0.1 * (1.0 + DETOUR * np.clip(1.0 - np.maximum(spare, 0.0) / COMFORT, 0.0, None) ** 2)
+    some = (room.clearance > 0.0) & (spare >= 0.0) & np.isfinite(d) & np.isfinite(p) & np.isfinite(q)
+    d, p, q, cost = d[some], p[some], q[some], cost[some]
+    assert len(d) > 2000
+    slanted = 0.5 * (p + q + np.sqrt(np.maximum(2.0 * cost**2 - (p - q) ** 2, 0.0)))
+    assert (d <= np.where(abs(p - q) < cost, slanted, np.minimum(p, q) + cost) + 2e-9).all()
+
+
+@settings(max_examples=60)
+@given(st.tuples(*[st.floats(-1.5, 7.5)] * 4), st.floats(0.05, 0.5), st.booleans())
+def test_sight_is_that_of_a_plain_reading(points, radius, discs):
+    room = room_of(grid_of(two_rooms()))
+    if discs:
+        room = with_discs(room, np.array(((3.0, 4.5, 0.4), (1.0, 3.0, 0.2))), 0.8)
+    x, y, px, py = points
+    steps = int(math.hypot(px - x, py - y) / 0.05) + 1
+    way = np.linspace((x, y), (px, py), steps + 1)
+    column, row = np.clip(np.floor((way - room.origin) / 0.1).astype(int), 0, np.array(room.clearance.T.shape) - 1).T
+    clear = room.clearance[row, column]
+    free = clear[1:].min() > 0.0 and clear[1:].min() >= min(radius, clear[0]) - 1e-9
+    assert in_sight(Ways(room.clearance, room, np.zeros(2), radius), x, y, px, py) == free
 
 
 def test_where_no_way_leads_is_told():

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import special, stats
 
-from clearway.geometry.streams import bits, normal, normal_quantile, stream, uniform
+from clearway.geometry.streams import bits, normal, normal_quantile, normals, stream, uniform
 
 
 @given(st.floats(1e-300, 1.0 - 1e-12))
@@ -41,3 +41,9 @@ def test_bits_do_not_collide_on_a_grid() -> None:
     key = stream(0, "x")
     assert len({int(bits(key, s, i)) for s in range(100) for i in range(100)}) == 10_000
     assert bits(key, 1, 2) != bits(key, 2, 1)
+
+
+def test_many_normals_are_those_drawn_one_by_one() -> None:
+    key, out = stream(7, "lidar"), np.empty(999)
+    normals(key, 4, out)
+    assert out.tolist() == [normal(key, 4, i) for i in range(len(out))]

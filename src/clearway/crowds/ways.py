@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.grid import FREE, OccupancyGrid
@@ -35,11 +36,13 @@ class Room(NamedTuple):
         clearance: (rows, columns) from a cell's centre to the nearest one that is not free, m; 0: it is none itself.
         origin: (2,) corner of cell (0, 0), m.
         resolution: Edge of a cell, m.
+        told: Up to which all of it is told, m: a greater clearance may be less.
     """
 
     clearance: FloatArray
     origin: FloatArray
     resolution: float
+    told: float = math.inf
 
 
 class Ways(NamedTuple):
@@ -70,6 +73,7 @@ def room_of(grid: OccupancyGrid, cell: float = 0.1) -> Room:
         np.ascontiguousarray(clearance[every // 2 :: every, every // 2 :: every]),
         np.array(grid.origin, np.float64) + shift,
         every * h,
+        math.inf,
     )
 
 
@@ -78,6 +82,7 @@ def with_discs(room: Room, discs: FloatArray, within: float) -> Room:
     """`room` less what `discs` (n, 3) x, y, radius [m] take, told up to `within` [m] from them."""
     clearance, origin, h = room.clearance.copy(), room.origin, room.resolution
     rows, columns = clearance.shape
+    told = min(room.told, within) if discs.shape[0] > 0 else room.told
     for k in range(discs.shape[0]):
         x, y, reach = discs[k, 0], discs[k, 1], discs[k, 2] + within
         low_r, high_r = max(int((y - reach - origin[1]) / h), 0), min(int((y + reach - origin[1]) / h) + 1, rows)
@@ -86,7 +91,7 @@ def with_discs(room: Room, discs: FloatArray, within: float) -> Room:
             for c in range(low_c, high_c):
                 dx, dy = origin[0] + (c + 0.5) * h - x, origin[1] + (r + 0.5) * h - y
                 clearance[r, c] = min(clearance[r, c], max(math.sqrt(dx * dx + dy * dy) - discs[k, 2], 0.0))
-    return Room(clearance, origin, h)
+    return Room(clearance, origin, h, told)
 
 
 @kernel
@@ -109,28 +114,60 @@ def ways_to(goal: FloatArray, room: Room, radius: float) -> Ways:
             if cost[r, c] < math.inf or (r == gr and c == gc):
                 dx, dy = room.origin[0] + (c + 0.5) * h - goal[0], room.origin[1] + (r + 0.5) * h - goal[1]
                 d[r, c] = math.sqrt(dx * dx + dy * dy)
+    fresh = np.zeros((rows, columns), np.bool_)  # where a neighbour has changed since: only there is anything to do
+    any_fresh = np.zeros(rows, np.bool_)
+    for r in range(max(gr - 2, 0), min(gr + 3, rows)):
+        fresh[r, max(gc - 2, 0) : min(gc + 3, columns)] = any_fresh[r] = True
     for _ in range(_ROUNDS):
-        changed = False
+        if not any_fresh.any():
+            break
         for way in range(4):
             for a in range(rows):
                 r = a if way < 2 else rows - 1 - a
-                for b in range(columns):
-                    c = b if way % 2 == 0 else columns - 1 - b
-                    step = cost[r, c]
-                    if step == math.inf:
-                        continue
-                    p = min(d[r - 1, c] if r > 0 else math.inf, d[r + 1, c] if r < rows - 1 else math.inf)
-                    q = min(d[r, c - 1] if c > 0 else math.inf, d[r, c + 1] if c < columns - 1 else math.inf)
-                    if min(p, q) >= d[r, c]:
-                        continue
-                    new = min(p, q) + step
-                    if abs(p - q) < step:
-                        new = 0.5 * (p + q + math.sqrt(2.0 * step * step - (p - q) ** 2))
-                    if new < d[r, c] - 1e-9:
-                        d[r, c], changed = new, True
-        if not changed:
-            break
+                if any_fresh[r]:
+                    any_fresh[r] = False
+                    _sweep_row(r, way % 2 == 0, cost, d, fresh, any_fresh)
     return Ways(d, room, goal[:2].copy(), radius)
+
+
+@kernel
+def _sweep_row(
+    r: int,
+    rightwards: bool,
+    cost: FloatArray,
+    d: FloatArray,
+    fresh: npt.NDArray[np.bool_],
+    any_fresh: npt.NDArray[np.bool_],
+) -> None:
+    """Lower the distances `d` of row `r`, cell by cell; which others are to be looked at then is noted."""
+    rows, columns = d.shape
+    for b in range(columns):
+        c = b if rightwards else columns - 1 - b
+        if not fresh[r, c]:
+            continue
+        fresh[r, c] = False
+        step = cost[r, c]
+        if step == math.inf:
+            continue
+        p = min(d[r - 1, c] if r > 0 else math.inf, d[r + 1, c] if r < rows - 1 else math.inf)
+        q = min(d[r, c - 1] if c > 0 else math.inf, d[r, c + 1] if c < columns - 1 else math.inf)
+        if min(p, q) >= d[r, c]:
+            continue
+        new = min(p, q) + step
+        if abs(p - q) < step:
+            new = 0.5 * (p + q + math.sqrt(2.0 * step * step - (p - q) ** 2))
+        if new < d[r, c] - 1e-9:
+            d[r, c] = new
+            if r > 0:
+                fresh[r - 1, c] = any_fresh[r - 1] = True
+            if r < rows - 1:
+                fresh[r + 1, c] = any_fresh[r + 1] = True
+            if c > 0:
+                fresh[r, c - 1] = True
+                any_fresh[r] = any_fresh[r] or rightwards  # else it still comes
+            if c < columns - 1:
+                fresh[r, c + 1] = True
+                any_fresh[r] = any_fresh[r] or not rightwards
 
 
 @kernel
@@ -183,15 +220,19 @@ def room_at(room: Room, x: float, y: float) -> float:
 @kernel
 def in_sight(ways: Ways, x: float, y: float, px: float, py: float) -> bool:
     """Whether one that starts at (x, y) gets straight to (px, py) with no less room than its radius, or than it has there."""
-    clearance, h = ways.room.clearance, ways.room.resolution
+    clearance, h, told = ways.room.clearance, ways.room.resolution, ways.room.told
     r, c = _cell(x, y, ways.room)
     least = min(ways.radius, clearance[r, c]) - 1e-9
     length = math.sqrt((px - x) ** 2 + (py - y) ** 2)
     steps = int(length / (0.5 * h)) + 1
-    for k in range(1, steps + 1):
+    k, per_metre = 1, steps / max(length, h)
+    while k <= steps:
         r, c = _cell(x + (px - x) * k / steps, y + (py - y) * k / steps, ways.room)
-        if clearance[r, c] == 0.0 or clearance[r, c] < least:
+        room = clearance[r, c]
+        if room == 0.0 or room < least:
             return False
+        spare = min(room, told) - max(least, 0.0) - 1.5 * h  # so far on there is enough, whichever cell it is in
+        k += 1 + int(max(spare, 0.0) * per_metre)
     return True
 
 

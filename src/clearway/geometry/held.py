@@ -43,6 +43,8 @@ else:
     class Held(structref.StructRefProxy):
         """A value for kernels, which read it as `value`."""
 
+        _numba_type_ = structref.StructRefProxy._type  # asked for at every call: a slot answers faster than a property
+
         def __class_getitem__(cls, _):
             return cls
 

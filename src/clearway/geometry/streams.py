@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from clearway.geometry.compiled import kernel
+from clearway.geometry.shapes import FloatArray
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
 _MIX_1 = np.uint64(0xBF58476D1CE4E5B9)
@@ -20,6 +21,7 @@ _MIX_2 = np.uint64(0x94D049BB133111EB)
 _S27, _S30, _S31, _S11 = np.uint64(27), np.uint64(30), np.uint64(31), np.uint64(11)
 _ONE = np.uint64(1)
 _UNIT = 2.0**-53
+_MIDDLE = 0.425
 
 
 def stream(seed: int, name: str) -> np.uint64:
@@ -55,27 +57,51 @@ def _mix(z: np.uint64) -> np.uint64:
 
 
 @kernel
+def normals(key: np.uint64, step: int, out: FloatArray) -> None:
+    """Write to `out` (n,) what `normal` draws for the indices 0 to n - 1."""
+    n = out.shape[0]
+    p = np.empty(n)
+    for i in range(n):  # without branches: the compiler works on several at once
+        p[i] = uniform(key, step, i)
+        out[i] = _middle(p[i] - 0.5)
+    for i in range(n):
+        if abs(p[i] - 0.5) > _MIDDLE:
+            out[i] = _tail(p[i])
+
+
+@kernel
 def normal_quantile(p: float) -> float:
     """The number below which a standard normal one lies with probability `p` in (0, 1); relative error below 1e-15."""
     q = p - 0.5
-    if abs(q) <= 0.425:
-        r = 0.180625 - q * q
-        top = 2.5090809287301226727e3
-        top = top * r + 3.3430575583588128105e4
-        top = top * r + 6.7265770927008700853e4
-        top = top * r + 4.5921953931549871457e4
-        top = top * r + 1.3731693765509461125e4
-        top = top * r + 1.9715909503065514427e3
-        top = top * r + 1.3314166789178437745e2
-        top = top * r + 3.3871328727963666080e0
-        low = 5.2264952788528545610e3
-        low = low * r + 2.8729085735721942674e4
-        low = low * r + 3.9307895800092710610e4
-        low = low * r + 2.1213794301586595867e4
-        low = low * r + 5.3941960214247511077e3
-        low = low * r + 6.8718700749205790830e2
-        low = low * r + 4.2313330701600911252e1
-        return q * top / (low * r + 1.0)
+    return _middle(q) if abs(q) <= _MIDDLE else _tail(p)
+
+
+@kernel
+def _middle(q: float) -> float:
+    """`normal_quantile` of q + 0.5 where |q| is at most `_MIDDLE`."""
+    r = 0.180625 - q * q
+    top = 2.5090809287301226727e3
+    top = top * r + 3.3430575583588128105e4
+    top = top * r + 6.7265770927008700853e4
+    top = top * r + 4.5921953931549871457e4
+    top = top * r + 1.3731693765509461125e4
+    top = top * r + 1.9715909503065514427e3
+    top = top * r + 1.3314166789178437745e2
+    top = top * r + 3.3871328727963666080e0
+    low = 5.2264952788528545610e3
+    low = low * r + 2.8729085735721942674e4
+    low = low * r + 3.9307895800092710610e4
+    low = low * r + 2.1213794301586595867e4
+    low = low * r + 5.3941960214247511077e3
+    low = low * r + 6.8718700749205790830e2
+    low = low * r + 4.2313330701600911252e1
+    return q * top / (low * r + 1.0)
+
+
+@kernel
+def _tail(p: float) -> float:
+    """`normal_quantile` elsewhere."""
+    q = p - 0.5
     r = math.sqrt(-math.log(p if q < 0.0 else 1.0 - p))
     if r <= 5.0:
         r -= 1.6

@@ -52,7 +52,9 @@ class Between:
 
     def look(self, leg: int, t: float, driven: float) -> None:
         """Keep what is worth it of the period that began at `t` [s] on leg `leg`, of which `driven` [s] were driven."""
-        if not len(self._inner):
+        if not len(self._inner) or driven <= _SAME:
+            return
+        if far(self._setting, leg, t, driven, self._pivot, self._reach, self._nearest):
             return
         found = instants(self._setting, leg, t, driven, self._pivot, self._reach, self._inner, self._nearest)
         if len(found[0]):
@@ -99,9 +101,6 @@ def instants(
         (k,) s, (k, 3) poses of base_link and (k, m, 3) of the moving bodies, NaN while absent; k may be 0.
     """
     m = len(inner)
-    nothing = np.empty(0), np.empty((0, 3)), np.empty((0, m, 3))
-    if driven <= _SAME or _far(held, leg, t, driven, pivot, reach, nearest):
-        return nothing
     times = _times(held, leg, t, driven)
     count = len(times)
     poses, moving = np.empty((count, 3)), np.empty((count, m, 3))
@@ -118,13 +117,13 @@ def instants(
     record = gone or low < nearest[0] + MARGIN or origins < nearest[1] + MARGIN
     nearest[0], nearest[1] = min(nearest[0], max(high, 0.0)), min(nearest[1], origins)
     if not record:
-        return nothing
+        return np.empty(0), np.empty((0, 3)), np.empty((0, m, 3))
     kept = _worth_keeping(times, poses, moving, reach)
     return t + times[kept], poses[kept], moving[kept]
 
 
 @kernel
-def _far(
+def far(
     held: Held[Setting], leg: int, t: float, driven: float, pivot: float, reach: FloatArray, nearest: FloatArray
 ) -> bool:
     """Whether nothing can have come near enough, by where all were when the period began and how fast they are."""

@@ -7,6 +7,7 @@ is found as exactly. When there is no more room for knots, the older half is for
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -16,40 +17,57 @@ from clearway.geometry.shapes import FloatArray
 from clearway.world.tracks import ROOM, Tracks, pose_at
 
 
-class Laid:
-    """One such track.
+class RobotTracks(NamedTuple):
+    """Where r robots have been of late, each with its pivot.
 
     Attributes:
-        knots: (ROOM, 4) s since the trial began, x, y [m], theta [rad]; NaN poses: it is absent.
-        count: How many of them there are.
+        knots: (r, ROOM, 4) s since the trial began, x, y [m], theta [rad].
+        laid: (r,) int64, how many of them there are; 0: the robot is gone.
+        reach: (r,) radius around the pivot that no part of the robot leaves, m.
     """
 
-    def __init__(self) -> None:
-        self.knots = np.full((ROOM, 4), np.nan)
-        self.count = 0
+    knots: FloatArray
+    laid: npt.NDArray[np.int64]
+    reach: FloatArray
 
-    def lay(self, times: float | FloatArray, poses: FloatArray) -> None:
-        """At these times (n,) [s], not before the last knot and fewer than half of `ROOM`, it will be at `poses` (n, 3); or at one
-        time at one pose (3,)."""
-        n = np.size(times)
-        if self.count + n > len(self.knots):
-            half = len(self.knots) // 2
-            self.knots[:half] = self.knots[self.count - half : self.count]
-            self.count = half
-        self.knots[self.count : self.count + n, 0] = times
-        self.knots[self.count : self.count + n, 1:] = poses
-        self.count += n
+
+class Laid:
+    """The track of one robot.
+
+    Args:
+        knots: (ROOM, 4) its part of `RobotTracks`; updated.
+        count: (1,) the same.
+    """
+
+    def __init__(self, knots: FloatArray, count: npt.NDArray[np.int64]) -> None:
+        self.knots, self._count = knots, count
+
+    @property
+    def count(self) -> int:
+        """How many knots there are."""
+        return int(self._count[0])
+
+    def lay(self, t: float, pose: FloatArray) -> None:
+        """At time `t` [s], not before the last knot, it will be at `pose` (3,)."""
+        if self.count == ROOM:
+            self._count[0] = forget(self.knots, ROOM)
+        self.knots[self.count, 0], self.knots[self.count, 1:] = t, pose
+        self._count[0] += 1
+
+    def drive(self, t: float, period: float, way: FloatArray) -> None:
+        """In the `period` [s] from time `t` [s] on it drives along `way` (n + 1, 3 or more)."""
+        lay_way(self.knots, self._count, t, period, way)
 
     def cut(self, t: float) -> None:
         """Forget what was laid beyond time `t` [s]."""
         while self.count and self.knots[self.count - 1, 0] > t:
-            self.count -= 1
+            self._count[0] -= 1
 
     def at(self, t: float) -> FloatArray:
         """The pose (3,) at time `t` [s]; before the first knot that of the first, after the last one that of the last."""
-        pose = np.empty(3)
-        first, last = self.knots[0, 0], self.knots[self.count - 1, 0]
-        pose_at(self.knots, 0, self.count, min(max(t, first), last), pose)
+        pose, count = np.empty(3), self.count
+        first, last = self.knots[0, 0], self.knots[count - 1, 0]
+        pose_at(self.knots, 0, count, min(max(t, first), last), pose)
         return pose
 
 
@@ -117,9 +135,33 @@ def lay(
         begin = rows[0, m, 0]
         count = rows[0, m, 1] - begin
         if count == ROOM:
-            count = ROOM // 2
-            for k in range(count):
-                knots[begin + k] = knots[begin + ROOM - count + k]
+            count = forget(knots[begin : begin + ROOM], count)
         knots[begin + count, 0] = t
         knots[begin + count, 1:] = poses[i]
         rows[:, m, 1] = begin + count + 1
+
+
+@kernel
+def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: float, way: FloatArray) -> None:
+    """`Laid.drive`; n is fewer than half of `ROOM`.
+
+    Args:
+        knots: (ROOM, 4) as `RobotTracks` has them; updated.
+        count: (1,) the same.
+    """
+    n = len(way) - 1
+    if count[0] + n > ROOM:
+        count[0] = forget(knots, count[0])
+    for i in range(1, n + 1):
+        knots[count[0], 0] = t + period / n * i
+        knots[count[0], 1:] = way[i, :3]
+        count[0] += 1
+
+
+@kernel
+def forget(knots: FloatArray, count: int) -> int:
+    """Keep the later ones of `count` of the `knots` (ROOM, 4), half as many as there is room for, and say how many these are."""
+    half = ROOM // 2
+    for k in range(half):
+        knots[k] = knots[count - half + k]
+    return half

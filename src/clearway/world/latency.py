@@ -120,6 +120,8 @@ class Delays:
         first = self._sent[0]
         commands[0, 0], commands[0, 1], commands[0, 2], commands[0, 3] = 0.0, first[1], first[2], first[3]
         self._several = len(self._sent) > 1
+        if not self._several:
+            return
         for row, (since, v, omega, v_y) in zip(commands[1:], self._sent[1:], strict=False):
             if since < t + period - _SAME:
                 row[:] = since - t, v, omega, v_y

@@ -26,7 +26,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.held import Held
 from clearway.geometry.raycast import Beams, Scene, cast, cast_moving
 from clearway.geometry.shapes import FloatArray
-from clearway.geometry.streams import normal, uniform
+from clearway.geometry.streams import normals, uniform
 from clearway.robots import Lidar
 from clearway.world.legs import Legs, walk
 from clearway.world.tracks import Tracks, place
@@ -238,11 +238,14 @@ def err(ranges: FloatArray, count: int, view: View) -> None:
         mix(ranges, errors.spot, errors.pulse, STEEP * abs(rays.increment), count, view.key)
     if errors.kept < 0.0:
         lose(ranges, errors.kept, count, view.key)
+    noise = np.zeros(ranges.shape[0])
+    if errors.sigma > 0.0:
+        normals(view.key, count, noise)
     for i in range(ranges.shape[0]):
         if ranges[i] <= farthest:
             r = ranges[i] + errors.bias
             if errors.sigma > 0.0:
-                r += errors.sigma * normal(view.key, count, i)
+                r += errors.sigma * noise[i]
             ranges[i] = r if rays.range_min <= r <= farthest else math.inf
         else:
             ranges[i] = math.inf

@@ -48,8 +48,10 @@ class Log:
         self._t[i] = self._last = t
         self._motion[i] = motion
         self._estimate[i] = estimate
-        v, omega = command.v, command.omega
-        self._command[i] = (v, omega, command.v_y) if self._sideways else (v, omega)
+        told = self._command
+        told[i, 0], told[i, 1] = command.v, command.omega
+        if self._sideways:
+            told[i, 2] = command.v_y
         self._leg[i] = leg
         self._cut[i] = command.cut
         if self._any_moving:

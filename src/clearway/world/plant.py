@@ -40,6 +40,7 @@ from clearway.world.setting import (
 )
 from clearway.world.tracks import pose_at
 
+_LEEWAY = 1e-3  # m: more than contact and rounding take
 _INSTANT = 1e-12  # s: the least in which a base without limits is at its command
 
 
@@ -159,6 +160,34 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
         first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
         pose_at(tracks.knots, first, last, t - since[m] + (done if hit >= 0 else period), poses[m])
     return hit
+
+
+@kernel
+def unmet(before: FloatArray, after: FloatArray, leg: int, t: float, held: Held[Setting]) -> bool:
+    """Whether nothing that moves can be met in the control period from time `t` [s] on, by how far all are from each other; then
+    it is placed where it is at its end, as `tick` does it.
+
+    Args:
+        before: (STATE,) as the period begins.
+        after: (STATE,) as it ends if nothing is met.
+        leg: The leg whose tracks count.
+    """
+    vehicle, _, moving, _, _ = held.value
+    tracks, since, poses, reach = moving.tracks, moving.since, moving.poses, moving.shapes.reach
+    driven = after[ODOMETER] - before[ODOMETER] + vehicle.reach + _LEEWAY
+    for m in range(len(since)):
+        first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
+        if first == last:
+            continue
+        if not pose_at(tracks.knots, first, last, t - since[m], poses[m]):
+            return False
+        apart = math.hypot(poses[m, 0] - before[X], poses[m, 1] - before[Y])
+        if not apart > driven + reach[m] + tracks.speed[m] * vehicle.period:
+            return False
+    for m in range(len(since)):
+        first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
+        pose_at(tracks.knots, first, last, t - since[m] + vehicle.period, poses[m])
+    return True
 
 
 @kernel

@@ -1,7 +1,7 @@
 """Several robots on their ways at once: each decides at its own instants, and none drives through another.
 
 At the end of a control period it is known where all the others went in it. So a robot drives it twice: once among what stands, for
-all who go by where it is, then among where they went. What others decided within that one period because of where it would have
+all who go by where it is, then, where it may meet one of them, among where they went. What others decided within that one period because of where it would have
 been had nothing moving been in its way, they have decided.
 """
 

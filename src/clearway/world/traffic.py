@@ -6,21 +6,32 @@ Whoever decides lays its track up to its next decision, so that the robots meet 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.geometry.held import Held
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
 from clearway.world.arrivals import Arrivals
-from clearway.world.behaviours.behaviour import PERIOD, Behaviour, Scene, SeenRobot
-from clearway.world.laid import Laid, LaidTracks
-from clearway.world.tracks import Tracks, place, place_twice
+from clearway.world.behaviours.behaviour import (
+    PERIOD,
+    Behaviour,
+    CompiledBehaviour,
+    Scene,
+    SeenRobot,
+    Street,
+    hold_street,
+)
+from clearway.world.laid import Laid, LaidTracks, RobotTracks
+from clearway.world.tracks import ROOM, Tracks, place, place_twice
 
 _SAME = 1e-9  # s
 _OVER = 1e-6
 """So much longer than it is known a robot's track goes on, s: an instant is the same up to rounding."""
 _EVER = 1e9  # s
+_NOBODY = Arrivals((), 0)
 AFTER = 120.0
 """For so long after the trials are over people are given to arrive where they were walking to, s."""
 
@@ -44,7 +55,7 @@ class Traffic:
     """
 
     def __init__(
-        self, tracks: Tracks, behaviours: Sequence[Behaviour], legs: Sequence[str], robots: int = 1,
+        self, tracks: Tracks, behaviours: Sequence[Behaviour | CompiledBehaviour], legs: Sequence[str], robots: int = 1,
         arrivals: Arrivals | None = None,
     ) -> None:  # fmt: skip
         self._tracks, self._behaviours, self._legs = tracks, tuple(behaviours), tuple(legs)
@@ -54,8 +65,12 @@ class Traffic:
         self._others = len(tracks.speed) - (robots if self.several else 0)
         self._laid, self.leg, self.leg_began, self._count = LaidTracks(tracks), 0, 0.0, 0
         self._robots: list[SeenRobot] = []
+        self._driven = RobotTracks(np.full((robots, ROOM, 4), np.nan), np.zeros(robots, np.int64), np.zeros(robots))
         self.arrivals = arrivals or Arrivals((), 0)
         self._pivots: list[float] = []
+        self._crowds = [b for b in behaviours if isinstance(b, CompiledBehaviour)]
+        self._asked = [b for b in behaviours if not isinstance(b, CompiledBehaviour)]
+        self._together = len(self._crowds) == 1 and not self._asked  # whether one crowd is all who decide
         for behaviour in behaviours:
             for m, speed in zip(behaviour.members, behaviour.speed, strict=True):
                 self._laid.add(m, float(speed))
@@ -73,7 +88,8 @@ class Traffic:
             Which of the robots it is.
         """
         member = len(self._robots)
-        self._robots.append(SeenRobot(shape, Laid()))
+        self._driven.reach[member] = shape.reach[0]
+        self._robots.append(SeenRobot(shape, Laid(self._driven.knots[member], self._driven.laid[member : member + 1])))
         self._pivots.append(pivot)
         self._robots[member].track.lay(0.0, pose)
         if self.several:
@@ -97,17 +113,17 @@ class Traffic:
                 continue
             self._laid.restart(behaviour.members, t, poses)
             until = self._count * PERIOD
-            if until > t + _SAME:
-                self._lay(behaviour, until, behaviour.step(t, until, self._scene(t)))
+            if until > t + _SAME and not isinstance(behaviour, CompiledBehaviour):
+                self._laid.lay(behaviour.members, until, behaviour.step(t, until, self._scene(t)))
 
     def see(self, member: int, t: float, period: float, way: FloatArray) -> None:
         """In the `period` [s] from time `t` [s] on robot `member` drives along `way` (n + 1, 3 or more)."""
+        self._robots[member].track.drive(t, period, way)
+        if not self.several:
+            return
         n = len(way) - 1
         step = period / n
         times = t + step * np.arange(1.0, n + 1.0, dtype=np.float64)
-        self._robots[member].track.lay(times, way[1:, :3])
-        if not self.several:
-            return
         body, poses = self._others + member, self._base(member, way)
         self._laid.cut(body, t + _SAME)
         for when, pose in zip(times.tolist(), poses[1:, None], strict=True):
@@ -128,13 +144,18 @@ class Traffic:
 
     def decide_until(self, t: float) -> None:
         """All behaviours decide up to time `t` [s], and thereby for a little longer; each by what was there when it decided."""
+        if self._together:
+            self._count = self._crowds[0].decide_until(self._street, self.leg, self._count, t + _SAME, self.arrivals)
+            return
         while self._behaviours and self._count * PERIOD <= t + _SAME:
             now, until = self._count * PERIOD, (self._count + 1) * PERIOD
             scene = self._scene(now)
             self.arrivals.look(now, scene.moving)
-            chosen = [behaviour.step(now, until, scene) for behaviour in self._behaviours]
-            for behaviour, poses in zip(self._behaviours, chosen, strict=True):
-                self._lay(behaviour, until, poses)
+            chosen = [behaviour.step(now, until, scene) for behaviour in self._asked]
+            for crowd in self._crowds:
+                crowd.decide_until(self._street, self.leg, self._count, now, _NOBODY)
+            for behaviour, poses in zip(self._asked, chosen, strict=True):
+                self._laid.lay(behaviour.members, until, poses)
             self._count += 1
 
     def walk_on(self) -> dict[int, int]:
@@ -145,6 +166,7 @@ class Traffic:
             By person: that place, by number, see `Arrivals`.
         """
         self._robots.clear()
+        self._driven.laid[:] = 0
         over = self._count * PERIOD
         places = self.arrivals.bound_for(over)
         while self._count * PERIOD <= over + AFTER and not self.arrivals.come(places):
@@ -163,8 +185,11 @@ class Traffic:
         out[:, 1] -= pivot * np.sin(out[:, 2])
         return out
 
-    def _lay(self, behaviour: Behaviour, until: float, poses: FloatArray) -> None:
-        self._laid.lay(behaviour.members, until, poses)
+    @cached_property
+    def _street(self) -> Held[Street]:
+        there = np.empty((2, len(self._since), 3))
+        arrivals = self.arrivals if self._together else _NOBODY
+        return hold_street(Street(self._tracks, self._since, there, self._driven, arrivals.watched))
 
     def _scene(self, t: float) -> Scene:
         there = np.empty((2, len(self._since), 3))

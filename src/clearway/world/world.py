@@ -27,7 +27,7 @@ from clearway.world.traffic import Traffic
 
 class World:
     """Holds the truth about one robot, and moves it on by one control period at a time: first as it would drive if nothing
-    else moved, for whoever decides by where it goes; then among where all the others went.
+    else moved, for whoever decides by where it goes; then, where it may meet anybody, among where all the others went.
 
     Args:
         robot: Who moves.
@@ -107,7 +107,8 @@ class World:
         alone = setting.Moving(pack([]), tracks, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
         self._alone = setting.hold(setting.Setting(vehicle, standing, alone, self._commands, self._way))
         self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
-        self._began = self._state.copy()
+        self._began, self._rehearsed = self._state.copy(), self._state.copy()
+        self._may_be_unmet = False
         self._camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
@@ -190,6 +191,8 @@ class World:
         """(n + 1, 3 or more) the way that its pivot would take in the period from time `t` [s] on if nothing else moved."""
         self._delays.fill(self._commands, t, self._period)
         hit = plant.tick(self._state, self._count, self._traffic.leg, t, self._alone)
+        self._may_be_unmet = hit < 0
+        self._rehearsed[:] = self._state
         if hit >= 0:  # from there on it stands
             reached = math.ceil(self._state[setting.ELAPSED] / self._period * (len(self._way) - 1) - 1e-9)
             self._way[max(reached, 1) :] = self._way[max(reached, 1)]
@@ -203,9 +206,13 @@ class World:
             The time driven [s], and the body that was touched, if any.
         """
         if self._traffic.decided:
+            self._around.now()
+            if self._may_be_unmet and plant.unmet(self._began, self._rehearsed, self._traffic.leg, t, self._setting):
+                self._state[:] = self._rehearsed
+                return self._period, None
+            self._may_be_unmet = False  # the way is no longer the rehearsed one
             self._state[:] = self._began
             self._slack[:] = 0.0
-            self._around.now()
         else:
             self._delays.fill(self._commands, t, self._period)
         hit = plant.tick(self._state, self._count, self._traffic.leg, t, self._setting)

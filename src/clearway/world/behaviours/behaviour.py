@@ -5,18 +5,23 @@ It belongs to the world and may know the truth. It never decides for a robot tha
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from clearway.crowds.walls import Walls
 from clearway.crowds.ways import Room
+from clearway.geometry.compiled import kernel
+from clearway.geometry.held import Held
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
-from clearway.world.laid import Laid
+from clearway.world.arrivals import Arrivals, Watched
+from clearway.world.laid import Laid, RobotTracks
+from clearway.world.tracks import Tracks
 
 PERIOD = 0.05
 """Time from a decision to the next, s."""
@@ -78,6 +83,61 @@ class Behaviour(Protocol):
         """Decide at time `t` [s]: the poses (n, 3) at time `until`, NaN for none, with nothing known of what comes after `t`."""
 
 
+class Street(NamedTuple):
+    """Everything that moves where a crowd walks.
+
+    Attributes:
+        tracks: Of the n moving bodies, robots with pilots last; those of a crowd are laid as it decides.
+        since: (n,) when the clock of each began, s.
+        there: (2, n, 3) room for their poses now and a `PERIOD` ago.
+        robots: The robots with pilots.
+        watched: The people who are watched for their arrivals.
+    """
+
+    tracks: Tracks
+    since: FloatArray
+    there: FloatArray
+    robots: RobotTracks
+    watched: Watched
+
+
+@kernel
+def hold_street(street: Street) -> Held[Street]:
+    """`street`, as compiled behaviours take it."""
+    return Held(street)
+
+
+class CompiledBehaviour(ABC):
+    """Decides for a crowd in a kernel, several times in a row.
+
+    Attributes:
+        members: Which of the moving bodies these are, by their places among them.
+        speed: (k,) the most that each ever moves at, m/s.
+    """
+
+    members: tuple[int, ...]
+    speed: FloatArray
+
+    @abstractmethod
+    def begin_leg(self, leg: str, t: float) -> FloatArray | None:
+        """As `Behaviour` has it."""
+
+    @abstractmethod
+    def decide_until(self, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals) -> int:
+        """Decide from instant number `count` on, up to time `t` [s], and lay the tracks.
+
+        Args:
+            street: Where the crowd is.
+            leg: Number of the leg that the tracks are in.
+            count: Number of decisions so far.
+            t: The last decision is not after it; it lays the tracks for a `PERIOD` more.
+            arrivals: Is told when any of those who are watched may have come to where they were going.
+
+        Returns:
+            The number of decisions by then.
+        """
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cast:
     """The people of a scenario who go by one behaviour, and where they are. A behaviour of people is a class, or another factory,
@@ -102,7 +162,3 @@ class Cast:
     walls: Walls
     room: Room
     seed: int
-
-    def groups(self, count: int) -> npt.NDArray[np.int64]:
-        """(count,) to which group each of `count` bodies belongs, of which the first are the moving ones."""
-        return np.concatenate([self.group, np.full(count - len(self.group), -1, np.int64)])

@@ -67,7 +67,8 @@ class Recorded:
             return
         chosen = social_force.velocities(bodies, wishes, alone, social_force.MOUSSAID, _NOWHERE, PERIOD)[0]
         for position, radius in zip(bodies.position[1:], bodies.radius[1:], strict=True):
-            hold_off(chosen, position - at[:2], self._people[k].radius + float(radius), dt)
+            away = position[0] - at[0], position[1] - at[1]
+            hold_off(chosen, away, self._people[k].radius + float(radius), dt)
         planned[:2] = at[:2] + dt * chosen
         planned[2] = math.atan2(chosen[1], chosen[0]) if math.hypot(*chosen) > STEPPING else at[2]
 

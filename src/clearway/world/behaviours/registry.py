@@ -19,7 +19,7 @@ from clearway.scenarios.behaviours import BEHAVIOURS, OperatorSpec, find_behavio
 from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.scenario import ObstacleSpec, RobotBodySpec, Scenario
 from clearway.trials import Body
-from clearway.world.behaviours.behaviour import Behaviour, Cast
+from clearway.world.behaviours.behaviour import Behaviour, Cast, CompiledBehaviour
 from clearway.world.behaviours.foreign import Foreign
 from clearway.world.behaviours.operator import Operator
 
@@ -29,7 +29,7 @@ MARGIN = 2.0
 """People's floor ends so far beyond everything that stands and everywhere that they go, m."""
 
 
-def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour]:
+def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour | CompiledBehaviour]:
     """The behaviours of all moving bodies of `scenario` that decide: obstacles that somebody drives, then people.
 
     Args:
@@ -37,7 +37,7 @@ def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour]
         bodies: All that the robot can hit there; the moving ones are the scenario's moving obstacles, then its people.
     """
     moving = [o for o in scenario.obstacles if o.pose is None]
-    found: list[Behaviour] = [
+    found: list[Behaviour | CompiledBehaviour] = [
         _operator(o, o.behaviour, m, scenario) for m, o in enumerate(moving) if o.behaviour is not None
     ]
     return [*found, *_people(scenario, bodies, [o.behaviour is not None for o in moving])]
@@ -52,7 +52,7 @@ def _operator(obstacle: ObstacleSpec, spec: OperatorSpec, member: int, scenario:
     return Operator(spec, obstacle.shape.shape(), runs, scenario.seed, member, obstacle.name)
 
 
-def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> Iterator[Behaviour]:
+def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> Iterator[Behaviour | CompiledBehaviour]:
     if not scenario.people:
         return
     people, first = scenario.people, len(driven)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -27,6 +28,40 @@ STRAYING = 0.02
 """By how much a person's course errs at most, rad: two who want exactly through each other would stand for ever."""
 
 
+class OnRoute(NamedTuple):
+    """Where k people are on their routes.
+
+    Attributes:
+        speed: (k,) that each prefers, m/s.
+        radius: (k,) m.
+        keys: (k,) of what is drawn for each.
+        place: (k, 2) where each walks to, or stays, m.
+        walks: (k,) whether it walks there.
+        stays: (k,) whether it is to stand there.
+        due: (k,) when it walks on from where it stays, s; inf: it walks, or stays for good.
+        slot: (k,) which of the distances are those to its place.
+        distance: (n, rows, columns) see `Ways`.
+        room: Where what stands leaves how much.
+        moved: (k,) when each last came on, s.
+        aside: (k,) until when each heads to the right, s.
+        decided: (1,) int64, how often they have.
+    """
+
+    speed: FloatArray
+    radius: FloatArray
+    keys: npt.NDArray[np.uint64]
+    place: FloatArray
+    walks: npt.NDArray[np.bool_]
+    stays: npt.NDArray[np.bool_]
+    due: FloatArray
+    slot: npt.NDArray[np.int64]
+    distance: FloatArray
+    room: Room
+    moved: FloatArray
+    aside: FloatArray
+    decided: npt.NDArray[np.int64]
+
+
 class Routes:
     """Those of a crowd.
 
@@ -35,38 +70,41 @@ class Routes:
         speed: (k,) that each prefers, m/s.
         room: Where what stands leaves how much.
         seed: Of the trial.
+
+    Attributes:
+        now: Where the people are on them.
     """
 
     def __init__(self, people: Sequence[PersonSpec], speed: FloatArray, room: Room, seed: int) -> None:
         k = len(people)
-        self._people, self._speed, self._room, self._count = people, speed, room, 0
-        self._keys = np.array([stream(seed, f"person {person.name}") for person in people], np.uint64)
-        self._radius = np.array([person.radius for person in people])
+        self._people, self._room = people, room
         self._stop, self._until = [0] * k, [-math.inf] * k
         self._held: list[tuple[float, float]] = [person.start for person in people]
-        self._place = np.array(self._held)  # where each walks to, or stays
-        self._walks, self._stays = np.zeros(k, np.bool_), np.ones(k, np.bool_)
-        self._due = np.zeros(k)  # when it walks on from where it stays; inf: it walks, or stays for good
-        self._moved, self._aside = np.zeros(k), np.full(k, -math.inf)
         self._slots: dict[tuple[tuple[float, float], float], int] = {}
-        self._slot = np.zeros(k, np.int64)
-        self._distance = np.empty((2 * k, *room.clearance.shape))
+        self.now = OnRoute(
+            speed=speed,
+            radius=np.array([person.radius for person in people]),
+            keys=np.array([stream(seed, f"person {person.name}") for person in people], np.uint64),
+            place=np.array(self._held),
+            walks=np.zeros(k, np.bool_),
+            stays=np.ones(k, np.bool_),
+            due=np.zeros(k),
+            slot=np.zeros(k, np.int64),
+            distance=np.empty((2 * k, *room.clearance.shape)),
+            room=room,
+            moved=np.zeros(k),
+            aside=np.full(k, -math.inf),
+            decided=np.zeros(1, np.int64),
+        )
 
-    def wishes(self, t: float, at: FloatArray, velocity: FloatArray) -> FloatArray:
-        """(k, 2) the velocities [m/s] at which the people, at `at` (k, 3) and moving at `velocity` (k, 2) m/s, would walk alone
-        at time `t` [s]."""
-        if any_news(t, at, self._place, self._walks, self._due):
-            for k, (x, y, _) in enumerate(at.tolist()):
+    def go_on(self, t: float, at: FloatArray) -> None:
+        """See who of the people, at `at` (k, 3) at time `t` [s], has come to a place of its route or has stayed there long enough."""
+        places, due = self.now.place.tolist(), self.now.due.tolist()
+        for k, (x, y, _) in enumerate(at.tolist()):
+            if t >= due[k] or math.dist(places[k], (x, y)) <= ARRIVED:
                 self._go_on(k, t, x, y)
-        found: FloatArray = wishes(
-            t, self._count, at, velocity, self._speed, self._radius, self._keys, self._place, self._stays, self._slot,
-            self._distance, self._room, self._moved, self._aside,
-        )  # fmt: skip
-        self._count += 1
-        return found
 
     def _go_on(self, k: int, t: float, x: float, y: float) -> None:
-        """See whether person `k` at (x, y) [m] has come to a place of its route, or has stayed there for long enough."""
         route, loop = self._people[k].route, self._people[k].loop
         stop = self._stop[k]
         while stop < len(route) and t >= self._until[k] and math.dist(route[stop].at, (x, y)) <= ARRIVED:
@@ -77,73 +115,63 @@ class Routes:
                 break
         walks = stop < len(route) and t >= self._until[k]
         place = route[stop].at if walks else self._held[k]
-        self._stop[k], self._walks[k], self._place[k] = stop, walks, place
-        self._stays[k] = not walks or route[stop].wait > 0.0 or (stop == len(route) - 1 and not loop)
-        self._due[k] = self._until[k] if not walks and stop < len(route) else math.inf
-        self._slot[k] = -1
-        self._slot[k] = self._slot_of((place, self._people[k].radius))
+        now = self.now
+        self._stop[k], now.walks[k], now.place[k] = stop, walks, place
+        now.stays[k] = not walks or route[stop].wait > 0.0 or (stop == len(route) - 1 and not loop)
+        now.due[k] = self._until[k] if not walks and stop < len(route) else math.inf
+        now.slot[k] = -1
+        now.slot[k] = self._slot_of((place, self._people[k].radius))
 
     def _slot_of(self, key: tuple[tuple[float, float], float]) -> int:
         """Where the distances to a place, for somebody of a radius, are kept."""
         if key in self._slots:
             return self._slots[key]
-        if len(self._slots) < len(self._distance):
+        if len(self._slots) < len(self.now.distance):
             slot = len(self._slots)
         else:  # nobody needs the oldest of these now
-            used = set(self._slot.tolist())
+            used = set(self.now.slot.tolist())
             old = next(other for other, where in self._slots.items() if where not in used)
             slot = self._slots.pop(old)
-        self._distance[slot] = ways_to(np.array(key[0]), self._room, key[1]).distance
+        self.now.distance[slot] = ways_to(np.array(key[0]), self._room, key[1]).distance
         self._slots[key] = slot
         return slot
 
 
 @kernel
-def any_news(t: float, at: FloatArray, place: FloatArray, walks: npt.NDArray[np.bool_], due: FloatArray) -> bool:
-    """Whether anybody has come to where it walks, or is to walk on."""
+def any_news(t: float, at: FloatArray, now: OnRoute) -> bool:
+    """Whether at time `t` [s] anybody of those at `at` (k, 3) has come to where it walks, or is to walk on."""
     for k in range(len(at)):
-        if t >= due[k] or (walks[k] and math.hypot(place[k, 0] - at[k, 0], place[k, 1] - at[k, 1]) <= ARRIVED):
+        if t >= now.due[k]:
+            return True
+        if now.walks[k] and math.hypot(now.place[k, 0] - at[k, 0], now.place[k, 1] - at[k, 1]) <= ARRIVED:
             return True
     return False
 
 
 @kernel
-def wishes(
-    t: float, count: int, at: FloatArray, velocity: FloatArray, speed: FloatArray, radius: FloatArray, keys: npt.NDArray[np.uint64],
-    place: FloatArray, stays: npt.NDArray[np.bool_], slot: npt.NDArray[np.int64], distance: FloatArray, room: Room,
-    moved: FloatArray, aside: FloatArray,
-) -> FloatArray:  # fmt: skip
+def wishes(t: float, at: FloatArray, velocity: FloatArray, now: OnRoute) -> FloatArray:
     """(k, 2) the velocities at which people would walk alone, m/s.
 
     Args:
         t: Now, s.
-        count: Number of the decision.
         at: (k, 3) where they are.
         velocity: (k, 2) at which they walk now, m/s.
-        speed: (k,) that each prefers, m/s.
-        radius: (k,) m.
-        keys: (k,) of what is drawn for each.
-        place: (k, 2) where each walks to, or stays, m.
-        stays: (k,) whether it is to stand there.
-        slot: (k,) which of the distances are those to its place.
-        distance: (n, rows, columns) see `Ways`.
-        room: Where what stands leaves how much.
-        moved: (k,) when each last came on, s; updated.
-        aside: (k,) until when each heads to the right, s; updated.
+        now: Where they are on their routes; updated.
     """
     out = np.empty((len(at), 2))
     for k in range(len(at)):
-        x, y = at[k, 0], at[k, 1]
-        tx, ty, _ = way_point(Ways(distance[slot[k]], room, place[k], radius[k]), x, y, AHEAD)
-        wanted = speed[k]
-        if stays[k] and tx == place[k, 0] and ty == place[k, 1]:
+        x, y, place = at[k, 0], at[k, 1], now.place[k]
+        tx, ty, _ = way_point(Ways(now.distance[now.slot[k]], now.room, place, now.radius[k]), x, y, AHEAD)
+        wanted = now.speed[k]
+        if now.stays[k] and tx == place[0] and ty == place[1]:
             wanted = min(wanted, math.hypot(tx - x, ty - y) / STOPPING)
-        course = math.atan2(ty - y, tx - x) + STRAYING * (2.0 * uniform(keys[k], 1, count) - 1.0)
+        course = math.atan2(ty - y, tx - x) + STRAYING * (2.0 * uniform(now.keys[k], 1, now.decided[0]) - 1.0)
         if math.hypot(velocity[k, 0], velocity[k, 1]) >= HELD_UP * wanted:
-            moved[k] = t
-        elif t > moved[k] + PATIENCE:
-            aside[k] = t + ASIDE
-        if t < aside[k]:
+            now.moved[k] = t
+        elif t > now.moved[k] + PATIENCE:
+            now.aside[k] = t + ASIDE
+        if t < now.aside[k]:
             course -= SIDESTEP
         out[k, 0], out[k, 1] = wanted * math.cos(course), wanted * math.sin(course)
+    now.decided[0] += 1
     return out

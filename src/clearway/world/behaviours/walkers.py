@@ -1,28 +1,35 @@
 """People who walk along routes and keep out of each other's way by one rule.
 
 All of a crowd decide at once, each by what it sees: the others where they are, robots where they were a reaction time ago, on as
-they drove then. Ways round what stands come from the floor; the rule keeps the shoulders off it.
+they drove then. Ways round what stands come from the floor; the rule keeps the shoulders off it. All of it is compiled, for as many
+decisions in a row as there are until a robot asks where everybody is.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.crowds import headed_social_force, orca, social_force
 from clearway.crowds.bodies import Bodies, Wishes
-from clearway.crowds.ways import Room, room_at
+from clearway.crowds.headed_social_force import FARINA, Facing
+from clearway.crowds.walls import Walls
+from clearway.crowds.ways import room_at
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
+from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
-from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, Scene
-from clearway.world.behaviours.routes import Routes
+from clearway.world.arrivals import Arrivals, walked
+from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street
+from clearway.world.behaviours.routes import OnRoute, Routes, any_news, wishes
 from clearway.world.behaviours.wishes import speed_of
-from clearway.world.tracks import pose_at
+from clearway.world.laid import RobotTracks, lay
+from clearway.world.tracks import place_twice, pose_at
 
 FASTER = 1.3
 """The most that a person hurries, of the preferred speed (Helbing, Molnár 1995)."""
@@ -34,95 +41,207 @@ TURNING = 4.0
 """The most that a person turns, rad/s."""
 
 
-class Rule(Protocol):
+class Rule(IntEnum):
     """By which a crowd walks."""
 
-    def __call__(self, bodies: Bodies, wishes: Wishes, heading: FloatArray) -> tuple[FloatArray, FloatArray | None]:
-        """The next velocities (k, 2) [m/s] and headings (k,) [rad] of a crowd.
-
-        Args:
-            bodies: Everything that moves; robots are behind the others.
-            wishes: What the crowd wants.
-            heading: (k,) rad, now.
-
-        Returns:
-            No headings: a person turns to where it walks.
-        """
+    ORCA = 0
+    SOCIAL_FORCE = 1
+    HEADED_SOCIAL_FORCE = 2
 
 
-class Walkers:
+class Crowd(NamedTuple):
+    """k people who walk by one rule.
+
+    Attributes:
+        rule: By which, a `Rule`.
+        who: (k,) int64, which of the moving bodies they are.
+        at: (k, 3) their poses.
+        velocity: (k, 2) at which they walk, m/s.
+        turn_rate: (k,) at which they turn, rad/s, where the rule says so.
+        v_max: (k,) the most that each walks at, m/s.
+        sees: (k,) int64, the layers that each looks at.
+        route: Where they are on their routes.
+        reactions: (q,) the reaction times of those who see robots, each once, s.
+        care: How far they look, by ORCA.
+        group: (m,) int64, to which group each moving body belongs; negative: to none.
+        radius: (m,) of the moving bodies, m.
+        share: (m,) of the same, see `Bodies`.
+        walls: What stands.
+    """
+
+    rule: int
+    who: npt.NDArray[np.int64]
+    at: FloatArray
+    velocity: FloatArray
+    turn_rate: FloatArray
+    v_max: FloatArray
+    sees: npt.NDArray[np.int64]
+    route: OnRoute
+    reactions: FloatArray
+    care: orca.Care
+    group: npt.NDArray[np.int64]
+    radius: FloatArray
+    share: FloatArray
+    walls: Walls
+
+
+@kernel
+def hold_crowd(crowd: Crowd) -> Held[Crowd]:
+    """`crowd`, as `walk_until` takes it."""
+    return Held(crowd)
+
+
+class Walkers(CompiledBehaviour):
     """A crowd that walks by one rule.
 
     Args:
         cast: Who they are, and where.
         rule: By which they walk.
+
+    Attributes:
+        members: As `Behaviour` has it.
+        speed: The same.
     """
 
     def __init__(self, cast: Cast, rule: Rule) -> None:
-        people = cast.people
+        people, k = cast.people, len(cast.people)
         preferred = np.array([speed_of(person, cast.seed) for person in people])
-        self.members, self._rule, self._radius = cast.members, rule, cast.radius
-        self._who = np.array(cast.members, np.int64)
-        self._share, self._room = np.where(cast.decides, 0.5, 1.0), cast.room
+        self.members, self.speed = cast.members, FASTER * preferred
         self._routes = Routes(people, preferred, cast.room, cast.seed)
-        self.speed = FASTER * preferred
-        self._own = np.array([person.radius for person in people])
         self._at = np.array([(*person.start, course_of(person)) for person in people], np.float64)
-        self._velocity = np.zeros((len(people), 2))
-        self._reactions = sorted({person.reaction for person in people if person.sees_robots})
-        self._sees = np.array([1 | (2 << self._reactions.index(p.reaction) if p.sees_robots else 0) for p in people])
+        reactions = sorted({person.reaction for person in people if person.sees_robots})
+        sees = [1 | (2 << reactions.index(p.reaction) if p.sees_robots else 0) for p in people]
+        self._crowd = hold_crowd(
+            Crowd(
+                rule=int(rule),
+                who=np.array(cast.members, np.int64),
+                at=self._at,
+                velocity=np.zeros((k, 2)),
+                turn_rate=np.zeros(k),
+                v_max=self.speed,
+                sees=np.array(sees, np.int64),
+                route=self._routes.now,
+                reactions=np.array(reactions, np.float64),
+                # as CrowdNav sets it for people: ten neighbours within 10 m, 5 s ahead
+                care=orca.Care(np.full(k, 10.0), np.full(k, 10, np.int64), np.full(k, 5.0), np.full(k, 1.0)),
+                group=cast.group,
+                radius=cast.radius,
+                share=np.where(cast.decides, 0.5, 1.0),
+                walls=cast.walls,
+            )
+        )
 
     def begin_leg(self, leg: str, t: float) -> FloatArray | None:
         """They appear at time 0, and mind no legs."""
         return self._at.copy() if t == 0.0 else None
 
-    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
-        """Walk on from `t` to `until` [s]."""
-        wished = self._routes.wishes(t, self._at, self._velocity)
-        robots = seen_robots(scene, t, self._reactions)
-        bodies = everybody(scene.moving, scene.before, self._who, self._velocity, self._radius, self._share, robots)
-        heading = self._at[:, 2].copy()
-        chosen, headings = self._rule(bodies, Wishes(self._who, wished, self.speed, self._sees), heading)
-        if headings is None:
-            headings = heading
-            turning = TURNING * (until - t)
-        else:
-            turning = -1.0
-        walk(
-            self._at, chosen, headings, turning, bodies, len(self._radius), self._sees, self._own, self._room, until - t
-        )
-        self._velocity = chosen
-        return self._at.copy()
+    def decide_until(self, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals) -> int:
+        """Walk on, from decision to decision."""
+        looked = False
+        while True:
+            count, news = walk_until(self._crowd, street, leg, count, t, looked)
+            if not news:
+                return count
+            arrivals.come_to(count * PERIOD)
+            self._routes.go_on(count * PERIOD, self._at)
+            looked = True
 
 
-class Robots(NamedTuple):
-    """The robots as people see them, each once for each reaction time.
+@kernel
+def walk_until(
+    held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
+) -> tuple[int, bool]:
+    """A crowd decides from instant number `count` on, up to time `t` [s], or until somebody comes to a place of the route.
 
-    Attributes:
-        position: (r, 2) m.
-        velocity: (r, 2) m/s.
-        radius: (r,) of the disc around each, with the room that is left it, m.
-        layer: (r,) int64, the layer of those who react so.
+    Args:
+        looked: Whether it is known who comes to a place at the first of these instants.
+
+    Returns:
+        The number of decisions by then, and whether somebody has come to a place.
     """
+    tracks, since, there, robots, watched = street.value
+    crowd = held.value
+    while count * PERIOD <= t:
+        now, until = count * PERIOD, (count + 1) * PERIOD
+        place_twice(tracks, leg, since, now, now - PERIOD, there)
+        if not looked:
+            come = walked(now, there[0], watched)
+            if any_news(now, crowd.at, crowd.route) or come:
+                return count, True
+        looked = False
+        decide(crowd, there, robots, now, until)
+        lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at)
+        count += 1
+    return count, False
 
-    position: FloatArray
-    velocity: FloatArray
-    radius: FloatArray
-    layer: npt.NDArray[np.int64]
+
+@kernel
+def decide(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, until: float) -> None:
+    """Take everybody of a crowd on from time `t` to `until` [s].
+
+    Args:
+        crowd: Who they are; updated.
+        there: (2, n, 3) poses of the moving bodies now and a `PERIOD` ago, NaN where one is absent.
+        robots: The robots.
+    """
+    wanted = Wishes(crowd.who, wishes(t, crowd.at, crowd.velocity, crowd.route), crowd.v_max, crowd.sees)
+    bodies = everybody(crowd, there, robots, t)
+    headings, turning = crowd.at[:, 2].copy(), TURNING * (until - t)
+    if crowd.rule == Rule.ORCA:
+        chosen = orca.velocities(bodies, wanted, crowd.care, crowd.walls, PERIOD)
+    else:
+        group = np.full(len(bodies.radius), -1)
+        group[: len(crowd.group)] = crowd.group
+        if crowd.rule == Rule.SOCIAL_FORCE:
+            chosen = social_force.velocities(bodies, wanted, group, social_force.MOUSSAID, crowd.walls, PERIOD)
+        else:
+            chosen, facing = headed_social_force.velocities(
+                bodies,
+                wanted,
+                Facing(headings, crowd.turn_rate),
+                group,
+                social_force.MOUSSAID,
+                FARINA,
+                crowd.walls,
+                PERIOD,
+            )
+            headings, turning = facing.heading, -1.0
+            crowd.turn_rate[:] = facing.turn_rate
+    walk(crowd, chosen, headings, turning, bodies, until - t)
+    crowd.velocity[:] = chosen
 
 
-def seen_robots(scene: Scene, t: float, reactions: Sequence[float]) -> Robots:
-    """The robots at time `t` [s]: where they were each of `reactions` [s] ago, on as they drove then."""
-    count = len(reactions) * len(scene.robots)
-    found = Robots(np.empty((count, 2)), np.empty((count, 2)), np.empty(count), np.empty(count, np.int64))
-    i = 0
-    for k, reaction in enumerate(reactions):
-        for robot in scene.robots:
-            track = robot.track
-            glance(track.knots, track.count, t - reaction, reaction, found.position[i], found.velocity[i])
-            found.radius[i], found.layer[i] = robot.shape.reach[0] + BESIDE, 2 << k
-            i += 1
-    return found
+@kernel
+def everybody(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) -> Bodies:
+    """Everything that moves, as a crowd sees it at time `t` [s]: the moving bodies, then the robots, each once for each reaction time;
+    nobody counts on a robot to step aside.
+
+    Args:
+        crowd: Who looks; these know how fast they are.
+        there: (2, n, 3) poses of the moving bodies now and a `PERIOD` ago; one that is absent is far away.
+        robots: The robots.
+    """
+    m = len(crowd.radius)
+    n = m + len(crowd.reactions) * int((robots.laid > 0).sum())
+    out = Bodies(np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.ones(n, np.int64), np.ones(n))
+    for i in range(m):
+        present = math.isfinite(there[0, i, 0])
+        for c in range(2):
+            out.position[i, c] = there[0, i, c] if present else 1e6
+            moved = (there[0, i, c] - there[1, i, c]) / PERIOD
+            out.velocity[i, c] = moved if math.isfinite(moved) else 0.0
+        out.radius[i], out.share[i] = crowd.radius[i], crowd.share[i]
+    for k in range(len(crowd.who)):
+        out.velocity[crowd.who[k], 0], out.velocity[crowd.who[k], 1] = crowd.velocity[k, 0], crowd.velocity[k, 1]
+    j = m
+    for k in range(len(crowd.reactions)):
+        reaction = crowd.reactions[k]
+        for r in range(len(robots.laid)):
+            if robots.laid[r] > 0:
+                glance(robots.knots[r], robots.laid[r], t - reaction, reaction, out.position[j], out.velocity[j])
+                out.radius[j], out.layer[j] = robots.reach[r] + BESIDE, 2 << k
+                j += 1
+    return out
 
 
 @kernel
@@ -146,61 +265,23 @@ def glance(knots: FloatArray, count: int, t: float, ahead: float, position: Floa
 
 
 @kernel
-def everybody(
-    moving: FloatArray, before: FloatArray, who: npt.NDArray[np.int64], velocity: FloatArray, radius: FloatArray, share: FloatArray,
-    robots: Robots,
-) -> Bodies:  # fmt: skip
-    """Everything that moves: the moving bodies, then the robots; nobody counts on a robot to step aside.
-
-    Args:
-        moving: (m, 3) poses now, NaN where one is absent: that one is far away.
-        before: (m, 3) the same `PERIOD` ago.
-        who: (k,) which of them know how fast they are.
-        velocity: (k, 2) that, m/s.
-        radius: (m,) m.
-        share: (m,) see `Bodies`.
-        robots: The robots.
-    """
-    m, r = len(moving), len(robots.radius)
-    out = Bodies(np.empty((m + r, 2)), np.empty((m + r, 2)), np.empty(m + r), np.ones(m + r, np.int64), np.ones(m + r))
-    for i in range(m):
-        there = math.isfinite(moving[i, 0])
-        for c in range(2):
-            out.position[i, c] = moving[i, c] if there else 1e6
-            moved = (moving[i, c] - before[i, c]) / PERIOD
-            out.velocity[i, c] = moved if math.isfinite(moved) else 0.0
-        out.radius[i], out.share[i] = radius[i], share[i]
-    for k in range(len(who)):
-        out.velocity[who[k]] = velocity[k]
-    for j in range(r):
-        out.position[m + j], out.velocity[m + j] = robots.position[j], robots.velocity[j]
-        out.radius[m + j], out.layer[m + j] = robots.radius[j], robots.layer[j]
-    return out
-
-
-@kernel
-def walk(
-    at: FloatArray, chosen: FloatArray, headings: FloatArray, turning: float, bodies: Bodies, first: int, sees: npt.NDArray[np.int64],
-    radius: FloatArray, room: Room, dt: float,
-) -> None:  # fmt: skip
+def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float, bodies: Bodies, dt: float) -> None:
     """Take each person a step further; never into what stands, whatever pushes, nor up against a robot that it sees.
 
     Args:
-        at: (k, 3) poses; updated.
+        crowd: Who they are; where they are is updated.
         chosen: (k, 2) velocities by the rule, m/s; updated to those that are walked.
         headings: (k,) by the rule, rad.
         turning: The most that a person turns, rad, who faces where it walks; negative: the rule says where it faces.
-        bodies: Everything that moves.
-        first: From which of them on they are robots.
-        sees: (k,) the layers that each looks at.
-        radius: (k,) of each, m.
-        room: Where what stands leaves how much.
+        bodies: Everything that moves, robots last.
         dt: How long the step takes, s.
     """
+    at, room, radius = crowd.at, crowd.route.room, crowd.route.radius
     for k in range(len(at)):
-        for j in range(first, len(bodies.radius)):
-            if sees[k] & bodies.layer[j]:
-                hold_off(chosen[k], bodies.position[j] - at[k, :2], radius[k] + bodies.radius[j], dt)
+        for j in range(len(crowd.radius), len(bodies.radius)):
+            if crowd.sees[k] & bodies.layer[j]:
+                away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
+                hold_off(chosen[k], away, radius[k] + bodies.radius[j], dt)
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), 0.6 * radius[k]):
             chosen[k] = 0.0
@@ -214,14 +295,16 @@ def walk(
 
 
 @kernel
-def hold_off(velocity: FloatArray, to: FloatArray, apart: float, dt: float) -> None:
-    """Take from the `velocity` (2,) [m/s] what would within `dt` [s] bring somebody up against a robot whose middle is `to` (2,) [m]
+def hold_off(velocity: FloatArray, to: tuple[float, float], apart: float, dt: float) -> None:
+    """Take from the `velocity` (2,) [m/s] what would within `dt` [s] bring somebody up against a robot whose middle is `to` (x, y) [m]
     away, and from which the person wants `apart` [m] from middle to middle."""
     distance = math.hypot(to[0], to[1])
     most = max((distance - apart + BESIDE - TOUCH) / dt, 0.0)
     onto = (velocity[0] * to[0] + velocity[1] * to[1]) / max(distance, 1e-9)
     if onto > most:
-        velocity -= (onto - most) / max(distance, 1e-9) * to
+        excess = (onto - most) / max(distance, 1e-9)
+        velocity[0] -= excess * to[0]
+        velocity[1] -= excess * to[1]
 
 
 def course_of(person: PersonSpec) -> float:
