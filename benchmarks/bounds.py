@@ -28,6 +28,15 @@ ROWS: dict[str, tuple[str, dict[str, Any]]] = {
         "hospital-held-out-blind",
         {"robots": ["hosbot"], "navigators": ["hp-tmpc", "hl-rrt", "colregs-apf", "move-base"], **_HELD_OUT},
     ),
+    "Nav2": ("hospital-held-out", {"robots": ["hosbot", "tiago"], "navigators": ["nav2"], **_HELD_OUT}),
+    "people": (
+        "people",
+        {
+            "robots": ["tiago"],
+            "navigators": ["mpc-cbf", "mppi-forecast", "orca", "social-force", "hp-st"],
+            "configurations": ["crossing"],
+        },
+    ),
     "operator": ("hospital-held-out", {"robots": ["hosbot"], "navigators": ["move-base"], **_HELD_OUT}),
     "disc": (
         "sar-stress",
