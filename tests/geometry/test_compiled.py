@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import pickle
 import subprocess
 import sys
 from pathlib import Path
 
+import numba
 from numba.core.caching import NullCache
 
 import clearway
@@ -76,3 +78,24 @@ def test_a_literal_argument_is_compiled_once_for_all_values(monkeypatch):
     assert _sum_of_powers(2.0) == 2.0 + 4.0 + 16.0
     signatures = {tuple(map(str, s)) for s in _power.signatures}
     assert signatures == {("float64", "int64", "omitted(default=False)"), ("float64", "int64", "bool")}
+
+
+def test_the_cycle_collector_is_as_it_was_after_compiling():
+    before = gc.get_threshold()
+
+    @numba.njit
+    def inner(x):
+        return x + 1
+
+    @numba.njit
+    def outer(x):
+        return inner(x)
+
+    seen = []
+    listener = compiled.event.RecordingListener()
+    listener.on_start = lambda _: seen.append(gc.get_threshold()[0])
+    with compiled.event.install_listener("numba:compile", listener):
+        assert outer(1) == 2
+    assert len(seen) == 2
+    assert min(seen) >= 50_000
+    assert gc.get_threshold() == before
