@@ -324,6 +324,26 @@ def test_a_large_campaign_keeps_its_replays_beside_the_page(
         assert file.stat().st_size < 1_500_000
 
 
+def test_of_a_very_large_campaign_the_page_says_how_to_see_what_it_has_no_file_for(
+    browser: Any, results: Results, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as patch:
+        for limit, number in (("MOST_LISTED", 6), ("MOST_WRITTEN", 8)):
+            patch.setattr(replays, limit, number)
+        file = write_report(shutil.copytree(results.path, tmp_path / "more", ignore=shutil.ignore_patterns("report")))
+    written = {int(f.stem) for f in (file.parent / "replay").glob("[0-9]*.js")}
+    assert len(written) == 8
+    other = min(set(range(len(results))) - written)
+    load(browser, file)
+    browser.execute_script("document.getElementById('every-trial').click()")
+    wait(browser, f"return Trials.count() === {len(results)}")
+    browser.execute_script(f"window.location.hash = 'replay-{other}'")
+    wait(browser, "return !document.getElementById('replay-problem').hidden")
+    said = browser.execute_script("return document.getElementById('replay-problem').textContent")
+    assert f"clearway replay {tmp_path / 'more'} --trial N makes a page of any other" in said
+    assert "The first 8 in that order open from replay/ beside it." in file.read_text("utf-8")
+
+
 def test_one_trial_as_a_page(browser: Any, results: Results) -> None:
     load(browser, write_replay(results, 3))
     assert browser.execute_script("return Replay.state().trial") == 3

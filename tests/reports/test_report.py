@@ -212,6 +212,10 @@ def test_a_missed_goal_is_told_in_figures(results: Results) -> None:
     assert f"back: {allowed + 0.0131:.3f} m off, {allowed:g} allowed" in said
     assert "forth: 9.000 rad off" in said
     assert said.count("off") == 2
+    assert (
+        why(missed | {"DE_max": allowed + 0.0131, "OE_max": 9.0}, None)
+        == f"{allowed + 0.0131:.3f} m off; 9.000 rad off"
+    )
     assert why(row | {"reason": "Traceback\n  x\nValueError: no"}, attempt) == "ValueError: no"
     assert why(row, attempt) == ""
 

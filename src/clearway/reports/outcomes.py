@@ -344,17 +344,22 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     return columns
 
 
-def why(row: Row, attempt: Attempt) -> str:
-    """Why a trial failed, in a line: what the world or the navigator said, or by how much which goal was missed."""
+def why(row: Row, attempt: Attempt | None) -> str:
+    """Why a trial failed, in a line: what the world or the navigator said, or by how much which goal was missed.
+
+    Without the `attempt`: by how much one was missed most.
+    """
     if str(row["failure"]).startswith("collision"):
         return "; ".join(part for part in (contact(row), str(row["reason"] or "")) if part)
     if row["reason"]:
         return str(row["reason"].strip().splitlines()[-1])
     said = []
-    scored = [leg for leg in attempt.legs if leg.scored]
+    scored = [leg for leg in attempt.legs if leg.scored] if attempt else []
     for name, unit in (("DE", "m"), ("OE", "rad")):
         if name not in str(row["failure"] or "").split("+"):
             continue
+        if attempt is None and (worst := row.get(f"{name}_max")) is not None:
+            said.append(f"{worst:.3f} {unit} off")
         for leg in scored:
             allowed = leg.xy_tolerance if name == "DE" else leg.yaw_tolerance
             found = row.get(f"{name}_{leg.name}") if len(scored) > 1 else row.get(f"{name}_max")

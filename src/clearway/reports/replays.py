@@ -1,4 +1,4 @@
-"""The replays of a report: a sample of many inside the page, all of them in files beside it; and the table of trials likewise.
+"""The replays of a report: a sample of many inside the page, more of them in files beside it, and a table of all trials.
 
 Everything is written trial by trial, so that memory holds no more than a page does.
 """
@@ -33,6 +33,8 @@ MOST_INSIDE = 16_000_000
 """Bytes of packed replays inside the page."""
 MOST_LISTED = 2000
 """Trials that the page's table and its replays list; of more, a sample."""
+MOST_WRITTEN = 10_000
+"""Replays beside a page; of any other trial `clearway replay` makes a page of its own."""
 MOST_BESIDE = 40
 """Trials that a page of one trial holds beside it."""
 FOLDER, EVERY = "replay", "trials.js"
@@ -73,7 +75,7 @@ class Replays:
         self.beside = False
 
     def write(self, order: Sequence[Row], page: Path | None) -> None:
-        """Pack every trial. Where the page has no room for all of them, each is written beside it, and some into it too.
+        """Pack the trials. Where the page has no room for all of them, `MOST_WRITTEN` are written beside it, and some into it too.
 
         Args:
             order: The trials, those first that are to stand in the page.
@@ -82,11 +84,14 @@ class Replays:
         self._order = list(order)
         sizes: dict[int, int] = {}
         whole = 0
+        written = {row["trial"] for row in self._order[:MOST_WRITTEN]}
         for row in sorted(order, key=lambda r: int(r["trial"])):  # as they are stored: each block is read once
             number = row["trial"]
-            trial = self._f.results.remains(number)
+            trial = self._f.results.remains(number) if number in written else None
             if row["reason"] or row["failure"]:
-                self._why[number] = outcomes.why(row, trial.attempt)
+                self._why[number] = outcomes.why(row, None if trial is None else trial.attempt)
+            if trial is None:
+                continue
             text = in_page(_packed(self._f, self._packer, row, trial))
             sizes[number], whole = len(text), whole + len(text)
             if page is not None and not self.beside and not self._room(len(order), whole):
@@ -100,7 +105,8 @@ class Replays:
             else:
                 self._inside[number] = text
         if page is not None and self.beside:
-            for taken, row in zip(accumulate(sizes[r["trial"]] for r in self._order), self._order, strict=True):
+            first = self._order[:MOST_WRITTEN]
+            for taken, row in zip(accumulate(sizes[r["trial"]] for r in first), first, strict=True):
                 if not self._room(len(self._inside) + 1, taken):
                     break
                 self._inside[row["trial"]] = Markup(
@@ -121,7 +127,17 @@ class Replays:
         if not self.beside:
             return kept
         text = f"Of {len(self._order)} trials {len(self._inside)} replays are in this page itself"
-        return f"{text}: failures before successes, of each system and batch in turn one. All open from {FOLDER}/ beside it. {kept}".strip()
+        text += f": failures before successes, of each system and batch in turn one. {self._written()} from {FOLDER}/ beside it."
+        return f"{text} {self._one()} {kept}".strip()
+
+    def _written(self) -> str:
+        return "All open" if len(self._order) <= MOST_WRITTEN else f"The first {MOST_WRITTEN} in that order open"
+
+    def _one(self) -> str:
+        """How to see a replay that was not written; empty where all were."""
+        if len(self._order) <= MOST_WRITTEN:
+            return ""
+        return f"clearway replay {self._f.results.path} --trial N makes a page of any other."
 
     def _not_kept(self) -> str:
         """What is said of trials that were not kept; empty where all were."""
@@ -147,7 +163,7 @@ class Replays:
         )
         index = {
             "robots": self._packer.robots.things, "floors": floors, "first": first, "folder": FOLDER,
-            "total": len(self._order),
+            "total": len(self._order), "one": self._one(),
             "trials": [[r["trial"], _option(self._f, r), tests[_test(r)], runs[r["run"]] if r["run"] else -1] for r in rows],
         }  # fmt: skip
         return {"index": in_page(index), "inline": sorted(self._inside.items())}

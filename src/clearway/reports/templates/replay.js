@@ -15,7 +15,7 @@ const Replay = (() => {
       waiting.set(index, resolve);
       const script = document.createElement("script");
       script.src = `${meta.folder}/${String(index).padStart(5, "0")}.js`;
-      script.onerror = () => reject(new Error(`${script.src} is missing beside this page`));
+      script.onerror = () => reject(new Error(`${script.src} is missing beside this page. ${meta.one}`.trim()));
       document.head.append(script);
     });
   }
