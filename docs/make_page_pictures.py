@@ -1,9 +1,9 @@
 """Takes pictures of the tops of pages by a headless Chromium, small enough for the docs.
 
 python docs/make_page_pictures.py hospital=results/hospital rescue=results/sar barn=results/barn people=results/people \
-    lab=scored comparison=compared telephone=results/hospital
+    lab=scored comparison=compared tuning=tuned requirement=results/requirement-door telephone=results/hospital
 
-Each is a results directory with its report, or the folder of a comparison; `telephone` is drawn 390 px wide, the others 1,400 px.
+Each is a results directory with its report, or the folder of a comparison, a tuning or a requirement; `telephone` is drawn 390 px wide, the others 1,400 px.
 """
 
 import base64
@@ -29,7 +29,7 @@ for given in sys.argv[1:]:
     browser.get(page.resolve().as_uri())
     taken = base64.b64decode(browser.execute_cdp_cmd("Page.captureScreenshot", {})["data"])
     picture = Path(__file__).parent / "images" / f"page-{name}.png"
-    Image.open(BytesIO(taken)).convert("RGB").quantize(48).save(picture, optimize=True)
+    Image.open(BytesIO(taken)).convert("RGB").quantize(128).save(picture, optimize=True)
     print(picture, f"{picture.stat().st_size / 1000:.0f} kB")
     if picture.stat().st_size > LARGEST:
         sys.exit(f"{picture} is larger than {LARGEST} bytes")

@@ -150,6 +150,8 @@ def test_the_systems_of_one_directory_are_compared_with_a_page(results: clearway
     assert found.pairs == 1
     page = (tmp_path / "page" / "index.html").read_text()
     assert "<svg" in page
+    assert [page.count(f"<strong>{word}.</strong>") for word in ("Tested", "Result", "Limits")] == [1, 1, 1]
+    assert ": 1 test in common." in page
     assert "script-src &#39;none&#39;" in page
     assert (tmp_path / "page" / "differences-1.svg").exists()
     assert (tmp_path / "page" / "differences.csv").read_text().startswith("a,b,batch,indicator")

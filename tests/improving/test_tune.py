@@ -188,11 +188,15 @@ def test_a_search_finds_a_known_optimum_among_noise_within_its_budget(method: An
     assert ranked[-1] == 0 or 0 in ranked
 
 
-def test_a_constraint_that_no_trial_can_tell_is_refused(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("old", "new", "field"),
+    [("max CT <= 60", "min MDO >= 0.0", "constraints"), ("minimise CT", "maximise MDO", "objective")],
+)
+def test_what_no_trial_can_tell_is_refused(tmp_path: Path, old: str, new: str, field: str) -> None:
     task = tmp_path / "task.toml"
     example = Path(__file__).parents[2] / "examples" / "tune_hosbot.toml"
-    task.write_text(example.read_text().replace("max CT <= 60", "min MDO >= 0.0"))  # no obstacles are there
-    with pytest.raises(ClearwayError, match="'MDO' can be computed of none of the first 1 training trials"):
+    task.write_text(example.read_text().replace(old, new))  # no obstacles are there
+    with pytest.raises(ClearwayError, match=f"{field}: 'MDO' can be computed of none of the first 1 training trials"):
         tune(task, tmp_path / "out", workers=0)
 
 

@@ -54,17 +54,20 @@ def summary(found: Sequence[Found]) -> Summary:
     """What the page says first."""
     systems = list(dict.fromkeys(name for pair in found for name in (pair.b, pair.a)))
     least = min(pair.pairs if isinstance(pair, Comparison) else pair.configurations for pair in found)
-    of = "tests" if all(isinstance(pair, Comparison) for pair in found) else "configurations"
-    each = f"{least} {of} in common" if len(found) == 1 else f"{len(found)} pairs with {least} {of} or more in common"
+    kind = "test" if all(isinstance(pair, Comparison) for pair in found) else "configuration"
+
+    def many(n: int) -> str:
+        return f"{n} {kind}{'' if n == 1 else 's'}"
+
+    each = f"{many(least)} in common" if len(found) == 1 else f"{len(found)} pairs with {many(least)} or more in common"
     result = _said(found[0]) if len(found) == 1 else "Of each pair a line below says what is shown."
     doubts = [
-        f"with {least} {of} small differences stay hidden: where none is shown there may be one",
+        f"With {many(least)} small differences stay hidden: where none is shown there may be one",
         "an indicator is compared on those that both finished, success on all",
     ]
     if left := sum(pair.only_a + pair.only_b for pair in found):
-        doubts.append(f"{left} {of} that only one side ran are left out")
-    limits = "; ".join(doubts)
-    return Summary(f"{', '.join(systems)}: {each}.", result, f"{limits[0].upper()}{limits[1:]}.{_doubt(found)}")
+        doubts.append(f"{many(left)} that only one side ran {'is' if left == 1 else 'are'} left out")
+    return Summary(f"{', '.join(systems)}: {each}.", result, f"{'; '.join(doubts)}.{_doubt(found)}")
 
 
 def _said(pair: Found) -> str:
