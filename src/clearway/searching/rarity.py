@@ -135,9 +135,8 @@ def rarity(
     populations = _drawn(space, judged, size, seed, 0)
     drawn = _POPULATIONS * size
     failed = sum(p.failed for p in populations)
-    if failed >= max(
-        _SEEN, _FREQUENT * drawn
-    ):  # they say how many more are drawn, so that only those tell how probable it is
+    if failed >= max(_SEEN, _FREQUENT * drawn):
+        # they say how many more are drawn, so only those tell how probable it is
         many = min(trials - drawn, math.ceil(_ENOUGH * drawn / failed))
         _, margins = _draws(space, judged, many, np.random.default_rng([seed]))
         found = success_interval(int((margins <= 0.0).sum()), many, CONFIDENCE)
