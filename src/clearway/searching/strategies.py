@@ -1,8 +1,8 @@
 """How a search goes through families: by chance, by CMA-ES, or by quality diversity (CMA-ME on a grid of places).
 
 Of several families each is tried once, as its scenario stands, for a quarter of the trials at most. Then one is climbed after
-another, the one with the least margin first; one that broke waits until all others were climbed. A climb ends with a break
-(quality diversity goes on, as it looks for breaks elsewhere) or when it gets no further.
+another, the one with the least margin first, while a third of the trials go anywhere by chance; one that broke waits until all
+others were climbed. A climb ends with a break (quality diversity goes on, as it looks for breaks elsewhere) or when it gets no further.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ _WORST = 1e3
 """The margin that stands for one that can't be computed."""
 _FIRST_STEP = 0.25
 """Standard deviation of the first generation, in the unit cube."""
+_CHANCE = 0.5
+"""Candidates by chance for each one of a climb. Margins of chaotic trials may lead nowhere: then it is chance that finds a break."""
 _PATIENCE = 6
 """Generations without a better margin, after which a climb ends."""
 _RANKERS = ("obj", "2imp")
@@ -136,9 +138,10 @@ class Islands:
         self._climbed: dict[int, int] = {}
         self._now: tuple[int, _Climb] | None = None
         self._asked: list[Candidate] = []
+        self._climbing: list[Candidate] = []
 
     def ask(self) -> list[Candidate]:
-        """Scenarios as they stand at first, then a generation of the climb."""
+        """Scenarios as they stand at first, then a generation of the climb and some by chance."""
         if self._first:
             now, self._first = self._first[: self._batch], self._first[self._batch :]
             self._asked = [Candidate(b, self._space.nominal(b), int(self._rng.integers(NOISES))) for b in now]
@@ -148,7 +151,9 @@ class Islands:
             first = self._best[base][1] if not self._climbed.get(base) else self._rng.random(self._space.size(base))
             self._now = base, self._climb(first, int(self._rng.integers(2**31)))
         base, climb = self._now
-        self._asked = [Candidate(base, p, int(self._rng.integers(NOISES))) for p in climb.ask()]
+        self._climbing = [Candidate(base, p, int(self._rng.integers(NOISES))) for p in climb.ask()]
+        others = self._rng.integers(len(self._space), size=math.ceil(_CHANCE * len(self._climbing)))
+        self._asked = [*self._climbing, *(_anywhere(self._space, int(b), self._rng) for b in others)]
         return self._asked
 
     def tell(self, candidates: Sequence[Candidate], tried: Sequence[Tried | None]) -> None:
@@ -160,8 +165,9 @@ class Islands:
         if self._now is None or len(candidates) < len(self._asked):
             return
         base, climb = self._now
+        margins, tried = margins[: len(self._climbing)], tried[: len(self._climbing)]
         places = np.array([(0.0, 0.0) if t is None or not math.isfinite(t.place[0]) else t.place for t in tried])
-        climb.tell(np.array([c.point for c in self._asked]), margins, places)
+        climb.tell(np.array([c.point for c in self._climbing]), margins, places)
         if climb.ended or (not self._diverse and margins.min() <= 0.0):
             self._climbed[base] = self._climbed.get(base, 0) + 1
             self._now = None
