@@ -75,7 +75,7 @@ def _said(pair: Found) -> str:
     s: Any = pair.success.get(None)
     parts = []
     if isinstance(pair, Comparison):
-        on = f"on the same {pair.pairs} tests"
+        on = f"on the same {pair.pairs} tests" if pair.pairs != 1 else "on the same test"
         if s is not None:
             shown = "" if s.p <= 0.05 else " (no difference shown)"
             parts.append(f"{s.both + s.only_b} against {s.both + s.only_a} of {s.n} succeeded{shown}")
