@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from space_time_scenes import OTHER, finder, line
 
+from clearway.navigators.hp_st.candidates import by_first_step
+from clearway.navigators.hp_st.search_tree import TOTAL, Tree
+
 
 def test_left_and_right_of_what_stands() -> None:
     found = finder()
@@ -45,3 +48,29 @@ def test_no_more_than_asked_for() -> None:
     assert len(found.ways(2)) == 2
     first = [w.tolist() for w in found.ways(1)] + [found.best()[0].tolist()]
     assert first[0] == first[1]
+
+
+def test_of_each_first_step_the_best_end() -> None:
+    found = finder()
+    tree = found.look((4.0, 0.0), still=[(1.3, 0.0, OTHER)])
+    ends = by_first_step(tree)
+    last = len(tree.count) - 1
+    first = []
+    for layer, index in ends.tolist():
+        assert layer == last
+        at = index
+        for k in range(last, 1, -1):
+            at = int(tree.parent[k, at])
+        first.append(at)
+        rivals = [b for b in range(tree.count[last]) if began_with(tree, b) == at]
+        assert tree.nodes[last, index, TOTAL] == min(tree.nodes[last, b, TOTAL] for b in rivals)
+    assert sorted(first) == sorted({began_with(tree, b) for b in range(tree.count[last])})
+    totals = [tree.nodes[layer, index, TOTAL] for layer, index in ends.tolist()]
+    assert totals == sorted(totals)
+
+
+def began_with(tree: Tree, index: int) -> int:
+    """The node of the first layer from which one of the last comes."""
+    for k in range(len(tree.count) - 1, 1, -1):
+        index = int(tree.parent[k, index])
+    return index

@@ -8,8 +8,11 @@ import numpy as np
 import pytest
 from space_time_scenes import SQUARE
 
+from clearway.crowds.ways import room_of, ways_to
+from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.field import Field, look, make_field
+from clearway.navigators.common.frame import OdometryFrame
+from clearway.navigators.hp_st.field import Field, field_on_map, look, make_field
 from clearway.navigators.hp_tmpc.exact import FOUND, exact_path
 
 
@@ -84,3 +87,21 @@ def test_among_many_discs_it_is_the_shortest_path(seed: int) -> None:
             hidden += far > straight + 0.01
             assert 0.995 * shortest(at, goal, discs) <= far <= 1.03 * shortest(at, goal, grown) + 0.1
     assert hidden > 0
+
+
+def test_by_a_map_it_is_the_way_round_the_wall_in_whatever_frame() -> None:
+    """A wall from (2, -3) to (2, 1): past its end, whatever the odometry takes for the origin."""
+    free = np.zeros((120, 120), np.int8)
+    free[:80, 78:82] = 100
+    ways = ways_to(np.array((4.0, -1.0)), room_of(OccupancyGrid(free, 0.05, (-2.0, -3.0))), 0.2)
+    for pose, odom in ((np.zeros(3), np.zeros(3)), (np.array((0.0, -1.0, 0.3)), np.array((5.0, 2.0, 1.7)))):
+        frame = OdometryFrame(pose, odom)
+        place, goal = (frame.into(np.array((*p, 0.0)))[:2] for p in ((0.0, -1.0), (4.0, -1.0)))
+        field = field_on_map(ways, frame, place, goal, 5.0)
+        far, ux, uy = look(field, *place.tolist())
+        round_it = 2.0 * math.hypot(2.0, 2.0)
+        assert round_it < far < 1.5 * round_it  # a metre beside a wall counts more
+        turned = odom[2] - pose[2]
+        assert math.remainder(math.atan2(uy, ux) - turned, 2.0 * math.pi) == pytest.approx(math.pi / 4, abs=0.4)
+        close = frame.into(np.array((4.3, -0.6, 0.0)))[:2]
+        assert look(field, *close.tolist())[0] == pytest.approx(0.5)  # in sight: straight

@@ -65,6 +65,31 @@ def distinct(
 
 
 @kernel
+def by_first_step(tree: Tree) -> IntArray:
+    """(P, 2) layer and node of the best end that begins with each node of the first layer, the best of them first."""
+    last = len(tree.count) - 1
+    while last > 0 and tree.count[last] == 0:
+        last -= 1
+    ends, total = np.full(tree.count[min(last, 1)], -1), np.full(tree.count[min(last, 1)], np.inf)
+    if last == 0:
+        return np.empty((0, 2), np.int64)
+    for b in range(tree.count[last]):
+        at = b
+        for k in range(last, 1, -1):
+            at = tree.parent[k, at]
+        if tree.nodes[last, b, TOTAL] < total[at]:
+            ends[at], total[at] = b, tree.nodes[last, b, TOTAL]
+    order = np.argsort(total)
+    found = np.empty((len(order), 2), np.int64)
+    count = 0
+    for at in order:
+        if ends[at] >= 0:
+            found[count, 0], found[count, 1] = last, ends[at]
+            count += 1
+    return found[:count]
+
+
+@kernel
 def _turns(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, out: FloatArray) -> None:
     """Fill how far the bearing of each obstacle turns on the way to a node, rad; those that stand come first."""
     out[:] = 0.0

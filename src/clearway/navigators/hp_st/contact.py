@@ -13,12 +13,13 @@ from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.shapes import FloatArray
 from clearway.robots.drive_limits import DriveLimits
 
-_FAR = 3.5  # standard deviations beyond which a contact is not counted with
+BEYOND = 3.5
+"""Standard deviations beyond which a contact is not counted with."""
 _PER = 32  # entries of the table below per standard deviation
-_TAIL = np.array([0.5 * math.erfc((i / _PER - _FAR) * math.sqrt(0.5)) for i in range(int(2 * _FAR * _PER) + 2)])
-"""Probability of being less than z standard deviations away, from z = -_FAR on."""
+_TAIL = np.array([0.5 * math.erfc((i / _PER - BEYOND) * math.sqrt(0.5)) for i in range(int(2 * BEYOND * _PER) + 2)])
+"""Probability of being less than z standard deviations away, from z = -BEYOND on."""
 
-BELT = 9
+BELT = 10
 """Columns of `belts_of`."""
 
 
@@ -43,6 +44,8 @@ class PredictedObstacles(NamedTuple):
         spread: (K + 1, m) standard deviation of each centre along either axis, in metres.
         chance: (m,) probability of each hypothesis.
         radius: (m,) radius of the obstacle of each hypothesis, in metres.
+        reach: (K + 1, m) how far from where it is expected a certificate lets it be after so many instants, and the robot
+            from its plan, in metres.
     """
 
     still: FloatArray
@@ -50,15 +53,18 @@ class PredictedObstacles(NamedTuple):
     spread: FloatArray
     chance: FloatArray
     radius: FloatArray
+    reach: FloatArray
 
 
 @kernel
-def predicted_obstacles(forecast: Forecast, spread: FloatArray) -> PredictedObstacles:
+def predicted_obstacles(forecast: Forecast, spread: FloatArray, error: float, growth: float) -> PredictedObstacles:
     """The forecast as the search sees it.
 
     Args:
         forecast: What is expected of the obstacles.
         spread: (3,) standard deviation of the robot's own place [m], its growth [m/s], and the most that counts [m].
+        error: Bound on the error of the robot's own place, in metres.
+        growth: By so much that bound grows from one instant to the next, in metres.
     """
     n, most, instants = forecast.path.shape[0], forecast.path.shape[1], forecast.path.shape[2]
     m = 0
@@ -67,6 +73,7 @@ def predicted_obstacles(forecast: Forecast, spread: FloatArray) -> PredictedObst
             if forecast.weight[i, h] > 0.0:
                 m += 1
     at, sigma, chance, radius = np.empty((instants, m, 2)), np.empty((instants, m)), np.empty(m), np.empty(m)
+    reach = np.empty((instants, m))
     path, doubt, weight, size = forecast.path, forecast.sigma, forecast.weight, forecast.radius
     j = 0
     for i in range(n):
@@ -78,16 +85,20 @@ def predicted_obstacles(forecast: Forecast, spread: FloatArray) -> PredictedObst
                 at[k, j, 0], at[k, j, 1] = path[i, h, k, 0], path[i, h, k, 1]
                 own = spread[0] + spread[1] * k * forecast.step
                 sigma[k, j] = min(math.sqrt(doubt[i, h, k] ** 2 + own * own), spread[2])
+                reach[k, j] = forecast.reach[i, k] + error + k * growth
             j += 1
-    return PredictedObstacles(forecast.still, at, sigma, chance, radius)
+    return PredictedObstacles(forecast.still, at, sigma, chance, radius, reach)
 
 
 @kernel
-def belts_of(obstacles: PredictedObstacles, k: int, stride: int, union: int, belts: FloatArray) -> int:
+def belts_of(
+    obstacles: PredictedObstacles, k: int, stride: int, union: int, ahead: int, belts: FloatArray
+) -> int:  # fmt: skip
     """What moves from instant k to k + `stride`, into `belts` (M, BELT).
 
     Columns: where each begins, by how much it moves (x, y) [m], radius, standard deviation [m], probability, and the
-    radius around it, then around its middle, that hold all that counts, m. After the last instant nothing moves on.
+    radius around it, then around its middle, that hold all that counts, m; and which hypothesis it is. After the last instant nothing
+    moves on.
 
     Args:
         obstacles: As the search sees them.
@@ -95,6 +106,7 @@ def belts_of(obstacles: PredictedObstacles, k: int, stride: int, union: int, bel
         stride: How many instants later it ends.
         union: So many of the first instants count at any time, the belts of a planner that is blind to time; 0: each
             counts at its own.
+        ahead: Of so many instants beyond the last one its reach counts, too; 0: it does not.
         belts: (M, BELT), filled; there must be room for one a hypothesis, with `union` for one at each instant.
 
     Returns:
@@ -113,8 +125,11 @@ def belts_of(obstacles: PredictedObstacles, k: int, stride: int, union: int, bel
             sigma = spread[end, i]
             belts[m, 0], belts[m, 1], belts[m, 2], belts[m, 3] = at[begin, i, 0], at[begin, i, 1], dx, dy
             belts[m, 4], belts[m, 5], belts[m, 6] = radius[i], sigma, chance[i]
-            belts[m, 7] = radius[i] + _FAR * sigma
-            belts[m, 8] = belts[m, 7] + 0.5 * math.sqrt(dx * dx + dy * dy)
+            belts[m, 7] = radius[i] + BEYOND * sigma
+            belts[m, 8] = belts[m, 7] + (0.5 + ahead / stride) * math.sqrt(dx * dx + dy * dy)
+            if ahead > 0:
+                belts[m, 8] += obstacles.reach[min(ahead, top), i]
+            belts[m, 9] = i
             m += 1
     return m
 
@@ -170,7 +185,7 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
         reach = belts[i, 8] + own
         if mx * mx + my * my < reach * reach:
             moving[m, 0], moving[m, 1] = dx, dy
-            for j in range(2, 8):
+            for j in range(2, BELT):
                 moving[m, j] = belts[i, j]
             m += 1
     return n, m
@@ -209,12 +224,12 @@ def collision_risk(
             d2 = ex * ex + ey * ey
             if d2 >= reach * reach:
                 continue
-            room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - body
+            room = room_to(vertices, rim, theta + share * turn, ex, ey, d2) - body
             if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
-                then = _room(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
+                then = room_to(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
                 room = min(room, then)
                 if room < margin:
-                    now = _room(vertices, rim, theta, cx, cy, cx * cx + cy * cy) - body
+                    now = room_to(vertices, rim, theta, cx, cy, cx * cx + cy * cy) - body
                     if then <= now or now >= margin:  # out of the margin it may go
                         return -1.0
             if room < soft:
@@ -234,14 +249,20 @@ def collision_risk(
         d2 = ex * ex + ey * ey
         if d2 >= reach * reach:
             continue
-        room = _room(vertices, rim, theta + share * turn, ex, ey, d2) - moving[i, 4]
-        if room < _FAR * moving[i, 5]:  # beside a polygon there is more room than around its circumscribed circle
-            risk += moving[i, 6] * _TAIL[int(max(room / moving[i, 5] + _FAR, 0.0) * _PER)]
+        room = room_to(vertices, rim, theta + share * turn, ex, ey, d2) - moving[i, 4]
+        if room < BEYOND * moving[i, 5]:  # beside a polygon there is more room than around its circumscribed circle
+            risk += moving[i, 6] * tail(room / moving[i, 5])
     return risk
 
 
 @kernel
-def _room(vertices: FloatArray, rim: float, theta: float, ex: float, ey: float, d2: float) -> float:
+def tail(z: float) -> float:
+    """Probability of being less than `z` standard deviations away; `z` is below `BEYOND`."""
+    return float(_TAIL[int(max(z + BEYOND, 0.0) * _PER)])
+
+
+@kernel
+def room_to(vertices: FloatArray, rim: float, theta: float, ex: float, ey: float, d2: float) -> float:
     """Distance [m] of the footprint, heading `theta`, to a point at (ex, ey) from its origin, sqrt(`d2`) away."""
     if len(vertices) == 1:
         return math.sqrt(d2) - rim

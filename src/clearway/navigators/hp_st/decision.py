@@ -10,7 +10,7 @@ import numpy as np
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.candidates import distinct
+from clearway.navigators.hp_st.candidates import by_first_step, distinct
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
 from clearway.navigators.hp_st.contact import (
     Base,
@@ -27,7 +27,8 @@ from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
 from clearway.navigators.hp_st.search import nodes_of, search
 from clearway.navigators.hp_st.search_costs import SearchCosts, faces, time_to_go, worth
 from clearway.navigators.hp_st.search_layer import Problem
-from clearway.navigators.hp_st.search_tree import COST, Tree, leaf, trace
+from clearway.navigators.hp_st.search_tree import COST, Tree, follow, leaf
+from clearway.navigators.hp_st.stopping import stopping_risk
 from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.robots.drive_limits import immediate
@@ -201,6 +202,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     cost, total = 0.0, -1.0
     first, _, _ = look(field, start[0], start[1])
     fall = base.limits.deceleration
+    braking = 0.5 * fastest * fastest / fall if costs.halt > 0.0 else 0.0
     states[0] = start
     for k in range(n):
         x, y, theta = plan.states[k, 0], plan.states[k, 1], plan.states[k, 2]
@@ -211,8 +213,8 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
             continue
         weight = costs.contact_cost * costs.discount ** (k * c)
         nearness = costs.near * costs.step / weight
-        moving = belts_of(obstacles, k, 1, costs.union, nearby.belts)
-        s, m = near(still, moving, x, y, foot.circumscribed + fastest * c, costs.soft, nearby)
+        moving = belts_of(obstacles, k, 1, costs.union, costs.ahead, nearby.belts)
+        s, m = near(still, moving, x, y, foot.circumscribed + fastest * c + braking, costs.soft, nearby)
         turn = plan.inputs[k, 1] * c
         risk = collision_risk(
             nearby.stills, s, nearby.moving, m, foot, costs.margin, costs.soft, nearness, theta, dx, dy, turn
@@ -220,6 +222,11 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         if risk < 0.0:
             risk = 1.0
         cost += weight * risk * c / costs.step
+        if costs.halt > 0.0 and m > 0:
+            cost += costs.halt * c * costs.discount ** (k * c) * stopping_risk(
+                nearby.moving, m, obstacles.reach, c, c, base.limits, foot, theta + turn, dx, dy, plan.velocities[k + 1, 0],
+                plan.velocities[k + 1, 1],
+            )  # fmt: skip
         cost += costs.yaw_change_cost * abs(plan.velocities[k + 1, 1] - plan.velocities[k, 1])
         if plan.inputs[k, 0] < 0.0:
             cost += costs.reverse_cost * c
@@ -253,7 +260,8 @@ def pose_scene(
     start = np.empty(5)
     start[0], start[1], start[2] = pose[0], pose[1], pose[2]
     start[3], start[4] = memory.velocity[0], memory.velocity[1]
-    return Scene(settings, base, predicted_obstacles(forecast, settings.spread), field, area, costs, safety, start)
+    obstacles = predicted_obstacles(forecast, settings.spread, safety.start[0], safety.disturbance[0])
+    return Scene(settings, base, obstacles, field, area, costs, safety, start)
 
 
 @kernel
@@ -315,9 +323,7 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
     commands, states = np.zeros((count + 1, n, 2)), np.empty((count + 1, n + 1, 5))
     total, cost = np.full(count + 1, math.inf), np.full(count + 1, math.inf)
     for p in range(len(ends)):
-        _, told = trace(tree, ends[p, 0], ends[p, 1])
-        for k in range(min(len(told) * stride, n)):
-            commands[p, k, 0], commands[p, k, 1] = told[k // stride, 0], told[k // stride, 1]
+        follow(tree, ends[p, 0], ends[p, 1], stride, commands[p])
     if costs.stop:
         home(scene.start, base.limits, scene.field, settings.period, costs.reach, commands[count - 1])
     best = 0
@@ -365,6 +371,15 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
         choice = int(np.argmin(left))
     if status != STOPPED and settings.certified and certified < 1:
         status, choice = STORED, first
+        tree, commands, states = found.tree, np.zeros(ways.commands[0].shape), np.empty(ways.states[0].shape)
+        for end in by_first_step(tree):  # none of the best: another first step may do
+            commands[:] = 0.0
+            follow(tree, end[0], end[1], scene.costs.stride, commands)
+            whole = drive(scene.start, commands, safety.limits, settings.period)
+            certified, plan, about = longest_certified(whole, foot, forecast, rules, safety, memory.age[0] >= 2.0, 1)
+            if certified >= 1:
+                _, cost = weigh(scene, commands, states)
+                return Decision(commands, states, cost, PLANNED, certified, plan, about, shown, -1, found.spent, found.cut)  # fmt: skip
     if status == PLANNED and choice == last:
         status = KEPT
     return Decision(

@@ -1,7 +1,7 @@
 """How far it is to the goal past what stands: a grid of distances, exact where the goal is in sight.
 
 Where a disc hides the goal, the eikonal equation is solved by fast sweeping (Zhao 2005) from the rim of its shadow on,
-so that errors of the grid arise in shadows alone.
+so that errors of the grid arise in shadows alone. With a map the distances are those of the ways on it, where the robot is.
 """
 
 from __future__ import annotations
@@ -11,8 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearway.crowds.ways import Ways, in_sight
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.frame import OdometryFrame
 
 CELLS = 6400
 """At most so many cells: the grid is as fine as that allows."""
@@ -22,6 +24,12 @@ FINEST = 0.1
 
 THICK = 6.0
 """A metre inside a disc counts as so many: whoever is in there is led out."""
+
+EXACT = 1.0
+"""So near to the goal, and in sight of it, the distance on a map is the straight one, m."""
+
+NO_WAY = 1e3
+"""Where no way on the map leads to the goal it is so far, m."""
 
 _ROUNDS = 6
 _ENOUGH = 1e-3
@@ -70,6 +78,51 @@ def make_field(goal: FloatArray, discs: FloatArray, area: FloatArray) -> Field:
     if n > 0:
         _sweep(distance, hidden, slow, h)
     return Field(distance, hidden, area[:2].copy(), h, goal[:2].copy())
+
+
+def field_on_map(ways: Ways, frame: OdometryFrame, place: FloatArray, goal: FloatArray, half: float) -> Field:
+    """The distances to `goal` (2,) by `ways` in a square about `place` (2,), `half` [m] to each side.
+
+    Args:
+        ways: To the same goal, on the map.
+        frame: In which `place`, `goal` and the field are.
+        place: Where the robot is, in metres.
+        goal: In metres.
+        half: In metres.
+    """
+    h = max(ways.room.resolution, 2.0 * half / math.sqrt(CELLS))
+    count = int(2.0 * half / h) + 2
+    origin = np.floor(place[:2] / h) * h - half
+    steps = h * np.arange(count)
+    at = np.stack(np.meshgrid(origin[0] + steps, origin[1] + steps), axis=-1)
+    distance, hidden = _by_ways(ways, frame.back(at.reshape(-1, 2)))
+    return Field(distance.reshape(count, count), hidden.reshape(count, count), origin, h, goal[:2].copy())
+
+
+@kernel
+def _by_ways(ways: Ways, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(n,) way to the goal from each of `places` (n, 2) on the map, and 0 where it is straight, else 1."""
+    d, room, goal = ways.distance, ways.room, ways.goal
+    rows, columns = d.shape
+    far, hidden = np.empty(len(places)), np.ones(len(places))
+    for n in range(len(places)):
+        x, y = places[n, 0], places[n, 1]
+        away = math.sqrt((x - goal[0]) ** 2 + (y - goal[1]) ** 2)
+        if away <= EXACT and in_sight(ways, x, y, goal[0], goal[1]):
+            far[n], hidden[n] = away, 0.0
+            continue
+        a = min(max((x - room.origin[0]) / room.resolution - 0.5, 0.0), columns - 1.001)
+        b = min(max((y - room.origin[1]) / room.resolution - 0.5, 0.0), rows - 1.001)
+        j, i = int(a), int(b)
+        s, t = a - j, b - i
+        total, weight = 0.0, 0.0
+        for k in range(4):  # walls have no way: the mean of the others
+            value = d[i + k // 2, j + k % 2]
+            share = (t if k // 2 == 1 else 1.0 - t) * (s if k % 2 == 1 else 1.0 - s)
+            if value < math.inf:
+                total, weight = total + share * value, weight + share
+        far[n] = total / weight if weight > 1e-9 else NO_WAY
+    return far, hidden
 
 
 @kernel

@@ -38,7 +38,8 @@ from clearway.navigators.hp_st.decision import (
     pose_scene,
     widen,
 )
-from clearway.navigators.hp_st.field import Field, make_field
+from clearway.navigators.hp_st.field import Field
+from clearway.navigators.hp_st.goal_distance import GoalDistance
 from clearway.navigators.hp_st.manoeuvres import NONE, manoeuvres_of
 from clearway.navigators.hp_st.parameters import (
     GUARANTEES,
@@ -50,6 +51,7 @@ from clearway.navigators.hp_st.parameters import (
 from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
+from clearway.navigators.hp_st.stopping import longest_braking
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import HOSPITAL, TunedOn
@@ -89,7 +91,7 @@ class HpSt:
         ClearwayError: An option does not exist, or a parameter is out of its range.
     """
 
-    needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+    needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional", "ackermann"})
     privileged: ClassVar[bool] = False
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
@@ -105,6 +107,12 @@ class HpSt:
         ),
         *(TunedOn(suite, ("tiago", "hosbot", "jackal"), "hall", seeds=(3,)) for suite in HOSPITAL),
         *(TunedOn(suite, ("tiago", "hosbot"), "hall", seeds=(7,), note="the cost of nearness") for suite in HOSPITAL),
+        TunedOn(
+            "ward-day",
+            ("tiago",),
+            draws=range(3),
+            note="the cost of contact, and for how long who is out of view is remembered",
+        ),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
@@ -152,10 +160,12 @@ class HpSt:
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
             certified=certified,
         )  # fmt: skip
+        ahead = longest_braking(limits, task.period) if certified and math.isfinite(limits.deceleration) else 0
         self._wishes = SearchCosts(
             stride * task.period, stride, p.contact_cost, p.discount, p.margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
             0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
-            0.0 if "time-to-go" not in without else PACE * limits.v_max, 0.0, math.inf, NONE, "candidates" not in without,
+            0.0 if "time-to-go" not in without else PACE * limits.v_max, 0.0, math.inf, NONE, p.halt_cost if ahead else 0.0,
+            ahead, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
         self._area = area_of(task)
@@ -179,8 +189,10 @@ class HpSt:
         self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(2))
         self._goal: Goal | None = None
         self._field: Field | None = None
-        self._known, self._age = b"", 0
-        self._refresh = 1 if robot.camera else max(1, round(REFRESH / task.period))
+        self._distance = GoalDistance(
+            task, self._area, self._base.foot.circumscribed + p.margin, limits, periods * task.period,
+            1 if robot.camera else max(1, round(REFRESH / task.period)),
+        )  # fmt: skip
         self._decision = None
         self._forecast: Forecast | None = None
         self._seconds = task.budget.seconds
@@ -228,7 +240,7 @@ class HpSt:
             v, omega, status = self._turn(self._approach.turn, pose)
             arrived = arrived and status != STATUSES[STORED]  # else it evades
         else:
-            self._see(goal, pose)
+            self._field = self._distance.update(observation, self._frame, pose, goal, self._forecast.still)
             share = CLOSE if self._wishes.stop and not self._car else REACH * (0.5 if self._car else 1.0)
             costs = self._wishes._replace(reach=share * observation.goal.xy_tolerance)
             if self._car:
@@ -324,24 +336,6 @@ class HpSt:
         limits = self._base.limits  # beyond them only where it was pushed farther than is assumed
         return min(max(v, limits.v_min), limits.v_max), min(max(omega, -limits.omega_max), limits.omega_max)
 
-    def _see(self, goal: FloatArray, pose: FloatArray) -> None:
-        """Distances to the goal, anew where what stands or the goal has changed."""
-        assert self._forecast is not None
-        self._age += 1
-        old, still = self._field, self._forecast.still
-        same = old is not None and np.abs(old.goal - goal[:2]).max() < _SAME
-        if same and self._age < self._refresh:
-            return
-        area = self._area
-        if not np.isfinite(area).all():
-            low, high = np.minimum(pose[:2], goal[:2]) - 4.0, np.maximum(pose[:2], goal[:2]) + 4.0
-            area = np.array((*np.floor(low), *np.ceil(high)))
-        key = still.tobytes() + goal.tobytes() + area.tobytes()
-        if key != self._known:
-            discs = still.copy()
-            discs[:, 2] += self._base.foot.circumscribed + self._p.margin
-            self._field, self._known, self._age = make_field(goal, discs, area), key, 0
-
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `way 1`, ...; circles `obstacles`, `forecast` and `reach`; the tube along the certified plan."""
         decision, forecast, frame = self._decision, self._forecast, self._frame
@@ -379,8 +373,6 @@ class HpStForesight(HpSt):
 _UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"
 
 _ENDLESS = 2**62  # nodes
-
-_SAME = 1e-3  # m, a goal that has moved by less hasn't moved
 
 _NOTHING = Obstacles(
     np.zeros((0, 2)),

@@ -40,6 +40,9 @@ class Parameters(RobotTable):
     wide: Whole = Field(ge=1, le=2000, description="nodes kept where the narrow search finds no way of low cost")
     low_cost_threshold: NonNegative = Field(description="a way that costs no more than this is not searched on, s")
     contact_cost: Positive = Field(description="cost of a certain contact, s")
+    halt_cost: NonNegative = Field(
+        description="with a certificate: cost of being where it couldn't brake to rest in time, s/s"
+    )
     discount: Share = Field(description="factor on that for each second ahead")
     margin: NonNegative = Field(description="kept from what stands, m")
     soft: Positive = Field(description="from this distance on nearness to what stands costs, m")

@@ -32,6 +32,8 @@ class SearchCosts(NamedTuple):
         heading: With which heading it has to be there, rad.
         turn: Within which of that, rad; inf: the heading is free, or it can turn there.
         manoeuvres: What that takes, see `manoeuvres.manoeuvres_of`; `NONE` where the heading doesn't count.
+        halt: What it costs to be where no certificate lets it go on, see `stopping`, s per s; 0: nothing, or nobody asks.
+        ahead: In how many instants it can be at rest; 0 where `halt` is.
         sectors: Whether some nodes of each sector are kept; if not, as many more of the best.
     """
 
@@ -51,6 +53,8 @@ class SearchCosts(NamedTuple):
     heading: float
     turn: float
     manoeuvres: FloatArray
+    halt: float
+    ahead: int
     sectors: bool
 
 

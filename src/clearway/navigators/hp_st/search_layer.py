@@ -17,6 +17,7 @@ from clearway.navigators.hp_st.field import Field, look_at
 from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
 from clearway.navigators.hp_st.search_costs import SearchCosts, faces, to_go, worth
 from clearway.navigators.hp_st.search_tree import COST, OMEGA, THETA, TOTAL, IntArray, Tree, V, X, Y
+from clearway.navigators.hp_st.stopping import stopping_risk
 from clearway.robots.drive_limits import immediate, possible
 
 SECTORS = 17
@@ -132,14 +133,15 @@ def expand(
     child, origin, command, cell, slot, sector, owner = children
 
     mask, half = len(owner) - 1, 2 * len(count)
-    fastest = max(high, -low)
+    fastest, halt = max(high, -low), costs.halt * dt * costs.discount ** (k * dt)
+    period, braking = dt / costs.stride, 0.5 * fastest * fastest / slower if halt > 0.0 else 0.0
     per_cell, wide = 2.0 / (fastest * dt), 2 * half + 1
     found, next_hinted, best_goal = 0, -1, front.best
     weight = costs.contact_cost * costs.discount ** (k * dt)
     nearness = costs.near * dt / weight  # what stands will not be gone later: that is not to be put off
     begun, ended = k * dt, (k + 1) * dt
     near_start = (0.3 * ended * fastest) ** 2
-    moving = belts_of(obstacles, k * costs.stride, costs.stride, costs.union, nearby.belts)
+    moving = belts_of(obstacles, k * costs.stride, costs.stride, costs.union, costs.ahead, nearby.belts)
     for b in range(count[k]):
         x0, y0, theta0 = nodes[k, b, X], nodes[k, b, Y], nodes[k, b, THETA]
         v0, w0, cost0 = nodes[k, b, V], nodes[k, b, OMEGA], nodes[k, b, COST]
@@ -148,7 +150,7 @@ def expand(
         gx, gy = target[0] - x0, target[1] - y0
         off = math.atan2(cos0 * uy - sin0 * ux, cos0 * ux + sin0 * uy)
         inside = _inside(area, x0, y0)
-        s, m = near(obstacles.still, moving, x0, y0, foot.circumscribed + fastest * dt, soft, nearby)
+        s, m = near(obstacles.still, moving, x0, y0, foot.circumscribed + fastest * dt + braking, soft, nearby)
         extra = 2 if b == front.hinted and k < len(hint) else 1
         for c in range(len(controls) + 1 + extra):
             if c < len(controls):
@@ -215,6 +217,12 @@ def expand(
                 continue
             cost += weight * risk
             total += weight * risk
+            if halt > 0.0 and m > 0:
+                late = halt * stopping_risk(
+                    moving_near, m, obstacles.reach, period, dt, limits, foot, theta0 + 2.0 * h, dx, dy, v_end, w_end
+                )
+                cost += late
+                total += late
             left = _arrival(gx, gy, dx, dy, far, v_end, reach, fall, per_high)
             arrives = left >= 0.0 and (not poised or faces(costs, theta))
             if arrives:

@@ -60,3 +60,11 @@ def trace(tree: Tree, layer: int, index: int) -> tuple[FloatArray, FloatArray]:
             inputs[k - 1] = tree.control[k, index]
             index = tree.parent[k, index]
     return states, inputs
+
+
+@kernel
+def follow(tree: Tree, layer: int, index: int, stride: int, commands: FloatArray) -> None:
+    """Fill `commands` (N, 2), which is zero, with those of the way to a node, `stride` periods a layer."""
+    _, told = trace(tree, layer, index)
+    for k in range(min(len(told) * stride, len(commands))):
+        commands[k, 0], commands[k, 1] = told[k // stride, 0], told[k // stride, 1]
