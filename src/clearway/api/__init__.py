@@ -13,7 +13,7 @@ from clearway.api.campaigns import merge, recorded_people, rerun, resume, run, s
 from clearway.api.recordings import score, watch
 from clearway.api.results import Results, compare, open_results
 from clearway.campaigns.rerun import Rerun
-from clearway.improving.tune import Tuning
+from clearway.improving.tuning import Tuning
 from clearway.searching.breaks import Breaks
 
 __all__ = [

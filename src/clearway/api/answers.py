@@ -17,8 +17,8 @@ from clearway.campaigns.progress import ProgressCallback
 from clearway.campaigns.variants import variants
 from clearway.errors import ClearwayError
 from clearway.given import PREFIX
-from clearway.improving.tune import Tuning
 from clearway.improving.tune import tune as run_tuning
+from clearway.improving.tuning import Tuning
 from clearway.robots import Robot
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection, Suite

@@ -7,7 +7,7 @@ import difflib
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ from clearway.robots import load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import Selection, refuse_many
 from clearway.scenarios.suites import load_suite
-
-if TYPE_CHECKING:
-    from clearway.campaigns.plan import CampaignPlan
 
 SEEDS = 250
 """Of a block."""
@@ -89,6 +86,27 @@ class TrialSpec:
         return self.navigators[self.member]
 
 
+class Asked(Protocol):
+    """Of a campaign's plan what its trials follow from; `CampaignPlan` says what each means."""
+
+    @property
+    def suites(self) -> tuple[str, ...]: ...
+    @property
+    def robots(self) -> tuple[str, ...]: ...
+    @property
+    def navigators(self) -> tuple[str, ...]: ...
+    @property
+    def selection(self) -> Selection: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def localisation(self) -> str | None: ...
+    @property
+    def tracking(self) -> str | None: ...
+    @property
+    def setups(self) -> tuple[str, ...]: ...
+
+
 @dataclass(frozen=True, slots=True)
 class _Block:
     """Trials that are made together."""
@@ -115,7 +133,7 @@ class TrialList(Sequence[TrialSpec]):
         ClearwayError: an unknown suite, robot or scenario, a selection that selects nothing, or one trial twice.
     """
 
-    def __init__(self, plan: CampaignPlan, sizes: Any = None) -> None:
+    def __init__(self, plan: Asked, sizes: Any = None) -> None:
         self._plan, self._held = plan, dict[tuple[str, str, Selection], list[Scenario]]()
         self._blocks = _blocks(plan)
         self._runs = [] if sizes is None else _expanded(sizes)
@@ -223,7 +241,7 @@ class TrialList(Sequence[TrialSpec]):
         return runs
 
 
-def _blocks(plan: CampaignPlan) -> list[_Block]:
+def _blocks(plan: Asked) -> list[_Block]:
     """Suites x robots x navigators x set-ups x seeds, in this order."""
     setups = [read_thinking_budget(s) for s in plan.setups] or [FREE]
     found = []
@@ -275,7 +293,7 @@ def _test(spec: TrialSpec) -> str:
     return spec.scenario.model_dump_json(exclude={"name", "labels"})
 
 
-def _refuse_unknown(plan: CampaignPlan, found: set[str]) -> None:
+def _refuse_unknown(plan: Asked, found: set[str]) -> None:
     """Complain of the first scenario that is asked for and that no suite has."""
     missing = [name for name in plan.selection.scenarios if name not in found]
     if not missing:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from clearway.improving.search import Candidate
     from clearway.improving.task import Task
-    from clearway.improving.tune import Tuning
+    from clearway.improving.tuning import Tuning
 
 FRONT = "front.svg"
 """The figure's file."""

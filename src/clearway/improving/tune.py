@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
-import shlex
 import tempfile
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,13 +15,14 @@ from clearway.campaigns.campaign import run_campaign
 from clearway.campaigns.plan_checks import check_plan
 from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback, silent
-from clearway.errors import ClearwayError, shown
-from clearway.improving.objective import Limit, Objective, Score, together
+from clearway.errors import ClearwayError
+from clearway.improving.objective import Limit, Objective, together
 from clearway.improving.page import write_page
 from clearway.improving.preparing import Prepared, check_ends, prepared
 from clearway.improving.search import Candidate, Record, best
 from clearway.improving.task import Task, read_task
 from clearway.improving.trials import Bench
+from clearway.improving.tuning import Gain, Tuning
 from clearway.indicators import INDICATORS
 from clearway.placing import make_folder
 from clearway.reports.comparison_page import write_comparison
@@ -33,94 +32,6 @@ from clearway.trials.store import Results, refuse_results
 from clearway.tuning import TunedOn
 
 SUCCESS = "success"
-
-
-@dataclass(frozen=True, slots=True)
-class Gain:
-    """What an objective's indicator gained on the held-out trials.
-
-    Attributes:
-        indicator: Its name.
-        unit: Its unit.
-        before: Its mean with the parameters that came in; nan: never computable.
-        after: With those that were found.
-        difference: Of the pairs, after - before: the mean, of success the difference of the rates; nan: no pairs.
-        low: Lower end of its 95 % interval.
-        high: Upper end.
-        verdict: 1: shown to be better, -1: shown to be worse, 0: neither is shown.
-    """
-
-    indicator: str
-    unit: str
-    before: float
-    after: float
-    difference: float
-    low: float
-    high: float
-    verdict: int
-
-    def __str__(self) -> str:
-        unit = f" {self.unit}" if self.unit else ""
-        said = {1: "better, shown", -1: "WORSE, shown", 0: "no difference is shown"}[self.verdict]
-        return (
-            f"{self.indicator}: {self.before:.4g} -> {self.after:.4g}{unit}, paired difference {self.difference:+.4g} "
-            f"[{self.low:+.4g}, {self.high:+.4g}]; {said}"
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Tuning:
-    """What a tuning found.
-
-    Attributes:
-        path: Its folder.
-        file: The file with the parameters that were found; None: they are options, or nothing better was found.
-        robot: The robot with them, as `clearway run` takes it.
-        navigator: The navigator with them, likewise.
-        before: The values that came in; None where none is known.
-        after: The values that were found.
-        trials: How many training trials were run.
-        front: The candidates that no other one beats in everything, of those that met all training trials.
-        gains: On the held-out trials, in the order of the objective; empty where nothing better was found.
-        limits: Each constraint and its value on the held-out trials: (constraint, value before, value after, whether it holds then).
-        comparison: Of the held-out trials, after against before; None where nothing better was found.
-        warnings: What is to be distrusted.
-    """
-
-    path: Path
-    file: Path | None
-    robot: str
-    navigator: str
-    before: Mapping[str, Any]
-    after: Mapping[str, Any]
-    trials: int
-    front: tuple[Candidate, ...]
-    gains: tuple[Gain, ...]
-    limits: tuple[tuple[str, float, float, bool], ...]
-    comparison: Comparison | None
-    warnings: tuple[str, ...]
-
-    @property
-    def better(self) -> bool:
-        """Whether the held-out trials show a gain: in the first indicator of the objective in which a difference is shown."""
-        kept = all(holds for *_, holds in self.limits)
-        return kept and next((gain.verdict for gain in self.gains if gain.verdict), 0) > 0
-
-    def __str__(self) -> str:
-        """What was found, for people."""
-        if self.comparison is None:
-            return "\n".join([f"nothing better than what came in, in {self.trials} training trials", *self._warned()])
-        lines = [f"{name}: {shown(self.before[name])} -> {shown(value)}" for name, value in self.after.items()]
-        lines += [f"held out, {self.comparison.pairs} pairs", *(f"  {gain}" for gain in self.gains)]
-        lines += [
-            f"  {text}: {before:.4g} -> {after:.4g}, {'holds' if holds else 'BROKEN'}"
-            for text, before, after, holds in self.limits
-        ]
-        run = f"clearway run SUITE --robot {shlex.quote(self.robot)} --navigator {shlex.quote(self.navigator)}"
-        return "\n".join([*lines, *self._warned(), f"page: {self.path / 'index.html'}", f"to use it: {run}"])
-
-    def _warned(self) -> list[str]:
-        return [f"warning: {text}" for text in self.warnings]
 
 
 def tune(
@@ -283,6 +194,3 @@ def _write_table(file: Path, objective: Objective, candidates: Sequence[Candidat
             rows.writerow(
                 [one.number, *(one.values[n] for n in names), one.score.trials, *cells, f"{one.score.excess:.6g}"]
             )
-
-
-__all__ = ["Gain", "Score", "Tuning", "tune"]

@@ -1,0 +1,101 @@
+"""What a tuning found, and what it gained on trials that nothing was tuned on."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from clearway.errors import shown
+from clearway.improving.search import Candidate
+from clearway.statistics import Comparison
+
+
+@dataclass(frozen=True, slots=True)
+class Gain:
+    """What an objective's indicator gained on the held-out trials.
+
+    Attributes:
+        indicator: Its name.
+        unit: Its unit.
+        before: Its mean with the parameters that came in; nan: never computable.
+        after: With those that were found.
+        difference: Of the pairs, after - before: the mean, of success the difference of the rates; nan: no pairs.
+        low: Lower end of its 95 % interval.
+        high: Upper end.
+        verdict: 1: shown to be better, -1: shown to be worse, 0: neither is shown.
+    """
+
+    indicator: str
+    unit: str
+    before: float
+    after: float
+    difference: float
+    low: float
+    high: float
+    verdict: int
+
+    def __str__(self) -> str:
+        unit = f" {self.unit}" if self.unit else ""
+        said = {1: "better, shown", -1: "WORSE, shown", 0: "no difference is shown"}[self.verdict]
+        return (
+            f"{self.indicator}: {self.before:.4g} -> {self.after:.4g}{unit}, paired difference {self.difference:+.4g} "
+            f"[{self.low:+.4g}, {self.high:+.4g}]; {said}"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tuning:
+    """What a tuning found.
+
+    Attributes:
+        path: Its folder.
+        file: The file with the parameters that were found; None: they are options, or nothing better was found.
+        robot: The robot with them, as `clearway run` takes it.
+        navigator: The navigator with them, likewise.
+        before: The values that came in; None where none is known.
+        after: The values that were found.
+        trials: How many training trials were run.
+        front: The candidates that no other one beats in everything, of those that met all training trials.
+        gains: On the held-out trials, in the order of the objective; empty where nothing better was found.
+        limits: Each constraint and its value on the held-out trials: (constraint, value before, value after, whether it holds then).
+        comparison: Of the held-out trials, after against before; None where nothing better was found.
+        warnings: What is to be distrusted.
+    """
+
+    path: Path
+    file: Path | None
+    robot: str
+    navigator: str
+    before: Mapping[str, Any]
+    after: Mapping[str, Any]
+    trials: int
+    front: tuple[Candidate, ...]
+    gains: tuple[Gain, ...]
+    limits: tuple[tuple[str, float, float, bool], ...]
+    comparison: Comparison | None
+    warnings: tuple[str, ...]
+
+    @property
+    def better(self) -> bool:
+        """Whether the held-out trials show a gain: in the first indicator of the objective in which a difference is shown."""
+        kept = all(holds for *_, holds in self.limits)
+        return kept and next((gain.verdict for gain in self.gains if gain.verdict), 0) > 0
+
+    def __str__(self) -> str:
+        """What was found, for people."""
+        if self.comparison is None:
+            return "\n".join([f"nothing better than what came in, in {self.trials} training trials", *self._warned()])
+        lines = [f"{name}: {shown(self.before[name])} -> {shown(value)}" for name, value in self.after.items()]
+        lines += [f"held out, {self.comparison.pairs} pairs", *(f"  {gain}" for gain in self.gains)]
+        lines += [
+            f"  {text}: {before:.4g} -> {after:.4g}, {'holds' if holds else 'BROKEN'}"
+            for text, before, after, holds in self.limits
+        ]
+        run = f"clearway run SUITE --robot {shlex.quote(self.robot)} --navigator {shlex.quote(self.navigator)}"
+        return "\n".join([*lines, *self._warned(), f"page: {self.path / 'index.html'}", f"to use it: {run}"])
+
+    def _warned(self) -> list[str]:
+        return [f"warning: {text}" for text in self.warnings]
