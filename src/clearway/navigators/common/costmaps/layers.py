@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.costmaps.lines import clipped
 
 ByteGrid = npt.NDArray[np.uint8]
 IntGrid = npt.NDArray[np.int32]
@@ -118,16 +119,7 @@ def clear_rays(
     longest = math.ceil(reach / resolution)
     last = -1
     for i in range(points.shape[0]):
-        px, py = points[i, 0], points[i, 1]
-        a, b = px - x, py - y
-        if px < ox:
-            px, py = ox, y + b * ((ox - x) / a)
-        if py < oy:
-            px, py = x + a * ((oy - y) / b), oy
-        if px > far_x:
-            px, py = far_x - 0.001, y + b * ((far_x - x) / a)
-        if py > far_y:
-            px, py = x + a * ((far_y - y) / b), far_y - 0.001
+        px, py = clipped(x, y, points[i, 0], points[i, 1], ox, oy, far_x, far_y)
         if px < ox or py < oy:
             continue
         c1, r1 = int((px - ox) / resolution), int((py - oy) / resolution)

@@ -1,4 +1,4 @@
-"""The cells of a costmap on a line, as ROS draws it.
+"""The cells of a costmap on a line, as ROS draws it, and where a ray leaves the map.
 
 Bresenham's line with an integer error that starts at half the longer side (base_local_planner/src/line_iterator.h, which Nav2 has
 unchanged).
@@ -51,3 +51,21 @@ def next_cell(line: Line, row: int, col: int, error: int) -> tuple[int, int, int
     if error >= line.length:
         return row + line.side_row, col + line.side_col, error - line.length
     return row, col, error
+
+
+@kernel
+def clipped(
+    x: float, y: float, px: float, py: float, low_x: float, low_y: float, high_x: float, high_y: float
+) -> tuple[float, float]:
+    """Where a ray from (x, y), on the map, to (px, py) ends on the map, m (ObstacleLayer::raytraceFreespace): side by side, so that it
+    may still end off it."""
+    a, b = px - x, py - y
+    if px < low_x:
+        px, py = low_x, y + b * ((low_x - x) / a)
+    if py < low_y:
+        px, py = x + a * ((low_y - y) / b), low_y
+    if px > high_x:
+        px, py = high_x - 0.001, y + b * ((high_x - x) / a)
+    if py > high_y:
+        px, py = x + a * ((high_y - y) / b), high_y - 0.001
+    return px, py

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.layers import FREE, INSCRIBED, LETHAL, UNKNOWN, ByteGrid
+from clearway.navigators.common.costmaps.lines import clipped
 
 Window = npt.NDArray[np.int64]
 """(4,) r0, r1, c0, c1: the half-open range of cells [r0, r1) x [c0, c1)."""
@@ -162,16 +163,7 @@ def clear_far_rays(
     bounds[0], bounds[1] = min(bounds[0], x), min(bounds[1], y)
     bounds[2], bounds[3] = max(bounds[2], x), max(bounds[3], y)
     for i in range(points.shape[0]):
-        px, py = points[i, 0], points[i, 1]
-        a, b = px - x, py - y
-        if px < ox:
-            px, py = ox, y + b * ((ox - x) / a)
-        if py < oy:
-            px, py = x + a * ((oy - y) / b), oy
-        if px > end_x:
-            px, py = end_x - 0.001, y + b * ((end_x - x) / a)
-        if py > end_y:
-            px, py = x + a * ((end_y - y) / b), end_y - 0.001
+        px, py = clipped(x, y, points[i, 0], points[i, 1], ox, oy, end_x, end_y)
         if px < ox or py < oy:
             continue
         c1, r1 = int((px - ox) / resolution), int((py - oy) / resolution)
