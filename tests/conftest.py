@@ -21,7 +21,7 @@ settings.load_profile("clearway")
 
 LONGEST = ("hp_st", "test_guard", "test_a_day", "hl_rrt", "conformance", "hp_tmpc", "test_people", "tests/reports")
 """Parts of the names of files, those first whose tests take longest, so that none of them is left when all else is done."""
-NAVIGATORS = ("hp_st", "hp_tmpc", "hl_rrt", "move_base", "colregs_apf")
+NAVIGATORS = ("hp_st", "hp_tmpc", "hl_rrt", "move_base", "colregs_apf", "nav2", "mpc_cbf", "mppi_forecast")
 """Those that compile for long."""
 
 

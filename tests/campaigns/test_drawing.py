@@ -74,6 +74,7 @@ def test_frozen_ones_are_as_they_are() -> None:
     assert drawn(plan, spec) is spec
 
 
+@pytest.mark.slow
 def test_a_campaign_a_resume_and_a_rerun(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = CampaignPlan(("sar-case1",), navigators=("move-base", "colregs-apf"), selection=Selection(seeds=(40, 42)))
     drawings: list[int] = []

@@ -58,6 +58,7 @@ def test_the_quick_case_of_the_how_to_and_again_from_what_is_there(
     assert coloured.reached.replace(" %", "\u00a0%") in (folder / "index.html").read_text("utf-8")
 
 
+@pytest.mark.slow
 def test_what_is_met_nowhere_is_told(tmp_path: Path) -> None:
     typed = ["requirement", "door", "-n", "social-force", "--reliability", "0.5", "--confidence", "0.6"]
     typed += ["--range", "0.6:0.7", "--step", "0.1", "--trials", "20", "--localisation", "truth", "--workers", "0"]
@@ -98,6 +99,7 @@ def test_usual_ranges_can_be_tested(name: str, robot: str, tmp_path: Path) -> No
         clearway.requirement(name, robot, "nobody", workers=0, out=tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_worse_sensors_are_of_another_robot_that_a_file_holds(tmp_path: Path) -> None:
     found = clearway.requirement(
         "lidar-noise", "hosbot", "social-force", reliability=0.3, confidence=0.5, between=(0.0, 0.3), step=0.3, trials=14,

@@ -44,7 +44,7 @@ def test_every_shipped_robot_is_right(name: str) -> None:
 WRONG = [
     ("fear = 3", "hp-st", "navigators.hp-st.fear: unknown key; it is called 'contact_cost' now"),
     ("nonsense = 3", "hp-st", "navigators.hp-st.nonsense: unknown key"),
-    ("contact_cost = -1", "hp-st-foresight", "navigators.hp-st.contact_cost: -1 is wrong"),
+    ("halt_cost = -1", "hp-st-foresight", "navigators.hp-st.halt_cost: -1 is wrong"),
     ("[navigators.hl-rrt]; step = 9.0", "hl-rrt", "navigators.hl-rrt: spacing, step and horizon are 0.1, 9 and 3 m"),
     ("[navigators.colregs-apf]; eta_d = 'big'", "colregs-apf-retuned", "navigators.colregs-apf.eta_d: 'big' is wrong"),
     ("[navigators.hp-tmpc]; w1 = 1.0", "hp-tmpc", "navigators.hp-tmpc.w1: 1.0 is wrong"),

@@ -113,6 +113,7 @@ def test_what_does_not_belong_together_is_refused(folder: Path, tmp_path: Path) 
     assert "hold 4 trials and their campaign has 6" in refused(few, two, three)
 
 
+@pytest.mark.slow
 def test_an_unfinished_shard_is_refused_and_can_be_gone_on_with(folder: Path, tmp_path: Path) -> None:
     class Stopped(Exception):
         pass

@@ -200,6 +200,7 @@ def test_what_no_trial_can_tell_is_refused(tmp_path: Path, old: str, new: str, f
         tune(task, tmp_path / "out", workers=0)
 
 
+@pytest.mark.slow
 def test_the_example_runs_and_what_it_finds_says_on_what_it_was_tuned(tmp_path: Path) -> None:
     example = Path(__file__).parents[2] / "examples" / "tune_hosbot.toml"
     found = tune(example, tmp_path / "out", workers=0)

@@ -13,6 +13,8 @@ from clearway.navigators.common.tracking.problem import TOLERANCE
 from clearway.navigators.mpc_cbf.decision import Settings, pose_problem
 from clearway.robots import DriveLimits
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 PERIOD, GAMMA, N = 0.1, 0.225, 12
 LIMITS = DriveLimits(0.0, 1.0, 2.0, 2.0, 1.5, 4.0, 4.0)
 EVERYWHERE = np.array((-math.inf, -math.inf, math.inf, math.inf))

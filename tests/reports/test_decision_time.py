@@ -35,6 +35,7 @@ class Slow(Stands):
     waits = 0.2
 
 
+@pytest.mark.slow
 def test_who_could_not_have_kept_up_is_told_so(tmp_path: Path) -> None:
     slow, quick = (f"{Path(__file__)}:{name}" for name in ("Slow", "Stands"))
     results = clearway.run(

@@ -32,6 +32,7 @@ def family(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.slow
 def test_a_break_is_found_shrunk_written_and_replayed(family, tmp_path):
     found = clearway.find_breaks(family, **DRIVEN, trials=30, breaks=1, out=tmp_path / "out")
     (one,) = found.breaks

@@ -20,6 +20,8 @@ from clearway.navigators.mpc_cbf import MpcCbf
 from clearway.navigators.mpc_cbf.decision import Settings, barriers, pose_problem
 from clearway.robots import DriveLimits, load_robot
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 RADIUS, PERIOD = 0.25, 0.1
 ROBOT = load_robot("rescue").model_copy(update={"period": PERIOD})
 LIMITS = DriveLimits(0.0, 1.0, 2.0, 2.0, 1.5, 4.0, 4.0)

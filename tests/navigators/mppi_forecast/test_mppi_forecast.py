@@ -23,6 +23,8 @@ from clearway.navigators.mppi_forecast.navigator import _rim
 from clearway.navigators.mppi_forecast.rollout import Drawn, make_room, roll_out
 from clearway.robots import DriveLimits, load_robot
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 STEPS, BATCH, DT, HOLD = 20, 24, 0.2, 3
 ANYWHERE = np.array((-math.inf, -math.inf, math.inf, math.inf))
 DIFFERENTIAL = DriveLimits(-0.5, 1.0, 1.5, 2.0, 1.5, 3.0, 4.0)

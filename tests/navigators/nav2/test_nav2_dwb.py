@@ -17,6 +17,8 @@ from clearway.navigators.nav2.controllers.dwb.parameters import DWBParameters
 from clearway.navigators.nav2.parameters.branch import settle
 from clearway.navigators.nav2.seams import NoValidControl, Tolerances, Velocity
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 DT = 0.05
 FAR = Tolerances(0.25, 0.25, False)
 USUAL = ("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist", "GoalDist")

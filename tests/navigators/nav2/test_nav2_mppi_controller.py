@@ -11,6 +11,8 @@ from clearway.navigators.common.costmaps.footprint import outline
 from clearway.navigators.nav2.controllers.mppi import MPPIController, MPPIParameters
 from clearway.navigators.nav2.seams import CostView, NoValidControl, Tolerances, Velocity
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 CRITICS = (
     "ConstraintCritic", "CostCritic", "GoalCritic", "GoalAngleCritic", "PathAlignCritic", "PathFollowCritic",
     "PathAngleCritic", "PreferForwardCritic",

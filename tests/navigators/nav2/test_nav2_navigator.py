@@ -33,6 +33,8 @@ from clearway.scenarios.suites import load_suite
 from clearway.trials import Outcome
 from clearway.world import simulate
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 PURSUIT = Path(__file__).with_name("nav2_pursuit.yaml")
 PERIOD = 0.1
 ORIGIN = np.zeros(3)

@@ -21,6 +21,8 @@ from clearway.navigators.nav2.seams import (
     Velocity,
 )
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 OUTLINE = np.array([(0.25, 0.15), (-0.2, 0.15), (-0.2, -0.15), (0.25, -0.15)])
 FAR = Tolerances(0.25, 0.25, False)
 DT = 0.05

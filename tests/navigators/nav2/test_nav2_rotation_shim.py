@@ -15,6 +15,8 @@ from clearway.navigators.nav2.controllers.regulated_pure_pursuit import Regulate
 from clearway.navigators.nav2.controllers.rotation_shim import RotationShim
 from clearway.navigators.nav2.seams import Tolerances, Velocity
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 PRIMARY = Velocity(0.3, 0.1, 0.7)
 
 

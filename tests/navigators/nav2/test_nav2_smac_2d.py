@@ -16,6 +16,8 @@ from clearway.navigators.nav2.planners.smac_2d import Smac2D
 from clearway.navigators.nav2.planners.smoother import Smoother
 from clearway.navigators.nav2.seams import CostView, NoPath
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 SQUARE = np.array([(0.12, 0.1), (-0.12, 0.1), (-0.12, -0.1), (0.12, -0.1)])
 
 

@@ -17,6 +17,8 @@ from clearway.navigators.nav2.planners.smac_hybrid.ground import circumscribed_c
 from clearway.navigators.nav2.planners.smac_hybrid.obstacle_heuristic import ObstacleHeuristic, around_obstacles
 from clearway.navigators.nav2.seams import CostView, NoPath
 
+pytestmark = pytest.mark.slow  # compiles for long
+
 CAR = np.array([(0.33, 0.12), (-0.1, 0.12), (-0.1, -0.12), (0.33, -0.12)])
 INSCRIBED, CIRCUMSCRIBED = 0.1, math.hypot(0.33, 0.12)
 RESOLUTION = 0.05
