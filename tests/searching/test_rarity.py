@@ -92,3 +92,13 @@ def test_the_sentence_says_it_as_a_person_would():
     assert "of all trials (95 %: " in str(found)
     assert "about one in " in str(found)
     assert "plain sampling would take about " in str(found)
+
+
+def test_a_trial_without_a_margin_is_far_from_failing():
+    def judge(asked):
+        margins = _plane(1e-3)(asked)
+        return [math.nan if c.point[0] < 0.2 else m for c, m in zip(asked, margins, strict=True)]
+
+    found = _told(judge)
+    assert 0.0 < found.probability < 1e-3
+    assert _told(lambda asked: [math.nan for _ in asked]).probability == 0.0

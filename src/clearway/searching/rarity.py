@@ -157,7 +157,8 @@ class _Counted:
         self.done = 0
 
     def __call__(self, asked: Sequence[Candidate], reached: str = "") -> Sequence[float | None]:
-        margins = self._judge(asked)
+        # NaN is below no level and above none, and a population would fall for ever
+        margins = [math.inf if m is not None and math.isnan(m) else m for m in self._judge(asked)]
         self.done += sum(m is not None for m in margins)
         self._tell(min(self.done, self._most), self._most, reached or "how rare it is")
         return margins
