@@ -16,8 +16,9 @@ SUITE = 'title = "two"\nname = "two"\nfiles = ["alone.toml", "far.toml"]\n'
 
 @pytest.mark.slow
 def test_jobs_of_submitit_run_the_shards(tmp_path: Path) -> None:
-    (tmp_path / "alone.toml").write_text(ALONE)
-    (tmp_path / "far.toml").write_text(ALONE.replace('"alone"', '"far"').replace("[3.5,", "[4.0,"))
+    alone = ALONE.replace('"arena"', '"hall"').replace(" 7.0,", " 1.0,")  # which has a map
+    (tmp_path / "alone.toml").write_text(alone)
+    (tmp_path / "far.toml").write_text(alone.replace('"alone"', '"far"').replace("[3.5,", "[4.0,"))
     (tmp_path / "two.toml").write_text(SUITE)
     runpy.run_path(str(EXAMPLE))["main"](tmp_path / "two.toml", tmp_path)
     whole = open_results(tmp_path / "whole")

@@ -54,7 +54,7 @@ def stand(browser: Any) -> str:
 
 def comes_to_stand(browser: Any, text: str) -> bool:
     """What a page kept reaches one that is opened at once by another process of the browser, a moment later."""
-    end = time.monotonic() + 5
+    end = time.monotonic() + 30
     while stand(browser) != text and time.monotonic() < end:
         time.sleep(0.05)
     return stand(browser) == text

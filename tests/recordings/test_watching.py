@@ -141,7 +141,10 @@ def test_ticks_may_come_after_the_first_recording(lab: Path):
 def test_ctrl_c_says_how_to_go_on(lab: Path):
     write(lab / "captures/1.tum", 2.0)
     command = [sys.executable, "-m", *AGAIN, "--workers", "1", "--no-report"]
-    at_work = subprocess.Popen(command, cwd=lab, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    at_work = subprocess.Popen(
+        command, cwd=lab, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # who runs in a shell's background ignores it, and so do its children
+    )  # fmt: skip
     assert at_work.stderr is not None
     heard = list(takewhile(lambda line: not line.startswith("next "), iter(at_work.stderr.readline, "")))
     assert f"page     {Path('out/live.html')}\n" in heard
