@@ -1,11 +1,12 @@
 """Every navigator in every suite: who arrives how often, who is shown to be worse than the best, and how long a suite takes.
 
 Prints Markdown, a line a suite: of each navigator how many of the tested robots succeed, with the exact 95 % interval in per cent and
-the reports' sign (†, ‡, §) where some of its parameters were chosen on these tests or others of the suite; ↓ where it succeeds less often
-than the best of the line, by McNemar's exact test on the same trials, Holm-adjusted over the whole table; the seconds that all of it took;
-below the table why a navigator can't drive somewhere. Of each suite some scenarios are taken, evenly over all that it has; every
-navigator meets the same, with the same seeds. Robots of one scenario are no independent samples: where there are several, intervals and
-tests claim too much.
+the reports' sign (†, ‡, §) where some of its parameters were chosen on these tests or others of the suite; in square brackets how many
+say that they have arrived, where that is another number (a tolerance wider than the task's, an estimate beside the truth); ↓ where it
+succeeds less often than the best of the line, by McNemar's exact test on the same trials, Holm-adjusted over the whole table; the seconds
+that all of it took; below the table why a navigator can't drive somewhere. Of each suite some scenarios are taken, evenly over all that
+it has; every navigator meets the same, with the same seeds. Robots of one scenario are no independent samples: where there are several,
+intervals and tests claim too much.
 
     python benchmarks/contest.py [--suite NAME ...] [--navigator NAME ...] [--scenarios N] [--robots N] [--out DIR] [--workers N] [--smoke]
 
@@ -58,10 +59,11 @@ def fought(
 
 
 def cell(rows: list[Row]) -> str:
-    """How often a navigator succeeds."""
-    won = sum(bool(row["success"]) for row in rows)
+    """How often a navigator succeeds, and how often it says that it has arrived."""
+    won, said = sum(bool(row["success"]) for row in rows), sum(row["outcome"] == "reached" for row in rows)
     share = success_interval(won, len(rows))
-    return f"{won}/{len(rows)}{tuning.sign(rows)} ({100 * share.low:.0f}-{100 * share.high:.0f})"
+    arrivals = f" [{said}]" * (said != won)
+    return f"{won}/{len(rows)}{tuning.sign(rows)} ({100 * share.low:.0f}-{100 * share.high:.0f}){arrivals}"
 
 
 def against_the_best(found: dict[str, list[Row]]) -> dict[str, float]:
