@@ -22,6 +22,7 @@ from clearway.cli import (
     export,
     import_,
     list_,
+    live,
     localise,
     map_,
     merge,
@@ -49,6 +50,7 @@ app = typer.Typer(
 )
 VERBS: dict[str, Callable[..., None]] = {
     "run": run.run,
+    "live": live.live,
     "merge": merge.merge,
     "rerun": rerun.rerun,
     "break": break_.break_,

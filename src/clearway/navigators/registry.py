@@ -41,6 +41,7 @@ NAVIGATORS = Registry(
         "exec": "clearway.live.addresses:program",
         "tcp": "clearway.live.addresses:server",
         "arena": "clearway.live.addresses:planner",
+        "ros2": "clearway.live.ros2.address:stack",
     },
 )
 

@@ -1,0 +1,84 @@
+"""Trials whose robot is driven by a stack that somebody has started."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from clearway.api.campaigns import run
+from clearway.api.results import Results
+from clearway.campaigns.progress import ProgressCallback
+
+
+@dataclass(frozen=True, slots=True)
+class Live:
+    """What came of it.
+
+    Attributes:
+        results: Of the trials.
+        real_time_factor: Seconds of simulated time in a second of wall clock, over all that was waited for, compiling too.
+    """
+
+    results: Results
+    real_time_factor: float
+
+
+def live_ros2(
+    suite: str | Path,
+    *,
+    robot: str,
+    scenarios: Iterable[str] = (),
+    batches: Iterable[str] = (),
+    repetitions: int | None = None,
+    namespace: str = "",
+    domain: int = 0,
+    interface: str = "lo",
+    stamped: bool = False,
+    localised: bool = True,
+    lockstep: bool = True,
+    deadline: float = 0.5,
+    watchdog: float = 0.5,
+    patience: float = 30.0,
+    out: str | Path | None = None,
+    progress: ProgressCallback | None = None,
+) -> Live:
+    """Run a suite with a ROS 2 stack, one trial after another.
+
+    Args:
+        suite: Its name, or the path of its TOML file.
+        robot: Who is driven.
+        scenarios: Only these, by name; empty: all.
+        batches: Only these; empty: all.
+        repetitions: How many of each configuration; None: as the suite has it.
+        namespace: Of the stack's topics and its action.
+        domain: The number of the DDS domain.
+        interface: The network interface; `lo`: nothing leaves this machine.
+        stamped: Whether `/cmd_vel` holds TwistStamped; else Twist.
+        localised: Whether the stack is given our pose; else it localises itself.
+        lockstep: Whether `/clock` waits for the command of each period; else it keeps to the wall clock.
+        deadline: How long it waits for one, s of wall clock.
+        watchdog: How long the base keeps the last command, s of `/clock`.
+        patience: How long the action, an accepted goal and a first command are waited for, s of wall clock.
+        out: The results' directory; None: none is kept.
+        progress: Is told of each trial that is done.
+
+    Raises:
+        ClearwayError: one of them is wrong.
+    """
+    options = {
+        "domain": domain, "interface": interface, "stamped": stamped, "localised": localised, "lockstep": lockstep,
+        "deadline": deadline, "watchdog": watchdog, "patience": patience,
+    }  # fmt: skip
+    inside = ",".join(
+        f"{name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in options.items()
+    )
+    began = time.monotonic()
+    results = run(
+        suite, robots=[robot], navigators=[f"ros2:{namespace}[{inside}]"], scenarios=scenarios, batches=batches,
+        repetitions=repetitions, decision_limit=max(10.0, 2.0 * patience), workers=1, out=out, progress=progress,
+    )  # fmt: skip
+    took = time.monotonic() - began
+    simulated = sum(float(results.trial(k).t[-1]) for k in range(len(results)))
+    return Live(results, simulated / took)

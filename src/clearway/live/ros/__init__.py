@@ -1,0 +1,1 @@
+"""What a simulated ROS robot says and hears, whatever carries it: ROS 2's DDS (`live/ros2/`) is one transport of it."""

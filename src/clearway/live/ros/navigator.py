@@ -1,0 +1,177 @@
+"""A ROS stack as a navigator: the trial is its simulated robot."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from clearway.contract import Command, Goal, Observation, Task
+from clearway.geometry.frames import compose, relative
+from clearway.geometry.shapes import FloatArray
+from clearway.live.line import WireError
+from clearway.live.ros.commands import Commands
+from clearway.live.ros.said import FINISHED, GoalState, Moment, Place
+from clearway.live.ros.transport import Transport
+from clearway.robots import Robot
+
+_ORIGIN = np.zeros(3)
+_AGAIN = 1.0
+"""s of wall clock after which a goal that is rejected or not answered is sent again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """How simulated time goes, and how long a stack is waited for.
+
+    Attributes:
+        lockstep: Whether `/clock` waits for the command of each period; else it keeps to the wall clock.
+        deadline: How long it waits for one, s of wall clock.
+        watchdog: How long the base keeps the last command, s of `/clock`.
+        patience: How long the stack is waited for: its action, an accepted goal, any command; s of wall clock.
+    """
+
+    lockstep: bool = True
+    deadline: float = 0.5
+    watchdog: float = 0.5
+    patience: float = 8.0
+
+
+class RosNavigator:
+    """A ROS stack that drives our robot.
+
+    `/clock` begins at the wall clock's whole second and never goes back within a process, as stacks drop their transforms
+    when it does: what counts is the time since the trial began.
+
+    Args:
+        name: By which its errors name it.
+        connect: Makes what carries the messages.
+        pace: How time goes.
+        localised: Whether the stack is given our pose (`/amcl_pose`, `map` to `odom`); else it localises itself.
+
+    Attributes:
+        needs: What observations must hold.
+        drives: The kinds of bases that it drives.
+    """
+
+    needs = frozenset({"map", "scan"})
+    drives = frozenset({"differential", "omnidirectional", "ackermann"})
+    _latest: ClassVar[int] = 0
+
+    def __init__(self, name: str, connect: Callable[[], Transport], pace: Pace, localised: bool) -> None:
+        self.name, self._connect, self._pace, self._localised = name, connect, pace, localised
+        self._transport: Transport | None = connect()
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Put the robot to its start, and wait for the stack."""
+        transport = self._transport = self._transport or self._connect()
+        transport.cancel()
+        self._period = task.period
+        self._goal: Goal | None = None
+        self._omnidirectional = robot.limits().kind == "omnidirectional"
+        self._commands = Commands(_ns(self._pace.watchdog))
+        self._epoch = max(math.ceil(time.time()) * 10**9, RosNavigator._latest + _ns(1.0))
+        self._begun: float | None = None
+        transport.begin(Place(self._epoch, task.start, task.map))
+        still = Observation(0.0, task.start, np.zeros(2), _ORIGIN, Goal(task.start, 1.0, 1.0))
+        until = time.monotonic() + self._pace.patience
+        while missing := transport.missing():
+            if time.monotonic() > until:
+                self.close()
+                raise WireError(f"{self.name} has no {missing} within {self._pace.patience:g} s")
+            self._stand(transport, still)
+
+    def step(self, observation: Observation) -> Command:
+        """Tell the stack of a period, and have its command."""
+        transport = self._transport
+        if transport is None:
+            raise WireError(f"{self.name} has failed before, and is begun anew by reset()")
+        try:
+            return self._step(transport, observation)
+        except WireError as error:
+            self.close()
+            raise WireError(f"{self.name} {error}") from None
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Leave its goal and the stack."""
+        transport, self._transport = self._transport, None
+        if transport is not None:
+            transport.cancel()
+            transport.close()
+
+    def _step(self, transport: Transport, observation: Observation) -> Command:
+        if observation.goal is not self._goal:
+            self._pursue(transport, observation)
+        if self._begun is None:
+            self._begun = self._silent_since = time.monotonic() - observation.t
+        if not self._pace.lockstep:
+            while (left := self._begun + observation.t - time.monotonic()) > 0.0:
+                transport.wait(min(left, 0.05))
+        now = self._tell(transport, observation)
+        self._hear(transport, now)
+        if (state := transport.goal()) is GoalState.SUCCEEDED:
+            return Command(0.0, 0.0, arrived=True, status=state)
+        if state in FINISHED:
+            return Command(0.0, 0.0, gave_up=f"the stack {state} the goal", status=state)
+        twist = self._commands.now(now)
+        return Command(twist.v, twist.omega, arrived=False, v_y=twist.v_y if self._omnidirectional else 0.0)
+
+    def _pursue(self, transport: Transport, observation: Observation) -> None:
+        """Send a goal until it is accepted: the stack's clock runs meanwhile, the trial's stands."""
+        goal = self._goal = observation.goal
+        transport.pursue(goal.pose)
+        until, again = time.monotonic() + self._pace.patience, time.monotonic() + _AGAIN
+        began = time.monotonic()
+        while (state := transport.goal()) in (GoalState.SENT, GoalState.REJECTED):
+            place = ", ".join(f"{value:.3g}" for value in goal.pose)
+            said = "rejects" if state is GoalState.REJECTED else "does not answer"
+            if time.monotonic() > until:
+                raise WireError(f"{said} the goal ({place}) for {self._pace.patience:g} s")
+            if time.monotonic() > again:  # it may have gone to a stack that ended a moment ago
+                transport.pursue(goal.pose)
+                again = time.monotonic() + _AGAIN
+            self._stand(transport, observation)
+        transport.twists()  # what it said before is for another goal
+        if self._begun is not None:
+            self._begun += time.monotonic() - began
+        self._silent_since = time.monotonic()
+
+    def _hear(self, transport: Transport, now: int) -> None:
+        wait = self._pace.deadline if self._pace.lockstep else 0.0
+        until = time.monotonic() + wait
+        while True:
+            twists = transport.twists()
+            if twists:
+                self._silent_since = time.monotonic()
+            if self._commands.hear(twists, now) or transport.goal() in FINISHED:
+                return
+            if (left := until - time.monotonic()) <= 0.0:
+                break
+            transport.wait(min(left, 0.05))
+        if time.monotonic() - self._silent_since > self._pace.patience:
+            raise WireError(f"has said nothing on /cmd_vel for {self._pace.patience:g} s of wall clock")
+
+    def _stand(self, transport: Transport, observation: Observation) -> None:
+        """A period in which the trial's clock stands."""
+        self._tell(transport, observation)
+        self._epoch += _ns(self._period)
+        transport.wait(self._period)
+
+    def _tell(self, transport: Transport, o: Observation) -> int:
+        stamp = self._epoch + _ns(o.t)
+        RosNavigator._latest = max(RosNavigator._latest, stamp)
+        pose: FloatArray | None = o.pose if self._localised else None
+        back = None if pose is None else compose(pose, relative(o.odom_pose, _ORIGIN))
+        transport.tell(Moment(stamp, o.odom_pose, o.velocity, pose, back, o.scan))
+        return stamp
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * 1e9)

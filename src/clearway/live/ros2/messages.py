@@ -1,0 +1,112 @@
+"""The ROS 2 messages that are said or heard, as classes that DDS writes and reads.
+
+They are made from the standard definitions that come with rosbags, and from those of Nav2's action and of a request's head, which
+stand here. Every field is zero, empty or false by default.
+"""
+
+from __future__ import annotations
+
+import types
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+from cyclonedds.idl import IdlStruct
+from cyclonedds.idl import types as idl
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+_NAVIGATE = "nav2_msgs/action/NavigateToPose"
+_DEFINED = {
+    # What rmw_cyclonedds puts before a request and its reply: who asked (its writer's handle), and its how manieth it is.
+    "clearway/msg/RequestId": "uint64 guid\nint64 seq",
+    f"{_NAVIGATE}_SendGoal_Request": (
+        "clearway/RequestId request\nunique_identifier_msgs/UUID goal_id\ngeometry_msgs/PoseStamped pose\nstring behavior_tree"
+    ),
+    f"{_NAVIGATE}_SendGoal_Response": "clearway/RequestId request\nbool accepted\nbuiltin_interfaces/Time stamp",
+    f"{_NAVIGATE}_GetResult_Request": "clearway/RequestId request\nunique_identifier_msgs/UUID goal_id",
+    # What stands behind the status differs between ROS 2's distributions, and is not read.
+    f"{_NAVIGATE}_GetResult_Response": "clearway/RequestId request\nint8 status",
+    "action_msgs/srv/CancelGoal_Request": "clearway/RequestId request\naction_msgs/GoalInfo goal_info",
+    "action_msgs/srv/CancelGoal_Response": (
+        "clearway/RequestId request\nint8 return_code\naction_msgs/GoalInfo[] goals_canceling"
+    ),
+}
+STORE = get_typestore(Stores.ROS2_JAZZY)
+"""All of them."""
+for _name, _text in _DEFINED.items():
+    (_fields,) = get_types_from_msg(_text, _name).values()  # it would name a service's as a message's
+    STORE.register({_name: _fields})
+_ZERO: dict[str, Any] = {"bool": False, "string": "", "float32": 0.0, "float64": 0.0}
+
+
+@cache
+def message(name: str) -> Any:
+    """The class of the messages of a ROS type, such as `geometry_msgs/msg/Twist`, with the fields of its definition.
+
+    Raises:
+        KeyError: nobody has defined it.
+    """
+    space: dict[str, Any] = {"__annotations__": {}, "__module__": __name__}
+    for attribute, (node, about) in STORE.fielddefs[name][1]:
+        space["__annotations__"][attribute], space[attribute] = _field(node, about)
+    package, kind, plain = name.split("/")
+    made = types.new_class(
+        plain, (IdlStruct,), {"typename": f"{package}.{kind}.dds_.{plain}_"}, lambda ns: ns.update(space)
+    )
+    return dataclass(made)
+
+
+def _field(node: Any, about: Any) -> tuple[Any, Any]:
+    """What DDS takes for a field, and the field's default."""
+    if node == Nodetype.NAME:
+        inner = message(about)
+        return inner, field(default_factory=inner)
+    if node == Nodetype.BASE:
+        return _base(about[0]), field(default=_ZERO.get(about[0], 0))
+    element, count = about
+    inner, default = _field(*element)
+    if node == Nodetype.ARRAY:
+        return idl.array[inner, count], field(default_factory=lambda: [default.default] * count)
+    return idl.sequence[inner], field(default_factory=list)
+
+
+def _base(name: str) -> Any:
+    return {"bool": bool, "string": str}.get(name) or getattr(idl, name)
+
+
+def type_hash(kind: Any) -> str:
+    """What REP-2011 has said of a topic's type in its endpoints' USER_DATA; empty of what is no topic's."""
+    package, space, _, plain = kind.__idl__.idl_transformed_typename.replace("::", "/").replace(".", "/").split("/")
+    return f"typehash={STORE.hash_rihs01(f'{package}/{space}/{plain[:-1]}')};" if space == "msg" else ""
+
+
+Time = message("builtin_interfaces/msg/Time")
+Header = message("std_msgs/msg/Header")
+Clock = message("rosgraph_msgs/msg/Clock")
+Vector3 = message("geometry_msgs/msg/Vector3")
+Point = message("geometry_msgs/msg/Point")
+Quaternion = message("geometry_msgs/msg/Quaternion")
+Pose = message("geometry_msgs/msg/Pose")
+PoseStamped = message("geometry_msgs/msg/PoseStamped")
+PoseWithCovariance = message("geometry_msgs/msg/PoseWithCovariance")
+PoseWithCovarianceStamped = message("geometry_msgs/msg/PoseWithCovarianceStamped")
+Transform = message("geometry_msgs/msg/Transform")
+TransformStamped = message("geometry_msgs/msg/TransformStamped")
+TFMessage = message("tf2_msgs/msg/TFMessage")
+Twist = message("geometry_msgs/msg/Twist")
+TwistStamped = message("geometry_msgs/msg/TwistStamped")
+TwistWithCovariance = message("geometry_msgs/msg/TwistWithCovariance")
+Odometry = message("nav_msgs/msg/Odometry")
+LaserScan = message("sensor_msgs/msg/LaserScan")
+MapMetaData = message("nav_msgs/msg/MapMetaData")
+OccupancyGrid = message("nav_msgs/msg/OccupancyGrid")
+UUID = message("unique_identifier_msgs/msg/UUID")
+GoalInfo = message("action_msgs/msg/GoalInfo")
+RequestId = message("clearway/msg/RequestId")
+SendGoalRequest = message(f"{_NAVIGATE}_SendGoal_Request")
+SendGoalReply = message(f"{_NAVIGATE}_SendGoal_Response")
+GetResultRequest = message(f"{_NAVIGATE}_GetResult_Request")
+GetResultReply = message(f"{_NAVIGATE}_GetResult_Response")
+CancelRequest = message("action_msgs/srv/CancelGoal_Request")
+CancelReply = message("action_msgs/srv/CancelGoal_Response")
