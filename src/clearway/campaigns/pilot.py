@@ -27,7 +27,6 @@ from clearway.contract import (
     Navigator,
     Observation,
     Obstacles,
-    Pilot,
     Sensing,
     Task,
     Tracker,
@@ -69,7 +68,7 @@ def compose(
     *,
     tracker: Tracker | None = None,
     decision_limit: float | None = DECISION_LIMIT,
-) -> Pilot:
+) -> Composed:
     """A pilot of a navigator, a localiser and a tracker.
 
     Args:
@@ -83,10 +82,12 @@ def compose(
     Raises:
         ClearwayError: the navigator needs obstacles, and there is no tracker.
     """
-    return _Composed(navigator, localiser, localisation, tracker, decision_limit)
+    return Composed(navigator, localiser, localisation, tracker, decision_limit)
 
 
-class _Composed:
+class Composed:
+    """A localiser, a tracker and a navigator as one `Pilot`; arguments as for `compose`."""
+
     def __init__(
         self,
         navigator: Navigator,
@@ -126,21 +127,8 @@ class _Composed:
 
     def decide(self, sensing: Sensing) -> Decision:
         """Localise, look for obstacles, then ask the navigator; now and then also what it thought."""
-        if self._scan and sensing.scan is None:
-            raise ClearwayError("the navigator needs scans, but the robot has no lidar")
-        pose = self._localiser.update(sensing)
-        scan = sensing.scan if self._scan else None
-        obstacles = None if self._tracker is None else self._tracker.update(sensing, pose)
-        observation = Observation(
-            t=sensing.t,
-            pose=read_only_view(pose),
-            velocity=read_only_view(sensing.odom_velocity),
-            odom_pose=read_only_view(sensing.odom_pose),
-            goal=sensing.goal,
-            scan=None if scan is None else replace(scan, ranges=read_only_view(scan.ranges)),
-            obstacles=None if obstacles is None else _seen(obstacles),
-        )
-        pose = pose.copy()
+        observation = self.observe(sensing)
+        pose = observation.pose.copy()
         try:
             command = self._watch(self._limit, "for a decision", self._command, observation)
         except Exception as error:
@@ -150,6 +138,27 @@ class _Composed:
                 ) from error
             raise
         return Decision(command, pose, self._show(sensing.t))
+
+    def observe(self, sensing: Sensing) -> Observation:
+        """What the navigator is told of one period's sensing: localised, with the obstacles that it needs.
+
+        Raises:
+            ClearwayError: it needs scans, and there is none.
+        """
+        if self._scan and sensing.scan is None:
+            raise ClearwayError("the navigator needs scans, but the robot has no lidar")
+        pose = self._localiser.update(sensing)
+        scan = sensing.scan if self._scan else None
+        obstacles = None if self._tracker is None else self._tracker.update(sensing, pose)
+        return Observation(
+            t=sensing.t,
+            pose=read_only_view(pose),
+            velocity=read_only_view(sensing.odom_velocity),
+            odom_pose=read_only_view(sensing.odom_pose),
+            goal=sensing.goal,
+            scan=None if scan is None else replace(scan, ranges=read_only_view(scan.ranges)),
+            obstacles=None if obstacles is None else _seen(obstacles),
+        )
 
     def _command(self, observation: Observation) -> Command:
         return plain_command(self._navigator.step(observation))

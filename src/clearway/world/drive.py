@@ -10,7 +10,7 @@ from time import perf_counter
 
 import numpy as np
 
-from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Task
+from clearway.contract import Budget, Command, Decision, EventKind, Pilot, Sensing, Task
 from clearway.foreign import said, traced
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
@@ -112,56 +112,64 @@ class Drive:
         try:
             self._pilot.reset(self.task, self._robot, self._rng)
         except Exception as error:
-            if self._raise_errors:
-                raise
             self._fail(0.0, error)
 
     def decide(self) -> None:
-        """A control period begins: sense, and say what is to be driven; a robot whose trial is over comes to rest."""
+        """A control period begins: sense, have the pilot decide, and follow that."""
+        decision, sensing = None, self.sense()
+        if sensing is not None:
+            t, before = self._count * self._period, perf_counter()
+            try:
+                decision = self._decide(sensing)
+                self.thinking.append(perf_counter() - before)
+                self.thought_at.append(t)
+            except Exception as error:
+                self._fail(t, error)
+        self.follow(decision)
+
+    def sense(self) -> Sensing | None:
+        """With what the pilot is asked as a control period begins; None: it isn't, as it still thinks or the trial is over."""
         t = self._count * self._period
+        return self.world.sensing(t, self.checker.goal) if self.outcome is None and t >= self._busy - _SAME else None
+
+    def follow(self, decision: Decision | None) -> None:
+        """Say what is to be driven in the control period: None: as in the one before. A robot whose trial is over comes to rest."""
+        t = self._count * self._period
+        if decision is not None:
+            try:
+                sound = _sound(decision, self._estimate)
+            except Exception as error:
+                self._fail(t, error)
+            else:
+                self._heed(t, decision, *sound)
         if self.outcome is None:
-            self._go_on(t)
+            now, leg, command = self.world.motion, self.checker.leg, self._command
+            self.log.add(t, now, self._estimate, command, leg, self.world.moving_obstacles)
+            self.outcome = self.checker.judge(t, now, self._called, command.gave_up)
+            if self.outcome is None and self.checker.leg != leg:
+                self.world.begin_leg(self.checker.leg, t)
         if self.outcome is not None and not self.halted:
             if self.world.stands:
                 self._halt(t)
             else:
                 self.world.send(0.0, 0.0, t)
 
-    def _go_on(self, t: float) -> None:
-        world, checker, thinking = self.world, self.checker, self.thinking
-        now, leg = world.motion, checker.leg
-        if t >= self._busy - _SAME:
-            sensing = world.sensing(t, checker.goal)
-            before = perf_counter()
-            try:
-                decision = self._decide(sensing)
-                thinking.append(perf_counter() - before)
-                self.thought_at.append(t)
-                estimate, command = _sound(decision, self._estimate)
-            except Exception as error:
-                if self._raise_errors:
-                    raise
-                self._fail(t, error)
-                return
-            if self._real_time and len(thinking) > 1:
-                self._busy = t + thinking[-1]
-            if decision.diagnostics is not None:
-                self.snapshots.append(Snapshot(t, decision.diagnostics))
-            if command.status != self._status:
-                self._status = command.status
-                checker.events.append(Event(t, EventKind.STATUS, self._status))
-            if command.violated:
-                checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
-            self._called = checker.called(estimate, command)
-            if self._called:
-                command = replace(command, v=0.0, omega=0.0, v_y=0.0)
-            self._estimate, self._command = estimate, command
-            world.send(command.v, command.omega, max(self._busy, t), command.v_y)
-        command = self._command
-        self.log.add(t, now, self._estimate, command, leg, world.moving_obstacles)
-        self.outcome = checker.judge(t, now, self._called, command.gave_up)
-        if self.outcome is None and checker.leg != leg:
-            world.begin_leg(checker.leg, t)
+    def _heed(self, t: float, decision: Decision, estimate: FloatArray, command: Command) -> None:
+        checker = self.checker
+        if self._real_time and len(self.thinking) > 1:
+            self._busy = t + self.thinking[-1]
+        if decision.diagnostics is not None:
+            self.snapshots.append(Snapshot(t, decision.diagnostics))
+        if command.status != self._status:
+            self._status = command.status
+            checker.events.append(Event(t, EventKind.STATUS, self._status))
+        if command.violated:
+            checker.events += [Event(t, EventKind.ASSUMPTION, text) for text in command.violated]
+        self._called = checker.called(estimate, command)
+        if self._called:
+            command = replace(command, v=0.0, omega=0.0, v_y=0.0)
+        self._estimate, self._command = estimate, command
+        self.world.send(command.v, command.omega, max(self._busy, t), command.v_y)
 
     def rehearse(self, traffic: Traffic) -> None:
         """Tell all others the way that it would take in its period if nothing else moved."""
@@ -203,6 +211,8 @@ class Drive:
         self._halt(t + driven)
 
     def _fail(self, t: float, error: Exception) -> None:
+        if self._raise_errors:
+            raise error
         self._record(t)
         frames = traceback.extract_tb(error.__traceback__)
         place = f" ({frames[-1].filename}:{frames[-1].lineno})" if len(frames) > 1 else ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
@@ -26,7 +26,7 @@ from clearway.world.behaviours.registry import behaviours_of
 from clearway.world.bodies import bodies_of, moving_obstacles_of
 from clearway.world.drive import Drive, Driver, thinking_of, timing
 from clearway.world.goal_and_progress_checker import GoalAndProgressChecker
-from clearway.world.together import drive_together
+from clearway.world.together import together
 from clearway.world.tracks import Tracks, longest, tracks
 from clearway.world.traffic import Traffic
 from clearway.world.world import World
@@ -62,6 +62,11 @@ def simulate_all(scenario: Scenario, drivers: Sequence[Driver], *, raise_errors:
     Raises:
         ClearwayError: the scenario can't be built, or has more robots or fewer than there are drivers.
     """
+    return _simulated(simulation_of(scenario, drivers, raise_errors=raise_errors))
+
+
+def simulation_of(scenario: Scenario, drivers: Sequence[Driver], *, raise_errors: bool = False) -> Simulation:
+    """`scenario` at its beginning, with all its robots; arguments and errors as of `simulate_all`."""
     plan, others = load_floor_plan(scenario.floor_plan), scenario.robots
     if len(drivers) != 1 + len(others):
         raise ClearwayError(
@@ -74,7 +79,7 @@ def simulate_all(scenario: Scenario, drivers: Sequence[Driver], *, raise_errors:
     way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], time, deciding)
     bodies = [bodies_of(plan.fixtures, scenario, robots, member) for member in range(len(drivers))]
     run = run_of(scenario, robots, [driver.navigator for driver in drivers], drivers[0].setup)
-    return _simulate(own, bodies, way, drivers, plan.area, raise_errors, run)
+    return Simulation(own, bodies, way, drivers, plan.area, raise_errors, run)
 
 
 def simulate_in(
@@ -90,36 +95,65 @@ def simulate_in(
 ) -> Trial:
     """As `simulate`, among `bodies` wherever they come from; `tracks` of those without a pose, in their order; `area`
     as in `Task`."""
-    (trial,) = _simulate([scenario], [bodies], tracks, [Driver(robot, pilot, **more)], area, raise_errors)
+    (trial,) = _simulated(Simulation([scenario], [bodies], tracks, [Driver(robot, pilot, **more)], area, raise_errors))
     return trial
 
 
-def _simulate(
-    scenarios: Sequence[Scenario], bodies: Sequence[Sequence[Body]], tracks: Tracks, drivers: Sequence[Driver], area: _Area | None,
-    raise_errors: bool, run: str = "",
-) -> list[Trial]:  # fmt: skip
-    """The trial of each robot, which has a scenario and bodies of its own."""
-    begun, first = perf_counter(), scenarios[0]
-    names = [scenario.member for scenario in scenarios]
-    unpiloted = [b for b in bodies[0] if b.name not in names or b.kind != BodyKind.ROBOT]
-    arrivals = Arrivals(first.people, len(moving_obstacles_of(first)))
-    traffic = Traffic(tracks, behaviours_of(first, unpiloted), [leg.name for leg in first.legs], len(drivers), arrivals)
-    attempts, drives = [], []
-    for scenario, around, driver in zip(scenarios, bodies, drivers, strict=True):
-        attempts.append(
-            attempt_of(
+class Simulation:
+    """A scenario under way: what moves there, and the drive of each robot.
+
+    Args:
+        scenarios: The scenario as each robot has it.
+        bodies: What is around each.
+        tracks: Of what moves.
+        drivers: Who drives them.
+        area: As in `Task`.
+        raise_errors: Whether an error of a pilot is raised, as a debugger needs it.
+        run: The trials' common run, see `Attempt`.
+
+    Attributes:
+        drives: Of each robot.
+    """
+
+    def __init__(
+        self, scenarios: Sequence[Scenario], bodies: Sequence[Sequence[Body]], tracks: Tracks, drivers: Sequence[Driver],
+        area: _Area | None, raise_errors: bool, run: str = "",
+    ) -> None:  # fmt: skip
+        self._begun, first = perf_counter(), scenarios[0]
+        self._scenarios, self._names = scenarios, [scenario.member for scenario in scenarios]
+        self._people = [k for k, body in enumerate(bodies[0]) if body.kind == BodyKind.PERSON]
+        unpiloted = [b for b in bodies[0] if b.name not in self._names or b.kind != BodyKind.ROBOT]
+        arrivals = Arrivals(first.people, len(moving_obstacles_of(first)))
+        legs, behaviours = [leg.name for leg in first.legs], behaviours_of(first, unpiloted)
+        self._traffic = Traffic(tracks, behaviours, legs, len(drivers), arrivals)
+        self._attempts: list[Attempt] = []
+        self.drives: list[Drive] = []
+        for scenario, around, driver in zip(scenarios, bodies, drivers, strict=True):
+            attempt = attempt_of(
                 scenario, driver.robot, around, navigator=driver.navigator, localisation=driver.localisation,
                 privileged=driver.privileged, setup=driver.setup, tracking=driver.tracking, run=run,
-            )
-        )  # fmt: skip
-        drives.append(_drive(scenario, attempts[-1], driver, traffic, area, raise_errors))
-    drive_together(drives, names, traffic)
-    trials = [
-        _trial(scenario, attempt, drive, perf_counter() - begun)
-        for scenario, attempt, drive in zip(scenarios, attempts, drives, strict=True)
-    ]
-    errands = _errands(traffic, [k for k, body in enumerate(bodies[0]) if body.kind == BodyKind.PERSON])
-    return [replace(trial, errands=errands) for trial in trials]
+            )  # fmt: skip
+            self._attempts.append(attempt)
+            self.drives.append(_drive(scenario, attempt, driver, self._traffic, area, raise_errors))
+
+    def due(self) -> Iterator[Sequence[Drive]]:
+        """Drive until all trials are over, see `clearway.world.together`: whose periods begin has to decide before it goes on."""
+        return together(self.drives, self._names, self._traffic)
+
+    def trials(self) -> list[Trial]:
+        """The trial of each robot, once all are over."""
+        wall = perf_counter() - self._begun
+        trials = [_trial(*one, wall) for one in zip(self._scenarios, self._attempts, self.drives, strict=True)]
+        errands = _errands(self._traffic, self._people)
+        return [replace(trial, errands=errands) for trial in trials]
+
+
+def _simulated(simulation: Simulation) -> list[Trial]:
+    """The trial of each robot, each driven by its pilot."""
+    for due in simulation.due():
+        for drive in due:
+            drive.decide()
+    return simulation.trials()
 
 
 def _errands(traffic: Traffic, people: Sequence[int]) -> tuple[Errand, ...]:

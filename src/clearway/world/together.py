@@ -7,7 +7,7 @@ been had nothing moving been in its way, they have decided.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from clearway.contract import BodyKind
 from clearway.trials import Body
@@ -19,24 +19,26 @@ _TIE = 1e-4
 """Contacts within this are at once, s: the two who touch find it each in their own steps."""
 
 
-def drive_together(drives: Sequence[Drive], names: Sequence[str], traffic: Traffic) -> None:
+def together(drives: Sequence[Drive], names: Sequence[str], traffic: Traffic) -> Iterator[Sequence[Drive]]:
     """Drive until the trial of each robot is over; robots whose own is over stand where they come to rest.
 
     Args:
         drives: Of each robot, in the order in which they joined the traffic.
         names: Of the robots as the others meet them.
         traffic: What moves there.
+
+    Yields:
+        Those whose control periods begin: each has to `decide`, or to `sense` and `follow`, before it goes on.
     """
     traffic.start()
     for drive in drives:
         drive.begin()
     if len(drives) == 1:
-        _drive_alone(drives[0], traffic)
+        yield from _alone(drives, traffic)
         return
     due = list(drives)
     while True:
-        for drive in due:
-            drive.decide()
+        yield due
         if all(drive.outcome is not None for drive in drives):
             return
         under_way = [drive for drive in drives if not drive.halted]
@@ -50,11 +52,11 @@ def drive_together(drives: Sequence[Drive], names: Sequence[str], traffic: Traff
         due = [drive for drive in due if not drive.halted]
 
 
-def _drive_alone(drive: Drive, traffic: Traffic) -> None:
+def _alone(drives: Sequence[Drive], traffic: Traffic) -> Iterator[Sequence[Drive]]:
     """The same of one robot: whatever it touches ends it all."""
-    decided = traffic.decided
+    (drive,), decided = drives, traffic.decided
     while drive.outcome is None:
-        drive.decide()
+        yield drives
         if drive.outcome is not None:
             return
         if decided:
