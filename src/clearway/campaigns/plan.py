@@ -17,10 +17,10 @@ from clearway.campaigns.thinking_budget import read_thinking_budget
 from clearway.campaigns.trial_list import TrialList, TrialSpec
 from clearway.errors import ClearwayError, shown, unknown
 from clearway.geometry.grid import OccupancyGrid
-from clearway.reading.limits import LONGEST_NAME, SECONDS, WHOLE
+from clearway.reading.limits import LONGEST_NAME, SECONDS
 from clearway.robots import load_robot, robot_names
 from clearway.scenarios.scenario import Scenario
-from clearway.scenarios.suite import refuse_many
+from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, refuse_many
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials.keeping import KEEPS, Keep
 
@@ -74,8 +74,15 @@ class CampaignPlan:
             )
         if (seeds := self.selection.seeds) is not None:
             refuse_many(seeds[1] - seeds[0], ", ".join(self.suites))
-        if not 0 <= self.seed < WHOLE:
-            raise ClearwayError(f"{shown(self.seed)} is no seed; 0 to 2^63 - 1 are", field="seed")
+            if seeds[1] > LEARNING_DRAWS[0]:
+                raise ClearwayError(
+                    f"'{seeds[0]}:{seeds[1]}' reaches beyond 2^31, where the seeds are that learners meet",
+                    field="seeds",
+                )
+        if not 0 <= self.seed < LEARNING_SEEDS[0]:
+            raise ClearwayError(
+                f"{shown(self.seed)} is no seed; 0 to 2^62 - 1 are, above are those of learners", field="seed"
+            )
         object.__setattr__(self, "setups", tuple(str(read_thinking_budget(s).name) for s in self.setups))
         for name in ("suites", "robots", "navigators", "setups"):
             values = getattr(self, name)

@@ -34,7 +34,7 @@ def requirement(
     step: Annotated[float | None, typer.Option(help="Distance of neighbouring values.")] = None,
     speed: Annotated[float, typer.Option(help="Set speed, m/s.")] = 0.6,
     trials: Annotated[int, typer.Option(help="How many there may be.")] = 400,
-    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the campaign.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**62 - 1, help="Of the campaign.")] = 0,
     localisation: Annotated[
         str | None, typer.Option(help="truth, odometry or amcl; default: as the tests say, amcl.")
     ] = None,

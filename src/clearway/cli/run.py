@@ -79,7 +79,7 @@ def run(
         ),
     ] = None,
     repetitions: _options.Repetitions = None,
-    seed: Annotated[int, typer.Option(min=0, max=2**63 - 1, help="Of the whole campaign.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, max=2**62 - 1, help="Of the whole campaign.")] = 0,
     disturbance: Annotated[
         float | None, typer.Option(metavar="FACTOR", help="Times what disturbs the robot in each scenario, as in 2.")
     ] = None,

@@ -111,6 +111,10 @@ def without_drawing(build: Callable[[Robot, Selection, int], Sequence[Scenario]]
     return Generator(lambda selection: (), lambda: None, build)
 
 
+LEARNING_SEEDS = (2**62, 2**63)
+"""Of these are the campaign seeds of what learners meet, and of no campaign: the first, and one behind the last."""
+LEARNING_DRAWS = (2**31, 2**32 - 2000)
+"""Of these are the seeds from which its scenarios are drawn, likewise; some generators take no more than 32 bits."""
 MOST_HELD = 256
 """What a generator has at hand of what it has drawn."""
 

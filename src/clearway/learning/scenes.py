@@ -1,0 +1,104 @@
+"""Which scenarios a learner meets: of a suite's kind, and never one that a campaign can run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from clearway.campaigns.objects import names_of
+from clearway.errors import ClearwayError
+from clearway.robots import Robot, load_robot
+from clearway.scenarios.check import check_scenario
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, Selection, Suite
+from clearway.scenarios.suites import load_suite
+
+
+class Scenes:
+    """Gives one scenario after another, in an order that is drawn: all of a suite before one comes again.
+
+    Each round has a campaign seed of its own, and, where the suite draws its scenarios from seeds, a seed to draw from; both are of
+    ranges that no campaign takes.
+
+    Args:
+        suite: A suite by name, file or as an object, or one `Scenario`.
+        robot: Who drives, by name, file or as an object; None: the first of those that usually drive it.
+        selection: Which part of it, as fields of `Selection`.
+        several: Whether scenarios of several robots are wanted, else those of one.
+
+    Attributes:
+        suite: It.
+        robot: Who drives.
+
+    Raises:
+        ClearwayError: there is no such suite or robot, nothing is selected, or seeds are: those are drawn.
+    """
+
+    def __init__(self, suite: Any, robot: Any, selection: dict[str, Any], *, several: bool = False) -> None:
+        (name,) = names_of(str(suite) if isinstance(suite, Path) else suite, "suites")
+        self.suite: Suite = load_suite(name)
+        if robot is None and not self.suite.robots:
+            raise ClearwayError(f"say which robot is to drive the suite {self.suite.name!r}", field="robot")
+        (which,) = names_of(self.suite.robots[0] if robot is None else robot, "robots")
+        self.robot: Robot = load_robot(which)
+        if "seeds" in selection:
+            first, last = LEARNING_DRAWS
+            raise ClearwayError(
+                f"what a learner meets is drawn from the seeds {first} to {last - 1}, which no campaign takes; leave it out",
+                field="seeds",
+            )
+        chosen: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in selection.items()}
+        self._selection, self._several = Selection(**chosen), several
+        self._rng = np.random.default_rng()
+        self._round: list[Scenario] = []
+        self._checked: set[tuple[str | None, str | None, float]] = set()
+
+    def seed(self, seed: int) -> None:
+        """From now on what comes depends on `seed` alone."""
+        self._rng, self._round = np.random.default_rng([seed, *b"scenes"]), []
+
+    def draw(self) -> Scenario:
+        """The next one.
+
+        Raises:
+            ClearwayError: it can't be built for this robot.
+        """
+        if not self._round:
+            self._round = self._build(
+                int(self._rng.integers(*LEARNING_SEEDS)), int(self._rng.integers(*LEARNING_DRAWS))
+            )
+            order = self._rng.permutation(len(self._round))
+            self._round = [self._round[k] for k in order]
+        scenario = self._round.pop()
+        alike = (scenario.labels.batch, scenario.labels.configuration, scenario.speed)
+        if alike not in self._checked:
+            for problem in check_scenario(scenario, self.robot):
+                raise ClearwayError(problem.problem, file=problem.file, field=f"{scenario.name}: {problem.field}")
+            self._checked.add(alike)
+        return scenario
+
+    def outlines(self) -> list[Scenario]:
+        """Those of some round, without what is drawn."""
+        return self._build(LEARNING_SEEDS[0], LEARNING_DRAWS[0], outlines=True)
+
+    def _build(self, seed: int, draw: int, outlines: bool = False) -> list[Scenario]:
+        selection = self._selection
+        if self.suite.generator is not None and not selection.scenarios:
+            selection = replace(selection, seeds=(draw, draw + 1))
+        made = self.suite.build(self.robot, selection, seed, outlines=outlines)
+        if not made:
+            raise ClearwayError(
+                f"the suite {self.suite.name!r} has none of the scenarios {', '.join(selection.scenarios)}",
+                field="scenarios",
+            )
+        kept = [scenario for scenario in made if bool(scenario.robots) == self._several]
+        if not kept:
+            many, other = ("several robots", "make") if self._several else ("one robot", "make_team")
+            raise ClearwayError(
+                f"of {self.suite.name!r} no scenario that is selected has {many}; see clearway.learning.{other}",
+                field="suite",
+            )
+        return kept
