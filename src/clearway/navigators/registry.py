@@ -1,7 +1,7 @@
 """Finds navigators: those registered under the entry-point group `clearway.navigators`, and a user's own by address.
 
 An address is `pkg.module:Class`, or `path/to/file.py:Class` for a file that is not installed; or it begins with a scheme, as
-`exec:./my_planner --flag` for a program and `tcp://127.0.0.1:5555` for a server, in whatever language. Options for its
+`exec:./my_planner --flag` for a program, `tcp://127.0.0.1:5555` for a server, `npz:policy.npz` for a learnt policy. Options for its
 constructor may stand behind it, as in `hp-tmpc[solver=genetic,prediction_horizon=10]`: a variant with a name of its
 own in the results.
 """
@@ -41,6 +41,8 @@ NAVIGATORS = Registry(
         "exec": "clearway.live.addresses:program",
         "tcp": "clearway.live.addresses:server",
         "arena": "clearway.live.addresses:planner",
+        "npz": "clearway.navigators.learnt.navigator:npz",
+        "onnx": "clearway.navigators.learnt.navigator:onnx",
         "ros2": "clearway.live.ros2.address:stack",
     },
 )
