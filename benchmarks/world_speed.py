@@ -9,7 +9,10 @@ With `--people` the discs walk their lanes by ORCA, and see each other and the r
 neighbours within 10 m, in navground each 0.1 s, among neighbours within 5 m, and once more each 0.05 s (`navground 20Hz`: two of
 its steps a period); IR-SIM is left out.
 
-    python benchmarks/world_speed.py [--people] [--rivals PYTHON] [--steps N] [--rounds N] [--json] [--smoke]
+With `--learning` too, and Clearway is its Gymnasium environment: what is seen comes back as an array, and the action is a learner's;
+IR-SIM's discs go by its `rvo`. A step is then what a learner calls one, the beginning of an episode counted in.
+
+    python benchmarks/world_speed.py [--people] [--learning] [--rivals PYTHON] [--steps N] [--rounds N] [--json] [--smoke]
 
 `--rivals`: a Python that has the packages ir-sim and navground; default: this one. A rival that is missing is named.
 """
@@ -25,8 +28,13 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from clearway.robots import Robot
+    from clearway.scenarios.scenario import Scenario
 
 HALF, LANE_END, RADIUS, PERIOD, BEAMS, RANGE, SIGMA = 5.0, 4.5, 0.2, 0.1, 180, 10.0, 0.01
 V, OMEGA = 0.3, 1.0
@@ -40,8 +48,6 @@ def clearway(steps: int, people: bool) -> Callable[[], float]:
 
     from clearway.contract import Command, Decision
     from clearway.geometry.shapes import Circle, rectangle
-    from clearway.robots import Robot
-    from clearway.scenarios.scenario import Scenario
     from clearway.trials import Body
     from clearway.world import simulate_in
     from clearway.world.bodies import bodies_of
@@ -58,23 +64,7 @@ def clearway(steps: int, people: bool) -> Callable[[], float]:
             t, x = t + 2 * LANE_END / speed, -x
         knots.append(np.array(rows))
         bodies.append(Body("disc", "moving obstacle", Circle(RADIUS), None))
-    robot = Robot.model_validate({
-        "name": "r", "title": "R", "d_base": 0.4, "footprint": {"kind": "circle", "radius": RADIUS}, "period": PERIOD,
-        "drive": {"v_max": 1, "v_min": -1, "acceleration": 1, "deceleration": 1, "omega_max": 2,
-                  "angular_acceleration": 2, "angular_deceleration": 2},
-        "lidar": {"beams": BEAMS, "angle_min": -math.pi, "angle_max": math.pi, "range_min": 0.0, "range_max": RANGE,
-                  "sigma": SIGMA},
-        "odometry": {"translation_per_metre": 0.01, "rotation_per_metre": 0.01, "rotation_per_radian": 0.01},
-        "tolerances": {"xy": 0.1, "yaw": 0.1},
-    })  # fmt: skip
-    scenario = Scenario.model_validate({
-        "name": "s", "floor_plan": "none", "start": (0, 0, 0), "speed": 1.0,
-        "legs": [{"name": "forth", "goal": (4, 4, 0), "time_limit": steps * PERIOD}],
-        "people": [
-            {"name": f"p{k}", "start": (-LANE_END, y), "route": [{"at": (LANE_END, y)}, {"at": (-LANE_END, y)}], "loop": True,
-             "speed": speed, "radius": RADIUS, "behaviour": "orca"} for k, (y, speed) in enumerate(LANES)
-        ] if people else [],
-    })  # fmt: skip
+    robot, scenario = _scene(steps, people)
     if people:
         bodies = [*bodies[: len(walls)], *bodies_of((), scenario)]
 
@@ -95,6 +85,61 @@ def clearway(steps: int, people: bool) -> Callable[[], float]:
     return once
 
 
+def _scene(steps: int, people: bool, walls: Sequence[object] = ()) -> tuple[Robot, Scenario]:
+    """The robot, and the room's scenario, without the discs on rails."""
+    from clearway.robots import Robot
+    from clearway.scenarios.scenario import Scenario
+
+    robot = Robot.model_validate({
+        "name": "r", "title": "R", "d_base": 0.4, "footprint": {"kind": "circle", "radius": RADIUS}, "period": PERIOD,
+        "drive": {"v_max": 1, "v_min": -1, "acceleration": 1, "deceleration": 1, "omega_max": 2,
+                  "angular_acceleration": 2, "angular_deceleration": 2},
+        "lidar": {"beams": BEAMS, "angle_min": -math.pi, "angle_max": math.pi, "range_min": 0.0, "range_max": RANGE,
+                  "sigma": SIGMA},
+        "odometry": {"translation_per_metre": 0.01, "rotation_per_metre": 0.01, "rotation_per_radian": 0.01},
+        "tolerances": {"xy": 0.1, "yaw": 0.1},
+    })  # fmt: skip
+    scenario = Scenario.model_validate({
+        "name": "s", "floor_plan": "open-25", "obstacles": walls, "start": (0, 0, 0), "speed": 1.0,
+        "legs": [{"name": "forth", "goal": (4, 4, 0), "time_limit": steps * PERIOD}],
+        "people": [
+            {"name": f"p{k}", "start": (-LANE_END, y), "route": [{"at": (LANE_END, y)}, {"at": (-LANE_END, y)}], "loop": True,
+             "speed": speed, "radius": RADIUS, "behaviour": "orca"} for k, (y, speed) in enumerate(LANES)
+        ] if people else [],
+    })  # fmt: skip
+    return robot, scenario
+
+
+def learner(steps: int) -> Callable[[], float]:
+    """Steps of the Gymnasium environment: an episode begins as often as the time limit says."""
+    import numpy as np
+
+    from clearway.learning import make
+
+    walls = [
+        {"name": f"wall {k}", "shape": {"kind": "rectangle", "length": 2 * HALF, "width": 0.1}, "pose": pose}
+        for k, pose in enumerate(
+            [(0, HALF + 0.05, 0), (0, -HALF - 0.05, 0), (HALF + 0.06, 0, math.pi / 2), (-HALF - 0.06, 0, math.pi / 2)]
+        )
+    ]
+    robot, scenario = _scene(steps, True, walls)
+    env = make(scenario, robot, beams=BEAMS, flat=True, normalised=False, indicators=False, localisation="odometry")
+    action = np.array((V, OMEGA), np.float32)
+
+    def once() -> float:
+        before, done = time.process_time(), 0
+        while done < steps:
+            env.reset()
+            over = False
+            while not over:
+                seen, _, terminated, truncated, _ = env.step(action)
+                over, done = terminated or truncated, done + 1
+            assert len(seen) > BEAMS
+        return (time.process_time() - before) / done
+
+    return once
+
+
 def irsim(steps: int, people: bool) -> Callable[[], float]:
     """`env.step` and `get_lidar_scan`, without drawing."""
     os.environ["MPLBACKEND"] = "Agg"
@@ -107,7 +152,7 @@ def irsim(steps: int, people: bool) -> Callable[[], float]:
     shape: {{name: 'circle', radius: {RADIUS}}}
     state: [{-LANE_END}, {y}, 0]
     vel_max: [{speed}, {speed}]
-    behavior: {{name: 'dash', wander: True, range_low: [{-LANE_END}, {y}, 0], range_high: [{LANE_END}, {y}, 0]}}"""
+    behavior: {{name: '{"rvo" if people else "dash"}', wander: True, range_low: [{-LANE_END}, {y}, 0], range_high: [{LANE_END}, {y}, 0]}}"""
         for y, speed in LANES
     )
     corners = f"[[{-HALF}, {-HALF}], [{HALF}, {-HALF}], [{HALF}, {HALF}], [{-HALF}, {HALF}], [{-HALF}, {-HALF}]]"
@@ -199,15 +244,18 @@ def main() -> int:
     parser.add_argument("--smoke", action="store_true", help="few steps: only to see that it runs")
     parser.add_argument("--people", action="store_true", help="the discs decide, by ORCA")
     parser.add_argument("--only", choices=list(AIM), help=argparse.SUPPRESS)
+    parser.add_argument("--learning", action="store_true", help="with --people: as a learner's environment")
     options = parser.parse_args()
+    options.people |= options.learning
     if options.smoke:
         options.steps, options.rounds = 200, 1
+        learner(options.steps)()
     if options.only:
         return _serve(options.only, options.steps, options.people)
 
-    ours = clearway(options.steps, options.people)
+    ours = learner(options.steps) if options.learning else clearway(options.steps, options.people)
     ours()  # compiles
-    rivals = {name: _start(name, options) for name in AIM if name != ("irsim" if options.people else "navground 20Hz")}
+    rivals = {name: _start(name, options) for name in AIM if name not in _left_out(options)}
     best = {"clearway": math.inf} | {name: math.inf for name, process in rivals.items() if process}
     for _ in range(options.rounds):
         best["clearway"] = min(best["clearway"], ours())
@@ -231,6 +279,10 @@ def main() -> int:
     for name in result["missing"]:
         print(f"{name:<14} is not installed for {options.rivals}, or fails there; left out")
     return 0
+
+
+def _left_out(options: argparse.Namespace) -> tuple[str, ...]:
+    return () if options.learning else ("irsim",) if options.people else ("navground 20Hz",)
 
 
 def _start(name: str, options: argparse.Namespace) -> subprocess.Popen[str] | None:
