@@ -7,14 +7,24 @@ and seldom, want straight to their goals and never stray, see everything as it i
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
+import numpy.typing as npt
 
 from clearway.crowds import orca
 from clearway.crowds.bodies import Bodies, Wishes
+from clearway.crowds.walls import Walls
+from clearway.geometry.compiled import kernel
+from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
-from clearway.world.behaviours.behaviour import PERIOD, STEPPING, Cast, Scene
+from clearway.world.arrivals import Arrivals, walked
+from clearway.world.behaviours.behaviour import PERIOD, STEPPING, Cast, CompiledBehaviour, Street
 from clearway.world.behaviours.walkers import course_of, glance
 from clearway.world.behaviours.wishes import speed_of
+from clearway.world.laid import RobotTracks, lay
+from clearway.world.tracks import place_twice
 
 DECIDES_EVERY = 0.25
 """Time from a decision to the next, s; in between everybody walks straight on."""
@@ -25,58 +35,160 @@ SLOWING = 1.0
 _SAME = 1e-9  # s
 
 
-class CrowdNav:
+class Crowd(NamedTuple):
+    """k people who walk so.
+
+    Attributes:
+        who: (k,) int64, which of the moving bodies they are.
+        at: (k, 3) where they are: x, y [m], theta [rad].
+        velocity: (k, 2) as they chose it last, m/s.
+        goal: (k, 2) where they want to, m.
+        v_max: (k,) at which they walk, m/s.
+        sees: (k,) int64, the layers that each looks at: 1 people, 2 robots.
+        care: How far they look.
+        radius: (m,) of the moving bodies, as they take them, m.
+        walls: What stands.
+        next: (1,) when they decide next, s.
+    """
+
+    who: npt.NDArray[np.int64]
+    at: FloatArray
+    velocity: FloatArray
+    goal: FloatArray
+    v_max: FloatArray
+    sees: npt.NDArray[np.int64]
+    care: orca.Care
+    radius: FloatArray
+    walls: Walls
+    next: FloatArray
+
+
+@kernel
+def hold_crowd(crowd: Crowd) -> Held[Crowd]:
+    """`crowd`, as `walk_until` takes it."""
+    return Held(crowd)
+
+
+class CrowdNav(CompiledBehaviour):
     """A crowd that walks by ORCA as CrowdNav runs it: ten neighbours within 10 m, 5 s ahead, half of the avoiding.
 
     Args:
         cast: Who they are, and where.
+
+    Attributes:
+        members: As `Behaviour` has it.
+        speed: The same.
     """
 
     def __init__(self, cast: Cast) -> None:
         people, k = cast.people, len(cast.people)
         self.members, self.speed = cast.members, np.array([speed_of(person, cast.seed) for person in people])
-        self._who, self._walls, self._radius = np.array(cast.members, np.int64), cast.walls, cast.radius + KEPT
-        self._goal = np.array([person.route[0].at if person.route else person.start for person in people])
-        self._sees = np.array([3 if person.sees_robots else 1 for person in people], np.int64)
-        self._care = orca.Care(np.full(k, 10.0), np.full(k, 10, np.int64), np.full(k, 5.0), np.full(k, 5.0))
         self._at = np.array([(*person.start, course_of(person)) for person in people], np.float64)
-        self._velocity = np.zeros((k, 2))
-        self._next = 0.0
+        self._crowd = hold_crowd(
+            Crowd(
+                who=np.array(cast.members, np.int64),
+                at=self._at,
+                velocity=np.zeros((k, 2)),
+                goal=np.array([person.route[0].at if person.route else person.start for person in people], np.float64),
+                v_max=self.speed,
+                sees=np.array([3 if person.sees_robots else 1 for person in people], np.int64),
+                care=orca.Care(np.full(k, 10.0), np.full(k, 10, np.int64), np.full(k, 5.0), np.full(k, 5.0)),
+                radius=cast.radius + KEPT,
+                walls=cast.walls,
+                next=np.zeros(1),
+            )
+        )
 
     def begin_leg(self, leg: str, t: float) -> FloatArray | None:
         """They appear at time 0, and mind no legs."""
         return self._at.copy() if t == 0.0 else None
 
-    def step(self, t: float, until: float, scene: Scene) -> FloatArray:
-        """Walk on from `t` to `until` [s]; decide first where it is time to."""
-        if t >= self._next - _SAME:
-            self._next += DECIDES_EVERY
-            wishes = Wishes(self._who, self._wished(), self.speed, self._sees)
-            self._velocity = orca.velocities(self._bodies(t, scene), wishes, self._care, self._walls, DECIDES_EVERY)
-            goes = np.hypot(*self._velocity.T) > STEPPING
-            self._at[goes, 2] = np.arctan2(self._velocity[goes, 1], self._velocity[goes, 0])
-        self._at[:, :2] += (until - t) * self._velocity
-        return self._at.copy()
+    def decide_until(self, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals) -> int:
+        """Walk on; decide where it is time to."""
+        looked = False
+        while True:
+            count, news = walk_until(self._crowd, street, leg, count, t, looked)
+            if not news:
+                return count
+            arrivals.come_to(count * PERIOD)
+            looked = True
 
-    def _wished(self) -> FloatArray:
-        """(k, 2) the velocities at which they would walk alone, m/s."""
-        to = self._goal - self._at[:, :2]
-        away = np.hypot(*to.T)
-        wanted: FloatArray = to * np.minimum(self.speed / np.maximum(away, 1e-12), 1.0 / SLOWING)[:, None]
-        return wanted
 
-    def _bodies(self, t: float, scene: Scene) -> Bodies:
-        """Everything that moves at time `t` [s], as they see it; robots are behind the others, in a layer of their own."""
-        m, robots = len(scene.moving), scene.robots
-        n = m + len(robots)
-        there = np.isfinite(scene.moving[:, :1])
-        position, velocity, radius = np.empty((n, 2)), np.zeros((n, 2)), np.empty(n)
-        position[:m] = np.where(there, scene.moving[:, :2], 1e6)
-        velocity[:m] = np.nan_to_num((scene.moving[:, :2] - scene.before[:, :2]) / PERIOD)
-        velocity[self._who] = self._velocity
-        radius[:m] = self._radius
-        for j, robot in enumerate(robots, start=m):
-            glance(robot.track.knots, robot.track.count, t, 0.0, position[j], velocity[j])
-            radius[j] = robot.shape.reach[0] + KEPT
-        layer = np.where(np.arange(n) < m, 1, 2)
-        return Bodies(position, velocity, radius, layer, np.full(n, 0.5))
+@kernel
+def walk_until(
+    held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
+) -> tuple[int, bool]:
+    """A crowd walks from instant number `count` on, up to time `t` [s], or until somebody comes to where it was going.
+
+    Args:
+        looked: Whether it is known who comes there at the first of these instants.
+
+    Returns:
+        The number of instants by then, and whether somebody has come.
+    """
+    tracks, since, there, robots, watched = street.value
+    crowd = held.value
+    at = crowd.at
+    while count * PERIOD <= t:
+        now, until = count * PERIOD, (count + 1) * PERIOD
+        place_twice(tracks, leg, since, now, now - PERIOD, there)
+        if not looked and walked(now, there[0], watched):
+            return count, True
+        looked = False
+        if now >= crowd.next[0] - _SAME:
+            crowd.next[0] += DECIDES_EVERY
+            decide(crowd, there, robots, now)
+        for k in range(len(at)):
+            for c in range(2):
+                at[k, c] += (until - now) * crowd.velocity[k, c]
+        lay(tracks.knots, tracks.rows, crowd.who, until, at)
+        count += 1
+    return count, False
+
+
+@kernel
+def decide(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) -> None:
+    """Everybody chooses a velocity at time `t` [s].
+
+    Args:
+        crowd: Who they are; updated.
+        there: (2, n, 3) poses of the moving bodies now and a `PERIOD` ago, NaN where one is absent.
+        robots: The robots.
+    """
+    at, wanted = crowd.at, np.empty((len(crowd.at), 2))
+    for k in range(len(at)):
+        x, y = crowd.goal[k, 0] - at[k, 0], crowd.goal[k, 1] - at[k, 1]
+        share = min(crowd.v_max[k] / max(math.hypot(x, y), 1e-12), 1.0 / SLOWING)
+        wanted[k, 0], wanted[k, 1] = share * x, share * y
+    wishes = Wishes(crowd.who, wanted, crowd.v_max, crowd.sees)
+    crowd.velocity[:] = orca.velocities(
+        everybody(crowd, there, robots, t), wishes, crowd.care, crowd.walls, DECIDES_EVERY
+    )
+    for k in range(len(at)):
+        v_x, v_y = crowd.velocity[k]
+        if math.hypot(v_x, v_y) > STEPPING:
+            at[k, 2] = math.atan2(v_y, v_x)
+
+
+@kernel
+def everybody(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) -> Bodies:
+    """Everything that moves at time `t` [s], as they see it; robots are behind the others, in a layer of their own."""
+    m = len(crowd.radius)
+    n = m + int((robots.laid > 0).sum())
+    out = Bodies(np.empty((n, 2)), np.zeros((n, 2)), np.empty(n), np.ones(n, np.int64), np.full(n, 0.5))
+    for i in range(m):
+        present = math.isfinite(there[0, i, 0])
+        for c in range(2):
+            out.position[i, c] = there[0, i, c] if present else 1e6
+            moved = (there[0, i, c] - there[1, i, c]) / PERIOD
+            out.velocity[i, c] = moved if math.isfinite(moved) else 0.0
+        out.radius[i] = crowd.radius[i]
+    for k in range(len(crowd.who)):
+        out.velocity[crowd.who[k], 0], out.velocity[crowd.who[k], 1] = crowd.velocity[k, 0], crowd.velocity[k, 1]
+    j = m
+    for r in range(len(robots.laid)):
+        if robots.laid[r] > 0:
+            glance(robots.knots[r], robots.laid[r], t, 0.0, out.position[j], out.velocity[j])
+            out.radius[j], out.layer[j] = robots.reach[r] + KEPT, 2
+            j += 1
+    return out
