@@ -16,9 +16,8 @@ from clearway.contract import Scan
 from clearway.geometry.grid import OccupancyGrid
 from clearway.live.ros.said import Moment
 from clearway.live.ros2 import messages as m
-from clearway.live.ros2 import writing
 
-STORE = m.STORE
+STORE, writing = m.STORE, m.WRITING
 STAMP = 1_700_000_000_123_456_789
 POSE = np.array((1.5, -2.25, 0.75))
 SCAN = Scan(np.array((0.5, np.inf, 3.25)), -1.0, 0.5, 0.05, 10.0, np.array((0.2, 0.0, 0.1)), 1e-3)

@@ -9,13 +9,10 @@ from __future__ import annotations
 import secrets
 from typing import Any
 
-import numpy as np
-
 from clearway.geometry.shapes import FloatArray
-from clearway.live.ros.said import FINISHED, MAP, GoalState
+from clearway.live.ros.said import FINISHED, GoalState
 from clearway.live.ros2 import messages as m
 from clearway.live.ros2.node import RELIABLE, Node, taken
-from clearway.live.ros2.writing import header, pose_of, time_of
 
 _ENDED = {4: GoalState.SUCCEEDED, 5: GoalState.CANCELED, 6: GoalState.ABORTED}
 """action_msgs/GoalStatus."""
@@ -81,8 +78,7 @@ class NavigateToPose:
     def pursue(self, stamp: int, goal: FloatArray) -> None:
         """Send a goal, (3,) in the map."""
         self._goal = m.UUID(list(secrets.token_bytes(16)))
-        pose = m.PoseStamped(header(stamp, MAP), pose_of(np.asarray(goal)))
-        self._asked = self._send.ask(self._goal, pose, "")
+        self._asked = self._send.ask(self._goal, m.WRITING.goal(stamp, goal), "")
         self._state = GoalState.SENT
 
     def state(self) -> GoalState:
@@ -99,5 +95,5 @@ class NavigateToPose:
     def cancel(self) -> None:
         """Ask the stack to leave the last goal, if it is on its way."""
         if self._state is not None and self._state not in FINISHED | {GoalState.REJECTED}:
-            self._cancel.ask(m.GoalInfo(self._goal, time_of(0)))
+            self._cancel.ask(m.GoalInfo(self._goal, m.Time(0, 0)))
             self._state = GoalState.CANCELED

@@ -16,6 +16,8 @@ from cyclonedds.idl import types as idl
 from rosbags.interfaces import Nodetype
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
+from clearway.live.ros.writing import Writing
+
 _NAVIGATE = "nav2_msgs/action/NavigateToPose"
 _DEFINED = {
     # What rmw_cyclonedds puts before a request and its reply: who asked (its writer's handle), and its how manieth it is.
@@ -110,3 +112,5 @@ GetResultRequest = message(f"{_NAVIGATE}_GetResult_Request")
 GetResultReply = message(f"{_NAVIGATE}_GetResult_Response")
 CancelRequest = message("action_msgs/srv/CancelGoal_Request")
 CancelReply = message("action_msgs/srv/CancelGoal_Response")
+WRITING = Writing(message)
+"""What the robot says, in them."""

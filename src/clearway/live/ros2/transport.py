@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from clearway.geometry.shapes import FloatArray
-from clearway.live.ros.said import BASE, LASER, GoalState, Moment, Place, Twist
+from clearway.live.ros.said import GoalState, Moment, Place, Twist
+from clearway.live.ros.topics import Saying, Topic
 from clearway.live.ros2 import messages as m
-from clearway.live.ros2 import writing
 from clearway.live.ros2.action import NavigateToPose
-from clearway.live.ros2.node import LATCHED, SENSOR, Node, taken
+from clearway.live.ros2.node import LATCHED, RELIABLE, SENSOR, Node, taken
 
 
 class Dds:
@@ -24,41 +25,26 @@ class Dds:
 
     def __init__(self, domain: int, interface: str, namespace: str, stamped: bool) -> None:
         node = self._node = Node(domain, interface, namespace)
-        self._clock = node.writer("clock", m.Clock, depth=1)
-        self._tf = node.writer("tf", m.TFMessage, depth=100)
-        self._tf_static = node.writer("tf_static", m.TFMessage, LATCHED, depth=1)
-        self._odom = node.writer("odom", m.Odometry)
-        self._scan = node.writer("scan", m.LaserScan, SENSOR, depth=5)
-        self._map = node.writer("map", m.OccupancyGrid, LATCHED, depth=1)
-        self._pose = node.writer("amcl_pose", m.PoseWithCovarianceStamped, LATCHED, depth=1)
-        self._initial = node.writer("initialpose", m.PoseWithCovarianceStamped)
+
+        def says(topic: Topic) -> Callable[[Any], object]:
+            how = LATCHED if topic.latched else SENSOR if topic.sensor else RELIABLE
+            writer = node.writer(topic.name, m.message(topic.kind), how, topic.depth)
+            return lambda message: writer.write(message)
+
+        self._saying = Saying(m.WRITING, says)
         self._commands = node.reader("cmd_vel", m.TwistStamped if stamped else m.Twist)
         self._action = NavigateToPose(node)
-        self._stamped, self._stamp = stamped, 0
-        self._mount: FloatArray | None = None
+        self._stamped = stamped
 
     def begin(self, place: Place) -> None:
-        self._stamp, self._mount = place.stamp, None
         self.twists()
-        if place.map is not None:
-            self._map.write(writing.grid(place.stamp, place.map))
-        self._initial.write(writing.located(place.stamp, place.start, True))
+        self._saying.begin(place)
 
     def tell(self, moment: Moment) -> None:
-        self._stamp = moment.stamp
-        self._tf.write(writing.transforms(moment))
-        self._odom.write(writing.odometry(moment))
-        if moment.pose is not None:
-            self._pose.write(writing.located(moment.stamp, moment.pose, False))
-        if (scan := moment.scan) is not None:
-            if self._mount is None:
-                self._mount = scan.mount
-                self._tf_static.write(m.TFMessage([writing.transform(moment.stamp, BASE, LASER, scan.mount)]))
-            self._scan.write(writing.sweep(moment.stamp, scan))
-        self._clock.write(m.Clock(writing.time_of(moment.stamp)))
+        self._saying.tell(moment)
 
     def pursue(self, goal: FloatArray) -> None:
-        self._action.pursue(self._stamp, goal)
+        self._action.pursue(self._saying.stamp, goal)
 
     def goal(self) -> GoalState:
         return self._action.state()
