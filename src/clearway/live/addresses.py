@@ -110,7 +110,7 @@ class At:
         Raises:
             ClearwayError: it is on another one, nobody listens there, or says no sound hello.
         """
-        if not remote and not _is_here(self.host):
+        if not remote and not is_here(self.host):
             raise ClearwayError(
                 f"navigator {self.address!r} is not on this machine (127.0.0.1, localhost); {self.address}[remote=true] allows that"
             )
@@ -203,7 +203,8 @@ def _runnable(name: str, address: str) -> Path:
     raise ClearwayError(f"navigator {address!r}: {problem}")
 
 
-def _is_here(host: str) -> bool:
+def is_here(host: str) -> bool:
+    """Whether a host's name or address is the loopback interface's."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:

@@ -43,6 +43,7 @@ NAVIGATORS = Registry(
         "arena": "clearway.live.addresses:planner",
         "npz": "clearway.navigators.learnt.navigator:npz",
         "onnx": "clearway.navigators.learnt.navigator:onnx",
+        "ros1": "clearway.live.ros1.address:stack",
         "ros2": "clearway.live.ros2.address:stack",
     },
 )

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from clearway.errors import ClearwayError
-from clearway.live.ros.navigator import Pace, RosNavigator
+from clearway.live.ros.address import check_flags, pace
+from clearway.live.ros.navigator import RosNavigator
 
 
 def stack(namespace: str) -> Ros2:
@@ -52,12 +53,8 @@ class Ros2:
         name = f"navigator 'ros2:{self.namespace}'"
         if isinstance(domain, bool) or not isinstance(domain, int) or not 0 <= domain <= 232:
             raise ClearwayError(f"{name}: domain = {domain!r} is none; 0 to 232 are")
-        for option, value in (("deadline", deadline), ("watchdog", watchdog), ("patience", patience)):
-            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 1e6:
-                raise ClearwayError(f"{name}: {option} = {value!r} is no time in seconds above 0")
-        for option, flag in (("stamped", stamped), ("localised", localised), ("lockstep", lockstep)):
-            if not isinstance(flag, bool):
-                raise ClearwayError(f"{name}: {option} = {flag!r}; true or false is expected")
+        goes = pace(name, lockstep, deadline, watchdog, patience)
+        check_flags(name, {"stamped": stamped, "localised": localised})
         try:
             from cyclonedds.core import DDSException
 
@@ -68,7 +65,7 @@ class Ros2:
             return RosNavigator(
                 name,
                 lambda: Dds(domain, interface, self.namespace, stamped),
-                Pace(lockstep, deadline, watchdog, patience),
+                goes,
                 localised,
             )
         except DDSException as error:

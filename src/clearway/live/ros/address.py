@@ -1,0 +1,32 @@
+"""What both versions of ROS are told where a navigator is named."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from clearway.errors import ClearwayError
+from clearway.live.ros.navigator import Pace
+
+
+def pace(name: str, lockstep: bool, deadline: float, watchdog: float, patience: float) -> Pace:
+    """How time goes.
+
+    Raises:
+        ClearwayError: one of them is none.
+    """
+    for option, value in (("deadline", deadline), ("watchdog", watchdog), ("patience", patience)):
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 1e6:
+            raise ClearwayError(f"{name}: {option} = {value!r} is no time in seconds above 0")
+    check_flags(name, {"lockstep": lockstep})
+    return Pace(lockstep, deadline, watchdog, patience)
+
+
+def check_flags(name: str, flags: Mapping[str, object]) -> None:
+    """Refuse what is neither true nor false.
+
+    Raises:
+        ClearwayError: one of them is.
+    """
+    for option, flag in flags.items():
+        if not isinstance(flag, bool):
+            raise ClearwayError(f"{name}: {option} = {flag!r}; true or false is expected")
