@@ -1,0 +1,129 @@
+"""A real master and a real node of rospy, which stands in for move_base, drive a real trial."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import time
+import xmlrpc.client
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import pytest
+
+from clearway.campaigns import CampaignPlan, run_campaign
+from clearway.scenarios.suites import Selection
+from clearway.trials.store import Results
+
+PYTHON = "/usr/bin/python3"
+NEEDS = "import actionlib, move_base_msgs.msg, rosmaster, rospy, std_srvs.srv, tf2_ros"
+MISSING = (
+    not os.path.exists(PYTHON) or subprocess.run([PYTHON, "-c", NEEDS], capture_output=True, check=False).returncode
+)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(bool(MISSING), reason="Debian's ROS 1 isn't installed (see .ci/run)"),
+]
+STAND_IN = Path(__file__).with_name("move_base_stand_in.py")
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+@pytest.fixture(scope="module")
+def master() -> Iterator[str]:
+    port = free_port()
+    uri = f"http://127.0.0.1:{port}"
+    process = subprocess.Popen(
+        ["rosmaster", "--core", "-p", str(port)],
+        env=environment(uri),
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    until = time.monotonic() + 20.0
+    while True:
+        with suppress(OSError):
+            assert xmlrpc.client.ServerProxy(uri).getPid("/test")[0] == 1
+            break
+        assert time.monotonic() < until
+        time.sleep(0.05)
+    xmlrpc.client.ServerProxy(uri).setParam("/test", "/use_sim_time", True)
+    yield uri
+    process.kill()
+    process.wait()
+
+
+def environment(master: str) -> dict[str, str]:
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ROS"))}
+    return kept | {"ROS_MASTER_URI": master, "ROS_IP": "127.0.0.1"}
+
+
+@contextmanager
+def stand_in(master: str, kind: str) -> Iterator[None]:
+    process = subprocess.Popen([PYTHON, str(STAND_IN), kind], env=environment(master), stdout=subprocess.PIPE)
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == b"ready\n"
+        yield
+        assert process.poll() is None
+    finally:
+        process.kill()
+        process.wait()
+
+
+def driven(out: Path, master: str, options: str = "") -> Results:
+    plan = CampaignPlan(
+        suites=("hospital",), robots=("tiago",), navigators=(f"ros1:{master}[patience=4{options}]",),
+        selection=Selection(scenarios=("NO-v0.6-r1", "NO-v0.6-r2")[: 1 + ("twice" in out.name)]), localisation="truth",
+        decision_limit=20.0,
+    )  # fmt: skip
+    return run_campaign(plan, out, 1)
+
+
+@pytest.mark.parametrize(
+    ("kind", "options"),
+    [("good", ""), ("lost", ",deadline=0.05"), ("late", ",deadline=0.05"), ("good", ",lockstep=false")],
+)
+def test_a_trial_is_driven_to_its_goal(tmp_path: Path, master: str, kind: str, options: str) -> None:
+    with stand_in(master, kind):
+        row = driven(tmp_path / "out", master, options).trials.to_pylist()[0]
+    assert row["outcome"] == "reached", row["reason"]
+
+
+def test_one_trial_after_another_and_a_stack_that_is_begun_anew(tmp_path: Path, master: str) -> None:
+    for name in ("twice", "twice more"):
+        with stand_in(master, "good"):
+            rows = driven(tmp_path / name, master).trials.to_pylist()
+        assert [row["outcome"] for row in rows] == ["reached", "reached"], rows
+
+
+@pytest.mark.parametrize(
+    ("kind", "outcome", "says"),
+    [
+        ("rejects", "navigator_failed", "rejects the goal"),
+        ("aborts", "aborted", "aborted the goal"),
+        ("silent", "navigator_failed", "said nothing on /cmd_vel"),
+        ("nan", "navigator_failed", "linear.x = nan"),
+        ("wrong type", "navigator_failed", "does not say geometry_msgs/Twist"),
+        ("no publisher", "navigator_failed", "has no publisher of /cmd_vel within 4 s"),
+    ],
+)
+def test_what_goes_wrong_is_the_trials_reason(tmp_path: Path, master: str, kind: str, outcome: str, says: str) -> None:
+    with stand_in(master, kind):
+        row = driven(tmp_path / "out", master).trials.to_pylist()[0]
+    assert row["outcome"] == outcome
+    assert says in row["reason"]
+
+
+def test_two_that_command_are_told_by_name(tmp_path: Path, master: str) -> None:
+    with stand_in(master, "good"), stand_in(master, "second"):
+        row = driven(tmp_path / "out", master).trials.to_pylist()[0]
+    assert row["outcome"] == "navigator_failed"
+    assert "has two publishers of /cmd_vel that command at the same time" in row["reason"]
+    assert "/move_base" in row["reason"]
+    assert "/teleop" in row["reason"]
