@@ -35,7 +35,7 @@ TOPICS = (
     Topic("scan", "sensor_msgs/msg/LaserScan", 5, sensor=True),
     Topic("map", "nav_msgs/msg/OccupancyGrid", 1, latched=True),
     Topic("amcl_pose", "geometry_msgs/msg/PoseWithCovarianceStamped", 1, latched=True),
-    Topic("initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped"),
+    Topic("initialpose", "geometry_msgs/msg/PoseWithCovarianceStamped", 1, latched=True),
 )
 """All of them."""
 
