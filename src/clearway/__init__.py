@@ -18,6 +18,7 @@ if TYPE_CHECKING:
         check_parameters,
         compare,
         find_breaks,
+        live_ros1,
         live_ros2,
         merge,
         open_results,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     __version__: str
 
 __all__ = [
-    "ClearwayError", "Results", "__version__", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "live_ros2", "merge", "open_results", "passable", "recorded_people",
+    "ClearwayError", "Results", "__version__", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "live_ros1", "live_ros2", "merge", "open_results", "passable", "recorded_people",
     "requirement", "rerun", "resume", "run", "score", "simulate", "tune",
 ]  # fmt: skip
 

@@ -11,7 +11,6 @@ import time
 import actionlib
 import rospy
 import tf2_ros
-from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped
 from move_base_msgs.msg import MoveBaseAction
 from nav_msgs.msg import OccupancyGrid, Odometry

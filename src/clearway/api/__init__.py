@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from clearway.api.answers import accept, acceptance_plan, check_parameters, find_breaks, passable, requirement, tune
 from clearway.api.campaigns import merge, recorded_people, rerun, resume, run, simulate
-from clearway.api.live import Live, live_ros2
+from clearway.api.live import Live, live_ros1, live_ros2
 from clearway.api.recordings import score, watch
 from clearway.api.results import Results, compare, open_results
 from clearway.campaigns.rerun import Rerun
@@ -18,6 +18,6 @@ from clearway.improving.tuning import Tuning
 from clearway.searching.breaks import Breaks
 
 __all__ = [
-    "Breaks", "Live", "Rerun", "Results", "Tuning", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "live_ros2", "merge",
+    "Breaks", "Live", "Rerun", "Results", "Tuning", "accept", "acceptance_plan", "check_parameters", "compare", "find_breaks", "live_ros1", "live_ros2", "merge",
     "open_results", "passable", "recorded_people", "requirement", "rerun", "resume", "run", "score", "simulate", "tune", "watch",
 ]  # fmt: skip

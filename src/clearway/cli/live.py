@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from clearway.cli import _options
 from clearway.cli._options import Json, tell
 
+if TYPE_CHECKING:
+    from clearway.api import Live
+
 
 def live(
-    stack: Annotated[str, typer.Argument(metavar="STACK", help="What drives: ros2.")],
+    stack: Annotated[str, typer.Argument(metavar="STACK", help="What drives: ros1 or ros2.")],
     suite: Annotated[
         str,
         typer.Option("--suite", "-s", help="A suite's name, or a TOML file.", autocompletion=_options.suites_beginning),
@@ -24,9 +28,26 @@ def live(
     batches: _options.Batches = None,
     repetitions: _options.Repetitions = None,
     namespace: Annotated[str, typer.Option(help="Of the stack's topics and its action.")] = "",
-    domain: Annotated[int, typer.Option(min=0, max=232, help="DDS domain, as in ROS_DOMAIN_ID.")] = 0,
-    interface: Annotated[str, typer.Option(help="Network interface; by default nothing leaves this machine.")] = "lo",
-    stamped: Annotated[bool, typer.Option("--stamped", help="/cmd_vel holds TwistStamped, not Twist.")] = False,
+    master: Annotated[
+        str | None, typer.Option(help="ros1: its master, as in ROS_MASTER_URI.", show_default="http://127.0.0.1:11311")
+    ] = None,
+    host: Annotated[
+        str | None,
+        typer.Option(
+            help="ros1: this machine's address that the stack connects to; by default no other machine reaches it.",
+            show_default="127.0.0.1",
+        ),
+    ] = None,
+    domain: Annotated[
+        int | None, typer.Option(min=0, max=232, help="ros2: DDS domain, as in ROS_DOMAIN_ID.", show_default="0")
+    ] = None,
+    interface: Annotated[
+        str | None,
+        typer.Option(help="ros2: network interface; by default nothing leaves this machine.", show_default="lo"),
+    ] = None,
+    stamped: Annotated[
+        bool | None, typer.Option("--stamped", help="ros2: /cmd_vel holds TwistStamped, not Twist.")
+    ] = None,
     own_localisation: Annotated[
         bool, typer.Option("--own-localisation", help="The stack localises itself, from the initial pose on.")
     ] = False,
@@ -49,17 +70,27 @@ def live(
     """
     from clearway import api
     from clearway.cli._progress import Progress, stoppable, written
-    from clearway.errors import unknown
+    from clearway.errors import ClearwayError, unknown
     from clearway.reports.last_lines import for_machines, why_trials_failed
     from clearway.reports.text import headline
 
-    if stack != "ros2":
-        raise unknown("stack", stack, ("ros2",))
+    drive: dict[str, Callable[..., Live]] = {"ros1": api.live_ros1, "ros2": api.live_ros2}
+    only: dict[str, dict[str, Any]] = {
+        "ros1": {"master": master, "host": host},
+        "ros2": {"domain": domain, "interface": interface, "stamped": stamped},
+    }
+    if stack not in drive:
+        raise unknown("stack", stack, drive)
+    for one, options in only.items():
+        for name, value in options.items():
+            if one != stack and value is not None:
+                raise ClearwayError(f"--{name} is an option of {one}, and what drives is {stack}")
+    given = {name: value for name, value in only[stack].items() if value is not None}
     with stoppable("nothing was run yet; the same command begins again"), Progress("trials") as progress:
-        found = api.live_ros2(
+        found = drive[stack](
             suite, robot=robot, scenarios=scenarios or (), batches=batches or (), repetitions=repetitions,
-            namespace=namespace, domain=domain, interface=interface, stamped=stamped, localised=not own_localisation,
-            lockstep=not real_time, deadline=deadline, watchdog=watchdog, patience=patience, out=out, progress=progress,
+            namespace=namespace, localised=not own_localisation, lockstep=not real_time, deadline=deadline,
+            watchdog=watchdog, patience=patience, out=out, progress=progress, **given,
         )  # fmt: skip
     results = found.results
     page = written(results)

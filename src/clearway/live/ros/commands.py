@@ -57,7 +57,10 @@ class Commands:
             # one that takes over is no fault (a recovery after a controller); two that take turns are
             before = self._heard_at.get(twist.publisher)
             if before is not None and now - before <= self._watchdog:
-                raise WireError("has two publishers of /cmd_vel that command at the same time; a base obeys one")
+                who = " and ".join(sorted((twist.publisher, self._last.publisher)))
+                raise WireError(
+                    f"has two publishers of /cmd_vel that command at the same time, {who}; a base obeys one"
+                )
         elif None not in (twist.stamp, self._last.stamp) and twist.stamp < self._last.stamp:  # type: ignore[operator]
             raise WireError(
                 f"gave a stamp on /cmd_vel that jumps back from {self._last.stamp} to {twist.stamp} ns; does it use /clock?"

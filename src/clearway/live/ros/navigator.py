@@ -165,8 +165,8 @@ class RosNavigator:
         transport.wait(self._period)
 
     def _tell(self, transport: Transport, o: Observation) -> int:
-        if (back := RosNavigator._latest - self._epoch - _ns(o.t)) > 0:  # a first sensing is older than the trial
-            self._epoch += back + _ns(self._period)
+        if (ahead := RosNavigator._latest - self._epoch - _ns(o.t)) > 0:  # a first sensing is older than the trial
+            self._epoch += ahead + _ns(self._period)
         stamp = self._epoch + _ns(o.t)
         RosNavigator._latest = max(RosNavigator._latest, stamp)
         pose: FloatArray | None = o.pose if self._localised else None

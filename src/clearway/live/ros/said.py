@@ -57,7 +57,7 @@ class Twist:
         v: Forward speed, m/s.
         v_y: Speed to the left, m/s.
         omega: Yaw rate, rad/s.
-        publisher: Who said it: a key that is the same for the same one.
+        publisher: Who said it, for people; the same for the same one.
         frame: The frame that it names; empty: none.
         stamp: Its stamp, ns; None: it has none.
     """

@@ -64,7 +64,7 @@ class Publisher:
         wanted = asked.get("type", "*"), asked.get("md5sum", "*")
         if any(one not in ("*", ours) for one, ours in zip(wanted, (self.kind.name, self.kind.md5sum), strict=True)):
             why = f"{self._header['topic']} has {self.kind.name} ({self.kind.md5sum}), not {wanted[0]} ({wanted[1]})"
-            connection.sendall(header_of({"error": why}))
+            connection.sendall(header_of({"callerid": self._header["callerid"], "error": why}))
             return
         connection.settimeout(None)  # it may be silent for ever; what is sent to it has a limit
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, struct.pack("ll", _TAKES, 0))

@@ -67,7 +67,7 @@ class Dds:
         self._node.close()
 
     def _read(self, said: Any) -> Twist:
-        publisher = str(said.sample_info.publication_handle)
+        publisher = f"DDS handle {said.sample_info.publication_handle % 2**64:x}"
         if not self._stamped:
             return Twist(said.linear.x, said.linear.y, said.angular.z, publisher)
         time = said.header.stamp
