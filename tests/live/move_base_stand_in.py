@@ -108,10 +108,6 @@ rospy.init_node("teleop" if KIND == "second" else "move_base", disable_signals=T
 if KIND == "second":  # commands as the first one does, and serves nothing
     commands = rospy.Publisher("cmd_vel", Twist, queue_size=10)
     rospy.Subscriber("odom", Odometry, lambda _: commands.publish(Twist()))
-elif KIND == "clock":
-    from rosgraph_msgs.msg import Clock
-
-    clock = rospy.Publisher("/clock", Clock, queue_size=1)
 else:
     StandIn()
 print("ready", flush=True)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+import clearway
 from clearway.campaigns import CampaignPlan, run_campaign
 from clearway.scenarios.suites import Selection
 from clearway.trials.store import Results
@@ -36,36 +37,29 @@ def free_port() -> int:
 
 
 @pytest.fixture(scope="module")
-def master() -> Iterator[str]:
+def master(tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """The environment of a node of its."""
     port = free_port()
     uri = f"http://127.0.0.1:{port}"
-    process = subprocess.Popen(
-        ["rosmaster", "--core", "-p", str(port)],
-        env=environment(uri),
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ROS"))}
+    environment = kept | {"ROS_MASTER_URI": uri, "ROS_IP": "127.0.0.1", "ROS_HOME": str(tmp_path_factory.mktemp("ros"))}
+    command = ["rosmaster", "--core", "-p", str(port)]
+    process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     until = time.monotonic() + 20.0
     while True:
         with suppress(OSError):
-            assert xmlrpc.client.ServerProxy(uri).getPid("/test")[0] == 1
+            xmlrpc.client.ServerProxy(uri).setParam("/test", "/use_sim_time", True)
             break
         assert time.monotonic() < until
         time.sleep(0.05)
-    xmlrpc.client.ServerProxy(uri).setParam("/test", "/use_sim_time", True)
-    yield uri
+    yield environment
     process.kill()
     process.wait()
 
 
-def environment(master: str) -> dict[str, str]:
-    kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "ROS"))}
-    return kept | {"ROS_MASTER_URI": master, "ROS_IP": "127.0.0.1"}
-
-
 @contextmanager
-def stand_in(master: str, kind: str) -> Iterator[None]:
-    process = subprocess.Popen([PYTHON, str(STAND_IN), kind], env=environment(master), stdout=subprocess.PIPE)
+def stand_in(master: dict[str, str], kind: str, *arguments: str) -> Iterator[None]:
+    process = subprocess.Popen([PYTHON, str(STAND_IN), kind, *arguments], env=master, stdout=subprocess.PIPE)
     try:
         assert process.stdout is not None
         assert process.stdout.readline() == b"ready\n"
@@ -76,9 +70,9 @@ def stand_in(master: str, kind: str) -> Iterator[None]:
         process.wait()
 
 
-def driven(out: Path, master: str, options: str = "") -> Results:
+def driven(out: Path, master: dict[str, str], options: str = "") -> Results:
     plan = CampaignPlan(
-        suites=("hospital",), robots=("tiago",), navigators=(f"ros1:{master}[patience=4{options}]",),
+        suites=("hospital",), robots=("tiago",), navigators=(f"ros1:{master['ROS_MASTER_URI']}[patience=4{options}]",),
         selection=Selection(scenarios=("NO-v0.6-r1", "NO-v0.6-r2")[: 1 + ("twice" in out.name)]), localisation="truth",
         decision_limit=20.0,
     )  # fmt: skip
@@ -89,13 +83,13 @@ def driven(out: Path, master: str, options: str = "") -> Results:
     ("kind", "options"),
     [("good", ""), ("lost", ",deadline=0.05"), ("late", ",deadline=0.05"), ("good", ",lockstep=false")],
 )
-def test_a_trial_is_driven_to_its_goal(tmp_path: Path, master: str, kind: str, options: str) -> None:
+def test_a_trial_is_driven_to_its_goal(tmp_path: Path, master: dict[str, str], kind: str, options: str) -> None:
     with stand_in(master, kind):
         row = driven(tmp_path / "out", master, options).trials.to_pylist()[0]
     assert row["outcome"] == "reached", row["reason"]
 
 
-def test_one_trial_after_another_and_a_stack_that_is_begun_anew(tmp_path: Path, master: str) -> None:
+def test_one_trial_after_another_and_a_stack_that_is_begun_anew(tmp_path: Path, master: dict[str, str]) -> None:
     for name in ("twice", "twice more"):
         with stand_in(master, "good"):
             rows = driven(tmp_path / name, master).trials.to_pylist()
@@ -113,17 +107,33 @@ def test_one_trial_after_another_and_a_stack_that_is_begun_anew(tmp_path: Path, 
         ("no publisher", "navigator_failed", "has no publisher of /cmd_vel within 4 s"),
     ],
 )
-def test_what_goes_wrong_is_the_trials_reason(tmp_path: Path, master: str, kind: str, outcome: str, says: str) -> None:
+def test_what_goes_wrong_is_the_trials_reason(
+    tmp_path: Path, master: dict[str, str], kind: str, outcome: str, says: str
+) -> None:
     with stand_in(master, kind):
         row = driven(tmp_path / "out", master).trials.to_pylist()[0]
     assert row["outcome"] == outcome
     assert says in row["reason"]
 
 
-def test_two_that_command_are_told_by_name(tmp_path: Path, master: str) -> None:
+def test_two_that_command_are_told_by_name(tmp_path: Path, master: dict[str, str]) -> None:
     with stand_in(master, "good"), stand_in(master, "second"):
         row = driven(tmp_path / "out", master).trials.to_pylist()[0]
     assert row["outcome"] == "navigator_failed"
-    assert "has two publishers of /cmd_vel that command at the same time" in row["reason"]
-    assert "/move_base" in row["reason"]
-    assert "/teleop" in row["reason"]
+    assert "has two publishers of /cmd_vel that command at the same time, /move_base and /teleop;" in row["reason"]
+
+
+def test_nobody_there_is_said(tmp_path: Path, master: dict[str, str]) -> None:
+    row = driven(tmp_path / "out", master).trials.to_pylist()[0]
+    assert row["outcome"] == "navigator_failed"
+    assert "has no server of the action move_base within 4 s" in row["reason"]
+
+
+def test_the_verb_drives_a_suite_with_the_robots_topics_in_a_namespace(tmp_path: Path, master: dict[str, str]) -> None:
+    with stand_in(master, "good", "__ns:=robot1"):
+        found = clearway.live_ros1(
+            "hospital", robot="tiago", scenarios=["NO-v0.6-r1"], master=master["ROS_MASTER_URI"], namespace="robot1", patience=4.0,
+            out=tmp_path / "out",
+        )  # fmt: skip
+    assert found.results.trials["outcome"].to_pylist() == ["reached"]
+    assert found.real_time_factor > 0.0
