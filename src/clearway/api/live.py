@@ -41,6 +41,7 @@ def live_ros2(
     deadline: float = 0.5,
     watchdog: float = 0.5,
     patience: float = 30.0,
+    fastest: float = 1000.0,
     out: str | Path | None = None,
     progress: ProgressCallback | None = None,
 ) -> Live:
@@ -61,6 +62,7 @@ def live_ros2(
         deadline: How long it waits for one, s of wall clock.
         watchdog: How long the base keeps the last command, s of `/clock`.
         patience: How long the action, an accepted goal and a first command are waited for, s of wall clock.
+        fastest: How many times as fast as the wall clock `/clock` goes at most, in lockstep.
         out: The results' directory; None: none is kept.
         progress: Is told of each trial that is done.
 
@@ -69,7 +71,7 @@ def live_ros2(
     """
     options: dict[str, str | float | bool] = {
         "domain": domain, "interface": interface, "stamped": stamped, "localised": localised, "lockstep": lockstep,
-        "deadline": deadline, "watchdog": watchdog, "patience": patience,
+        "deadline": deadline, "watchdog": watchdog, "patience": patience, "fastest": fastest,
     }  # fmt: skip
     return _live(f"ros2:{namespace}", options, suite, robot, scenarios, batches, repetitions, out, progress)
 
@@ -89,6 +91,7 @@ def live_ros1(
     deadline: float = 0.5,
     watchdog: float = 0.5,
     patience: float = 30.0,
+    fastest: float = 1000.0,
     out: str | Path | None = None,
     progress: ProgressCallback | None = None,
 ) -> Live:
@@ -108,6 +111,7 @@ def live_ros1(
         deadline: How long it waits for one, s of wall clock.
         watchdog: How long the base keeps the last command, s of `/clock`.
         patience: How long the action, an accepted goal and a first command are waited for, s of wall clock.
+        fastest: How many times as fast as the wall clock `/clock` goes at most, in lockstep.
         out: The results' directory; None: none is kept.
         progress: Is told of each trial that is done.
 
@@ -116,7 +120,7 @@ def live_ros1(
     """
     options: dict[str, str | float | bool] = {
         **({"namespace": namespace} if namespace else {}), "host": host, "localised": localised, "lockstep": lockstep,
-        "deadline": deadline, "watchdog": watchdog, "patience": patience,
+        "deadline": deadline, "watchdog": watchdog, "patience": patience, "fastest": fastest,
     }  # fmt: skip
     return _live(f"ros1:{master}", options, suite, robot, scenarios, batches, repetitions, out, progress)
 

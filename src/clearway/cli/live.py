@@ -61,6 +61,9 @@ def live(
     patience: Annotated[
         float, typer.Option(help="Seconds of wall clock to wait for the action, an accepted goal, a first command.")
     ] = 30.0,
+    fastest: Annotated[
+        float, typer.Option(help="How many times as fast as the wall clock /clock goes at most, in lockstep.")
+    ] = 1000.0,
     out: Annotated[Path | None, typer.Option(help="Results directory; default: results/NAME.")] = None,
     as_json: Json = False,
 ) -> None:
@@ -90,7 +93,7 @@ def live(
         found = drive[stack](
             suite, robot=robot, scenarios=scenarios or (), batches=batches or (), repetitions=repetitions,
             namespace=namespace, localised=not own_localisation, lockstep=not real_time, deadline=deadline,
-            watchdog=watchdog, patience=patience, out=out, progress=progress, **given,
+            watchdog=watchdog, patience=patience, fastest=fastest, out=out, progress=progress, **given,
         )  # fmt: skip
     results = found.results
     page = written(results)

@@ -8,7 +8,7 @@ from clearway.errors import ClearwayError
 from clearway.live.ros.navigator import Pace
 
 
-def pace(name: str, lockstep: bool, deadline: float, watchdog: float, patience: float) -> Pace:
+def pace(name: str, lockstep: bool, deadline: float, watchdog: float, patience: float, fastest: float) -> Pace:
     """How time goes.
 
     Raises:
@@ -17,8 +17,10 @@ def pace(name: str, lockstep: bool, deadline: float, watchdog: float, patience: 
     for option, value in (("deadline", deadline), ("watchdog", watchdog), ("patience", patience)):
         if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < 1e6:
             raise ClearwayError(f"{name}: {option} = {value!r} is no time in seconds above 0")
+    if isinstance(fastest, bool) or not isinstance(fastest, int | float) or not 0.0 < fastest < 1e6:
+        raise ClearwayError(f"{name}: fastest = {fastest!r}; a number above 0 is expected, 1 for real time at most")
     check_flags(name, {"lockstep": lockstep})
-    return Pace(lockstep, deadline, watchdog, patience)
+    return Pace(lockstep, deadline, watchdog, patience, fastest)
 
 
 def check_flags(name: str, flags: Mapping[str, object]) -> None:

@@ -33,12 +33,15 @@ class Pace:
         deadline: How long it waits for one, s of wall clock.
         watchdog: How long the base keeps the last command, s of `/clock`.
         patience: How long the stack is waited for: its action, an accepted goal, any command; s of wall clock.
+        fastest: How many times as fast as the wall clock it goes at most: what a stack does beside its commands, such as its
+            costmaps, has threads of its own, which nothing waits for.
     """
 
     lockstep: bool = True
     deadline: float = 0.5
     watchdog: float = 0.5
     patience: float = 8.0
+    fastest: float = 1000.0
 
 
 class RosNavigator:
@@ -76,6 +79,7 @@ class RosNavigator:
         self._commands = Commands(_ns(self._pace.watchdog))
         self._epoch = max(math.ceil(time.time()) * 10**9, RosNavigator._latest + _ns(1.0))
         self._begun: float | None = None
+        self._told = 0.0
         transport.begin(Place(self._epoch, task.start, task.map))
         still = Observation(0.0, task.start, np.zeros(2), _ORIGIN, Goal(task.start, 1.0, 1.0))
         until = time.monotonic() + self._pace.patience
@@ -111,9 +115,12 @@ class RosNavigator:
             self._pursue(transport, observation)
         if self._begun is None:
             self._begun = self._silent_since = time.monotonic() - observation.t
-        if not self._pace.lockstep:
-            while (left := self._begun + observation.t - time.monotonic()) > 0.0:
-                transport.wait(min(left, 0.05))
+        due = self._begun + observation.t
+        if self._pace.lockstep:
+            due = self._told + self._period / self._pace.fastest
+        while (left := due - time.monotonic()) > 0.0:
+            transport.wait(min(left, 0.05))
+        self._told = time.monotonic()
         now = self._tell(transport, observation)
         self._hear(transport, now)
         if (state := transport.goal()) is GoalState.SUCCEEDED:

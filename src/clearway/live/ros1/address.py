@@ -53,6 +53,7 @@ class Ros1:
         deadline: float = 0.5,
         watchdog: float = 0.5,
         patience: float = 8.0,
+        fastest: float = 1000.0,
     ) -> RosNavigator:
         """Register with its master.
 
@@ -64,12 +65,13 @@ class Ros1:
             deadline: How long it is waited for in each period, s of wall clock.
             watchdog: How long the base keeps the last command, s of `/clock`.
             patience: How long its action, an accepted goal and its first command are waited for, s of wall clock.
+            fastest: How many times as fast as the wall clock `/clock` goes at most, in lockstep.
 
         Raises:
             ClearwayError: there is no master, or it is not on this machine and nobody has said that it may.
         """
         name, master = f"navigator 'ros1:{self.master}'", self.master or MASTER
-        goes = pace(name, lockstep, deadline, watchdog, patience)
+        goes = pace(name, lockstep, deadline, watchdog, patience, fastest)
         check_flags(name, {"localised": localised})
         if not isinstance(namespace, str) or not _NAMESPACE.fullmatch(namespace):
             raise ClearwayError(f"{name}: namespace = {namespace!r} is none; robot1 is one")

@@ -34,6 +34,7 @@ class Ros2:
         deadline: float = 0.5,
         watchdog: float = 0.5,
         patience: float = 8.0,
+        fastest: float = 1000.0,
     ) -> RosNavigator:
         """Join its domain.
 
@@ -46,6 +47,7 @@ class Ros2:
             deadline: How long it is waited for in each period, s of wall clock.
             watchdog: How long the base keeps the last command, s of `/clock`.
             patience: How long its action, an accepted goal and its first command are waited for, s of wall clock.
+            fastest: How many times as fast as the wall clock `/clock` goes at most, in lockstep.
 
         Raises:
             ClearwayError: the package cyclonedds is missing, or the domain can't be joined.
@@ -53,7 +55,7 @@ class Ros2:
         name = f"navigator 'ros2:{self.namespace}'"
         if isinstance(domain, bool) or not isinstance(domain, int) or not 0 <= domain <= 232:
             raise ClearwayError(f"{name}: domain = {domain!r} is none; 0 to 232 are")
-        goes = pace(name, lockstep, deadline, watchdog, patience)
+        goes = pace(name, lockstep, deadline, watchdog, patience, fastest)
         check_flags(name, {"stamped": stamped, "localised": localised})
         try:
             from cyclonedds.core import DDSException
