@@ -1,16 +1,16 @@
-"""What do many trials cost beside the trials themselves? Processor time and memory of each phase of a large campaign.
+"""How many trials can a campaign have? Memory, disk and processor time of each phase of a campaign of the shortest trials there are.
 
-A campaign of short trials (a metre through a square, past one obstacle that is drawn from a seed) is run, its headline
-numbers are computed, its report is written: each in a process of its own. Of each phase: processor time of the parent and
-of the workers, wall clock, and the peak memory of the largest of these processes. The trials themselves, simulated and
-scored, are timed on a sample in one process.
+The trials are over at once: their navigator says that it has arrived. A campaign of them is run and stopped shortly before its
+end, gone on with, opened, and reported on, each in a process of its own. While trials run: the memory of the parent and of its
+largest worker, and the journals. Beside it a journal of `--heads` trials that were never run is read, as resuming does.
 
-    python benchmarks/large_campaign.py [--trials 10000] [--workers 2] [--out DIR] | --smoke
+    python benchmarks/large_campaign.py [--trials 10000] [--workers 1] [--heads 1000000] [--report] | --smoke
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -22,101 +22,83 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import clearway
+from clearway.campaigns import CampaignInterrupted, run_campaign
+from clearway.campaigns.plan import CampaignPlan
+from clearway.campaigns.plan_checks import check_plan
+from clearway.campaigns.worker import run_and_keep, run_trials
 from clearway.contract import Command, Observation, Task
+from clearway.indicators import score_row
+from clearway.reports.text import beside_published, headline
 from clearway.robots import Robot
-from clearway.scenarios.scenario import DiscSpec, LabelSpec, LegSpec, ObstacleSpec, Scenario
-from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw, scenario_seed
+from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
+from clearway.scenarios.suite import Selection, Suite, scenario_seed, without_drawing
+from clearway.trials import journal
+from clearway.trials.store_results import PARTIAL
 
 HERE = Path(__file__).resolve()
-BATCHES, SPEEDS = ("clear", "beside"), (0.4, 0.8)
-A_SEED = len(BATCHES) * len(SPEEDS)
+A_SEED = 4
 """Trials of each seed."""
-SAMPLE = 200
-"""Trials that are timed one by one."""
+SAMPLE = 400
+"""Trials that are timed in this process."""
+LEFT = 10
+"""Trials that are left to do when the campaign is stopped."""
 
 
-def place(seed: int) -> float:
-    """How far beside the way the obstacle of a seed stands, m: it is touched by a trial in twenty or so."""
-    return 0.3 + 1.2 * draw(seed, "aside")
-
-
-def build(robot: Robot, selection: Selection, seed: int, place: Callable[[int], float | None]) -> list[Scenario]:
-    """Each seed's obstacle, met in each batch at each speed; without it where `place` gives none."""
+def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
+    """A step straight on, at each of four speeds, from each seed."""
     return [
-        scenario(robot, batch, number, speed, seed, place(number))
-        for (number,) in calls(selection)
-        for batch in BATCHES
-        for speed in SPEEDS
+        Scenario(
+            name=(name := f"step-{number}-v{speed:g}"),
+            floor_plan="arena",
+            start=(6.5, 7.0, 0.0),
+            legs=(LegSpec(name="way", goal=(6.6, 7.0, 0.0), yaw_tolerance=math.inf, time_limit=10.0),),
+            speed=speed,
+            labels=LabelSpec(suite="", batch="step", configuration=f"seed-{number}", repetition=1),
+            localisation="truth",
+            tracking="difference",
+            seed=scenario_seed(seed, name),
+        )
+        for number in range(*(selection.seeds or (0, 1)))
+        for speed in (0.2, 0.4, 0.6, 0.8)
     ]
 
 
-def calls(selection: Selection) -> list[tuple[int]]:
-    """The seeds to draw from, only those of the names that are asked for."""
-    seeds = range(*(selection.seeds or (0, 1)))
-    if not selection.scenarios:
-        return [(seed,) for seed in seeds]
-    return [(seed,) for seed in sorted({int(name.split("-")[2]) for name in selection.scenarios}) if seed in seeds]
-
-
-def scenario(robot: Robot, batch: str, number: int, speed: float, seed: int, aside: float | None) -> Scenario:
-    """A metre straight on, past a disc that stands `aside` [m] of the way; farther off in the batch `clear`."""
-    name = f"{batch}-seed-{number}-v{speed:g}"
-    discs = [] if aside is None else [(7.1, 7.0 + aside + (0.5 if batch == "clear" else 0.0), 0.0)]
-    return Scenario(
-        name=name,
-        floor_plan="arena",
-        start=(6.5, 7.0, 0.0),
-        legs=(LegSpec(name="way", goal=(7.5, 7.0, 0.0), yaw_tolerance=math.inf, time_limit=10.0),),
-        speed=speed,
-        obstacles=tuple(ObstacleSpec(name="disc", shape=DiscSpec(kind="disc", radius=0.1), pose=at) for at in discs),
-        labels=LabelSpec(suite="", batch=batch, configuration=f"seed-{number}", repetition=1),
-        localisation="truth",
-        tracking="difference",
-        placement_xy=0.05,
-        seed=scenario_seed(seed, name),
-    )
-
-
-GENERATOR = Generator(calls, place, partial(build, place=lambda seed: None))
 SUITE = Suite(
-    "large",
-    "Many short trials",
-    "a metre past one obstacle",
-    BATCHES,
+    "scale",
+    "Very many very short trials",
+    "one step",
+    ("step",),
     (),
-    partial(build, place=GENERATOR),
+    build,
     robots=("rescue",),
-    report=(Section.MANOEUVRING_SPACE,),
-    generator=GENERATOR,
+    generator=without_drawing(build),
 )
 
 
-class Straight:
-    """Turns towards the goal and drives there."""
+class There:
+    """Has arrived wherever it is."""
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
-        self.speed = task.speed_limit
+        """Nothing to prepare."""
 
     def step(self, observation: Observation) -> Command:
-        dx, dy = observation.goal.pose[:2] - observation.pose[:2]
-        error = math.remainder(math.atan2(dy, dx) - observation.pose[2], math.tau)
-        return Command(min(self.speed, math.hypot(dx, dy)) * max(0.0, math.cos(error)), 2.0 * error)
+        return Command(0.0, 0.0, arrived=True)
 
 
-def campaign(trials: int) -> dict[str, Any]:
-    """What `clearway.run` is asked for."""
-    return {
-        "navigators": [f"{HERE}:Straight"],
-        "seeds": (0, -(-trials // A_SEED)),
-        "decision_limit": None,
-    }
+def plan(trials: int) -> CampaignPlan:
+    """The campaign."""
+    return CampaignPlan(
+        (f"{HERE}:SUITE",),
+        navigators=(f"{HERE}:There",),
+        selection=Selection(seeds=(0, trials // A_SEED)),
+        decision_limit=None,
+    )
 
 
 # --- phases, each in a process of its own ----------------------------------------------------------------------------
@@ -178,152 +160,176 @@ class Phases:
         return time.process_time(), self.children.look(), time.monotonic()
 
 
-def trials_alone(out: Path, trials: int) -> list[dict[str, Any]]:
-    """A sample of the trials in this process: simulated, scored, kept."""
-    from clearway.campaigns.drawing import drawn
-    from clearway.campaigns.plan import CampaignPlan
-    from clearway.campaigns.plan_checks import check_plan
-    from clearway.campaigns.worker import run_trials
-    from clearway.indicators import score_row
-    from clearway.trials.store import write_partial
-
-    asked = campaign(min(trials, SAMPLE)) | {"navigators": tuple(campaign(0)["navigators"])}
-    plan = CampaignPlan(
-        (f"{HERE}:SUITE",),
-        navigators=asked["navigators"],
-        selection=Selection(seeds=asked["seeds"]),
-        decision_limit=None,
-    )
-    specs = [drawn(plan, spec) for spec in plan.specs()]
-    known = check_plan(plan, specs)
-    run_trials(plan, specs[:1], known)  # compiles, or loads what is compiled
-    (last,) = run_trials(plan, specs[-1:], known)
-    write_partial(out, "", specs[-1].index, last, {"id": specs[-1].id} | score_row(last))
-    taken = dict.fromkeys(("simulated", "scored", "kept"), 0.0)
+def alone(out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
+    """What a trial takes in this process: simulated and scored, and with the journal too."""
+    asked, folder = plan(SAMPLE), out.parent / "alone"
+    folder.mkdir()
+    specs = asked.specs()
+    known = check_plan(asked, specs)
+    score_row(run_trials(asked, specs[:1], known)[0])  # compiles, or loads what is compiled
+    times = [time.process_time()]
     for spec in specs:
-        times = [time.process_time()]
-        (trial,) = run_trials(plan, [spec], known)
-        times.append(time.process_time())
-        row = score_row(trial)
-        times.append(time.process_time())
-        write_partial(out, "", spec.index, trial, {"id": spec.id} | row)
-        times.append(time.process_time())
-        for name, a, b in zip(taken, times, times[1:], strict=False):
-            taken[name] += (b - a) / len(specs)
-    return [{"phase": name, "each": seconds} for name, seconds in taken.items()]
+        score_row(run_trials(asked, [spec], known)[0])
+    times.append(time.process_time())
+    for spec in specs:
+        run_and_keep(asked, [spec], known, folder, "")
+    times.append(time.process_time())
+    each = np.diff(times) / len(specs) * 1e3
+    return [
+        {
+            "simulated and scored (ms)": each[0],
+            "with the journal (ms)": each[1],
+            "journal (kB)": _size(folder) / len(specs) / 1e3,
+        }
+    ]
 
 
 def run(out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
-    """The campaign, without its report."""
-    phases = Phases()
+    """The campaign but for its last few trials, with what it takes while it runs."""
+    phases, rows, began = Phases(), list[dict[str, Any]](), time.monotonic()
 
-    def progress(done: int, total: int, note: str = "") -> None:
-        if not phases.rows:
-            phases.end("before the first trial")
-        if done == total:
-            phases.end("trials run and kept")
+    def tell(done: int, total: int, note: str = "") -> None:
+        if done >= len(rows) * (total - LEFT) / 10:
+            phases.children.look()
+            row = {
+                "trials": done,
+                "after (s)": time.monotonic() - began,
+                "parent (MB)": _memory(),
+                "largest worker (MB)": phases.children.peak,
+            }
+            rows.append(row | {"journals (MB)": _size(out / PARTIAL) / 1e6})
+        if done >= total - LEFT:
+            phases.end("run")
+            raise KeyboardInterrupt
 
-    clearway.run(f"{HERE}:SUITE", **campaign(trials), workers=workers, out=out, progress=progress)
-    phases.end("assembled")
-    return phases.rows
+    with contextlib.suppress(CampaignInterrupted):
+        run_campaign(plan(trials), out, workers, progress=tell)
+    took = phases.rows[-1]
+    return [
+        *rows,
+        {
+            "parent, a trial (ms)": took["parent"] / trials * 1e3,
+            "workers, a trial (ms)": took["workers"] / trials * 1e3,
+        },
+    ]
 
 
-def headline(out: Path) -> list[dict[str, Any]]:
-    """What the terminal shows."""
-    from clearway.reports.text import beside_published, headline
+def resume(out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
+    """Going on: until the first trial is run, and the rest, which puts the files together."""
+    phases, begun = Phases(), list[float]()
 
+    def tell(done: int, total: int, note: str = "") -> None:
+        if not begun:
+            begun.append(time.monotonic())
+            phases.end("until the first trial")
+
+    run_campaign(plan(trials), out, workers, resume=True, progress=tell)
+    phases.end("put together")
+    return _told(phases)
+
+
+def opened(out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
+    """The finished directory: digests, the table, a trial in the middle, and what the terminal shows."""
     phases = Phases()
     results = clearway.open_results(out)
     phases.end("opened")
+    assert len(results.trials) == trials
+    phases.end("table read")
+    results.trial(trials // 2)
+    phases.end("a trial read")
     assert headline(results.trials)
     beside_published(results)
-    phases.end("headline")
-    return phases.rows
+    phases.end("headline numbers")
+    return _told(phases)
 
 
-def report(out: Path) -> list[dict[str, Any]]:
+def report(out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
     """The page with its files."""
     phases = Phases()
     clearway.open_results(out).report()
     phases.end("report")
-    return phases.rows
-
-
-def measure(trials: int, workers: int, folder: Path) -> None:
-    """Run every phase and print the table."""
-    trials = A_SEED * -(-trials // A_SEED)
-    out = folder / "results"
-    sample = folder / "sample"
-    sample.mkdir(parents=True)
-    alone = {r["phase"]: r["each"] for r in _phase("alone", sample, trials, workers)}
-    rows = [r for phase in ("run", "headline", "report") for r in _phase(phase, out, trials, workers)]
-    print(f"{trials} trials, {workers} workers; a trial alone: " + ", ".join(
-        f"{name} {1e3 * seconds:.2f} ms" for name, seconds in alone.items()
-    ))  # fmt: skip
-    print(f"{'phase':26}{'parent, s':>12}{'workers, s':>12}{'wall, s':>10}{'peak, MB':>10}{'a worker, MB':>14}")
-    for r in rows:
-        print(
-            f"{r['phase']:26}{r['parent']:12.1f}{r['workers']:12.1f}{r['wall']:10.1f}{r['peak']:10.0f}{r['worker']:14.0f}"
-        )
-    total = sum(r["parent"] + r["workers"] for r in rows)
-    themselves = trials * (alone["simulated"] + alone["scored"])
-    print(
-        f"processor time {total:.0f} s, of which the trials themselves {themselves:.0f} s: beyond them {total - themselves:.0f} s"
-    )
-    page, report = out / "report" / "index.html", out / "report"
-    print(
-        f"page {page.stat().st_size / 1e6:.1f} MB; report {_megabytes(report):.0f} MB in {_files(report)} files; "
-        f"results without it {_megabytes(out) - _megabytes(report):.0f} MB"
-    )
-
-
-def _phase(name: str, out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
-    command = [
-        sys.executable,
-        str(HERE),
-        "--phase",
-        name,
-        "--out",
-        str(out),
-        "--trials",
-        str(trials),
-        "--workers",
-        str(workers),
+    return [
+        _told(phases)[0]
+        | {"page (MB)": (out / "report/index.html").stat().st_size / 1e6, "files (MB)": _size(out / "report") / 1e6}
     ]
-    said = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout
-    rows: list[dict[str, Any]] = json.loads(said.splitlines()[-1])
-    return rows
 
 
-def _megabytes(folder: Path) -> float:
-    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file()) / 1e6
+def heads(out: Path, trials: int, workers: int) -> list[dict[str, Any]]:
+    """A journal of as many trials as wanted, read for what it holds. Only the first of its trials is a true one."""
+    asked, folder = plan(A_SEED), out.parent / "heads"
+    folder.mkdir()
+    (spec, *_) = asked.specs()
+    run_and_keep(asked, [spec], check_plan(asked, [spec]), folder, "")
+    (file,) = folder.glob(journal.JOURNALS)
+    body = file.read_bytes()[journal._LONG :]
+    with open(file, "wb") as journals:
+        for index in range(trials):
+            head = journal._HEAD.pack(journal._MARK, journal._owner(""), index, len(body), len(body), bytes(32))
+            journals.write(head + journal._CHECK.pack(journal.zlib.crc32(head)) + body)
+    phases = Phases()
+    assert journal.Journals(folder, "", trials).done() == trials
+    phases.end(f"heads of {trials} trials, {_size(folder) / 1e6:.0f} MB")
+    return _told(phases)
 
 
-def _files(folder: Path) -> int:
-    return sum(file.is_file() for file in folder.rglob("*"))
+PHASES: dict[str, Callable[[Path, int, int], list[dict[str, Any]]]] = {
+    phase.__name__: phase for phase in (alone, run, resume, opened, report, heads)
+}
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
+def _told(phases: Phases) -> list[dict[str, Any]]:
+    return [
+        {"phase": r["phase"], "wall (s)": r["wall"], "parent (s)": r["parent"], "peak (MB)": r["peak"]}
+        for r in phases.rows
+    ]
+
+
+def _memory() -> float:
+    """Of this process, MB."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def _size(folder: Path) -> int:
+    return sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+
+
+def _show(rows: Sequence[dict[str, Any]]) -> None:
+    for i, row in enumerate(rows):
+        if i == 0 or row.keys() != rows[i - 1].keys():
+            print("\n| " + " | ".join(row) + " |\n" + "|---" * len(row) + "|")
+        print(
+            "| " + " | ".join(f"{v:.4g}" if isinstance(v, float) else str(v) for v in row.values()) + " |", flush=True
+        )
+
+
+def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=10_000, help="how many, rounded up to whole seeds")
-    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--out", type=Path, help="a directory to keep the campaign in; default: none is kept")
+    parser.add_argument("--trials", type=int, default=10_000, help="how many, rounded down to whole seeds")
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--heads", type=int, default=1_000_000, help="trials of the journal that is only read")
+    parser.add_argument("--report", action="store_true", help="the report too")
     parser.add_argument("--smoke", action="store_true", help="forty trials")
-    parser.add_argument("--phase", choices=["alone", "run", "headline", "report"], help=argparse.SUPPRESS)
-    options = parser.parse_args(arguments)
-    if options.phase:
-        rows = {
-            "alone": lambda: trials_alone(options.out, options.trials),
-            "run": lambda: run(options.out, options.trials, options.workers),
-            "headline": lambda: headline(options.out),
-            "report": lambda: report(options.out),
-        }[options.phase]()
-        print(json.dumps(rows))
-    elif options.out:
-        measure(40 if options.smoke else options.trials, options.workers, options.out)
-    else:
-        with tempfile.TemporaryDirectory() as folder:
-            measure(40 if options.smoke else options.trials, options.workers, Path(folder))
+    parser.add_argument("--phase", choices=PHASES, help=argparse.SUPPRESS)
+    parser.add_argument("--out", type=Path, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    trials, read = (40, 1000) if asked.smoke else (asked.trials // A_SEED * A_SEED, asked.heads)
+    if asked.phase:
+        print(json.dumps(PHASES[asked.phase](asked.out, asked.trials, asked.workers)))
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        out = Path(folder) / "results"
+        for phase in PHASES:
+            if phase == "report" and not (asked.report or asked.smoke):
+                continue
+            command = [sys.executable, str(HERE), "--phase", phase, "--out", str(out), "--workers", str(asked.workers)]
+            command += ["--trials", str(read if phase == "heads" else trials)]
+            _show(
+                json.loads(
+                    subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout.splitlines()[-1]
+                )
+            )
+            if phase == "opened":
+                print(f"\nresults of {trials} trials: {_size(out) / 1e6:.1f} MB")
 
 
 if __name__ == "__main__":
