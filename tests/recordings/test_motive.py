@@ -33,7 +33,7 @@ ROWS = """0,0.000000,15:26:46:12.02,0,0.6,0,0.8,10,20,30,0.001,1,2,3,11,21,31,5
 def of(text: str, folder: Path, want: Want | None = None) -> Recording:
     path = folder / "take.csv"
     path.write_text(text)
-    return motive.read(path, want or Want())
+    return motive.FORMATS[0].read(path, want or Want())
 
 
 def test_y_up_centimetres_and_what_was_not_seen(tmp_path: Path) -> None:

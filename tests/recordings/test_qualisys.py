@@ -39,7 +39,7 @@ Frame\tTime\tcart X\tY\tZ\tRoll\tPitch\tYaw\tResidual\tRot[0]\tRot[1]\tRot[2]\tR
 def of(text: str, folder: Path, bodies: bool = False) -> Recording:
     path = folder / "run.tsv"
     path.write_text(text)
-    return (qualisys.read_bodies if bodies else qualisys.read)(path, Want())
+    return qualisys.FORMATS[bodies].read(path, Want())
 
 
 @pytest.mark.parametrize("tab", ["", "\t"])

@@ -23,7 +23,7 @@ ROWS = "1\t0.000\t1\t20\t300\t\t\t\n2\t0.007\t1\t21\t300\t\t\t\n3\t0.013\t\t\t\t
 def of(text: str, folder: Path, up: str = "z") -> Recording:
     path = folder / "walk.trc"
     path.write_text(text)
-    return (trc.read if up == "z" else trc.read_y_up)(path, Want())
+    return trc.FORMATS[up == "y"].read(path, Want())
 
 
 @pytest.mark.parametrize("empty", ["", "\n", "\t\t\t\n"])
@@ -46,7 +46,7 @@ def test_a_marker_at_zero_was_not_seen(tmp_path: Path) -> None:
     assert points is not None
     assert np.isnan(points.xyz[1]).all()
     assert points.xyz[2, 1] == pytest.approx([0, 0.008, 0])
-    seen = {e.name: e.count for e in trc.look(tmp_path / "walk.trc").entries}
+    seen = {e.name: e.count for e in trc.FORMATS[0].look(tmp_path / "walk.trc").entries}
     assert seen == {"R.Heel": 2, "V_Mid": 1}
 
 
@@ -86,11 +86,11 @@ UNNAMED = "\t".join(["7", "8", "9"])
 def test_cortex_trailing_columns(head: str, rows: str, names: tuple[str, ...], tmp_path: Path) -> None:
     path = tmp_path / "walk.trc"
     path.write_text(head + "\n" + rows)
-    assert tuple(e.name for e in trc.look(path).entries) == names
-    found = trc.read(path, Want(names=frozenset(names))).points
+    assert tuple(e.name for e in trc.FORMATS[0].look(path).entries) == names
+    found = trc.FORMATS[0].read(path, Want(names=frozenset(names))).points
     assert found is not None
     assert found.xyz[0, 0] == pytest.approx([0.001, 0.02, 0.3])
-    labelled = trc.read(path, Want()).points
+    labelled = trc.FORMATS[0].read(path, Want()).points
     assert labelled is not None
     assert labelled.names == tuple(n for n in names if not n.startswith("unlabeled"))
 

@@ -69,7 +69,7 @@ def test_nanoseconds_are_refused(tmp_path: Path):
 
 def test_a_span_is_cut_out(tmp_path: Path):
     assert track_of(tmp_path, LINES, Want(span=(2.0, 3.0))).t.tolist() == [2.5]
-    contents = tum.look(file_of(tmp_path, LINES))
+    contents = tum.FORMATS[0].look(file_of(tmp_path, LINES))
     assert (contents.start, contents.end, contents.entries[0].rate) == (1.5, 3.5, 1.0)
 
 
@@ -117,7 +117,7 @@ def test_duplicated_stamps_are_dropped_and_said(tmp_path: Path):
 )
 def test_what_is_wrong_is_said(tmp_path: Path, text: str, message: str):
     file = file_of(tmp_path, text)
-    for act in (lambda: tum.read(file, Want()), lambda: tum.look(file)):
+    for act in (lambda: tum.read(file, Want()), lambda: tum.FORMATS[0].look(file)):
         with pytest.raises(ClearwayError, match=message) as caught:
             act()
         assert caught.value.file == str(file)

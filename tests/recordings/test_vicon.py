@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from clearway.errors import ClearwayError
-from clearway.recordings.formats import vicon
+from clearway.recordings.formats.vicon import FORMATS
 from clearway.recordings.recording import Recording, Want
+
+(VICON,) = FORMATS
 
 TRAJECTORIES = """Trajectories
 200
@@ -46,7 +48,7 @@ Frame,Sub Frame,RX,RY,RZ,TX,TY,TZ
 def of(text: str, folder: Path, want: Want | None = None) -> Recording:
     path = folder / "nexus.csv"
     path.write_text(text)
-    return vicon.read(path, want or Want())
+    return VICON.read(path, want or Want())
 
 
 def test_frame_1_is_zero_seconds_and_millimetres_become_metres(tmp_path: Path) -> None:
@@ -107,8 +109,8 @@ def test_semicolons_decimal_commas_and_windows_letters(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
     text = "Trajectories;;;;;\n100;;;;;\n;;Wägelchen:1;;\nFrame;Sub Frame;X;Y;Z\n;;mm;mm;mm\n1;0;-391,888;-6180,01;1734,43\n"
     path.write_bytes(text.encode("cp1252"))
-    assert vicon.sniff(path, path.read_bytes())
-    points = vicon.read(path, Want()).points
+    assert VICON.sniff(path, path.read_bytes())
+    points = VICON.read(path, Want()).points
     assert points is not None
     assert points.names == ("Wägelchen:1",)
     assert points.xyz[0, 0] == pytest.approx([-0.391888, -6.18001, 1.73443])
@@ -157,8 +159,8 @@ def test_the_older_text_of_workstation(units: str, tmp_path: Path) -> None:
     text = WORKSTATION.replace("X,Y,Z\n1,", f"X,Y,Z\n{units}1,") + "\nANALOG\n1080,Hz\nSample #,Fx1\n,N\n1,0.5\n"
     path = tmp_path / "old.csv"
     path.write_text(text)
-    assert vicon.sniff(path, text.encode())
-    found = vicon.read(path, Want())
+    assert VICON.sniff(path, text.encode())
+    found = VICON.read(path, Want())
     assert found.points is not None
     assert found.points.names == ("robot:m1", "robot:m2")
     assert found.points.t == pytest.approx(np.arange(3) / 120)

@@ -19,7 +19,8 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.beside import beside
 from clearway.recordings.formats.capture_fields import is_unlabelled
-from clearway.recordings.formats.text import Block, Lines, gather, rows
+from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.text import Block, Lines, gather, opened, rows
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, describe
 from clearway.recordings.times import in_order, must_be
 
@@ -83,12 +84,34 @@ class Layout:
         return (self.axes, *self.notes) if self.axes and (want is None or want.up is None) else self.notes
 
 
-def read_layouts(lines: Lines, layouts: Sequence[Layout], format: str, want: Want) -> Recording:
-    """What is wanted of a capture, whose header said `layouts`.
+def text_format(
+    name: str,
+    title: str,
+    suffixes: tuple[str, ...],
+    sniff: Callable[[Path, bytes], bool],
+    layouts: Callable[[Lines], Sequence[Layout]],
+    write: Callable[[Path, Recording], None],
+) -> Format:
+    """The format of text captures whose headers `layouts` understands; the other arguments as of `Format`."""
 
-    Raises:
-        ClearwayError: a wanted name isn't there, nothing is within the span, a line is wrong, or time is.
-    """
+    def read(path: Path, want: Want) -> Recording:
+        with opened(path) as lines:
+            return _read(lines, layouts(lines), name, want)
+
+    def look(path: Path) -> Contents:
+        with opened(path) as lines:
+            return _look(lines, layouts(lines), name)
+
+    return Format(name, title, suffixes, sniff, read, look, write)
+
+
+def by_name_only(path: Path, head: bytes) -> bool:
+    """The `sniff` of a format that no file is taken for by itself."""
+    return False
+
+
+def _read(lines: Lines, layouts: Sequence[Layout], format: str, want: Want) -> Recording:
+    """What is wanted of a capture, whose header said `layouts`."""
     chosen = _chosen(lines.file, layouts, want)
     points: Points | None = None
     tracks: dict[str, Track] = {}
@@ -117,12 +140,8 @@ def read_layouts(lines: Lines, layouts: Sequence[Layout], format: str, want: Wan
     return Recording(lines.file, format, points, tracks, epoch=epoch, notes=tuple(dict.fromkeys(notes)), up=up)
 
 
-def look_layouts(lines: Lines, layouts: Sequence[Layout], format: str) -> Contents:
-    """What a capture holds, a few thousand rows in memory at a time.
-
-    Raises:
-        ClearwayError: a line is wrong, or time is.
-    """
+def _look(lines: Lines, layouts: Sequence[Layout], format: str) -> Contents:
+    """What a capture holds, a few thousand rows in memory at a time."""
     entries: list[Entry] = []
     notes: list[str] = []
     ends: list[float] = []

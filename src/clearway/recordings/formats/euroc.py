@@ -19,9 +19,9 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats import beside, table, tum
 from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, header_of, pieces, split, written
-from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.format import Format, look_by
 from clearway.recordings.formats.text import encoding_of
-from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
+from clearway.recordings.recording import Recording, Track, Want
 
 NAME = "trajectory"
 """As a file's only track is called."""
@@ -127,15 +127,6 @@ def _columns(path: Path, dialect: Dialect, stamp: str, numbers: list[str]) -> tu
     return np.concatenate(stamps), np.concatenate(rows)
 
 
-def look(path: Path) -> Contents:
-    """The trajectory's duration, rate and gaps.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    return contents_of(read(path, Want()))
-
-
 def write(path: Path, recording: Recording) -> None:
     """The recording's first track with a heading. Poses that were not measured are left out.
 
@@ -155,4 +146,4 @@ def write(path: Path, recording: Recording) -> None:
             f.write(f"{stamp}," + ",".join(f"{x:.9f}" for x in row) + "\n")
 
 
-FORMATS = (Format("euroc", "EuRoC ground truth (CSV)", (), sniff, read, look, write),)
+FORMATS = (Format("euroc", "EuRoC ground truth (CSV)", (), sniff, read, look_by(read), write),)

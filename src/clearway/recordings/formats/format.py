@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from clearway.recordings.recording import Contents, Recording, Want
+from clearway.recordings.recording import Contents, Recording, Want, contents_of
 
 HEAD = 65536
 """Bytes of a file's beginning that a `sniff` is shown."""
@@ -34,3 +34,8 @@ class Format:
     read: Callable[[Path, Want], Recording]
     look: Callable[[Path], Contents]
     write: Callable[[Path, Recording], None] | None = None
+
+
+def look_by(read: Callable[[Path, Want], Recording]) -> Callable[[Path], Contents]:
+    """A `look` that reads all of a file to say what it holds."""
+    return lambda path: contents_of(read(path, Want()))

@@ -20,10 +20,10 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats import beside
 from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, stacked, written
-from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.format import Format, look_by
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.formats.tum import ordered
-from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
+from clearway.recordings.recording import Recording, Track, Want
 from clearway.recordings.times import must_be
 
 NAME = "trajectory"
@@ -94,15 +94,6 @@ def read(path: Path, want: Want) -> Recording:
     return Recording(path, "kitti", tracks={NAME: track}, epoch=epoch, notes=(*said, *notes), up=hints.up)
 
 
-def look(path: Path) -> Contents:
-    """The trajectory's duration, rate and gaps.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    return contents_of(read(path, Want()))
-
-
 def write(path: Path, recording: Recording) -> None:
     """The recording's first track with a camera's axes, and its times beside it in `NAME_times.txt`. Poses without a heading are
     left out.
@@ -161,4 +152,4 @@ def _numbers(path: Path, width: int) -> FloatArray:
         raise ClearwayError(f"{error.problem}; a line has {width} numbers", file=path) from error
 
 
-FORMATS = (Format("kitti", "KITTI poses", (), sniff, read, look, write),)
+FORMATS = (Format("kitti", "KITTI poses", (), sniff, read, look_by(read), write),)

@@ -29,16 +29,15 @@ from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.capture import (
     Body,
     Layout,
+    by_name_only,
     frames_of,
-    look_layouts,
-    read_layouts,
+    text_format,
     to_file,
     track_to_file,
 )
 from clearway.recordings.formats.capture_fields import euler, rate_of, timestamp, unique, unit, xyzw
-from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, opened, write_rows, writing
-from clearway.recordings.recording import Contents, Recording, Want
+from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, write_rows, writing
+from clearway.recordings.recording import Recording
 
 EXPECTED = ("rigid body marker", "bone marker", "marker constraint", "rigid body constraint", "bone constraint")
 """Types of columns, in lower case, that say where a marker should be, not where it was seen."""
@@ -52,45 +51,6 @@ _MOST_HEADER = 30
 def sniff(path: Path, head: bytes) -> bool:
     """Whether its first cell is `Format Version`."""
     return re.match(r'\s*"?Format Version"?\s*[,;\t]', head_text(head[:512])) is not None
-
-
-def read(path: Path, want: Want) -> Recording:
-    """Measured markers and rigid bodies, of a file whose y is up.
-
-    Raises:
-        ClearwayError: it is no such file, doesn't say its unit, lacks a wanted name, another axis seems to be up, or a
-            line is wrong.
-    """
-    return _read(path, want, up="y")
-
-
-def look(path: Path) -> Contents:
-    """What it holds.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    return _look(path, up="y")
-
-
-def write(path: Path, recording: Recording) -> None:
-    """Markers and tracks (as rigid bodies, with quaternions), in metres, y up.
-
-    Raises:
-        ClearwayError: there are neither, they have different time stamps, they aren't sampled evenly, or the file can't
-            be written.
-    """
-    _write(path, recording, up="y")
-
-
-def _read(path: Path, want: Want, up: str) -> Recording:
-    with opened(path) as lines:
-        return read_layouts(lines, [_layout(lines, up)], "motive" if up == "y" else "motive-z-up", want)
-
-
-def _look(path: Path, up: str) -> Contents:
-    with opened(path) as lines:
-        return look_layouts(lines, [_layout(lines, up)], "motive" if up == "y" else "motive-z-up")
 
 
 @dataclass(slots=True)
@@ -107,7 +67,7 @@ class _Group:
         return None if -1 in found else found
 
 
-def _layout(lines: Lines, up: str) -> Layout:
+def _layouts(lines: Lines, up: str) -> list[Layout]:
     file = lines.file
     first = lines.next() or ""
     separator = max(",;\t", key=first.count)
@@ -135,20 +95,22 @@ def _layout(lines: Lines, up: str) -> Layout:
     if started is not None:
         notes = (*notes, "the capture's start names no time zone; taken as UTC")
     turned = "y taken as up and turned to z" if up == "y" else "z taken as up"
-    return Layout(
-        Block(lines.at, lines.number + 1, len(axes), separator, point=1),
-        lead,
-        clock,
-        tuple((name, (at[0], at[1], at[2])) for name, (_, at) in zip(names, found, strict=False)),
-        tuple(replace(b, name=name) for b, name in zip(bodies, names[len(found) :], strict=True)),
-        raster=raster,
-        scale=scale,
-        up=up,
-        epoch=started,
-        promised=number(said.get("Total Exported Frames", "")),
-        notes=notes,
-        axes=turned,
-    )
+    return [
+        Layout(
+            Block(lines.at, lines.number + 1, len(axes), separator, point=1),
+            lead,
+            clock,
+            tuple((name, (at[0], at[1], at[2])) for name, (_, at) in zip(names, found, strict=False)),
+            tuple(replace(b, name=name) for b, name in zip(bodies, names[len(found) :], strict=True)),
+            raster=raster,
+            scale=scale,
+            up=up,
+            epoch=started,
+            promised=number(said.get("Total Exported Frames", "")),
+            notes=notes,
+            axes=turned,
+        )
+    ]
 
 
 def _keys(row: Sequence[str]) -> dict[str, str]:
@@ -258,7 +220,13 @@ def _counted(lead: FloatArray, rate: float) -> FloatArray:
     return np.asarray(lead[:, 0] / rate)
 
 
-def _write(path: Path, recording: Recording, up: str) -> None:
+def write(path: Path, recording: Recording, up: str) -> None:
+    """Markers and tracks (as rigid bodies, with quaternions), in metres.
+
+    Raises:
+        ClearwayError: there are neither, they have different time stamps, they aren't sampled evenly, or the file can't
+            be written.
+    """
     points, tracks = recording.points, recording.tracks
     if (points is None or not points.names) and not tracks:
         raise ClearwayError("the recording has neither markers nor bodies", file=path)
@@ -299,17 +267,9 @@ def _write(path: Path, recording: Recording, up: str) -> None:
         write_rows(out, columns, ",")
 
 
-MOTIVE = Format("motive", "OptiTrack Motive CSV, y up", (".csv",), sniff, read, look, write)
-FORMATS = (
-    MOTIVE,
-    replace(
-        MOTIVE,
-        name="motive-z-up",
-        title="OptiTrack Motive CSV, z up",
-        suffixes=(),
-        sniff=lambda path, head: False,
-        read=partial(_read, up="z"),
-        look=partial(_look, up="z"),
-        write=partial(_write, up="z"),
-    ),
+FORMATS = tuple(
+    text_format(
+        name, f"OptiTrack Motive CSV, {up} up", suffixes, sniffed, partial(_layouts, up=up), partial(write, up=up)
+    )
+    for name, up, suffixes, sniffed in (("motive", "y", (".csv",), sniff), ("motive-z-up", "z", (), by_name_only))
 )

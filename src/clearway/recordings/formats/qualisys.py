@@ -27,15 +27,13 @@ from clearway.recordings.formats.capture import (
     Body,
     Layout,
     frames_of,
-    look_layouts,
-    read_layouts,
+    text_format,
     to_file,
     track_to_file,
 )
 from clearway.recordings.formats.capture_fields import rate_of, timestamp, unique
-from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, opened, write_rows, writing
-from clearway.recordings.recording import Contents, Recording, Want
+from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, write_rows, writing
+from clearway.recordings.recording import Recording
 
 PER_BODY = 16
 """Columns of a body: position, three angles, residual, matrix."""
@@ -44,56 +42,6 @@ _KEY = re.compile(r"[A-Z][A-Z0-9_]+(\s*\t.*)?")
 _BEGINS = r"\s*(FILE_VERSION|NO_OF_FRAMES)\t"
 _MOST_HEADER = 10_000
 _DATES = ("%Y-%m-%d, %H:%M:%S.%f", "%Y-%m-%d, %H:%M:%S", "%Y-%m-%d %H:%M:%S.%f", "%Y-%m-%d %H:%M:%S")
-
-
-def sniff(path: Path, head: bytes) -> bool:
-    """Whether it is QTM's TSV of markers."""
-    return _sniffed(head, "MARKER_NAMES")
-
-
-def sniff_bodies(path: Path, head: bytes) -> bool:
-    """Whether it is QTM's TSV of bodies."""
-    return _sniffed(head, "BODY_NAMES")
-
-
-def read(path: Path, want: Want) -> Recording:
-    """Markers.
-
-    Raises:
-        ClearwayError: it is no such file, lacks a wanted name, or a line is wrong.
-    """
-    with opened(path) as lines:
-        return read_layouts(lines, [_layout(lines, bodies=False)], "qualisys", want)
-
-
-def read_bodies(path: Path, want: Want) -> Recording:
-    """Rigid bodies.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    with opened(path) as lines:
-        return read_layouts(lines, [_layout(lines, bodies=True)], "qualisys-6d", want)
-
-
-def look(path: Path) -> Contents:
-    """What a file of markers holds.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    with opened(path) as lines:
-        return look_layouts(lines, [_layout(lines, bodies=False)], "qualisys")
-
-
-def look_bodies(path: Path) -> Contents:
-    """What a file of bodies holds.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    with opened(path) as lines:
-        return look_layouts(lines, [_layout(lines, bodies=True)], "qualisys-6d")
 
 
 def write(path: Path, recording: Recording) -> None:
@@ -168,7 +116,8 @@ def write_bodies(path: Path, recording: Recording) -> None:
     _write(path, keys, titles, columns)
 
 
-def _sniffed(head: bytes, key: str) -> bool:
+def _sniffed(path: Path, head: bytes, key: str) -> bool:
+    """Whether it is QTM's TSV, of markers or of bodies."""
     text = head_text(head)
     return re.match(_BEGINS, text) is not None and re.search(rf"^{key}\b", text, re.MULTILINE) is not None
 
@@ -192,7 +141,7 @@ def _write(path: Path, keys: dict[str, str], titles: list[str], columns: list[An
         write_rows(out, columns, "\t")
 
 
-def _layout(lines: Lines, bodies: bool) -> Layout:
+def _layouts(lines: Lines, bodies: bool) -> list[Layout]:
     said, titles, (at, line), first = _header(lines)
     file = lines.file
     key = "BODY_NAMES" if bodies else "MARKER_NAMES"
@@ -230,25 +179,27 @@ def _layout(lines: Lines, bodies: bool) -> Layout:
     unmeasured = [n for n, kind in zip(names, types, strict=False) if kind and kind != "Measured"]
     if unmeasured:
         notes = (*notes, f"partly not measured, but filled or calculated by QTM: {', '.join(unmeasured)[:200]}")
-    return Layout(
-        Block(at, line, columns, "\t", point=per),
-        (0, 1) if timed else (0,) if lead else (),
-        _time if timed else partial(_counted, rate=rate or 1.0, from_one=bool(lead)),
-        () if bodies else tuple((name, (i, i + 1, i + 2)) for name, i in zip(names, starts, strict=True)),
-        tuple(
-            Body(name, (i, i + 1, i + 2, *turn), _matrix if turn else None)
-            for name, i, turn in zip(names, starts, turns, strict=True)
+    return [
+        Layout(
+            Block(at, line, columns, "\t", point=per),
+            (0, 1) if timed else (0,) if lead else (),
+            _time if timed else partial(_counted, rate=rate or 1.0, from_one=bool(lead)),
+            () if bodies else tuple((name, (i, i + 1, i + 2)) for name, i in zip(names, starts, strict=True)),
+            tuple(
+                Body(name, (i, i + 1, i + 2, *turn), _matrix if turn else None)
+                for name, i, turn in zip(names, starts, turns, strict=True)
+            )
+            if bodies
+            else (),
+            raster=(0, rate) if timed and rate else None,
+            scale=0.001,
+            zero=True,
+            epoch=started,
+            promised=number((said.get("NO_OF_FRAMES") or [""])[0]),
+            notes=notes,
+            axes="axes taken as the file has them, z up, as QTM captures by default",
         )
-        if bodies
-        else (),
-        raster=(0, rate) if timed and rate else None,
-        scale=0.001,
-        zero=True,
-        epoch=started,
-        promised=number((said.get("NO_OF_FRAMES") or [""])[0]),
-        notes=notes,
-        axes="axes taken as the file has them, z up, as QTM captures by default",
-    )
+    ]
 
 
 def _header(lines: Lines) -> tuple[dict[str, list[str]], list[str] | None, tuple[int, int], list[str]]:
@@ -330,9 +281,12 @@ def _matrix(values: FloatArray) -> FloatArray:
     return out
 
 
-FORMATS = (
-    Format("qualisys", "Qualisys TSV, markers", (".tsv",), sniff, read, look, write),
-    Format(
-        "qualisys-6d", "Qualisys TSV, rigid bodies", (".tsv",), sniff_bodies, read_bodies, look_bodies, write_bodies
-    ),
+FORMATS = tuple(
+    text_format(
+        name, title, (".tsv",), partial(_sniffed, key=key), partial(_layouts, bodies=key == "BODY_NAMES"), written
+    )
+    for name, title, key, written in (
+        ("qualisys", "Qualisys TSV, markers", "MARKER_NAMES", write),
+        ("qualisys-6d", "Qualisys TSV, rigid bodies", "BODY_NAMES", write_bodies),
+    )
 )

@@ -24,9 +24,9 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.reading import read_bytes
 from clearway.recordings.formats.capture_fields import is_unlabelled, rate_of, unique
-from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.format import Format, look_by
 from clearway.recordings.formats.text import head_text
-from clearway.recordings.recording import Contents, Points, Recording, Track, Want, contents_of
+from clearway.recordings.recording import Points, Recording, Track, Want
 
 LARGEST = 64 << 20
 """Bytes of a file; what is longer is read as TSV. Ten minutes of ten markers at 100 Hz are 25 MB."""
@@ -87,15 +87,6 @@ def read(path: Path, want: Want) -> Recording:
         xyz = np.stack([_laid(markers[m], first, n, 3)[inside] for m in chosen], axis=1)
         points = Points(tuple(chosen), t[inside], xyz)
     return Recording(path, "qualisys-json", points, tracks, notes=tuple(notes))
-
-
-def look(path: Path) -> Contents:
-    """What it holds.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    return contents_of(read(path, Want()))
 
 
 def _loaded(path: Path) -> dict[str, Any]:
@@ -221,4 +212,4 @@ def _moved(matrix: FloatArray, known: Any, seen: list[FloatArray]) -> float:
     return max(found)
 
 
-FORMATS = (Format("qualisys-json", "Qualisys JSON", (".json",), sniff, read, look),)
+FORMATS = (Format("qualisys-json", "Qualisys JSON", (".json",), sniff, read, look_by(read)),)

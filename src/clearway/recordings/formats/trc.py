@@ -20,18 +20,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sized
-from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.formats.capture import Layout, frames_of, look_layouts, read_layouts, to_file
+from clearway.recordings.formats.capture import Layout, by_name_only, frames_of, text_format, to_file
 from clearway.recordings.formats.capture_fields import rate_of, unique, unit
-from clearway.recordings.formats.format import Format
-from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, opened, write_rows, writing
-from clearway.recordings.recording import Contents, Recording, Want
+from clearway.recordings.formats.text import Block, Lines, cells, head_text, number, write_rows, writing
+from clearway.recordings.recording import Recording
 
 
 def sniff(path: Path, head: bytes) -> bool:
@@ -39,69 +38,12 @@ def sniff(path: Path, head: bytes) -> bool:
     return re.match(r"\s*\"?PathFileType\b", head_text(head[:512])) is not None
 
 
-def read(path: Path, want: Want) -> Recording:
-    """Markers, z up.
-
-    Raises:
-        ClearwayError: it is no such file, doesn't say its unit, lacks a wanted name, another axis seems to be up, or a
-            line is wrong.
-    """
-    return _read(path, want, "z")
-
-
-def read_y_up(path: Path, want: Want) -> Recording:
-    """Markers of a file whose y is up, turned so that z is.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    return _read(path, want, "y")
-
-
-def look(path: Path) -> Contents:
-    """What it holds.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    with opened(path) as lines:
-        return look_layouts(lines, [_layout(lines, "z")], "trc")
-
-
-def look_y_up(path: Path) -> Contents:
-    """What it holds.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    with opened(path) as lines:
-        return look_layouts(lines, [_layout(lines, "y")], "trc-y-up")
-
-
-def write(path: Path, recording: Recording) -> None:
-    """The markers in mm, z up.
+def write(path: Path, recording: Recording, up: str) -> None:
+    """The markers in mm; y up is as OpenSim wants them.
 
     Raises:
         ClearwayError: there are no markers, they aren't sampled evenly, or the file can't be written.
     """
-    _write(path, recording, "z")
-
-
-def write_y_up(path: Path, recording: Recording) -> None:
-    """The markers in mm, y up, as OpenSim wants them.
-
-    Raises:
-        ClearwayError: as for `write`.
-    """
-    _write(path, recording, "y")
-
-
-def _read(path: Path, want: Want, up: str) -> Recording:
-    with opened(path) as lines:
-        return read_layouts(lines, [_layout(lines, up)], "trc" if up == "z" else "trc-y-up", want)
-
-
-def _write(path: Path, recording: Recording, up: str) -> None:
     points = recording.points
     if points is None or not points.names:
         raise ClearwayError("the recording has no markers; a TRC is nothing else", file=path)
@@ -124,7 +66,7 @@ def _write(path: Path, recording: Recording, up: str) -> None:
         write_rows(out, [frames.astype(np.int64), time, *to_file(points, up, 0.001, 6)], "\t")
 
 
-def _layout(lines: Lines, up: str) -> Layout:
+def _layouts(lines: Lines, up: str) -> list[Layout]:
     file = lines.file
     if not sniff(file, (lines.next() or "").encode()):
         raise ClearwayError("doesn't begin with 'PathFileType', as a TRC does", file=file)
@@ -151,19 +93,21 @@ def _layout(lines: Lines, up: str) -> Layout:
     scale = unit(said.get("Units", ""), file=file, field="Units")
     block = Block(at, line, points[-1][1][2] + 1, separator, surplus=True)
     turned = "y taken as up and turned to z" if up == "y" else "z taken as up: TRC has no field that says so"
-    return Layout(
-        block,
-        (0, 1),
-        _time,
-        points,
-        raster=(0, rate),
-        scale=scale,
-        up=up,
-        promised=frames,
-        notes=notes,
-        axes=turned,
-        zero=True,
-    )
+    return [
+        Layout(
+            block,
+            (0, 1),
+            _time,
+            points,
+            raster=(0, rate),
+            scale=scale,
+            up=up,
+            promised=frames,
+            notes=notes,
+            axes=turned,
+            zero=True,
+        )
+    ]
 
 
 def _said(keys: list[str], values: list[str]) -> dict[str, str]:
@@ -212,17 +156,10 @@ def _first_row(lines: Lines) -> tuple[int, int]:
     return (lines.at, lines.number + 1) if line is not None and not line.strip(" \t,;") else (at, before + 1)
 
 
-TRC = Format("trc", "TRC (Motion Analysis, OpenSim), z up", (".trc",), sniff, read, look, write)
-FORMATS = (
-    TRC,
-    replace(
-        TRC,
-        name="trc-y-up",
-        title="TRC, y up",
-        suffixes=(),
-        sniff=lambda path, head: False,
-        read=read_y_up,
-        look=look_y_up,
-        write=write_y_up,
-    ),
+FORMATS = tuple(
+    text_format(name, title, suffixes, sniffed, partial(_layouts, up=up), partial(write, up=up))
+    for name, title, up, suffixes, sniffed in (
+        ("trc", "TRC (Motion Analysis, OpenSim), z up", "z", (".trc",), sniff),
+        ("trc-y-up", "TRC, y up", "y", (), by_name_only),
+    )
 )

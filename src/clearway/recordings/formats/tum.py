@@ -12,9 +12,9 @@ import numpy as np
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, stacked, written
-from clearway.recordings.formats.format import Format
+from clearway.recordings.formats.format import Format, look_by
 from clearway.recordings.formats.text import encoding_of
-from clearway.recordings.recording import Contents, Recording, Track, Want, contents_of
+from clearway.recordings.recording import Recording, Track, Want
 from clearway.recordings.times import SECONDS, in_order, must_be
 
 NAME = "trajectory"
@@ -139,15 +139,6 @@ def orientations(q: FloatArray, position: FloatArray) -> tuple[FloatArray | None
     return unit, tuple(notes)
 
 
-def look(path: Path) -> Contents:
-    """The trajectory's duration, rate and gaps.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    return contents_of(read(path, Want()))
-
-
 def write(path: Path, recording: Recording) -> None:
     """The recording's first track as a TUM file; stamps are UNIX times where the recording knows them. Poses that were
     not measured are left out; without a heading the quaternion is that of none: 0 0 0 1.
@@ -168,4 +159,4 @@ def write(path: Path, recording: Recording) -> None:
         np.savetxt(f, rows, fmt=["%.9f"] * 4 + ["%.12f"] * 4)
 
 
-FORMATS = (Format("tum", "TUM trajectory", (".tum",), sniff, read, look, write),)
+FORMATS = (Format("tum", "TUM trajectory", (".tum",), sniff, read, look_by(read), write),)

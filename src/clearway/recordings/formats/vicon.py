@@ -31,21 +31,19 @@ from scipy.spatial.transform import Rotation
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
-from clearway.recordings.formats.capture import Body, Layout, frames_of, look_layouts, read_layouts, to_file
+from clearway.recordings.formats.capture import Body, Layout, frames_of, text_format, to_file
 from clearway.recordings.formats.capture_fields import rate_of, unique, unit, xyzw
-from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import (
     Block,
     Lines,
     cells,
     head_text,
     number,
-    opened,
     pass_over,
     write_rows,
     writing,
 )
-from clearway.recordings.recording import Contents, Recording, Want
+from clearway.recordings.recording import Recording
 
 MARKERS, BODIES = ("trajectories",), ("segments", "objects")
 AGREE = 0.01
@@ -61,26 +59,6 @@ def sniff(path: Path, head: bytes) -> bool:
     found = [line.strip(' \t,;"') for line in head_text(head[:8192]).splitlines()]
     first = [line for line in found if line][:2]
     return len(first) == 2 and first[0].lower() in _TITLES and _rate(first[1]) is not None
-
-
-def read(path: Path, want: Want) -> Recording:
-    """Markers and bodies.
-
-    Raises:
-        ClearwayError: it is no such file, has neither, doesn't say its unit, lacks a wanted name, or a line is wrong.
-    """
-    with opened(path) as lines:
-        return read_layouts(lines, _layouts(lines), "vicon", want)
-
-
-def look(path: Path) -> Contents:
-    """What it holds.
-
-    Raises:
-        ClearwayError: as for `read`.
-    """
-    with opened(path) as lines:
-        return look_layouts(lines, _layouts(lines), "vicon")
 
 
 def write(path: Path, recording: Recording) -> None:
@@ -263,4 +241,4 @@ def _radians(values: FloatArray) -> FloatArray | None:
     return out
 
 
-FORMATS = (Format("vicon", "Vicon Nexus CSV", (".csv",), sniff, read, look, write),)
+FORMATS = (text_format("vicon", "Vicon Nexus CSV", (".csv",), sniff, _layouts, write),)
