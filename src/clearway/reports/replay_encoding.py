@@ -188,7 +188,7 @@ def _columns(trial: Trial, keep: npt.NDArray[np.int64]) -> dict[str, tuple[Float
     def poses(name: str, values: FloatArray) -> None:
         columns[f"{name}x"] = (values[:, 0], MILLI)
         columns[f"{name}y"] = (values[:, 1], MILLI)
-        columns[f"{name}a"] = (_unwrap(values[:, 2]), ANGLE)
+        columns[f"{name}a"] = (unwrapped(values[:, 2]), ANGLE)
 
     poses("", trial.pose)
     if trial.estimate is not None:
@@ -237,7 +237,7 @@ def _differences(values: FloatArray, unit: float) -> tuple[int, npt.NDArray[np.i
     return int(whole[0]), out, missing
 
 
-def _unwrap(angle: FloatArray) -> FloatArray:
+def unwrapped(angle: FloatArray) -> FloatArray:
     """The angle without jumps of a turn, gaps left as they are."""
     out = np.array(angle, dtype=np.float64)
     known = np.isfinite(out)

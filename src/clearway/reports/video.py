@@ -15,6 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.reports import theme
 from clearway.reports.findings import Findings
+from clearway.reports.replay_encoding import unwrapped
 from clearway.reports.selection import label, verdict
 from clearway.reports.trajectory_plots import around, floor, known_positions, robot_of, upright
 from clearway.trials import Body, Trial
@@ -113,8 +114,8 @@ class _Panel:
     """One trial's floor, with what moves on it."""
 
     def __init__(self, ax: Axes, trial: Trial) -> None:
-        self._ax, self._trial, self._turned = ax, trial, _unwrapped(trial.pose)
-        self._others = [_unwrapped(trial.moving_obstacles[:, m]) for m in range(trial.moving_obstacles.shape[1])]
+        self._ax, self._trial, self._turned = ax, trial, _columns(trial.pose)
+        self._others = [_columns(trial.moving_obstacles[:, m]) for m in range(trial.moving_obstacles.shape[1])]
         self._moving = [body for body in trial.attempt.bodies if body.pose is None]
         (self._path,) = ax.plot([], [], color=theme.ROBOT, linewidth=1.4, zorder=6)
         self._clock = ax.text(0.98, 0.03, "", transform=ax.transAxes, ha="right", color=theme.MUTED, zorder=9)
@@ -150,14 +151,11 @@ class _Panel:
             )
 
 
-def _unwrapped(poses: FloatArray) -> FloatArray:
-    """The poses (n, 3) with headings that don't jump by a turn; gaps stay."""
-    out = poses.copy()
-    known = np.isfinite(out[:, 2])
-    out[known, 2] = np.unwrap(out[known, 2])
-    return out
+def _columns(poses: FloatArray) -> tuple[FloatArray, ...]:
+    """x, y and the heading without jumps of a turn, of poses (n, 3)."""
+    return (*poses[:, :2].T, unwrapped(poses[:, 2]))
 
 
-def _between(t: FloatArray, poses: FloatArray, at: float) -> FloatArray:
-    """(3,) of `poses` (n, 3) at the times `t` (n,) at time `at` [s]."""
-    return np.array([np.interp(at, t, column) for column in poses.T])
+def _between(t: FloatArray, columns: tuple[FloatArray, ...], at: float) -> FloatArray:
+    """The pose (3,) at time `at` [s], of the columns of poses at the times `t` (n,)."""
+    return np.array([np.interp(at, t, column) for column in columns])

@@ -20,6 +20,7 @@ import numpy.typing as npt
 from clearway.contract import PLACED
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, Shape, inscribed_radius
+from clearway.recordings.motion.tracks import unwrapped
 from clearway.recordings.recording import Points, Recording, Track
 from clearway.trials import Body, Trial
 
@@ -268,14 +269,6 @@ def _between(samples: FloatArray, t: FloatArray) -> tuple[npt.NDArray[np.int64],
 
 def _hermite(a: FloatArray, b: FloatArray, da: FloatArray, db: FloatArray, s: FloatArray) -> FloatArray:
     out: FloatArray = a + s * (da + s * (3 * (b - a) - 2 * da - db + s * (2 * (a - b) + da + db)))
-    return out
-
-
-def unwrapped(theta: FloatArray) -> FloatArray:
-    """Headings without jumps of 2 pi; gaps stay gaps."""
-    out = theta.copy()
-    there = np.isfinite(theta)
-    out[there] = np.unwrap(theta[there])
     return out
 
 

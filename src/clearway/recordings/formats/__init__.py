@@ -16,9 +16,9 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from clearway.errors import ClearwayError, unknown
-from clearway.reading import opened, take
 from clearway.recordings.formats import axes, beside, table
-from clearway.recordings.formats.format import HEAD, Format
+from clearway.recordings.formats.delimited import head_of
+from clearway.recordings.formats.format import Format
 from clearway.recordings.recording import Contents, Recording, Want, believable, contents_of
 from clearway.registry import Registry
 
@@ -138,13 +138,7 @@ def _format(path: str | Path, name: str | None) -> Format:
 
 
 def _head(file: Path) -> bytes:
-    if os.path.isdir(file):
-        return b""
-    with opened(file) as f:
-        head = take(f, HEAD)
-    if not head:
-        raise ClearwayError("is empty", file=file)
-    return head
+    return b"" if os.path.isdir(file) else head_of(file)
 
 
 __all__ = ["MODULES", "Format", "formats", "identify", "look", "read"]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -19,6 +18,7 @@ from pydantic import BaseModel, ConfigDict
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
+from clearway.reading import opened
 from clearway.recordings.formats import beside
 from clearway.recordings.formats.c3d_parameters import (
     BLOCK,
@@ -31,7 +31,7 @@ from clearway.recordings.formats.c3d_parameters import (
     words,
 )
 from clearway.recordings.formats.c3d_writer import write
-from clearway.recordings.formats.capture_fields import is_unlabelled, unique, unit
+from clearway.recordings.formats.capture_fields import is_unlabelled, unique, unit, wanted_of
 from clearway.recordings.formats.format import Format
 from clearway.recordings.recording import Contents, Points, Recording, Want, describe
 
@@ -104,17 +104,13 @@ def read(path: Path, want: Want) -> Recording:
     Raises:
         ClearwayError: it is damaged or truncated, names no unit, or lacks a wanted point.
     """
-    with _opened(path) as (source, size):
-        layout = _layout(source, size, path, up=want.up)
+    with opened(path) as source:
+        layout = _layout(source, os.fstat(source.fileno()).st_size, path, up=want.up)
         for name in sorted(want.names or ()):
             if name not in layout.names:
                 raise unknown("marker", name, layout.names, file=path)
-        labelled = any(not is_unlabelled(name) for name in layout.names)
-        chosen = [
-            i
-            for i, name in enumerate(layout.names)
-            if want.has(name) and (want.names is not None or not labelled or not is_unlabelled(name))
-        ]
+        wanted = set(wanted_of(layout.names, want))
+        chosen = [i for i, name in enumerate(layout.names) if name in wanted]
         layout = replace(layout, names=tuple(layout.names[i] for i in chosen), index=layout.index[chosen])
         start, stop = 0, layout.frames
         if want.span is not None:
@@ -140,8 +136,8 @@ def look(path: Path) -> Contents:
     Raises:
         ClearwayError: as for `read`; only the unit may be missing.
     """
-    with _opened(path) as (source, size):
-        layout = _layout(source, size, path, units=False)
+    with opened(path) as source:
+        layout = _layout(source, os.fstat(source.fileno()).st_size, path, units=False)
         there = np.zeros((layout.frames, len(layout.names)), dtype=bool)
         for at, _, seen, _ in _chunks(source, layout, 0, layout.frames, path):
             there[at : at + len(seen)] = seen
@@ -150,16 +146,6 @@ def look(path: Path) -> Contents:
     entries = tuple(describe(n, "marker", t, there[:, i], details[i]) for i, n in enumerate(layout.names))
     start, end = (float(t[0]), float(t[-1])) if len(t) else (None, None)
     return Contents(path, "c3d", start, end, None, entries, layout.notes)
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[tuple[BinaryIO, int]]:
-    """The file and its size; what the system says against it as our own error."""
-    try:
-        with open(path, "rb") as source:
-            yield source, os.fstat(source.fileno()).st_size
-    except OSError as error:
-        raise ClearwayError(f"cannot be read: {error.strerror}", file=path) from error
 
 
 def _layout(source: BinaryIO, size: int, path: Path, *, units: bool = True, up: str | None = None) -> _Layout:

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.beside import beside
-from clearway.recordings.formats.capture_fields import is_unlabelled
+from clearway.recordings.formats.capture_fields import is_unlabelled, wanted_of
 from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import Block, Lines, gather, opened, rows
 from clearway.recordings.recording import Contents, Entry, Points, Recording, Track, Want, describe
@@ -205,13 +205,9 @@ def _chosen(
     for name in sorted(want.names or ()):
         if name not in names:
             raise unknown("marker or body", name, names, file=file)
-    labelled = any(not is_unlabelled(n) for n in names)
-
-    def wanted(name: str) -> bool:
-        return want.has(name) and (want.names is not None or not labelled or not is_unlabelled(name))
-
+    wanted = set(wanted_of(names, want))
     return [
-        (layout, [p for p in layout.points if wanted(p[0])], [b for b in layout.bodies if want.has(b.name)])
+        (layout, [p for p in layout.points if p[0] in wanted], [b for b in layout.bodies if want.has(b.name)])
         for layout in layouts
     ]
 

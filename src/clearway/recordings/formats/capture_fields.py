@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.recordings.recording import Want
 
 UNITS = {
     "mm": 0.001,
@@ -86,6 +87,12 @@ def unique(names: Iterable[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
 def is_unlabelled(name: str) -> bool:
     """Whether a trajectory was seen, but not said whose it is (`*12`, `U_12`, `Unlabeled 1189`)."""
     return _UNLABELLED.fullmatch(name) is not None
+
+
+def wanted_of(names: Collection[str], want: Want) -> list[str]:
+    """The trajectories that are wanted; where nothing is named and some are labelled, only these."""
+    every = want.names is not None or all(map(is_unlabelled, names))
+    return [name for name in names if want.has(name) and (every or not is_unlabelled(name))]
 
 
 def timestamp(text: str, patterns: Sequence[str]) -> float | None:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TextIO, TypeAlias
+from typing import Any, BinaryIO, Literal, TextIO, TypeAlias
 
 import numpy as np
 import pyarrow as pa
@@ -20,6 +20,7 @@ import pyarrow.csv
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.reading import opened, take
 from clearway.recordings.formats.format import HEAD
 from clearway.recordings.formats.text import cells, head_text
 
@@ -64,11 +65,8 @@ def head_of(path: Path) -> bytes:
     Raises:
         ClearwayError: it can't be read, or is empty.
     """
-    try:
-        with open(path, "rb") as f:
-            head = f.read(HEAD)
-    except OSError as error:
-        raise ClearwayError(f"cannot be read: {error.strerror}", file=path) from error
+    with opened(path) as f:
+        head = take(f, HEAD)
     if not head:
         raise ClearwayError("is empty", file=path)
     return head
@@ -212,26 +210,25 @@ def _named(problem: str, names: Sequence[str], before: int) -> str:
     return problem.replace(found[0], f"column {names[int(found[1])]!r}: ")
 
 
-class _opened:
+@contextmanager
+def _opened(path: Path, dialect: Dialect) -> Iterator[_Tidied]:
+    with opened(path) as file:
+        yield _Tidied(path, file, dialect)
+
+
+class _Tidied:
     """A file's data lines, tidied, as bytes of UTF-8 for the parser. `first`: the header, or the first line."""
 
-    def __init__(self, path: Path, dialect: Dialect) -> None:
-        self.path, self.dialect = path, dialect
-        self.first: str | None = None
-        self._ready, self._rest, self._ended = "", "", False
+    def __init__(self, path: Path, file: BinaryIO, dialect: Dialect) -> None:
+        self.path, self._file, self.dialect = path, file, dialect
+        self._rest, self._ended = "", False
         self._remark = re.compile(rf"^[ \t]*{re.escape(dialect.comment)}(.*)\n", re.MULTILINE)
-
-    def __enter__(self) -> _opened:
         try:
-            self._file = open(self.path, "rb")
-            self._decoder = codecs.getincrementaldecoder(self.dialect.encoding)()
-        except OSError as error:
-            raise ClearwayError(f"cannot be read: {error.strerror}", file=self.path) from error
+            self._decoder = codecs.getincrementaldecoder(dialect.encoding)()
         except LookupError as error:
-            raise ClearwayError(
-                f"{self.dialect.encoding!r} is no encoding; utf-8, cp1252, utf-16 are", file=self.path
-            ) from error
-        skip, remark, text = self.dialect.skip, None, ""
+            raise ClearwayError(f"{dialect.encoding!r} is no encoding; utf-8, cp1252, utf-16 are", file=path) from error
+        skip, text = dialect.skip, ""
+        remark: str | None = None
         while not text and not self._ended:
             text = self._piece()
             while skip and text:
@@ -243,10 +240,6 @@ class _opened:
         line, _, rest = text.partition("\n")
         self.first = remark if self.dialect.header == "comment" else line or None
         self._ready = rest if self.dialect.header == "line" else text
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._file.close()
 
     def pieces(self) -> Iterator[bytes]:
         """The lines below the header, a piece of the file at a time."""
@@ -261,7 +254,7 @@ class _opened:
         try:
             data = self._file.read(PIECE)
             text = self._rest + self._decoder.decode(data, final=not data)
-        except (UnicodeError, OSError) as error:
+        except UnicodeError as error:
             raise ClearwayError(f"is not {self.dialect.encoding}: {error}", file=self.path) from error
         text = text.removeprefix("\ufeff")
         self._ended = not data

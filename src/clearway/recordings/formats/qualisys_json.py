@@ -23,7 +23,7 @@ from scipy.spatial.transform import Rotation
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.reading import read_bytes
-from clearway.recordings.formats.capture_fields import is_unlabelled, rate_of, unique
+from clearway.recordings.formats.capture_fields import rate_of, unique, wanted_of
 from clearway.recordings.formats.format import Format, look_by
 from clearway.recordings.formats.text import head_text
 from clearway.recordings.recording import Points, Recording, Track, Want
@@ -78,8 +78,7 @@ def read(path: Path, want: Want) -> Recording:
         tracks[name] = Track(
             "body", "", name, t[inside], position, None if orientation is None else orientation[inside]
         )
-    labelled = any(not is_unlabelled(m) for m in markers)
-    chosen = [m for m in markers if want.has(m) and (want.names is not None or not labelled or not is_unlabelled(m))]
+    chosen = wanted_of(markers, want)
     if want.names is None and len(chosen) < len(markers):
         notes.append(f"{len(markers) - len(chosen)} unlabelled trajectories were left out; name them to have them")
     points = None

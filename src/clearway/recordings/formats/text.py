@@ -24,6 +24,7 @@ import pyarrow.csv as pc
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.reading import opened as bounded
 
 CHUNK = 1 << 22
 """Bytes of a block that are read at once."""
@@ -99,21 +100,17 @@ def opened(file: Path) -> Iterator[Lines]:
     Raises:
         ClearwayError: it can't be read.
     """
-    try:
-        with open(file, "rb") as raw:
-            head = raw.read(4096)
-            encoding = encoding_of(head)
-            if encoding.startswith("utf-16"):
-                with tempfile.TemporaryFile() as plain:  # on disk: the file may be large
-                    raw.seek(0)
-                    _transcode(raw, plain, encoding)
-                    plain.seek(0)
-                    yield Lines(file, plain, "utf-8")
-            else:
-                raw.seek(len(codecs.BOM_UTF8) if encoding == "utf-8-sig" else 0)
-                yield Lines(file, raw, "utf-8" if encoding == "utf-8-sig" else encoding)
-    except OSError as error:
-        raise ClearwayError(f"cannot be read: {error.strerror or error}", file=file) from error
+    with bounded(file) as raw:
+        encoding = encoding_of(raw.read(4096))
+        if encoding.startswith("utf-16"):
+            with tempfile.TemporaryFile() as plain:  # on disk: the file may be large
+                raw.seek(0)
+                _transcode(raw, plain, encoding)
+                plain.seek(0)
+                yield Lines(file, plain, "utf-8")
+        else:
+            raw.seek(len(codecs.BOM_UTF8) if encoding == "utf-8-sig" else 0)
+            yield Lines(file, raw, "utf-8" if encoding == "utf-8-sig" else encoding)
 
 
 def encoding_of(head: bytes) -> str:
