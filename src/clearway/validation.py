@@ -5,9 +5,15 @@ from __future__ import annotations
 import difflib
 from typing import Any, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 
 from clearway.errors import ClearwayError, shown
+
+
+class Table(BaseModel):
+    """A table of a file that a user writes: frozen, without keys that nobody knows."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
 
 
 def first_problem(error: ValidationError, model: type[BaseModel], *, file: object = None) -> ClearwayError:

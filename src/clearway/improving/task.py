@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from clearway.campaigns.plan import CampaignPlan
 from clearway.errors import ClearwayError, shown
 from clearway.quantities import Finite, Positive, Whole
 from clearway.reading import read_toml
 from clearway.scenarios.suite import Selection, seed_range
-from clearway.validation import first_problem
+from clearway.validation import Table, first_problem
 
 Setting = bool | int | float | str
 """A parameter's value."""
@@ -68,11 +68,7 @@ class Variable:
         return (number - self.low) / (self.high - self.low)
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class _Trials(_Table):
+class _Trials(Table):
     """Trials, in the words of `clearway run`."""
 
     suite: str = Field(min_length=1)
@@ -92,7 +88,7 @@ class _Trials(_Table):
     disturbance: Finite | None = None
 
 
-class Search(_Table):
+class Search(Table):
     """How it is searched.
 
     Attributes:
@@ -114,7 +110,7 @@ class Search(_Table):
     seed: Annotated[Whole, Field(ge=0, lt=2**32 - 1)] = 0
 
 
-class _File(_Table):
+class _File(Table):
     navigator: str = Field(min_length=1)
     robot: str = Field(min_length=1)
     objective: tuple[str, ...] = Field(min_length=1)

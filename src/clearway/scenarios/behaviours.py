@@ -8,11 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from clearway.errors import ClearwayError
 from clearway.quantities import Distance, NonNegative, Positive, Speed
 from clearway.registry import Registry
+from clearway.validation import Table
 
 BEHAVIOURS = Registry(
     "behaviour",
@@ -42,13 +43,11 @@ def find_behaviour(name: str) -> Callable[..., Any]:
     return factory
 
 
-class OperatorSpec(BaseModel):
+class OperatorSpec(Table):
     """A person with a joystick, who drives along the path at the set speed, and looks at the tested robot.
 
     Every number is a stand-in of ours, with its reason in `scenarios/DECISIONS.md`.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: Literal["operator"] = "operator"
     reaction: float = Field(default=0.3, strict=True, ge=0, le=2, description="how old what the person acts on is, s")

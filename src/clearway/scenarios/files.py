@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError
 from clearway.quantities import Speed, Whole
@@ -22,17 +22,15 @@ from clearway.scenarios.floor_plan_files import FloorPlanSpec, is_path
 from clearway.scenarios.person_tracks import with_tracks
 from clearway.scenarios.scenario import RobotBodySpec, Scenario
 from clearway.scenarios.suite import Section, Selection, Suite, refuse_many, scenario_seed
-from clearway.validation import problems
+from clearway.validation import Table, problems
 
 Model = TypeVar("Model", bound=BaseModel)
 FAMILY = "family"
 """The table of a scenario's file with the ranges through which `clearway break` searches (`clearway.scenarios.family`)."""
 
 
-class SuiteSpec(BaseModel):
+class SuiteSpec(Table):
     """A suite's file."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: str = Field(min_length=1, description="as it is asked for and recorded")
     title: str = Field(default="", description="as it is printed")

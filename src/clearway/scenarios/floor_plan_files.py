@@ -15,7 +15,7 @@ from importlib import resources
 from pathlib import Path
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
@@ -27,7 +27,7 @@ from clearway.reading import read_toml
 from clearway.reading.limits import CELLS, CORNERS, DRAWN, FIXTURES, RECTANGLES
 from clearway.scenarios.plan import Fixture, FloorPlan, Room
 from clearway.scenarios.scenario import ShapeSpec
-from clearway.validation import first_problem
+from clearway.validation import Table, first_problem
 
 Box = tuple[Coordinate, Coordinate, Coordinate, Coordinate]
 """x0, y0, x1, y1 [m], x0 < x1 and y0 < y1."""
@@ -37,16 +37,12 @@ FINEST = 0.05
 """Edge [m] of the cells on which ways through a plan are looked for, whatever its map's."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
 def _ordered(box: Box | None) -> None:
     if box is not None and not (box[0] < box[2] and box[1] < box[3]):
         raise ValueError(f"{list(box)} must be [x0, y0, x1, y1] with x0 < x1 and y0 < y1")
 
 
-class WallSpec(_Part):
+class WallSpec(Table):
     """A wall: a `box` along the axes, or any polygon as `vertices`."""
 
     name: str
@@ -70,7 +66,7 @@ class WallSpec(_Part):
         return Polygon(((x0, y0), (x1, y0), (x1, y1), (x0, y1)))
 
 
-class FurnitureSpec(_Part):
+class FurnitureSpec(Table):
     """A piece of furniture as the robot can touch it and its lidar sees it: one closed outline."""
 
     name: str
@@ -78,7 +74,7 @@ class FurnitureSpec(_Part):
     pose: PoseSpec
 
 
-class RoomSpec(_Part):
+class RoomSpec(Table):
     """A room's name and floor, for people: nothing that a robot could touch."""
 
     name: str
@@ -93,7 +89,7 @@ class RoomSpec(_Part):
         return self
 
 
-class FloorPlanSpec(_Part):
+class FloorPlanSpec(Table):
     """A floor plan's file."""
 
     name: str = Field(min_length=1)

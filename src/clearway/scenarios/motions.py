@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from clearway.geometry.driven import driven
 from clearway.geometry.shapes import FloatArray
@@ -22,6 +22,7 @@ from clearway.quantities import NonNegative, Point, Positive, Seed, Speed
 from clearway.reading.limits import LENGTH, POINTS, SHORTEST, SPEED
 from clearway.scenarios import spline
 from clearway.scenarios.spline import SplineSpec
+from clearway.validation import Table
 
 KNOT = 0.05
 """Time between two knots, s."""
@@ -43,10 +44,8 @@ def _ascending(between: tuple[float, float]) -> tuple[float, float]:
 Range = Annotated[tuple[Positive, Positive], AfterValidator(_ascending)]
 
 
-class _Motion(BaseModel):
+class _Motion(Table):
     """What every motion has."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     start: Point = Field(description="where it is at time 0, m")
     velocity: Velocity = Field(default=(0.0, 0.0), description="at time 0, m/s")

@@ -10,12 +10,13 @@ import itertools
 import math
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from clearway.errors import unknown
 from clearway.quantities import Finite, NonNegative, Point, Positive
 from clearway.reading.limits import POINTS, STOPS
 from clearway.scenarios.behaviours import BEHAVIOURS
+from clearway.validation import Table
 
 HURRY = 5.0
 """The most that a person walks or runs, m/s; sprinters do 10."""
@@ -28,18 +29,14 @@ _OWN = {
 """By which of the shipped behaviours a field is read, where not by all."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class StopSpec(_Part):
+class StopSpec(Table):
     """A place to which a person walks."""
 
     at: Point = Field(description="m")
     wait: NonNegative = Field(default=0.0, le=3600, description="how long the person stays there, s")
 
 
-class PersonSpec(_Part):
+class PersonSpec(Table):
     """One person, seen from above as a disc."""
 
     name: str = Field(min_length=1, description="unique in its scenario")

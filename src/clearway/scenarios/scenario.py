@@ -10,7 +10,7 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from clearway.geometry.shapes import Circle, Polygon, Shape, rectangle
 from clearway.geometry.streams import stream
@@ -36,13 +36,10 @@ from clearway.robots.ideal import SensorError
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
 from clearway.scenarios.people import PersonSpec
+from clearway.validation import Table
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class SquareSpec(_Part):
+class SquareSpec(Table):
     """A square, centred on its pose."""
 
     kind: Literal["square"]
@@ -52,7 +49,7 @@ class SquareSpec(_Part):
         return rectangle(self.edge, self.edge)
 
 
-class RectangleSpec(_Part):
+class RectangleSpec(Table):
     """A rectangle, centred on its pose."""
 
     kind: Literal["rectangle"]
@@ -63,7 +60,7 @@ class RectangleSpec(_Part):
         return rectangle(self.length, self.width)
 
 
-class DiscSpec(_Part):
+class DiscSpec(Table):
     """A disc."""
 
     kind: Literal["disc"]
@@ -73,7 +70,7 @@ class DiscSpec(_Part):
         return Circle(self.radius)
 
 
-class OutlineSpec(_Part):
+class OutlineSpec(Table):
     """A simple polygon, counter-clockwise, in its own frame."""
 
     kind: Literal["polygon"]
@@ -83,7 +80,7 @@ class OutlineSpec(_Part):
         return Polygon(self.vertices)
 
 
-class RobotBodySpec(_Part):
+class RobotBodySpec(Table):
     """The footprint of another robot."""
 
     kind: Literal["robot"]
@@ -96,7 +93,7 @@ class RobotBodySpec(_Part):
 ShapeSpec = Annotated[SquareSpec | RectangleSpec | DiscSpec | OutlineSpec | RobotBodySpec, Field(discriminator="kind")]
 
 
-class RunSpec(_Part):
+class RunSpec(Table):
     """One pass of a moving obstacle along a line at constant speed, during one leg; it is absent outside its passes."""
 
     leg: str = Field(description="name of the leg during which it moves")
@@ -122,7 +119,7 @@ LONGEST_SWING = 3600.0
 """An oscillation is laid out for this long at most, s."""
 
 
-class OscillationSpec(_Part):
+class OscillationSpec(Table):
     """Motion about a fixed point of attraction: paper B, eqs. 6-7, per axis x'' = stiffness (attraction - x)."""
 
     start: Point = Field(description="where it is at time 0, m")
@@ -131,7 +128,7 @@ class OscillationSpec(_Part):
     stiffness: tuple[Stiffness, Stiffness] = Field(description="alpha and beta, 1/s^2")
 
 
-class ObstacleSpec(_Part):
+class ObstacleSpec(Table):
     """An obstacle of the test: static with a `pose`, or moving with `runs`, by an `oscillation` or another `motion`."""
 
     name: str = Field(min_length=1)
@@ -161,7 +158,7 @@ class ObstacleSpec(_Part):
         return self
 
 
-class DisturbanceSpec(_Part):
+class DisturbanceSpec(Table):
     """Bounded disturbance of the robot's motion (paper B, assumption A2), drawn anew each control period from the seed."""
 
     position: Distance = Field(description="the most that it is moved in a control period: uniform in a disc, m")
@@ -175,7 +172,7 @@ class DisturbanceSpec(_Part):
     at_rest: bool = Field(default=True, description="whether it also moves a robot that stands")
 
 
-class OptimalSpec(_Part):
+class OptimalSpec(Table):
     """What a clairvoyant could do at best: holonomic, with unlimited acceleration up to the set speed, undisturbed,
     knowing every obstacle's future. A bound for every robot that is not pushed, reached by none whose base is limited."""
 
@@ -184,7 +181,7 @@ class OptimalSpec(_Part):
     error: NonNegative = Field(description="bound on the relative error of `time` by discretisation")
 
 
-class LegSpec(_Part):
+class LegSpec(Table):
     """One goal."""
 
     name: str = Field(min_length=1, description="unique in its scenario")
@@ -210,7 +207,7 @@ class LegSpec(_Part):
         return self.xy_tolerance or usual.xy, self.yaw_tolerance or usual.yaw
 
 
-class RobotSpec(_Part):
+class RobotSpec(Table):
     """One more robot, which decides as the tested one does."""
 
     name: str = Field(min_length=1, description="unique in its scenario")
@@ -234,7 +231,7 @@ class RobotSpec(_Part):
         return self
 
 
-class LabelSpec(_Part):
+class LabelSpec(Table):
     """Where the scenario stands in its suite; see `clearway.trials.Labels`."""
 
     suite: str = "own"
@@ -247,7 +244,7 @@ class LabelSpec(_Part):
     repetition: Whole = Field(default=1, ge=1)
 
 
-class Scenario(_Part):
+class Scenario(Table):
     """One test."""
 
     name: str = Field(min_length=1, description="unique in its suite")

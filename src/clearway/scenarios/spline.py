@@ -16,11 +16,12 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from clearway.geometry.shapes import FloatArray
 from clearway.quantities import Finite, NonNegative
 from clearway.reading.limits import POINTS, SECONDS, SPEED
+from clearway.validation import Table
 
 CHORD = 5e-4
 """What a line between two knots is off by at most, m: half of what Gazebo moves a model at 1 m/s by in a step of 1 ms."""
@@ -33,10 +34,8 @@ AWAY = 0.1
 Keyframe = tuple[Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=SECONDS)], Finite, Finite]
 
 
-class SplineSpec(BaseModel):
+class SplineSpec(Table):
     """Motion through key frames along a Catmull-Rom spline, round after round, as Gazebo's `PoseAnimation` moves a model."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     kind: Literal["spline"]
     keyframes: tuple[Keyframe, ...] = Field(

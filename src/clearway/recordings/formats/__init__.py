@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from clearway.errors import ClearwayError, unknown
 from clearway.recordings.formats import axes, beside, table
@@ -21,6 +21,7 @@ from clearway.recordings.formats.delimited import head_of
 from clearway.recordings.formats.format import Format
 from clearway.recordings.recording import Contents, Recording, Want, believable, contents_of
 from clearway.registry import Registry
+from clearway.validation import Table
 
 MODULES = (
     "c3d",
@@ -88,10 +89,8 @@ def read(path: str | Path, want: Want | None = None, *, format: str | None = Non
     return recording if asked.up is None else replace(axes.turned(recording, asked.up), up_said=True)
 
 
-class _Beside(BaseModel):
+class _Beside(Table):
     """What a file doesn't say itself, in a TOML beside it."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     up: axes.Axis | None = Field(default=None, description="the axis that points up")
     time: Literal["s", "ms", "us", "ns"] | None = Field(default=None, description="unit of its stamps (tum)")

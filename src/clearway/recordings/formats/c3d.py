@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, BinaryIO, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
@@ -34,6 +33,7 @@ from clearway.recordings.formats.c3d_writer import write
 from clearway.recordings.formats.capture_fields import is_unlabelled, unique, unit, wanted_of
 from clearway.recordings.formats.format import Format
 from clearway.recordings.recording import Contents, Points, Recording, Want, describe
+from clearway.validation import Table
 
 CHUNK = 4 << 20
 """Bytes of data that are held at a time."""
@@ -42,15 +42,13 @@ OUTPUTS = ("ANGLES", "FORCES", "MOMENTS", "POWERS", "SCALARS", "REACTIONS")
 """Parameters of POINT that name points which are no positions: what a body model computed."""
 
 
-class Hints(BaseModel):
+class Hints(Table):
     """What a C3D file may leave out, in a TOML beside it.
 
     Attributes:
         units: Unit of length of the points; None: what the file says.
         up: The axis that points up; None: what the file says.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     units: Literal["m", "dm", "cm", "mm", "in", "ft"] | None = None
     up: Literal["+X", "-X", "+Y", "-Y", "+Z", "-Z", "x", "y", "z"] | None = None

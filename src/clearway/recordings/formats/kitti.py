@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from clearway.errors import ClearwayError, unknown
@@ -25,6 +25,7 @@ from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.formats.tum import ordered
 from clearway.recordings.recording import Recording, Track, Want
 from clearway.recordings.times import must_be
+from clearway.validation import Table
 
 NAME = "trajectory"
 """As a file's only track is called."""
@@ -36,10 +37,8 @@ _CAMERA = Rotation.from_matrix([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0
 """From a camera's axes (x right, y down, z ahead) to a robot's (x ahead, y left, z up)."""
 
 
-class Hints(BaseModel):
+class Hints(Table):
     """What a file of KITTI poses doesn't say itself, in a TOML beside it."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     times: str | None = Field(default=None, description="the file of times, from this one's folder")
     rate: float | None = Field(default=None, gt=0, le=1e6, description="Hz, where there is no file of times")

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
@@ -40,6 +40,7 @@ from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Contents, Entry, Recording, Track, Want, contents_of
 from clearway.recordings.times import in_order
+from clearway.validation import Table
 
 STEP = 0.4
 """s between two annotations of the ETH and UCY sets (2.5 Hz: every 10th frame at 25 frames a second; ETH's own files
@@ -82,10 +83,8 @@ NAMES = {
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 
 
-class Hints(BaseModel):
+class Hints(Table):
     """What a pedestrian set doesn't say itself, in a TOML beside it."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     rate: float | None = Field(default=None, gt=0, le=1e6, description="frame numbers a second")
     units: Literal["m", "cm", "mm"] | None = Field(default=None, description="of x and y; default: metres")

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from clearway.recordings.formats.axes import Axis
 from clearway.recordings.formats.delimited import MISSING, Header
+from clearway.validation import Table
 
 METRES = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
@@ -15,11 +16,7 @@ Column = str
 """A column's name in the header; "1", "2", ... where there is none."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class TimeSpec(_Part):
+class TimeSpec(Table):
     """The column that says when."""
 
     column: Column
@@ -36,7 +33,7 @@ class TimeSpec(_Part):
         return self
 
 
-class BodySpec(_Part):
+class BodySpec(Table):
     """The columns of one thing that moves. Without yaw and quaternion it has no heading."""
 
     x: Column
@@ -75,7 +72,7 @@ class BodySpec(_Part):
         return self.model_copy(update={**one, "quaternion": four})
 
 
-class TableSpec(_Part):
+class TableSpec(Table):
     """How a plain table (CSV) is to be read. Give `bodies`, or `markers`, or both.
 
     Several bodies may have their own columns (`[bodies.robot]`, `[bodies.cart]`), the same columns with a prefix
@@ -102,7 +99,7 @@ class TableSpec(_Part):
     )
     frame: str = Field(default="", description="name of the frame that poses are in")
     time: TimeSpec
-    bodies: dict[str, BodySpec] = {}
+    bodies: dict[str, BodySpec] = Field(default={})
     id: Column | None = Field(default=None, description="the column that says whose line it is")
     prefixes: tuple[str, ...] = Field(default=(), description="of the columns of bodies.each, one a body")
     markers: dict[str, tuple[Column, Column, Column]] = Field(default={}, description="columns of x, y and z of each")

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from clearway.quantities import AngleSpread, Finite, NonNegative, PoseSpec
 from clearway.recordings.formats.axes import Axis
+from clearway.validation import Table
 
 Point = tuple[Finite, Finite, Finite]
 Span = tuple[Finite, Finite]
 
 
-class Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class StretchSpec(Part):
+class StretchSpec(Table):
     """A stretch of a recording, with what is known of it."""
 
     file: str
@@ -27,14 +24,14 @@ class StretchSpec(Part):
     )
 
 
-class SurveyedSpec(Part):
+class SurveyedSpec(Table):
     """A marker whose place in the map was surveyed."""
 
     marker: str
     at: tuple[Finite, Finite] = Field(description="x, y in the map, m")
 
 
-class FrameSpec(Part):
+class FrameSpec(Table):
     """How a source's frame is tied to the map: by exactly one of these. Without any, the map is not known."""
 
     same: bool = Field(default=False, description="it is the map's")
@@ -58,7 +55,7 @@ class FrameSpec(Part):
         return self
 
 
-class VideoSpec(Part):
+class VideoSpec(Table):
     """Videos of the trials: the page's events link to their moments in them."""
 
     files: str = Field(
@@ -68,7 +65,7 @@ class VideoSpec(Part):
     offset: Finite = Field(default=0.0, description="s of a video at which the first source's clock is at 0")
 
 
-class SourceSpec(Part):
+class SourceSpec(Table):
     """One kind of file that a trial may have: the capture, the robot's own log."""
 
     format: str | None = Field(default=None, description="`clearway list formats`; default: as the file looks")

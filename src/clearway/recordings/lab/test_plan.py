@@ -18,14 +18,14 @@ from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import Shape
 from clearway.quantities import AngleTolerance, Finite, NonNegative, PoseSpec, Positive, Whole
 from clearway.reading.limits import LEGS, OBSTACLES, SCENARIOS
-from clearway.recordings.lab.source_spec import Part, Point, SourceSpec, Span, StretchSpec, VideoSpec
+from clearway.recordings.lab.source_spec import Point, SourceSpec, Span, StretchSpec, VideoSpec
 from clearway.recordings.motion.motion import MotionSpec
 from clearway.robots import load_robot
 from clearway.scenarios.scenario import RobotBodySpec, ShapeSpec
-from clearway.validation import problems
+from clearway.validation import Table, problems
 
 
-class TestSpec(Part):
+class TestSpec(Table):
     """What was tested."""
 
     __test__ = False  # not one of pytest's
@@ -54,7 +54,7 @@ class TestSpec(Part):
     )
 
 
-class ConditionsSpec(Part):
+class ConditionsSpec(Table):
     """What a report has to say about a test; of the plan, and of a single trial where it differs."""
 
     place: str = ""
@@ -66,7 +66,7 @@ class ConditionsSpec(Part):
     capture: str = Field(default="", description="the measuring system")
 
 
-class BodySpec(Part):
+class BodySpec(Table):
     """A thing that was measured or placed: the robot, an obstacle."""
 
     source: str | None = Field(default=None, description="of [sources]; default: the first")
@@ -123,7 +123,7 @@ class BodySpec(Part):
         return self
 
 
-class LegPlanSpec(Part):
+class LegPlanSpec(Table):
     """One goal of a trial."""
 
     name: str = Field(min_length=1)
@@ -139,7 +139,7 @@ class LegPlanSpec(Part):
     reached: bool = Field(default=True, description="whether it ended at its goal; only read where a span is given")
 
 
-class PlacedSpec(Part):
+class PlacedSpec(Table):
     """An obstacle in one trial."""
 
     body: str = Field(description="of [bodies]")
@@ -195,7 +195,7 @@ class RecordedTrialSpec(ConditionsSpec):
         return self
 
 
-class TestPlan(Part):
+class TestPlan(Table):
     """A test plan."""
 
     __test__: ClassVar = False  # it is not one of pytest's, whatever its name

@@ -6,21 +6,20 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.quantities import NonNegative, Positive
+from clearway.validation import Table
 
 
 class NeverSeen(ClearwayError):
     """A recording that should show a body does not show it once."""
 
 
-class MotionSpec(BaseModel):
+class MotionSpec(Table):
     """How markers become motion: [motion] of a test plan."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     cutoff: Positive | Literal["residual", "none"] = Field(
         default="residual",
