@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +19,6 @@ from clearway.errors import ClearwayError
 from clearway.robots import load_robot
 from clearway.scenarios import sar_rules as rules
 from clearway.scenarios.check import check_scenario
-from clearway.scenarios.meeting_places import least_distance
 from clearway.scenarios.sar_draws import CASES, Case
 from clearway.scenarios.sar_team import HELD_OUT_SAR_TEAM, NUMBERS, SAR_TEAM, _read, _written
 from clearway.scenarios.sar_team_draws import KINDS, STREAMS, TEAM, WIDEST, draw
@@ -38,7 +38,7 @@ def test_what_is_drawn_holds_what_it_must(case: Case, robots: int, seed: int) ->
     found = draw(case, robots, seed)
     layout, (starts, goals) = found.layout, list(zip(*found.ends, strict=True))
     assert (len(layout.static), len(layout.start), len(starts)) == (case.static, case.moving, robots)
-    assert min(least_distance(starts), least_distance(goals)) >= TEAM["apart"]
+    assert min(math.dist(p, q) for ends in (starts, goals) for p, q in combinations(ends, 2)) >= TEAM["apart"]
     assert min(math.dist(a, b) for a, b in found.ends) >= TEAM["way"]
     assert not rules.overlaps(layout)
     assert not rules.leavers(layout).any()

@@ -35,12 +35,6 @@ def navigator_of(asked: str, robot: str) -> str:
     )
 
 
-def navigators_in(asked: str) -> list[str]:
-    """The navigators that are named by one that may be said by robot."""
-    parts = _parts(asked)
-    return [asked] if parts is None else list(dict.fromkeys(parts.values()))
-
-
 def is_by_robot(asked: str) -> bool:
     """Whether a navigator is said by robot."""
     return _parts(asked) is not None

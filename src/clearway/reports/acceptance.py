@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from clearway.errors import ClearwayError
 from clearway.foreign import printable
 from clearway.placing import placed
 from clearway.reports.grid import Cell, Column, Grid, grid
@@ -139,12 +138,8 @@ def write_junit(verdict: Verdict, file: Path) -> None:
         said.text = _plain("\n".join(reasons(j)))
     ET.SubElement(suite, "system-out").text = _plain(text(verdict))
     ET.indent(suite)
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with placed(file.parent) as new:
-            (new / file.name).write_bytes(ET.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")
-    except OSError as error:
-        raise ClearwayError(f"cannot be written: {error.strerror or error}", file=file) from error
+    with placed(file.parent) as new:
+        (new / file.name).write_bytes(ET.tostring(suite, encoding="utf-8", xml_declaration=True) + b"\n")
 
 
 def _titled(j: Judged) -> str:

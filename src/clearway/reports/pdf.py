@@ -54,11 +54,8 @@ def write_pdf(path: str | os.PathLike[str]) -> Path:
             _print(browser, page, sheet)
             if _pages(sheet) == 1:
                 break
-        try:
-            with placed(file.parent) as new:
-                shutil.copyfile(sheet, new / SHEET)
-        except OSError as error:
-            raise ClearwayError(f"cannot be written: {error.strerror or error}", file=file) from error
+        with placed(file.parent) as new:
+            shutil.copyfile(sheet, new / SHEET)
     return file
 
 

@@ -41,7 +41,7 @@ def write_tables(f: Findings, folder: Path) -> list[str]:
         "trials": f.results.trials,
     }
     courses = [
-        {"robot": s.robot, "navigator": s.navigator, "setup": s.setup, **_as_dict(c)} for s in f.systems if (b := barn(f, s)) for c in b.courses
+        {"robot": s.robot, "navigator": s.navigator, "setup": s.setup, **asdict(c)} for s in f.systems if (b := barn(f, s)) for c in b.courses
     ]  # fmt: skip
     if took := decision_times(f):
         tables["decision-times"] = pa.Table.from_pylist([asdict(s) | asdict(t) for s, t in took.items()])
@@ -75,9 +75,3 @@ def _parameters(f: Findings) -> list[Mapping[str, Any]]:
         for name, robot in f.robots.items() if robot is not None
         for parameter, value, where in every_parameter(robot)
     ]  # fmt: skip
-
-
-def _as_dict(course: Any) -> dict[str, Any]:
-    return {
-        name: getattr(course, name) for name in ("world", "published", "here", "published_time", "here_time", "runs")
-    }

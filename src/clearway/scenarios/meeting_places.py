@@ -7,7 +7,7 @@ robots need, whoever drives there; starts and goals lie as near to each other as
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -163,8 +163,3 @@ def spare(geometry: Geometry, batch: str) -> Place:
     if PLANS[batch] == "hall":
         return 0.0, 0.0
     return starts(geometry, batch, MOST + 2)[MOST]
-
-
-def least_distance(places: Sequence[Place]) -> float:
-    """Between two of them."""
-    return min((math.dist(p, q) for k, p in enumerate(places) for q in places[:k]), default=math.inf)

@@ -8,7 +8,6 @@ rules from numbers of their own.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,7 +23,7 @@ from clearway.scenarios.sar_draws import CASES, Case
 from clearway.scenarios.sar_rules import SPEED, TASK, Layout
 from clearway.scenarios.sar_team_draws import KINDS, MOST, STREAMS, TEAM, TeamLayout, draw
 from clearway.scenarios.scenario import DisturbanceSpec, LabelSpec, LegSpec, RobotSpec, Scenario
-from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed
+from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed, selected_seeds
 
 FROZEN = 10
 """Scenarios of each batch and number of robots."""
@@ -99,22 +98,13 @@ def build(robot: Robot, selection: Selection, seed: int, setting: Setting, drawn
 
 def _asked(selection: Selection, setting: Setting) -> list[tuple[str, int, Sequence[int], str]]:
     """Batches, numbers of robots, the seeds to draw from, and which family of draws these are of."""
-    family, seeds = (
-        ("frozen", range(1, FROZEN + 1)) if selection.seeds is None else ("held out", range(*selection.seeds))
-    )
     chosen = [b for b in setting.cases if not selection.batches or b in selection.batches]
     if selection.team:  # it says itself of which kinds it is
         chosen = [b for b in chosen if _MIXED not in b] or chosen
     numbers = (len(selection.team),) if selection.team else NUMBERS
-    return [(b, n, _seeds(b, n, seeds, selection), family) for b in chosen for n in numbers]
-
-
-def _seeds(batch: str, number: int, seeds: range, selection: Selection) -> Sequence[int]:
-    """Those that give a scenario of a name that is asked for."""
-    if not selection.scenarios or selection.seeds is None:
-        return seeds
-    named = (re.match(re.escape(_stem(batch, number)) + r"seed-(0|[1-9][0-9]{0,18})-v", n) for n in selection.scenarios)
-    return sorted({seed for name in named if name and (seed := int(name[1])) in seeds})
+    if selection.seeds is None:
+        return [(b, n, range(1, FROZEN + 1), "frozen") for b in chosen for n in numbers]
+    return [(b, n, selected_seeds(selection, f"{_stem(b, n)}seed-"), "held out") for b in chosen for n in numbers]
 
 
 def _stem(batch: str, number: int) -> str:

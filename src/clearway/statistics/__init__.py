@@ -13,7 +13,6 @@ from clearway.statistics.configurations import ConfigurationComparison, Repetiti
 from clearway.statistics.correlation import (
     FEWEST,
     PAPER_A,
-    PAPER_A_PAIRS,
     POOLED,
     TOO_FEW,
     Correlation,
@@ -45,7 +44,6 @@ from clearway.statistics.proportions import (
     paired_success,
     rate_difference,
     success_interval,
-    watched_interval,
     wilson_interval,
 )
 from clearway.statistics.samples import reliability_shown, samples_needed
@@ -59,7 +57,6 @@ __all__ = [
     "FEWEST_RESAMPLED",
     "GROUP",
     "PAPER_A",
-    "PAPER_A_PAIRS",
     "POOLED",
     "SYSTEM",
     "TOO_FEW",
@@ -108,7 +105,6 @@ __all__ = [
     "strength",
     "success_interval",
     "success_rates",
-    "watched_interval",
     "wilcoxon_between_speeds",
     "wilson_interval",
 ]

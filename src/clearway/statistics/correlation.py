@@ -27,8 +27,6 @@ PAPER_A = {
     ("CT", "MDO"): 0.18,
 }
 """What paper A prints of its Fig. 7, both robots pooled."""
-PAPER_A_PAIRS = (("CT", "PL"), ("DE", "OE"), ("TCS", "MDO"))
-"""Pairs of which paper A says that one may stand for both."""
 REDUNDANT = 0.40
 """Magnitude from which a correlation is called moderate, and one of the two indicators redundant."""
 FEWEST = 10

@@ -1,4 +1,4 @@
-"""Success rates: exact and score intervals, two rates on the same tests, and an interval that may be watched."""
+"""Success rates: exact and score intervals, and two rates on the same tests."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import optimize, special
+from scipy import special
 
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
@@ -50,27 +50,6 @@ def wilson_interval(successes: int, trials: int, confidence: float = 0.95) -> In
     centre = (p + z * z / (2 * n)) / (1 + z * z / n)
     half = z / (1 + z * z / n) * math.sqrt(p * (1 - p) / n + z * z / (4 * n * n))
     return Interval(p, 0.0 if k == 0 else centre - half, 1.0 if k == n else centre + half)
-
-
-def watched_interval(successes: int, trials: int, confidence: float = 0.95) -> Interval:
-    """An interval that holds at all times at once, so that one may stop when it pleases (a confidence sequence).
-
-    The values p that a bet on Jeffreys' mixture Beta(1/2, 1/2) has not ruled out: its wealth against p stays below
-    1 / (1 - confidence) for ever with at least that probability (Ville's inequality).
-
-    Raises:
-        ClearwayError: as for `success_interval`.
-    """
-    k, n, alpha = _counts(successes, trials, confidence)
-    mixture = special.betaln(k + 0.5, n - k + 0.5) - special.betaln(0.5, 0.5)
-
-    def excess(p: float) -> float:
-        return float(mixture - special.xlogy(k, p) - special.xlog1py(n - k, -p) + math.log(alpha))
-
-    best, tiny = k / n, 1e-12
-    low = optimize.brentq(excess, tiny, best) if k > 0 and excess(tiny) > 0 else 0.0
-    high = optimize.brentq(excess, best, 1 - tiny) if k < n and excess(1 - tiny) > 0 else 1.0
-    return Interval(best, float(low), float(high))
 
 
 @dataclass(frozen=True, slots=True)

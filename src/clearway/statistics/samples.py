@@ -15,19 +15,18 @@ MOST = 10_000_000
 """Trials; more are not planned."""
 
 
-def samples_needed(reliability: float, confidence: float, failures: int = 0, *, two_sided: bool = False) -> int:
+def samples_needed(reliability: float, confidence: float, failures: int = 0) -> int:
     """Smallest number of trials that shows `reliability` at `confidence` with up to `failures` failures.
 
     Args:
         reliability: Rate of success to show, in (0, 1).
         confidence: Confidence to show it with, in (0, 1).
         failures: How many failures are allowed.
-        two_sided: Whether to split the error on both sides, so that the result agrees with a two-sided interval.
 
     Raises:
         ClearwayError: a number outside its range, or more than 10 million trials.
     """
-    r, allowed = checked_probability("reliability", reliability), _error(confidence, two_sided)
+    r, allowed = checked_probability("reliability", reliability), 1 - checked_probability("confidence", confidence)
     f = _failures(failures)
 
     def shown(n: int) -> bool:
@@ -44,20 +43,16 @@ def samples_needed(reliability: float, confidence: float, failures: int = 0, *, 
     return high
 
 
-def reliability_shown(trials: int, failures: int, confidence: float, *, two_sided: bool = False) -> float:
+def reliability_shown(trials: int, failures: int, confidence: float) -> float:
     """The reliability that `trials` with `failures` failures show at `confidence` (lower Clopper-Pearson bound).
 
     Raises:
         ClearwayError: no trials, more failures than trials, or a confidence outside (0, 1).
     """
-    f, error = _failures(failures), _error(confidence, two_sided)
+    f, error = _failures(failures), 1 - checked_probability("confidence", confidence)
     if trials < 1 or f > trials:
         raise ClearwayError(f"{failures} failures of {trials} trials cannot be")
     return 0.0 if f == trials else float(special.betaincinv(trials - f, f + 1, error))
-
-
-def _error(confidence: float, two_sided: bool) -> float:
-    return (1 - checked_probability("confidence", confidence)) / (2 if two_sided else 1)
 
 
 def _failures(failures: int) -> int:
