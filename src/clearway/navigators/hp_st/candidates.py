@@ -13,7 +13,7 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import PredictedObstacles
-from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree
+from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree, X, Y, trace
 
 
 @kernel
@@ -91,23 +91,25 @@ def by_first_step(tree: Tree) -> IntArray:
 
 @kernel
 def _turns(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, out: FloatArray) -> None:
-    """Fill how far the bearing of each obstacle turns on the way to a node, rad; those that stand come first."""
-    out[:] = 0.0
-    s = len(obstacles.still)
-    while layer > 0:
-        node, index = tree.nodes[layer, index], tree.parent[layer, index]
-        before = tree.nodes[layer - 1, index]
-        for i in range(len(out)):
+    """Fill how far the bearing of each obstacle turns on the way to a node, rad; those that stand come first.
+
+    That is how much its bearing has changed in the end, and the rounds: how often it has come past west, which takes no
+    arc tangent at each node.
+    """
+    still, at, s = obstacles.still, obstacles.at, len(obstacles.still)
+    way, _ = trace(tree, layer, index)
+    for i in range(len(out)):
+        first, rounds, ax, ay = 0.0, 0, 0.0, 0.0
+        for k in range(layer + 1):
             if i < s:
-                ax, ay, bx, by = (
-                    obstacles.still[i, 0],
-                    obstacles.still[i, 1],
-                    obstacles.still[i, 0],
-                    obstacles.still[i, 1],
-                )
+                bx, by = still[i, 0] - way[k, X], still[i, 1] - way[k, Y]
             else:
-                ax, ay = obstacles.at[(layer - 1) * stride, i - s, 0], obstacles.at[(layer - 1) * stride, i - s, 1]
-                bx, by = obstacles.at[layer * stride, i - s, 0], obstacles.at[layer * stride, i - s, 1]
-            ax, ay, bx, by = ax - before[0], ay - before[1], bx - node[0], by - node[1]
-            out[i] += math.atan2(ax * by - ay * bx, ax * bx + ay * by)
-        layer -= 1
+                bx, by = at[k * stride, i - s, 0] - way[k, X], at[k * stride, i - s, 1] - way[k, Y]
+            if k == 0:
+                first = math.atan2(by, bx)
+            elif (ay < 0.0) != (by < 0.0):
+                left = ax * by - ay * bx > 0.0
+                if left == (by < 0.0):
+                    rounds += 1 if left else -1
+            ax, ay = bx, by
+        out[i] = math.atan2(ay, ax) - first + 2.0 * math.pi * rounds
