@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from space_time_scenes import OTHER, finder, line
 
-from clearway.navigators.hp_st.candidates import by_first_step
+from clearway.navigators.hp_st.candidates import _turns, by_first_step
+from clearway.navigators.hp_st.contact import PredictedObstacles
 from clearway.navigators.hp_st.search_tree import TOTAL, Tree
 
 
@@ -31,6 +33,32 @@ def test_before_and_after_what_crosses() -> None:
                 first.append(bool(moving_obstacle(crossing[0] * found.costs.step)[1] < way[crossing[0], 1]))
         both += set(first) == {True, False}
     assert both >= 4
+
+
+def test_bearings_turn_as_the_sum_of_their_steps_says() -> None:
+    """Twice around one that stands, either way, and past one that moves; the bearing comes past west on the way."""
+    k = np.arange(21)
+    for sense in (1.0, -1.0):
+        round_it = np.column_stack((np.cos(0.7 * k), sense * np.sin(0.7 * k)))
+        tree = Tree(
+            np.zeros((21, 1, 7)), np.zeros((21, 1), np.int64), np.zeros((21, 1, 2)), np.ones(21, np.int64), np.array((-1.0, -1.0, np.inf))
+        )  # fmt: skip
+        tree.nodes[:, 0, :2] = round_it
+        at = np.column_stack((0.3 * k - 2.0, 0.1 * k))[:, None]
+        seen = PredictedObstacles(
+            np.array([(0.1, -0.2, 0.3), (5.0, 5.0, 0.3)]),
+            at,
+            np.ones((21, 1)),
+            np.ones(1),
+            np.ones(1),
+            np.ones((21, 1)),
+        )
+        turned = np.empty(3)
+        _turns(tree, seen, 1, 20, 0, turned)
+        paths = [seen.still[0, :2] - round_it, seen.still[1, :2] - round_it, at[:, 0] - round_it]
+        steps = [np.angle((p[1:, 0] + 1j * p[1:, 1]) / (p[:-1, 0] + 1j * p[:-1, 1])).sum() for p in paths]
+        assert turned == pytest.approx(steps, abs=1e-9)
+        assert abs(turned[0]) > 4.0 * np.pi
 
 
 def test_in_the_open_there_is_one() -> None:
