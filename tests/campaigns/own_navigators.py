@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import time
 
 import numpy as np
@@ -49,12 +48,6 @@ class Hangs(Drives):
         return super().step(o)
 
 
-class HangsAtReset(Drives):
-    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
-        while True:
-            time.sleep(0.01)
-
-
 class Slow(Drives):
     """Takes a few tenths of a second for a trial."""
 
@@ -92,13 +85,6 @@ class Knows(Dodges):
 class Exits(Drives):
     def step(self, o: Observation) -> Command:
         raise SystemExit(3)
-
-
-class Dies(Drives):
-    """Takes its process along, as a crash in compiled code would."""
-
-    def step(self, o: Observation) -> Command:
-        os._exit(1)
 
 
 class Particular(Drives):

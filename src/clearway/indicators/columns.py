@@ -50,8 +50,8 @@ def _legs_by_motion(trial: Trial) -> bool:
     return trial.attempt.source == "recorded" and any(not any(how in leg for how in given) for leg in legs)
 
 
-def _label(name: str, kind: Kind, text: str, unit: str = "", *, selectable: bool = True) -> Column:
-    return Column(name, kind, text, attrgetter(f"attempt.labels.{name}"), unit, selectable)
+def _label(name: str, kind: Kind, text: str, unit: str = "") -> Column:
+    return Column(name, kind, text, attrgetter(f"attempt.labels.{name}"), unit, selectable=True)
 
 
 def _attempted(

@@ -38,14 +38,13 @@ SPEED, LOOKAHEAD = 0.4, 0.3
 """m/s that the driver drives, and m along the way that the driver looks ahead."""
 
 
-def plan_tour(plan: FloorPlan, start: FloatArray, robot: Robot, *, enough: float = ENOUGH) -> FloatArray:
+def plan_tour(plan: FloorPlan, start: FloatArray, robot: Robot) -> FloatArray:
     """A closed way through the floor, from the start and back to it.
 
     Args:
         plan: The true floor, with its map.
         start: (3,) pose where the robot stands, map frame: m, m, rad.
         robot: The robot that has to fit through.
-        enough: Share of the walls' visible cells that the stops together must see, as `ENOUGH`.
 
     Returns:
         (n, 2) points about 0.1 m apart, m.
@@ -60,7 +59,7 @@ def plan_tour(plan: FloorPlan, start: FloatArray, robot: Robot, *, enough: float
     if home < 0:
         raise ClearwayError(f"robot {robot.name!r} does not fit at the start of the tour, {start[:2].tolist()}")
     reached = np.isfinite(dijkstra(floor.graph, indices=home))
-    stops = [home, *_stops(plan, floor, home, reached, enough)]
+    stops = [home, *_stops(plan, floor, home, reached)]
     between, trees = dijkstra(floor.graph, indices=stops, return_predecessors=True)
     between = between[:, stops]
     order = _round_trip(between)
@@ -73,7 +72,7 @@ def plan_tour(plan: FloorPlan, start: FloatArray, robot: Robot, *, enough: float
     return floor.points[way]
 
 
-def _stops(plan: FloorPlan, floor: _Floor, home: int, reached: np.ndarray, enough: float) -> list[int]:
+def _stops(plan: FloorPlan, floor: _Floor, home: int, reached: np.ndarray) -> list[int]:
     """Where to stop, besides at home: whatever sees most walls that were not seen yet, again and again."""
     coarse = np.round(floor.points / 0.5).astype(int)
     _, first = np.unique(coarse[reached], axis=0, return_index=True)
@@ -90,7 +89,7 @@ def _stops(plan: FloorPlan, floor: _Floor, home: int, reached: np.ndarray, enoug
         views.append({(int(c), int(r)) for c, r in cells})
     every = set[tuple[int, int]]().union(*views)
     seen, stops = set(views[0]), []
-    while len(seen) < enough * len(every):
+    while len(seen) < ENOUGH * len(every):
         best = max(range(len(candidates)), key=lambda k: len(views[k] - seen))
         stops.append(candidates[best])
         seen |= views[best]

@@ -16,21 +16,22 @@ _BEYOND = re.compile(rb"[\xf0-\xf4]")
 """What a character beyond U+FFFF begins with, in UTF-8."""
 
 
-def read_json(path: str | Path, most: int = limits.JSON) -> Any:
+def read_json(path: str | Path) -> Any:
     """What a JSON file holds.
 
     Args:
         path: Of the file.
-        most: Bytes that it may have.
 
     Raises:
         ClearwayError: It can't be read, isn't JSON, or is beyond what is read.
     """
     path = Path(path)
-    raw = read_bytes(path, most)
-    if len(raw) > most // 4 and _BEYOND.search(raw):  # one of them, and Python takes four bytes for each character
+    raw = read_bytes(path, limits.JSON)
+    if len(raw) > limits.JSON // 4 and _BEYOND.search(
+        raw
+    ):  # one of them, and Python takes four bytes for each character
         raise ClearwayError(
-            f"is larger than the {size(most // 4)} that are read of such a file with characters beyond U+FFFF",
+            f"is larger than the {size(limits.JSON // 4)} that are read of such a file with characters beyond U+FFFF",
             file=path,
         )
     if sum(map(raw.count, (b",", b"[", b"{"))) > limits.JSON_ENTRIES:  # before anything is built
