@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import shutil
 import sys
@@ -13,7 +14,7 @@ import pytest
 from wire_scenes import observations
 
 from clearway.campaigns.provenance import code_of
-from clearway.contract import Command, Task
+from clearway.contract import Command, Scan, Task
 from clearway.errors import ClearwayError
 from clearway.live.line import WireError
 from clearway.navigators.registry import make_navigator
@@ -45,6 +46,48 @@ def test_it_acts_on_features_that_its_manifest_names() -> None:
     process = made._session._process
     made.close()
     assert process.poll() == 0
+
+
+def test_what_is_too_fast_is_scaled_so_that_the_curve_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ARENA_KIND", "fast")
+    made: Any = make_navigator(ADDRESS)
+    begin(made)
+    assert [(c.v, c.omega) for c in drive(made)] == [(0.6, pytest.approx(0.3))] * 12
+    made.close()
+
+
+def test_an_action_in_the_worlds_frame_is_turned_to_the_base(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eastward at 0.5 m/s, as rl_rvo would say it, with the robot's nose at 0.5 rad (`observations`)."""
+    monkeypatch.setenv("ARENA_KIND", "east")
+    shutil.copytree(PLANNER, tmp_path / "planner")
+    file = tmp_path / "planner" / "planner.yaml"
+    file.write_text(file.read_text().replace("differential_drive", "omnidirectional"))
+    for robot, expected in (
+        ("tiago-omni", (0.5 * math.cos(0.5), 0.0, -0.5 * math.sin(0.5))),
+        ("tiago", (0.5 * 2.0943951 / 5.0, -2.0943951, 0.0)),  # -0.5 rad within 0.1 s, by one factor with its speed
+    ):
+        made: Any = make_navigator(f"arena:{tmp_path / 'planner'}[python={sys.executable}]")
+        made.reset(Task(0.1, 0.6, np.zeros(3)), load_robot(robot), np.random.default_rng(0))
+        command = next(iter(drive(made)))
+        made.close()
+        assert (command.v, command.omega, command.v_y) == pytest.approx(expected), robot
+
+
+def test_a_scan_is_laid_around_the_robot_as_arena_lays_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Eight beams: to the left front, where half the range lies; behind, between the last and the first; nobody looks there."""
+    monkeypatch.setenv("ARENA_KIND", "beams")
+    made: Any = make_navigator(ADDRESS)
+    begin(made)
+    first = next(observations(1))
+    for ranges, start, step, expected in (
+        (np.linspace(1.0, 9.0, 9)[:8], -math.pi, math.pi / 4, (6.0, 1.0)),
+        (np.full(8, 0.01), -math.pi, math.pi / 4, (25.0, 25.0)),  # nearer than the lidar sees is no return
+        (np.array([3.0, 3.0, 3.0]), 0.6, 0.2, (3.0, 25.0)),
+    ):
+        scan = Scan(ranges, start, step, 0.05, 25.0, np.zeros(3))
+        command = made.step(dataclasses.replace(first, scan=scan))
+        assert (100 * command.v, 100 * command.omega) == pytest.approx(expected, rel=1e-6)
+    made.close()
 
 
 @pytest.mark.parametrize(

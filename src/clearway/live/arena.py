@@ -22,6 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.contract import Command, Observation, Task
+from clearway.crowds.ways import Ways, way_point
 from clearway.errors import ClearwayError, shown
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.live.line import WireError, Words
@@ -239,13 +240,13 @@ class ArenaPlanner:
 
     Attributes:
         needs: What of an observation it takes.
-        drives: Differential bases: an `omnidirectional` action is projected to them as Arena does it.
+        drives: The kinds of bases that it drives: to a differential one an `omnidirectional` action is projected as Arena does it.
 
     Raises:
         WireError: it can't be started, or does not answer as it must.
     """
 
-    drives = frozenset({"differential"})
+    drives = frozenset({"differential", "omnidirectional"})
 
     def __init__(self, name: str, command: list[str], manifest: Manifest) -> None:
         self.name, self._command, self._manifest = name, command, manifest
@@ -256,8 +257,7 @@ class ArenaPlanner:
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Begin an episode."""
         self._task, self._limits, self._count = task, robot.limits(task.speed_limit), 0
-        self._radius = circumscribed_radius(robot.planner_shape)
-        self._routes: dict[float, Route] = {}
+        self._route = Route(task, circumscribed_radius(robot.planner_shape), self._limits, _STEP_OF_PATH)
         episode = f"{int(rng.integers(2**53))}"
         self._heard(lambda session: session.ask("CONTROL", {"op": "reset", "episode_id": episode}, "reset_ack"))
 
@@ -272,9 +272,8 @@ class ArenaPlanner:
             "features": self._features(observation),
         }  # fmt: skip
         answer = self._heard(lambda session: session.ask("OBS", frame, "action"))
-        v, omega = self._driven(answer.get("action"), float(observation.pose[2]))
-        v, omega, _ = possible(self._limits, v, omega, 0.0)
-        return Command(v, omega, arrived=True if answer.get("signal") == "arrived" else None)
+        v, omega, v_y = self._held(*self._driven(answer.get("action"), float(observation.pose[2])))
+        return Command(v, omega, v_y=v_y, arrived=True if answer.get("signal") == "arrived" else None)
 
     def close(self) -> None:
         """End it."""
@@ -303,16 +302,25 @@ class ArenaPlanner:
                 raise
             raise WireError(f"{self.name} {error}{words}") from None
 
-    def _driven(self, action: Any, theta: float) -> tuple[float, float]:
+    def _driven(self, action: Any, theta: float) -> tuple[float, float, float]:
+        """Forward, turning and leftward speed that an action asks of the base."""
         good = isinstance(action, list) and all(isinstance(a, int | float) and math.isfinite(a) for a in action)
         if good and self._manifest.action == "differential_drive" and len(action) == 2:
-            return float(action[0]), float(action[1])
+            return float(action[0]), float(action[1]), 0.0
         if good and self._manifest.action == "omnidirectional" and len(action) in (2, 3):
             vx, vy, omega = (*map(float, action), 0.0)[:3]
-            speed = math.hypot(vx, vy)
-            error = math.remainder(math.atan2(vy, vx) - theta, math.tau)
-            return speed, omega + (error / self._task.period if speed >= 1e-6 else 0.0)
+            speed, turn = math.hypot(vx, vy), math.remainder(math.atan2(vy, vx) - theta, math.tau)
+            if self._limits.v_y_max > 0.0:
+                return speed * math.cos(turn), omega, speed * math.sin(turn)
+            return speed, omega + (turn / self._task.period if speed >= 1e-6 else 0.0), 0.0
         raise WireError(f"{self.name} acts {shown(action)}, which is no action of kind {self._manifest.action}")
+
+    def _held(self, v: float, omega: float, v_y: float) -> tuple[float, float, float]:
+        """What the base can hold of that: all by one factor, so that the curve stays, as Arena does it."""
+        limits = self._limits
+        most = ((v, limits.v_max), (-v, -limits.v_min), (abs(v_y), limits.v_y_max), (abs(omega), limits.omega_max))
+        over = max(1.0, *(value / limit for value, limit in most if limit > 0.0))
+        return possible(limits, v / over, omega / over, v_y / over)
 
     def _features(self, o: Observation) -> dict[str, Any]:
         found = {name: self._feature(kind, about, o) for name, (kind, about) in self._manifest.sources.items()}
@@ -331,7 +339,7 @@ class ArenaPlanner:
         if kind == "nav_msgs/Path":
             return self._path(o)
         if kind == "SubgoalGenerator":
-            point = self._ahead(o, o.pose, float(about.get("lookahead", 2.0)))
+            point = _ahead(self._ways(o), o.pose, float(about.get("lookahead", 2.0)))
             return np.array((*point, math.atan2(point[1] - o.pose[1], point[0] - o.pose[0])))
         if kind == "sensor_msgs/LaserScan":
             return self._ranges(o, int(about.get("canonical_beams", 0)))
@@ -342,21 +350,17 @@ class ArenaPlanner:
             return rows[others.moving].astype(np.float32)
         return None
 
-    def _ahead(self, o: Observation, pose: FloatArray, ahead: float) -> FloatArray:
-        """The point (2,) so far ahead on the way to the goal, in free sight."""
-        route = self._routes.setdefault(ahead, Route(self._task, self._radius, self._limits, ahead))
-        point, _ = route.wish(o.t, pose, o.goal, seen(o.obstacles, self._task.map is not None))
-        return point
+    def _ways(self, o: Observation) -> Ways:
+        return self._route.ways(o.t, o.pose, o.goal, seen(o.obstacles, self._task.map is not None))
 
     def _path(self, o: Observation) -> FloatArray:
         """The way to the goal, (n, 3)."""
-        points = [np.array(o.pose[:2])]
+        ways, points = self._ways(o), [o.pose[:2]]
         while len(points) < _LONGEST_PATH and math.dist(points[-1], o.goal.pose[:2]) > 1e-6:
-            far = self._ahead(o, points[-1], _STEP_OF_PATH)
-            away = math.dist(points[-1], far)
-            if away < 1e-6:
+            point = _ahead(ways, points[-1], _STEP_OF_PATH)
+            if math.dist(points[-1], point) < 1e-6:
                 break
-            points.append(points[-1] + (far - points[-1]) * min(1.0, _STEP_OF_PATH / away))
+            points.append(point)
         line = np.array(points)
         along = np.diff(line, axis=0, append=line[-1:])
         theta = np.arctan2(along[:, 1], along[:, 0])
@@ -370,8 +374,18 @@ class ArenaPlanner:
         ranges = np.where(np.isfinite(scan.ranges), scan.ranges, scan.range_max).astype(np.float32)
         if not beams:
             return ranges
+        ranges[(ranges <= 0.0) | (ranges < scan.range_min)] = scan.range_max
         theta = scan.angle_min + scan.angle_increment * np.arange(len(ranges))
-        asked = np.remainder(math.tau / beams * np.arange(beams) + math.pi, math.tau) - math.pi
-        order = np.argsort(theta)
-        around = np.interp(asked, theta[order], ranges[order], left=scan.range_max, right=scan.range_max)
+        asked = math.tau / beams * np.arange(beams)
+        around = np.interp(asked, theta, np.minimum(ranges, scan.range_max), period=math.tau)
+        nearest = np.abs(np.remainder(asked[:, None] - theta + math.pi, math.tau) - math.pi).min(axis=1)
+        around[nearest > 1.5 * abs(scan.angle_increment)] = scan.range_max  # nobody looks there
         return np.asarray(around, dtype=np.float32)
+
+
+def _ahead(ways: Ways, point: FloatArray, ahead: float) -> FloatArray:
+    """The point (2,) so far ahead on the way, at most, in free sight."""
+    x, y, _ = way_point(ways, float(point[0]), float(point[1]), ahead)
+    step = np.array((x - point[0], y - point[1]))
+    away = math.hypot(*step)
+    return np.asarray(point[:2] + step * min(1.0, ahead / away if away > 0.0 else 1.0))

@@ -57,8 +57,14 @@ def main() -> None:
                 assert f["people"].shape == (1, 5)
                 assert f["plan"].shape[1] == 3
                 assert f["goal"] is not None
+                assert math.dist(f["goal"][:2], f["pose"][:2]) < 2.0 + 1e-9  # the lookahead
                 turn = math.remainder(f["goal"][2] - f["pose"][2], math.tau)
-                action = [float("nan")] * 2 if KIND == "nan" and steps > 5 else [0.5, turn]
+                wrong = {"fast": [2.0, 1.0], "east": [0.5, 0.0]}
+                action = wrong.get(KIND, [0.5, turn])
+                if KIND == "beams":
+                    action = [0.01 * float(f["scan"][1]), 0.01 * float(f["scan"][4])]
+                if KIND == "nan" and steps > 5:
+                    action = [float("nan")] * 2
                 say("ACTION", op="action", seq=frame["seq"], action=action, action_type="differential_drive", signal="")
 
 
