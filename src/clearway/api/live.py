@@ -33,8 +33,10 @@ def live_ros2(
     batches: Iterable[str] = (),
     repetitions: int | None = None,
     namespace: str = "",
+    rmw: str = "cyclonedds",
     domain: int = 0,
-    interface: str = "lo",
+    interface: str | None = None,
+    router: str | None = None,
     stamped: bool = False,
     localised: bool = True,
     lockstep: bool = True,
@@ -54,8 +56,10 @@ def live_ros2(
         batches: Only these; empty: all.
         repetitions: How many of each configuration; None: as the suite has it.
         namespace: Of the stack's topics and its action.
-        domain: The number of the DDS domain.
-        interface: The network interface; `lo`: nothing leaves this machine.
+        rmw: How the stack speaks: `cyclonedds` or `zenoh`.
+        domain: The number of its domain.
+        interface: Of cyclonedds: the network interface; None: `lo`, nothing leaves this machine.
+        router: Of zenoh: where its router listens; None: tcp/localhost:7447.
         stamped: Whether `/cmd_vel` holds TwistStamped; else Twist.
         localised: Whether the stack is given our pose; else it localises itself.
         lockstep: Whether `/clock` waits for the command of each period; else it keeps to the wall clock.
@@ -69,8 +73,9 @@ def live_ros2(
     Raises:
         ClearwayError: one of them is wrong.
     """
+    way = {name: value for name, value in (("interface", interface), ("router", router)) if value is not None}
     options: dict[str, str | float | bool] = {
-        "domain": domain, "interface": interface, "stamped": stamped, "localised": localised, "lockstep": lockstep,
+        "rmw": rmw, "domain": domain, **way, "stamped": stamped, "localised": localised, "lockstep": lockstep,
         "deadline": deadline, "watchdog": watchdog, "patience": patience, "fastest": fastest,
     }  # fmt: skip
     return _live(f"ros2:{namespace}", options, suite, robot, scenarios, batches, repetitions, out, progress)

@@ -38,12 +38,23 @@ def live(
             show_default="127.0.0.1",
         ),
     ] = None,
+    rmw: Annotated[
+        str | None,
+        typer.Option(
+            help="ros2: its middleware, cyclonedds or zenoh, as in RMW_IMPLEMENTATION.", show_default="cyclonedds"
+        ),
+    ] = None,
     domain: Annotated[
-        int | None, typer.Option(min=0, max=232, help="ros2: DDS domain, as in ROS_DOMAIN_ID.", show_default="0")
+        int | None, typer.Option(min=0, max=232, help="ros2: its domain, as in ROS_DOMAIN_ID.", show_default="0")
     ] = None,
     interface: Annotated[
         str | None,
-        typer.Option(help="ros2: network interface; by default nothing leaves this machine.", show_default="lo"),
+        typer.Option(
+            help="ros2, cyclonedds: network interface; by default nothing leaves this machine.", show_default="lo"
+        ),
+    ] = None,
+    router: Annotated[
+        str | None, typer.Option(help="ros2, zenoh: where its router listens.", show_default="tcp/localhost:7447")
     ] = None,
     stamped: Annotated[
         bool | None, typer.Option("--stamped", help="ros2: /cmd_vel holds TwistStamped, not Twist.")
@@ -80,7 +91,7 @@ def live(
     drive: dict[str, Callable[..., Live]] = {"ros1": api.live_ros1, "ros2": api.live_ros2}
     only: dict[str, dict[str, Any]] = {
         "ros1": {"master": master, "host": host},
-        "ros2": {"domain": domain, "interface": interface, "stamped": stamped},
+        "ros2": {"rmw": rmw, "domain": domain, "interface": interface, "router": router, "stamped": stamped},
     }
     if stack not in drive:
         raise unknown("stack", stack, drive)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 from clearway.errors import ClearwayError
+from clearway.live.line import WireError
 from clearway.live.ros.address import check_flags, pace
 from clearway.live.ros.navigator import RosNavigator
+from clearway.live.ros2.node import Node
 
 
 def stack(namespace: str) -> Ros2:
@@ -26,8 +30,10 @@ class Ros2:
 
     def __call__(
         self,
+        rmw: str = "cyclonedds",
         domain: int = 0,
-        interface: str = "lo",
+        interface: str | None = None,
+        router: str | None = None,
         stamped: bool = False,
         localised: bool = True,
         lockstep: bool = True,
@@ -39,8 +45,10 @@ class Ros2:
         """Join its domain.
 
         Args:
-            domain: The number of the DDS domain, as in ROS_DOMAIN_ID.
-            interface: The network interface; `lo`: nothing leaves this machine.
+            rmw: How it speaks, as in RMW_IMPLEMENTATION: `cyclonedds` or `zenoh`.
+            domain: The number of the domain, as in ROS_DOMAIN_ID.
+            interface: Of cyclonedds: the network interface; None: `lo`, nothing leaves this machine.
+            router: Of zenoh: where its router listens; None: tcp/localhost:7447.
             stamped: Whether `/cmd_vel` holds TwistStamped, as Nav2's default is since Kilted; else Twist.
             localised: Whether it is given our pose; false: it localises itself.
             lockstep: Whether `/clock` waits for its commands; false: it keeps to the wall clock.
@@ -50,27 +58,36 @@ class Ros2:
             fastest: How many times as fast as the wall clock `/clock` goes at most, in lockstep.
 
         Raises:
-            ClearwayError: the package cyclonedds is missing, or the domain can't be joined.
+            ClearwayError: a package is missing, the domain can't be joined, or there is no router.
         """
         name = f"navigator 'ros2:{self.namespace}'"
+        if rmw not in ("cyclonedds", "zenoh"):
+            raise ClearwayError(f"{name}: rmw = {rmw!r} is not spoken; cyclonedds and zenoh are")
         if isinstance(domain, bool) or not isinstance(domain, int) or not 0 <= domain <= 232:
             raise ClearwayError(f"{name}: domain = {domain!r} is none; 0 to 232 are")
+        for option, value, of in (("interface", interface, "cyclonedds"), ("router", router, "zenoh")):
+            if value is not None and rmw != of:
+                raise ClearwayError(f"{name}: {option} is an option of rmw = {of}, and {rmw} is spoken")
         goes = pace(name, lockstep, deadline, watchdog, patience, fastest)
         check_flags(name, {"stamped": stamped, "localised": localised})
         try:
-            from cyclonedds.core import DDSException
+            from clearway.live.ros2.transport import Ros2Transport
 
-            from clearway.live.ros2.transport import Dds
+            node = self._node(rmw, domain, interface, router)
         except ModuleNotFoundError as error:
-            raise ClearwayError(f"{name} takes the package {error.name}: pip install 'clearway[ros2]'") from error
+            extra = "zenoh" if rmw == "zenoh" else "ros2"
+            raise ClearwayError(f"{name} takes the package {error.name}: pip install 'clearway[{extra}]'") from error
         try:
-            return RosNavigator(
-                name,
-                lambda: Dds(domain, interface, self.namespace, stamped),
-                goes,
-                localised,
-            )
-        except DDSException as error:
-            raise ClearwayError(
-                f"{name} cannot join domain {domain} on the interface {interface!r}: {error}"
-            ) from error
+            return RosNavigator(name, lambda: Ros2Transport(node(), stamped), goes, localised)
+        except WireError as error:
+            raise ClearwayError(f"{name} {error}") from error
+
+    def _node(self, rmw: str, domain: int, interface: str | None, router: str | None) -> Callable[[], Node]:
+        """Who makes its node; only here is the middleware's package needed."""
+        if rmw == "zenoh":
+            from clearway.live.ros2.zenoh import ROUTER, ZenohNode
+
+            return partial(ZenohNode, domain, router or ROUTER, self.namespace)
+        from clearway.live.ros2.dds import DdsNode
+
+        return partial(DdsNode, domain, interface or "lo", self.namespace)

@@ -1,4 +1,4 @@
-"""The ROS 2 messages that are said or heard, as classes that DDS writes and reads.
+"""The ROS 2 messages that are said or heard, as classes that write and read themselves as CDR.
 
 They are made from the standard definitions that come with rosbags, and from those of Nav2's action and of a request's head, which
 stand here. Every field is zero, empty or false by default.
@@ -18,21 +18,19 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from clearway.live.ros.writing import Writing
 
-_NAVIGATE = "nav2_msgs/action/NavigateToPose"
+SEND_GOAL, GET_RESULT = "nav2_msgs/action/NavigateToPose_SendGoal", "nav2_msgs/action/NavigateToPose_GetResult"
+CANCEL_GOAL = "action_msgs/srv/CancelGoal"
+"""The services that the action is made of: their types."""
 _DEFINED = {
     # What rmw_cyclonedds puts before a request and its reply: who asked (its writer's handle), and its how manieth it is.
     "clearway/msg/RequestId": "uint64 guid\nint64 seq",
-    f"{_NAVIGATE}_SendGoal_Request": (
-        "clearway/RequestId request\nunique_identifier_msgs/UUID goal_id\ngeometry_msgs/PoseStamped pose\nstring behavior_tree"
-    ),
-    f"{_NAVIGATE}_SendGoal_Response": "clearway/RequestId request\nbool accepted\nbuiltin_interfaces/Time stamp",
-    f"{_NAVIGATE}_GetResult_Request": "clearway/RequestId request\nunique_identifier_msgs/UUID goal_id",
+    f"{SEND_GOAL}_Request": "unique_identifier_msgs/UUID goal_id\ngeometry_msgs/PoseStamped pose\nstring behavior_tree",
+    f"{SEND_GOAL}_Response": "bool accepted\nbuiltin_interfaces/Time stamp",
+    f"{GET_RESULT}_Request": "unique_identifier_msgs/UUID goal_id",
     # What stands behind the status differs between ROS 2's distributions, and is not read.
-    f"{_NAVIGATE}_GetResult_Response": "clearway/RequestId request\nint8 status",
-    "action_msgs/srv/CancelGoal_Request": "clearway/RequestId request\naction_msgs/GoalInfo goal_info",
-    "action_msgs/srv/CancelGoal_Response": (
-        "clearway/RequestId request\nint8 return_code\naction_msgs/GoalInfo[] goals_canceling"
-    ),
+    f"{GET_RESULT}_Response": "int8 status",
+    f"{CANCEL_GOAL}_Request": "action_msgs/GoalInfo goal_info",
+    f"{CANCEL_GOAL}_Response": "int8 return_code\naction_msgs/GoalInfo[] goals_canceling",
 }
 STORE = get_typestore(Stores.ROS2_JAZZY)
 """All of them."""
@@ -43,13 +41,17 @@ _ZERO: dict[str, Any] = {"bool": False, "string": "", "float32": 0.0, "float64":
 
 
 @cache
-def message(name: str) -> Any:
+def message(name: str, *before: tuple[str, Any]) -> Any:
     """The class of the messages of a ROS type, such as `geometry_msgs/msg/Twist`, with the fields of its definition.
+
+    Args:
+        name: Of the type.
+        before: Fields that stand before those, each with its class.
 
     Raises:
         KeyError: nobody has defined it.
     """
-    space: dict[str, Any] = {"__annotations__": {}, "__module__": __name__}
+    space: dict[str, Any] = {"__annotations__": dict(before), "__module__": __name__}
     for attribute, (node, about) in STORE.fielddefs[name][1]:
         space["__annotations__"][attribute], space[attribute] = _field(node, about)
     package, kind, plain = name.split("/")
@@ -77,10 +79,9 @@ def _base(name: str) -> Any:
     return {"bool": bool, "string": str}.get(name) or getattr(idl, name)
 
 
-def type_hash(kind: Any) -> str:
-    """What REP-2011 has said of a topic's type in its endpoints' USER_DATA; empty of what is no topic's."""
-    package, space, _, plain = kind.__idl__.idl_transformed_typename.replace("::", "/").replace(".", "/").split("/")
-    return f"typehash={STORE.hash_rihs01(f'{package}/{space}/{plain[:-1]}')};" if space == "msg" else ""
+def type_hash(name: str) -> str:
+    """The hash of a topic's type, as REP-2016 has it."""
+    return str(STORE.hash_rihs01(name))
 
 
 Time = message("builtin_interfaces/msg/Time")
@@ -94,13 +95,9 @@ TwistStamped = message("geometry_msgs/msg/TwistStamped")
 LaserScan = message("sensor_msgs/msg/LaserScan")
 UUID = message("unique_identifier_msgs/msg/UUID")
 GoalInfo = message("action_msgs/msg/GoalInfo")
-RequestId = message("clearway/msg/RequestId")
-SendGoalRequest = message(f"{_NAVIGATE}_SendGoal_Request")
-SendGoalReply = message(f"{_NAVIGATE}_SendGoal_Response")
-GetResultRequest = message(f"{_NAVIGATE}_GetResult_Request")
-GetResultReply = message(f"{_NAVIGATE}_GetResult_Response")
-CancelRequest = message("action_msgs/srv/CancelGoal_Request")
-CancelReply = message("action_msgs/srv/CancelGoal_Response")
+SendGoalRequest, SendGoalReply = message(f"{SEND_GOAL}_Request"), message(f"{SEND_GOAL}_Response")
+GetResultRequest, GetResultReply = message(f"{GET_RESULT}_Request"), message(f"{GET_RESULT}_Response")
+CancelRequest, CancelReply = message(f"{CANCEL_GOAL}_Request"), message(f"{CANCEL_GOAL}_Response")
 
 WRITING = Writing(message)
 """What the robot says, in them."""

@@ -1,40 +1,30 @@
-"""A robot's topics in ROS 2."""
+"""A robot's topics and its action in ROS 2, by whatever middleware."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from clearway.geometry.shapes import FloatArray
 from clearway.live.ros.said import GoalState, Moment, Place, Twist
 from clearway.live.ros.topics import Saying, Topic
-from clearway.live.ros2 import messages as m
 from clearway.live.ros2.action import NavigateToPose
-from clearway.live.ros2.node import LATCHED, RELIABLE, SENSOR, Node, taken
+from clearway.live.ros2.messages import WRITING
+from clearway.live.ros2.node import Node
 
 
-class Dds:
-    """Carries what the robot says by DDS.
+class Ros2Transport:
+    """Carries what the robot says by a node.
 
     Args:
-        domain: The number of the DDS domain.
-        interface: The network interface.
-        namespace: Before the topics' names.
+        node: Of this robot alone; it is closed with this.
         stamped: Whether `/cmd_vel` holds TwistStamped; else Twist.
     """
 
-    def __init__(self, domain: int, interface: str, namespace: str, stamped: bool) -> None:
-        node = self._node = Node(domain, interface, namespace)
-
-        def says(topic: Topic) -> Callable[[Any], object]:
-            how = LATCHED if topic.latched else SENSOR if topic.sensor else RELIABLE
-            writer = node.writer(topic.name, m.message(topic.kind), how, topic.depth)
-            return lambda message: writer.write(message)
-
-        self._saying = Saying(m.WRITING, says)
-        self._commands = node.reader("cmd_vel", m.TwistStamped if stamped else m.Twist)
+    def __init__(self, node: Node, stamped: bool) -> None:
+        self._node, self._stamped = node, stamped
+        self._saying = Saying(WRITING, node.publisher)
+        self._commands = node.subscription(Topic("cmd_vel", f"geometry_msgs/msg/Twist{'Stamped' if stamped else ''}"))
         self._action = NavigateToPose(node)
-        self._stamped = stamped
 
     def begin(self, place: Place) -> None:
         self.twists()
@@ -53,7 +43,7 @@ class Dds:
         self._action.cancel()
 
     def twists(self) -> list[Twist]:
-        return [self._read(sample) for sample in taken(self._commands)]
+        return [self._read(said, publisher) for said, publisher in self._commands.taken()]
 
     def wait(self, seconds: float) -> None:
         self._node.wait(seconds)
@@ -61,13 +51,12 @@ class Dds:
     def missing(self) -> str:
         if not self._action.served():
             return "server of the action navigate_to_pose"
-        return "" if self._commands.get_matched_publications() else "publisher of /cmd_vel"
+        return "" if self._commands.said() else "publisher of /cmd_vel"
 
     def close(self) -> None:
         self._node.close()
 
-    def _read(self, said: Any) -> Twist:
-        publisher = f"DDS handle {said.sample_info.publication_handle % 2**64:x}"
+    def _read(self, said: Any, publisher: str) -> Twist:
         if not self._stamped:
             return Twist(said.linear.x, said.linear.y, said.angular.z, publisher)
         time = said.header.stamp
