@@ -1,4 +1,4 @@
-"""What is said over Zenoh, as rmw_zenoh's design document has it (ros2/rmw_zenoh, docs/design.md, whose examples these are)."""
+"""What is said over Zenoh, as the design document of ros2/rmw_zenoh has it, whose examples these are."""
 
 from __future__ import annotations
 
