@@ -19,7 +19,7 @@ from clearway.scenarios.suites import Selection
 from clearway.trials.store import Results
 
 PYTHON = "/usr/bin/python3"
-NEEDS = "import actionlib, move_base_msgs.msg, rosmaster, rospy, std_srvs.srv, tf2_ros"
+NEEDS = "import actionlib, move_base_msgs.msg, nav_msgs.msg, rosmaster, rospy, sensor_msgs.msg, std_srvs.srv, tf2_ros"
 MISSING = (
     not os.path.exists(PYTHON) or subprocess.run([PYTHON, "-c", NEEDS], capture_output=True, check=False).returncode
 )

@@ -270,7 +270,7 @@ def test_a_turn_into_an_obstacle_is_refused():
 
 @pytest.mark.parametrize("latch", [False, True])
 def test_the_latch_keeps_a_robot_at_its_goal_that_was_pushed_away(latch):
-    who = planner(TIAGO.model_copy(update={"latch_xy_goal_tolerance": latch}))
+    who = DWAPlanner(TIAGO, ROUND, PERIOD, latch=latch)
     goal = np.array([0.1, 0.0, 1.0])
     decide(who, (0.0, 0.0, 0.0), plan=goal[None, :])
     pushed = decide(who, (-0.4, 0.0, 0.0), plan=straight(), goal=goal)

@@ -111,10 +111,10 @@ def test_footprint_cost_is_the_worst_cell_of_the_outline(x, y, yaw, scale, seed,
 
 def test_footprint_cost_tells_why_a_pose_is_illegal():
     cost = np.zeros((30, 40), np.uint8)
-    square = footprint.outline(rectangle(0.2, 0.2))
+    square = footprint.outline(rectangle(0.18, 0.18))
     at = lambda c: cost_at(scene_of(c, square), 0.0, 0.25, 1.0, 0.0, 1.0)  # noqa: E731
     assert at(cost) == 0
-    cost[13, 18] = 250  # on the outline's lower left corner (-0.1, 0.15)
+    cost[13, 18] = 250  # on the outline's lower left corner (-0.09, 0.16)
     assert at(cost) == 250
     cost[13, 18] = 254
     assert at(cost) == -1
@@ -124,6 +124,11 @@ def test_footprint_cost_tells_why_a_pose_is_illegal():
     cost[15, 20] = 254  # under the robot but not under its outline
     assert at(cost) == 0
     assert cost_at(scene_of(cost, square), -0.95, 0.25, 1.0, 0.0, 1.0) == -3
+
+
+def test_a_polygons_corners_are_floats_as_the_real_ones_pass_through_a_string():
+    """So HOSBOT's half width of 0.3 m lies not below six cells of 0.05 m, whose product in doubles is a bit more than 0.3."""
+    assert 0.3 < 6 * 0.05 <= footprint.outline(rectangle(0.6, 0.6))[2, 0] < 0.3 + 1e-7
 
 
 def test_a_circle_is_a_polygon_of_sixteen_corners_and_padding_moves_coordinates():

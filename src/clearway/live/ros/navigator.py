@@ -70,7 +70,7 @@ class RosNavigator:
         self._transport: Transport | None = connect()
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
-        """Put the robot to its start, and wait for the stack."""
+        """Put the robot to its start."""
         transport = self._transport = self._transport or self._connect()
         transport.cancel()
         self._period = task.period
@@ -81,13 +81,6 @@ class RosNavigator:
         self._begun: float | None = None
         self._told = 0.0
         transport.begin(Place(self._epoch, task.start, task.map))
-        still = Observation(0.0, task.start, np.zeros(2), _ORIGIN, Goal(task.start, 1.0, 1.0))
-        until = time.monotonic() + self._pace.patience
-        while missing := transport.missing():
-            if time.monotonic() > until:
-                self.close()
-                raise WireError(f"{self.name} has no {missing} within {self._pace.patience:g} s")
-            self._stand(transport, still)
 
     def step(self, observation: Observation) -> Command:
         """Tell the stack of a period, and have its command."""
@@ -131,8 +124,16 @@ class RosNavigator:
         return Command(twist.v, twist.omega, arrived=False, v_y=twist.v_y if self._omnidirectional else 0.0)
 
     def _pursue(self, transport: Transport, observation: Observation) -> None:
-        """Send a goal until it is accepted: the stack's clock runs meanwhile, the trial's stands."""
+        """Wait for the stack, and send a goal until it is accepted: the stack's clock runs meanwhile, the trial's stands.
+
+        The robot senses while it waits: a stack that localises itself is up once its localiser has had a sweep.
+        """
         goal = self._goal = observation.goal
+        until = time.monotonic() + self._pace.patience
+        while missing := transport.missing():
+            if time.monotonic() > until:
+                raise WireError(f"has no {missing} within {self._pace.patience:g} s")
+            self._stand(transport, observation)
         transport.pursue(goal.pose)
         until, again = time.monotonic() + self._pace.patience, time.monotonic() + _AGAIN
         began = time.monotonic()

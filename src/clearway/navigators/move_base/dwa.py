@@ -24,20 +24,23 @@ _NOTHING: FloatArray = np.empty((0, 2))
 class DWAPlanner:
     """`dwa_local_planner/DWAPlannerROS`."""
 
-    def __init__(self, parameters: DWAParameters, polygon: FloatArray, period: float, sideways: bool = False) -> None:
+    def __init__(
+        self, parameters: DWAParameters, polygon: FloatArray, period: float, sideways: bool = False, latch: bool = False
+    ) -> None:
         """
         Args:
             parameters: As the robot's file has them.
             polygon: (m, 2) padded outline in base_link, m.
             period: One over the controller's frequency, s.
             sideways: Whether the base moves to its sides as well.
+            latch: Whether a robot that was at the goal's place only turns, even if pushed away.
         """
         self._parameters, self._sideways = parameters, sideways
         self._polygon = np.ascontiguousarray(polygon, dtype=np.float64)
         self._period = period
         self._room: Room | None = None
         self._oscillation = Oscillation(parameters.oscillation_reset_dist, parameters.oscillation_reset_angle)
-        self._finish = StopAndTurn(parameters, period)
+        self._finish = StopAndTurn(parameters, period, latch)
 
     @property
     def prune_plan(self) -> bool:

@@ -29,8 +29,8 @@ def turn_rate(difference: float, now: float, acceleration: float, period: float,
 class StopAndTurn:
     """DWAPlannerROS's end game. It remembers a latched place across cycles and a begun turn across plans."""
 
-    def __init__(self, parameters: DWAParameters, period: float) -> None:
-        self._parameters = parameters
+    def __init__(self, parameters: DWAParameters, period: float, latch: bool) -> None:
+        self._parameters, self._latch = parameters, latch
         self._period = period
         self.reset()
 
@@ -45,7 +45,7 @@ class StopAndTurn:
 
     def _near(self, pose: FloatArray, goal: FloatArray) -> bool:
         p = self._parameters
-        if p.latch_xy_goal_tolerance and self._latched:
+        if self._latch and self._latched:
             return True
         return math.hypot(goal[0] - pose[0], goal[1] - pose[1]) <= p.xy_goal_tolerance
 
@@ -61,7 +61,7 @@ class StopAndTurn:
         p = self._parameters
         if not self._near(pose, goal):
             return False
-        self._latched = self._latched or p.latch_xy_goal_tolerance
+        self._latched = self._latched or self._latch
         return abs(wrap(goal[2] - pose[2])) <= p.yaw_goal_tolerance and self._standing(velocity)
 
     def _standing(self, velocity: FloatArray) -> bool:

@@ -40,7 +40,9 @@ class DWAParameters(Group):
     yaw_goal_tolerance: Positive = Field(
         default=0.1, description="rad; in a robot's file by default its goal_checker's"
     )
-    latch_xy_goal_tolerance: bool = Field(default=False, description="once at the goal, only turn, even if pushed away")
+    latch_xy_goal_tolerance: bool = Field(
+        default=False, description="not read here by the real planner since Melodic, but in move_base's own group"
+    )
     trans_stopped_vel: NonNegative = Field(default=0.1, description="m/s at or below which the robot stands")
     theta_stopped_vel: NonNegative = Field(default=0.1, description="rad/s at or below which the robot stands")
     prune_plan: bool = Field(default=False, description="drop the plan's beginning once it is over 1 m behind")

@@ -60,6 +60,10 @@ class MoveBaseGroup(Group):
     max_planning_retries: Whole = Field(default=-1, ge=-1, description="attempts to plan before recovery; -1: no bound")
     oscillation_timeout: NonNegative = Field(default=0.0, description="s without progress before recovery; 0: never")
     oscillation_distance: NonNegative = Field(default=0.5, description="what counts as progress, m")
+    latch_xy_goal_tolerance: bool = Field(
+        default=False,
+        description="once at the goal, only turn, even if pushed away: of DWAPlannerROS, which looks for it here and not in its own group",
+    )
     recovery_behavior_enabled: bool = True
     clearing_rotation_allowed: bool = Field(default=True, description="whether the default recoveries turn in place")
     conservative_reset_dist: NonNegative = Field(default=3.0, description="reset distance of the first recovery, m")

@@ -30,6 +30,7 @@ def make_local_planner(
     rate = parameters.move_base.controller_frequency
     if (base_local_planner or parameters.move_base.base_local_planner) == "dwa_local_planner/DWAPlannerROS":
         dwa = parameters.DWAPlannerROS
-        return DWAPlanner(dwa, polygon, 1.0 / (dwa.controller_frequency or rate), sideways)
+        latch = parameters.move_base.latch_xy_goal_tolerance
+        return DWAPlanner(dwa, polygon, 1.0 / (dwa.controller_frequency or rate), sideways, latch)
     trajectory = parameters.TrajectoryPlannerROS
     return TrajectoryPlanner(trajectory, polygon, 1.0 / (trajectory.controller_frequency or rate))

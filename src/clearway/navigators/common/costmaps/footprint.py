@@ -69,14 +69,15 @@ _CORNERS_OF_A_CIRCLE = 16
 def outline(shape: Shape, padding: float = 0.0) -> FloatArray:
     """The polygon (m, 2) that the ROS stack uses for a shape, in base_link, metres.
 
-    A circle becomes a 16-gon with its corners on the circle (`makeFootprintFromRadius`). Padding moves each
-    coordinate away from zero (`padFootprint`), which is not an offset of the edges.
+    A circle becomes a 16-gon with its corners on the circle (`makeFootprintFromRadius`); a polygon's corners are rounded to floats,
+    as they pass through a string (`makeFootprintFromString`): an obstacle's cell just as far as an edge then counts as inscribed.
+    Padding moves each coordinate away from zero (`padFootprint`), which is not an offset of the edges.
     """
     if isinstance(shape, Circle):
         angle = np.arange(_CORNERS_OF_A_CIRCLE) * (2 * math.pi / _CORNERS_OF_A_CIRCLE)
         polygon = shape.radius * np.stack((np.cos(angle), np.sin(angle)), axis=1)
     else:
-        polygon = shape.array
+        polygon = shape.array.astype(np.float32).astype(np.float64)
     return np.ascontiguousarray(polygon + np.sign(polygon) * padding)
 
 
