@@ -5,7 +5,7 @@
 // ~recorder/local   the real local planner, such as base_local_planner/TrajectoryPlannerROS
 // ~recorder/global  the real global planner
 // ~recorder/every   of its plans, how many go by until one is written (its costmap is large)
-#include <array>
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
