@@ -4,7 +4,7 @@ Runs whole trials of the suite `ward-day` (world with exact contact, people by s
 after one that compiles and warms up, and measures the CPU time of the thread, so that other work on the machine does not count. A trial
 that fails early counts with the time that it lasted; people then walk on for a while, for what the robot cost them.
 
-    python benchmarks/ward_speed.py [--robot NAME] [--navigator NAME] [--people N ...] [--task NAME ...] [--json] [--smoke]
+    python benchmarks/ward_speed.py [--robot NAME] [--navigator NAME] [--people N ...] [--task NAME ...] [--seconds S] [--json] [--smoke]
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ AIM = 20.0
 """Simulated seconds per second that the project aims for, among 40 people with hp-st and lidar."""
 
 
-def measure(robot_name: str, navigator: str, number: int, tasks: list[str]) -> dict[str, Any]:
-    """Run one trial of each task and return what they took."""
+def measure(robot_name: str, navigator: str, number: int, tasks: list[str], seconds: float | None) -> dict[str, Any]:
+    """Run one trial of each task, each leg at most so many `seconds`, and return what they took."""
     import clearway
     from clearway.robots import load_robot
     from clearway.scenarios.suites import Selection, load_suite
@@ -27,6 +27,11 @@ def measure(robot_name: str, navigator: str, number: int, tasks: list[str]) -> d
     robot = load_robot(robot_name)
     chosen = Selection(batches=(f"people-{number}",), configurations=tuple(tasks), repetitions=1)
     scenarios = load_suite("ward-day").build(robot, chosen)
+    if seconds is not None:
+        scenarios = [
+            s.model_copy(update={"legs": tuple(leg.model_copy(update={"time_limit": seconds}) for leg in s.legs)})
+            for s in scenarios
+        ]
     simulated, total, outcomes = 0.0, 0.0, []
     for i, scenario in enumerate([scenarios[0], *scenarios]):
         begin = thread_time()
@@ -52,12 +57,13 @@ def main() -> None:
     parser.add_argument("--navigator", default="hp-st")
     parser.add_argument("--people", type=int, nargs="+", default=[0, 10, 40])
     parser.add_argument("--task", nargs="+", default=["medicine", "guide", "samples"])
+    parser.add_argument("--seconds", type=float, help="that a leg may take; without it as long as the suite says")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--smoke", action="store_true", help="one task among few people: only to see that it runs")
     given = parser.parse_args()
     if given.smoke:
         given.people, given.task, given.navigator = [2], ["samples"], "orca"
-    found = [measure(given.robot, given.navigator, number, given.task) for number in given.people]
+    found = [measure(given.robot, given.navigator, number, given.task, given.seconds) for number in given.people]
     if given.json:
         print(json.dumps({"aim": AIM, "trials": found}))
         return
