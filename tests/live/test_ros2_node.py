@@ -5,13 +5,18 @@ from __future__ import annotations
 import os
 import socket
 import sys
+import time
 
 import pytest
 
 pytest.importorskip("cyclonedds")
 
+from cyclonedds.core import Policy
+
 from clearway.errors import ClearwayError
+from clearway.live.ros.topics import TOPICS
 from clearway.live.ros2 import dds
+from clearway.live.ros2.messages import message, type_hash
 
 DOMAIN = 120 + os.getpid() % 80
 
@@ -26,6 +31,25 @@ def test_nothing_listens_on_other_than_the_loopback_interface():
     assert {one.getsockopt(socket.SOL_SOCKET, socket.SO_BINDTODEVICE, 16) for one in listening} == {b"lo\0"}
     for one in opened:
         one.close()
+
+
+def test_a_publishers_user_data_tells_the_hash_of_its_type():
+    """Beneath the namespace, as Jazzy and later look for it."""
+    odom = next(topic for topic in TOPICS if topic.name == "odom")
+    robot, other = (dds.DdsNode(DOMAIN + 1, "lo", "/ward/") for _ in range(2))
+    try:
+        robot.publisher(odom)
+        reader = other.reader("odom", message(odom.kind), dds.RELIABLE, 1, "rt")
+        until = time.monotonic() + 5.0
+        while not (found := reader.get_matched_publications()) and time.monotonic() < until:
+            time.sleep(0.01)
+        told = reader.get_matched_publication_data(found[0])
+        assert told is not None
+        assert told.topic_name == "rt/ward/odom"
+        assert told.qos[Policy.Userdata].data == f"typehash={type_hash('nav_msgs/msg/Odometry')};".encode()
+    finally:
+        robot.close()
+        other.close()
 
 
 def test_a_second_interface_of_a_domain_is_refused():
