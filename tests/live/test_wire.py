@@ -185,6 +185,11 @@ def test_one_that_hangs_is_broken_off_with_its_last_words() -> None:
     assert not alive(pid)
 
 
+def test_one_that_says_no_hello_is_broken_off_as_it_is_made() -> None:
+    with pytest.raises(TookTooLong, match=r"^took longer than 0\.3 s to be made"):
+        guarded(0.3, "to be made", make_navigator, "exec:sleep 20")
+
+
 def test_much_on_its_standard_error_does_not_block(capfd: pytest.CaptureFixture[str]) -> None:
     made = make_navigator(address("floods"))
     begin(made)

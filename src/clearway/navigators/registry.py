@@ -86,9 +86,9 @@ def make_navigator(name: str, **options: Any) -> Navigator:
             raise unknown("option", option, known, field=f"navigator {name!r}")
     try:
         navigator = factory(**given)
-    except (ClearwayError, KeyboardInterrupt):
+    except ClearwayError:
         raise
-    except BaseException as error:  # sys.exit() too
+    except (Exception, SystemExit) as error:  # and not what breaks it off, a limit or Ctrl-C
         raise ClearwayError(f"navigator {name!r} cannot be made: {in_a_line(error)}") from error
     for method in ("reset", "step"):
         if not callable(getattr(navigator, method, None)):
