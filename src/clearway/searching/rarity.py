@@ -1,9 +1,10 @@
-"""How rare a failure is among all members of families: adaptive multilevel splitting (Cérou and Guyader 2007; Bréhier et al. 2016).
+"""How rare a failure is among all members of families: subset simulation (Au and Beck 2001), an adaptive multilevel splitting.
 
-Populations of members are drawn by chance. Of each, again and again, the share with the greatest margins is replaced by copies of
-others, which are moved by steps of a Markov chain that keeps the distribution of those below that margin. The product of the shares
-that stayed estimates the probability, without bias however badly the chain mixes; several populations that know nothing of each
-other give the interval. Where so many of the first draws fail that plain sampling does it, that goes on instead.
+Members are drawn by chance. Again and again the tenth with the least margins stays, and grows to as many as before by chains of Markov
+steps that keep the distribution of those below that margin. The product of the shares that stayed estimates the probability. Who
+descends of different first draws has nothing in common but the levels, so how unevenly those who failed descend of them tells how far
+the estimate may be off (a branching process, as of fixed levels; that it holds for these is measured in `benchmarks/rarity.py`).
+Where so many of the first draws fail that plain sampling does it, that goes on instead.
 
 Every scenario is as likely as any other, what varies of it uniform in its range, as far as that makes a scenario. Which noise a
 trial meets is one more random number, drawn anew by some steps and kept by the others: a trial is a function of its member and its
@@ -28,12 +29,8 @@ from clearway.statistics.proportions import success_interval
 CONFIDENCE = 0.95
 FEWEST = 500
 """Trials that it takes at least."""
-_POPULATIONS = 8
-"""Of a round."""
-_REPLACED = 0.25
-"""Share of a population that is replaced at a time."""
-_STEPS = 3
-"""Of a copy's chain."""
+_KEPT = 0.1
+"""Share of the members that stays at a level."""
 _NOISE = 0.25
 """Share of the steps that draw the noise anew too."""
 _ACCEPTED = 0.4
@@ -44,8 +41,6 @@ _FREQUENT, _SEEN = 0.01, 3
 """Share of the first draws that fail, and how many at least, from which on plain sampling takes fewer trials."""
 _ENOUGH = 400
 """Failures that plain sampling waits for: it knows the probability to about 10 % then."""
-_LEAST = 12
-"""Members of a population at least."""
 _DEEPEST = 30.0
 """Below exp(-30), 1e-13, nothing is searched for."""
 _TRIES = 50
@@ -130,23 +125,21 @@ def rarity(
     if trials < FEWEST:
         raise ClearwayError(f"{trials} trials are too few: at least {FEWEST}", field="rarity")
     judged = _Counted(judge, trials, tell)
-    falls = -_REACH / math.log1p(-_REPLACED)
-    size = max(_LEAST, int(trials / _POPULATIONS / (1.0 + falls * _REPLACED * _STEPS)))
-    populations = _drawn(space, judged, size, seed, 0)
-    drawn = _POPULATIONS * size
-    failed = sum(p.failed for p in populations)
-    if failed >= max(_SEEN, _FREQUENT * drawn):
+    levels = _REACH / -math.log(_KEPT)
+    size = int(trials / (1.0 + levels * (1.0 - _KEPT)))
+    first = _drawn(space, judged, size, seed, 0)
+    if first.failed >= max(_SEEN, _FREQUENT * size):
         # they say how many more are drawn, so only those tell how probable it is
-        many = min(trials - drawn, math.ceil(_ENOUGH * drawn / failed))
+        many = min(trials - size, math.ceil(_ENOUGH * size / first.failed))
         _, margins = _draws(space, judged, many, np.random.default_rng([seed]))
         found = success_interval(int((margins <= 0.0).sum()), many, CONFIDENCE)
         return Rarity(failure, found.estimate, found.low, found.high, CONFIDENCE, judged.done, False, many)
-    _split(populations, judged, trials)
+    _split(first, judged, trials)
+    rounds = [first]
     for k in range(1, trials // judged.done):
-        more_of_them = _drawn(space, judged, size, seed, k)
-        _split(more_of_them, judged, math.inf)
-        populations += more_of_them
-    return _found(failure, populations, judged.done)
+        rounds.append(_drawn(space, judged, size, seed, k))
+        _split(rounds[-1], judged, math.inf)
+    return _found(failure, rounds, judged.done)
 
 
 class _Counted:
@@ -197,15 +190,15 @@ class _Population:
 
     Attributes:
         log_share: Logarithm of the probability of a margin below the last level.
-        stuck: Whether no member lies below any further level.
+        steps: How many steps each chain makes at this level.
     """
 
     def __init__(self, members: list[Candidate], margins: FloatArray, rng: np.random.Generator) -> None:
         self._members, self._margins, self._rng = members, margins, rng
-        self._length, self._level = 0.6, math.inf
-        self._moved: list[int] = []
+        self._size, self._lines = len(members), np.arange(len(members))  # of which first draw each descends
+        self._length, self._level, self._chains = 0.6, math.inf, 0
         self._asked: list[Candidate] = []
-        self.log_share, self.stuck = 0.0, False
+        self.log_share, self.steps = 0.0, 0
 
     @property
     def failed(self) -> int:
@@ -222,23 +215,31 @@ class _Population:
         """The estimate, or that of the last level where none failed."""
         return self.probability or math.exp(self.log_share)
 
+    @property
+    def variance(self) -> float:
+        """Of `most`, over its square: each first draw's part in it is independent of the others'."""
+        lines = self._lines[self._margins <= 0.0] if self.failed else self._lines
+        parts = np.bincount(lines) / len(lines)
+        return max(float(np.square(parts).sum()) - 1.0 / self._size, 0.0)
+
     def fall(self) -> bool:
-        """Replace the members with the greatest margins by copies of others; whether there was need and others to copy."""
-        self._level = float(np.sort(self._margins)[-max(1, round(_REPLACED * len(self._members)))])
-        above = self._margins >= self._level
-        self.stuck = bool(above.all()) and self._level > 0.0
-        if self._level <= 0.0 or self.stuck:
+        """Keep the members with the least margins; whether there was need, and others to leave."""
+        ordered = np.sort(self._margins)
+        higher = ordered[max(1, round(_KEPT * len(ordered))) :]
+        higher = higher[higher > ordered[0]]
+        if not len(higher) or higher[0] <= 0.0:
             return False
-        below, self._moved = np.flatnonzero(~above), [int(i) for i in np.flatnonzero(above)]
-        self.log_share += math.log(len(below) / len(self._members))
-        copied = self._rng.choice(below, len(self._moved), replace=len(self._moved) > len(below))
-        for i, source in zip(self._moved, copied, strict=True):
-            self._members[i], self._margins[i] = self._members[int(source)], self._margins[int(source)]
+        self._level = float(higher[0])
+        kept = np.flatnonzero(self._margins < self._level)
+        self.log_share += math.log(len(kept) / len(self._members))
+        self._members, self._margins = [self._members[int(i)] for i in kept], self._margins[kept]
+        self._lines, self._chains = self._lines[kept], len(kept)
+        self.steps = max(1, round(self._size / len(kept)) - 1)
         return True
 
     def proposals(self) -> list[Candidate]:
-        """Whither the copies would step."""
-        self._asked = [self._step(self._members[i]) for i in self._moved]
+        """Whither the chains would step."""
+        self._asked = [self._step(member) for member in self._members[-self._chains :]]
         return self._asked
 
     def _step(self, member: Candidate) -> Candidate:
@@ -249,52 +250,48 @@ class _Population:
         return Candidate(member.base, special.ndtr(normal), noise)
 
     def take(self, margins: Sequence[float | None]) -> None:
-        """Take the steps that stay below the level; the next ones are longer if most of these did."""
+        """Each chain's next member: the step where it stays below the level, else the last one again. Steps get longer if most stay."""
         steps = taken = 0
-        for i, candidate, margin in zip(self._moved, self._asked, margins, strict=True):
+        before, margins_before = self._members[-self._chains :], self._margins[-self._chains :]
+        after = margins_before.copy()
+        for i, (candidate, margin) in enumerate(zip(self._asked, margins, strict=True)):
             below = margin is not None and margin < self._level
-            if candidate.noise == self._members[i].noise:
+            if candidate.noise == before[i].noise:
                 steps, taken = steps + 1, taken + below
-            if below:
-                self._members[i], self._margins[i] = candidate, margin
+            if margin is not None and below:
+                before[i], after[i] = candidate, margin
+        self._members += before
+        self._margins = np.concatenate([self._margins, after])
+        self._lines = np.concatenate([self._lines, self._lines[-self._chains :]])
         if steps:
             self._length = min(max(self._length * math.exp(taken / steps - _ACCEPTED), 0.02), 1.0)
 
 
-def _drawn(space: Space, judge: Judge, size: int, seed: int, k: int) -> list[_Population]:
-    """The populations of round `k`."""
-    rngs = [np.random.default_rng([seed, k, i]) for i in range(_POPULATIONS)]
-    members, margins = _draws(space, judge, _POPULATIONS * size, np.random.default_rng([seed, k]))
-    parts = [slice(i * size, (i + 1) * size) for i in range(_POPULATIONS)]
-    return [_Population(members[part], margins[part], rng) for part, rng in zip(parts, rngs, strict=True)]
+def _drawn(space: Space, judge: Judge, size: int, seed: int, k: int) -> _Population:
+    """The population of round `k`."""
+    rng = np.random.default_rng([seed, k])
+    return _Population(*_draws(space, judge, size, rng), rng)
 
 
-def _split(populations: Sequence[_Population], judge: _Counted, trials: float) -> None:
-    """Let populations fall until each has failed, is stuck or is beyond what may ever be found, or the trials are spent."""
-    falling = list(populations)
-    while falling and judge.done < trials:
-        falling = [p for p in falling if p.log_share > -_DEEPEST and p.fall()]
-        for _ in range(_STEPS if falling else 0):
-            asked = [p.proposals() for p in falling]
-            reached = f"down to {math.exp(max(p.log_share for p in falling)):.1g}"
-            margins = iter(judge([c for part in asked for c in part], reached))
-            for population, part in zip(falling, asked, strict=True):
-                population.take([next(margins) for _ in part])
+def _split(population: _Population, judge: _Counted, trials: float) -> None:
+    """Let a population fall until enough fail, it is stuck or beyond what may ever be found, or the trials are spent."""
+    while judge.done < trials and population.log_share > -_DEEPEST and population.fall():
+        for _ in range(population.steps):
+            population.take(judge(population.proposals(), f"down to {math.exp(population.log_share):.1g}"))
 
 
-def _found(failure: str, populations: Sequence[_Population], trials: int) -> Rarity:
-    """Of independent estimates their mean, and Cox's interval of the mean of what is lognormal; where some populations never
-    failed, they bound it from above only."""
-    probability = float(np.mean([p.probability for p in populations]))
-    logs, n = np.log([p.most for p in populations]), len(populations)
-    variance = float(logs.var(ddof=1))
-    middle = float(logs.mean()) + variance / 2.0
-    spread = math.sqrt(variance / n + variance**2 / (2.0 * (n - 1)))
-    half = float(special.stdtrit(n - 1, 0.5 + CONFIDENCE / 2.0)) * spread
-    never = any(p.probability == 0.0 for p in populations)
-    low = 0.0 if never else min(math.exp(middle - half), probability)
-    high = min(1.0, max(math.exp(middle + half), probability))
-    plain = None if never else math.ceil((1.0 - probability) / (probability * spread**2)) if spread else None
+def _found(failure: str, rounds: Sequence[_Population], trials: int) -> Rarity:
+    """The mean of independent rounds, its interval on the logarithm by Student's distribution of as many degrees of freedom as first
+    draws take part in it; where a round never failed, it bounds from above only."""
+    probability = float(np.mean([p.probability for p in rounds]))
+    most = np.array([p.most for p in rounds])
+    variance = float((np.square(most) * [p.variance for p in rounds]).sum() / most.sum() ** 2)
+    degrees = max(1.0 / variance - 1.0, 1.0) if variance else math.inf
+    half = float(special.stdtrit(degrees, 0.5 + CONFIDENCE / 2.0)) * math.sqrt(variance)
+    never = any(p.probability == 0.0 for p in rounds)
+    low = 0.0 if never else probability * math.exp(-half)
+    high = min(1.0, float(most.mean()) * math.exp(min(half, _DEEPEST)))
+    plain = None if never or not variance else math.ceil((1.0 - probability) / (probability * variance))
     return Rarity(failure, probability, low, high, CONFIDENCE, trials, True, plain)
 
 
