@@ -36,7 +36,7 @@ def family(tmp_path: Path) -> Path:
 def test_a_break_is_found_shrunk_written_and_replayed(family, tmp_path):
     found = clearway.find_breaks(family, **DRIVEN, trials=30, breaks=1, out=tmp_path / "out")
     (one,) = found.breaks
-    assert 1 < found.first <= one.at <= found.trials <= 30  # the scenario as it stands holds
+    assert 1 <= found.first <= one.at <= found.trials <= 30
     scenario = read_toml(one.file)
     assert [o["name"] for o in scenario["obstacles"]] == ["cart"]
     assert one.shrunk.dropped == ("trolley", "crate")

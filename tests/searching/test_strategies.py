@@ -57,16 +57,17 @@ def _first_break(method: str, seed: int, most: int) -> int:
     return most
 
 
-@pytest.mark.parametrize("method", ["cma", "qd"])
-def test_a_climb_needs_a_tenth_of_what_chance_needs(method):
+@pytest.mark.parametrize("method", ["gp", "cma", "qd"])
+def test_a_search_needs_a_tenth_of_what_chance_needs(method):
     # The corner's ball of radius 0.25 holds less than 6.2e-5 of its cube: chance needs 48,000 trials in the mean.
     climbed = [_first_break(method, seed, 2500) for seed in range(4)]
     chance = [_first_break("random", seed, 10_000) for seed in range(4)]
     assert 10 * np.mean(climbed) < np.mean(chance)
 
 
-def test_the_same_seed_proposes_the_same():
-    a, b = (strategy_named("cma", Boxes(), 100, 4, 7) for _ in range(2))
+@pytest.mark.parametrize("method", ["gp", "cma", "qd"])
+def test_the_same_seed_proposes_the_same(method):
+    a, b = (strategy_named(method, Boxes(), 100, 4, 7) for _ in range(2))
     for _ in range(4):
         asked, again = a.ask(), b.ask()
         assert all((x.point == y.point).all() and x.noise == y.noise for x, y in zip(asked, again, strict=True))
@@ -74,8 +75,9 @@ def test_the_same_seed_proposes_the_same():
         b.tell(again, [Boxes().tried(c) for c in again])
 
 
-def test_what_makes_no_scenario_or_no_margin_ends_no_climb_early():
-    strategy = strategy_named("cma", Boxes(), 100, 4, 0)
+@pytest.mark.parametrize("method", ["gp", "cma", "qd"])
+def test_what_makes_no_scenario_or_no_margin_ends_no_search_early(method):
+    strategy = strategy_named(method, Boxes(), 100, 4, 0)
     for _ in range(5):
         asked = strategy.ask()
         strategy.tell(
@@ -108,7 +110,7 @@ def _places(method: str, seed: int, most: int) -> int:
 def test_a_climb_that_begins_anew_finds_breaks_at_more_places_than_chance():
     places = {method: sum(_places(method, seed, 600) for seed in range(4)) for method in ("cma", "qd", "random")}
     assert places["cma"] > 1.3 * places["random"]
-    assert places["qd"] > places["random"]
+    assert places["qd"] > 2.0 * places["random"]
 
 
 def test_an_unknown_method_is_told():

@@ -210,7 +210,7 @@ def find_breaks(
     failure: str = "contact while moving",
     trials: int = 500,
     breaks: int = 3,
-    method: str = "cma",
+    method: str = "gp",
     shrink: bool = True,
     rarity: int = 0,
     batches: Iterable[str] = (),
@@ -236,7 +236,7 @@ def find_breaks(
             as `MDO<0.1` and `CT>60`.
         trials: How many trials the search may take, without those of shrinking.
         breaks: How many different breaks are enough: of another outcome, with another party, on another leg or test, or 1 m apart.
-        method: `cma` (CMA-ES), `qd` (quality diversity), `random`; the first two need `clearway[search]`.
+        method: `gp` (a Gaussian process), `random`; `cma` (CMA-ES), `qd` (quality diversity), which need `clearway[search]`.
         shrink: Whether breaks are made smaller: fewer goals and bodies, fewer changed and rounder numbers.
         rarity: About how many trials more may tell how probable a break is among all members of the family, with an interval: by
             plain sampling, or by adaptive multilevel splitting where it is rare; 0: none. 10,000 suffice down to 1e-5.

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -30,6 +30,8 @@ from clearway.trials import Outcome, Trial
 
 NOISES = 2**20
 """How many draws of noise there are."""
+WORST = 1e3
+"""The margin that stands for one that can't be computed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,6 +47,28 @@ class Candidate:
     base: int
     point: FloatArray
     noise: int
+
+
+class Space(Protocol):
+    """What is searched."""
+
+    def __len__(self) -> int:
+        """How many families there are."""
+        ...
+
+    def size(self, base: int) -> int:
+        """How many numbers vary in one."""
+        ...
+
+    def nominal(self, base: int) -> FloatArray:
+        """Where its scenario itself lies in its unit cube."""
+        ...
+
+
+def anywhere(space: Space, rng: np.random.Generator) -> Candidate:
+    """A member of any family by chance, anywhere in it."""
+    base = int(rng.integers(len(space)))
+    return Candidate(base, rng.random(space.size(base)), int(rng.integers(NOISES)))
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,6 +1,7 @@
-"""How a search goes through families: by chance, by CMA-ES, or by quality diversity (CMA-ME on a grid of places).
+"""How a search goes through families: by chance, by a Gaussian process (`surrogate`), by CMA-ES, or by quality diversity (CMA-ME on a
+grid of places).
 
-Of several families each is tried once, as its scenario stands, for a quarter of the trials at most. Then one is climbed after
+The last two climb. Of several families each is tried once, as its scenario stands, for a quarter of the trials at most. Then one is climbed after
 another, the one with the least margin first, while a third of the trials go anywhere by chance; one that broke waits until all
 others were climbed. A climb ends with a break (quality diversity goes on, as it looks for breaks elsewhere) or when it gets no further.
 """
@@ -15,13 +16,12 @@ import numpy as np
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
-from clearway.searching.candidates import NOISES, Candidate, Tried
+from clearway.searching.candidates import NOISES, WORST, Candidate, Space, Tried, anywhere
+from clearway.searching.surrogate import Surrogate
 
-METHODS = ("cma", "qd", "random")
-_WORST = 1e3
-"""The margin that stands for one that can't be computed."""
-_FIRST_STEP = 0.25
-"""Standard deviation of the first generation, in the unit cube."""
+METHODS = ("gp", "cma", "qd", "random")
+_FIRST_STEP, _DIVERSE_STEP = 0.25, 0.15
+"""Standard deviation of the first generation, in the unit cube; shorter where breaks are looked for all along where they lie."""
 _CHANCE = 0.5
 """Candidates by chance for each one of a climb. Margins of chaotic trials may lead nowhere: then it is chance that finds a break."""
 _PATIENCE = 6
@@ -32,22 +32,6 @@ _GRID = 10
 """Cells of the grid of places along each axis."""
 _CELL = 1.0
 """Their edge, m."""
-
-
-class Space(Protocol):
-    """What is searched."""
-
-    def __len__(self) -> int:
-        """How many families there are."""
-        ...
-
-    def size(self, base: int) -> int:
-        """How many numbers vary in one."""
-        ...
-
-    def nominal(self, base: int) -> FloatArray:
-        """Where its scenario itself lies in its unit cube."""
-        ...
 
 
 class Strategy(Protocol):
@@ -77,6 +61,8 @@ def strategy_named(name: str, space: Space, trials: int, batch: int, seed: int) 
     """
     if name == "random":
         return Random(space, batch, seed)
+    if name == "gp":
+        return Surrogate(space, batch, seed)
     if name not in METHODS:
         raise unknown("method", name, METHODS, field="method")
     try:
@@ -84,7 +70,7 @@ def strategy_named(name: str, space: Space, trials: int, batch: int, seed: int) 
         import ribs  # noqa: F401
     except ImportError as error:
         raise ClearwayError(
-            f"the method {name!r} needs libraries that are not installed; pip install 'clearway[search]', or --method random",
+            f"the method {name!r} needs libraries that are not installed; pip install 'clearway[search]', or --method gp",
             field="method",
         ) from error
     return Islands(space, trials, batch, seed, diverse=name == "qd")
@@ -98,16 +84,10 @@ class Random:
 
     def ask(self) -> list[Candidate]:
         """As many as can run at once."""
-        return [
-            _anywhere(self._space, int(b), self._rng) for b in self._rng.integers(len(self._space), size=self._batch)
-        ]
+        return [anywhere(self._space, self._rng) for _ in range(self._batch)]
 
     def tell(self, candidates: Sequence[Candidate], tried: Sequence[Tried | None]) -> None:
         """Nothing is learned."""
-
-
-def _anywhere(space: Space, base: int, rng: np.random.Generator) -> Candidate:
-    return Candidate(base, rng.random(space.size(base)), int(rng.integers(NOISES)))
 
 
 class _Climb(Protocol):
@@ -152,13 +132,13 @@ class Islands:
             self._now = base, self._climb(first, int(self._rng.integers(2**31)))
         base, climb = self._now
         self._climbing = [Candidate(base, p, int(self._rng.integers(NOISES))) for p in climb.ask()]
-        others = self._rng.integers(len(self._space), size=math.ceil(_CHANCE * len(self._climbing)))
-        self._asked = [*self._climbing, *(_anywhere(self._space, int(b), self._rng) for b in others)]
+        others = math.ceil(_CHANCE * len(self._climbing))
+        self._asked = [*self._climbing, *(anywhere(self._space, self._rng) for _ in range(others))]
         return self._asked
 
     def tell(self, candidates: Sequence[Candidate], tried: Sequence[Tried | None]) -> None:
         """The margins of the first that were asked for; fewer than asked at the very end of a search."""
-        margins = np.array([_WORST if t is None else min(t.margin, _WORST) for t in tried])
+        margins = np.array([WORST if t is None else min(t.margin, WORST) for t in tried])
         for candidate, margin in zip(candidates, margins, strict=True):
             if candidate.base not in self._best or margin < self._best[candidate.base][0]:
                 self._best[candidate.base] = float(margin), candidate.point
@@ -239,7 +219,7 @@ class _Diverse:
     def ask(self) -> FloatArray:
         if self._scheduler is None:  # where trials end is known only after some of them
             rng, size = np.random.default_rng(self._seed), _generation(len(self._first), self._batch)
-            steps = _FIRST_STEP * rng.standard_normal((size, len(self._first)))
+            steps = _DIVERSE_STEP * rng.standard_normal((size, len(self._first)))
             self._points = np.clip(self._first + steps, 0.0, 1.0)
         else:
             self._points = np.clip(self._scheduler.ask(), 0.0, 1.0)
@@ -266,7 +246,7 @@ class _Diverse:
         size = max(2, _generation(len(self._first), self._batch) // len(_RANKERS))
         emitters = [
             EvolutionStrategyEmitter(
-                archive, x0=self._first, sigma0=_FIRST_STEP, ranker=ranker, batch_size=size, seed=self._seed + k
+                archive, x0=self._first, sigma0=_DIVERSE_STEP, ranker=ranker, batch_size=size, seed=self._seed + k
             )
             for k, ranker in enumerate(_RANKERS)
         ]
