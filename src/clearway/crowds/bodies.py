@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -69,7 +69,7 @@ def sweep(position: FloatArray) -> Sweep:
     return Sweep(order, rank)
 
 
-@kernel
+@light
 def nearest(
     i: int, sees: int, reach: float, bodies: Bodies, sorted_: Sweep, found: IntArray, distance: FloatArray
 ) -> int:
@@ -119,7 +119,7 @@ def nearest(
     return count
 
 
-@kernel
+@light
 def _before(d: float, j: int, other: float, k: int, position: FloatArray) -> bool:
     if d != other:
         return d < other

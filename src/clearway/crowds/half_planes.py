@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 
 EPSILON = 1e-5
 """Below this two directions count as parallel, and a velocity as on a line; RVO2's."""
 
 
-@kernel
+@light
 def solve(
     lines: FloatArray, count: int, hard: int, v_max: float, wx: float, wy: float, spare: FloatArray
 ) -> tuple[float, float]:
@@ -34,7 +34,7 @@ def solve(
     return vx, vy
 
 
-@kernel
+@light
 def _on_line(
     lines: FloatArray, k: int, v_max: float, wx: float, wy: float, farthest: bool
 ) -> tuple[bool, float, float]:
@@ -66,7 +66,7 @@ def _on_line(
     return True, px + t * dx, py + t * dy
 
 
-@kernel
+@light
 def _nearest(lines: FloatArray, count: int, v_max: float, wx: float, wy: float) -> tuple[int, float, float]:
     """The point nearest to w in all half-planes, and `count`; or the first that leaves none, and the best before it."""
     speed = math.sqrt(wx * wx + wy * wy)
@@ -74,7 +74,7 @@ def _nearest(lines: FloatArray, count: int, v_max: float, wx: float, wy: float) 
     return _improve(lines, count, v_max, wx, wy, False, vx, vy)
 
 
-@kernel
+@light
 def _improve(
     lines: FloatArray, count: int, v_max: float, wx: float, wy: float, farthest: bool, vx: float, vy: float
 ) -> tuple[int, float, float]:
@@ -88,7 +88,7 @@ def _improve(
     return count, vx, vy
 
 
-@kernel
+@light
 def _least_outside(
     lines: FloatArray, count: int, hard: int, first: int, v_max: float, vx: float, vy: float, spare: FloatArray
 ) -> tuple[float, float]:
@@ -99,7 +99,9 @@ def _least_outside(
         if dx * (py - vy) - dy * (px - vx) <= outside:
             continue
         kept = hard
-        spare[:hard] = lines[:hard]
+        for j in range(hard):
+            for c in range(4):
+                spare[j, c] = lines[j, c]
         for j in range(hard, i):  # where it is no farther outside of line i than of line j
             qx, qy, ex, ey = lines[j, 0], lines[j, 1], lines[j, 2], lines[j, 3]
             across = dx * ey - dy * ex

@@ -17,7 +17,7 @@ from clearway.crowds.bodies import Bodies, IntArray, Wishes
 from clearway.crowds.social_force import SocialForce, forces
 from clearway.crowds.walls import Walls
 from clearway.geometry.angles import turn_between, wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 
@@ -82,7 +82,7 @@ def velocities(
     return chosen, Facing(heading, turn_rate)
 
 
-@kernel
+@light
 def _step(
     vx: float, vy: float, wx: float, wy: float, fx: float, fy: float, theta: float, omega: float,
     relaxation: float, headed: Headed, period: float,

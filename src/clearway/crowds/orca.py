@@ -19,7 +19,7 @@ from clearway.crowds.bodies import Bodies, IntArray, Wishes, nearest, sweep
 from clearway.crowds.half_planes import solve
 from clearway.crowds.orca_walls import near_edges, wall_lines
 from clearway.crowds.walls import Walls
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 
@@ -68,7 +68,7 @@ def velocities(bodies: Bodies, wishes: Wishes, care: Care, walls: Walls, period:
     return chosen
 
 
-@kernel
+@light
 def body_line(i: int, j: int, bodies: Bodies, horizon: float, period: float, line: FloatArray) -> None:
     """Write to `line` (4,) the half-plane of velocities that body `j` leaves to body `i`."""
     position, velocity = bodies.position, bodies.velocity

@@ -7,11 +7,11 @@ import math
 from clearway.crowds.bodies import Bodies, IntArray
 from clearway.crowds.half_planes import EPSILON
 from clearway.crowds.walls import Walls, from_edge
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 
 
-@kernel
+@light
 def near_edges(x: float, y: float, reach: float, walls: Walls, found: IntArray, distance: FloatArray) -> int:
     """Find the edges that face (x, y) and are nearer to it than `reach` [m], by ascending distance.
 
@@ -41,7 +41,7 @@ def near_edges(x: float, y: float, reach: float, walls: Walls, found: IntArray, 
     return count
 
 
-@kernel
+@light
 def wall_lines(i: int, bodies: Bodies, horizon: float, walls: Walls, edges: IntArray, lines: FloatArray) -> int:
     """Write to `lines` (m, 4) the half-planes of velocities that `edges`, nearest first, leave to body `i`.
 
@@ -57,7 +57,7 @@ def wall_lines(i: int, bodies: Bodies, horizon: float, walls: Walls, edges: IntA
     return count
 
 
-@kernel
+@light
 def _covered(
     position: FloatArray, radius: float, horizon: float, k: int, walls: Walls, lines: FloatArray, count: int
 ) -> bool:  # fmt: skip
@@ -74,7 +74,7 @@ def _covered(
     return False
 
 
-@kernel
+@light
 def _line(
     position: FloatArray, velocity: FloatArray, radius: float, horizon: float, k: int, walls: Walls, line: FloatArray
 ) -> int:
@@ -147,7 +147,7 @@ def _line(
     return 0 if leave_right else _beside(bx, by, -rx, -ry, radius, line)
 
 
-@kernel
+@light
 def _tangent(x: float, y: float, radius: float) -> tuple[float, float]:
     """Unit vector from the origin past the disc of `radius` at (x, y): to its left; with a negative radius to its right."""
     far = x * x + y * y
@@ -155,7 +155,7 @@ def _tangent(x: float, y: float, radius: float) -> tuple[float, float]:
     return (x * leg - y * radius) / far, (x * radius + y * leg) / far
 
 
-@kernel
+@light
 def _stop(dx: float, dy: float, line: FloatArray) -> int:
     """No velocity to the right of (dx, dy): the disc touches."""
     length = math.sqrt(dx * dx + dy * dy)
@@ -163,7 +163,7 @@ def _stop(dx: float, dy: float, line: FloatArray) -> int:
     return 1
 
 
-@kernel
+@light
 def _round(x: float, y: float, wx: float, wy: float, radius: float, line: FloatArray) -> int:
     """The tangent to the disc of `radius` around (x, y) on the side of w, seen from there."""
     w = math.sqrt(wx * wx + wy * wy)
@@ -172,7 +172,7 @@ def _round(x: float, y: float, wx: float, wy: float, radius: float, line: FloatA
     return 1
 
 
-@kernel
+@light
 def _beside(x: float, y: float, dx: float, dy: float, radius: float, line: FloatArray) -> int:
     """The line in the direction (dx, dy) that passes (x, y) at `radius`, on its left."""
     line[0], line[1], line[2], line[3] = x - radius * dy, y + radius * dx, dx, dy

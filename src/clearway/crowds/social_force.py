@@ -15,7 +15,7 @@ import numpy as np
 
 from clearway.crowds.bodies import Bodies, IntArray, Wishes, sweep
 from clearway.crowds.walls import Walls
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 
@@ -151,7 +151,7 @@ def _add_others(bodies: Bodies, wishes: Wishes, model: SocialForce, total: IntAr
             total[a, 1] += qy
 
 
-@kernel
+@light
 def _relate(
     k: int, end: int, x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatArray, radius: FloatArray,
     model: SocialForce, near: FloatArray, dx: FloatArray, dy: FloatArray, faint: FloatArray,
@@ -173,7 +173,7 @@ def _relate(
         faint[m] = fallen + 2.0 * narrow * narrow * (1.0 - (ux * rx + uy * ry) / (length * centres))
 
 
-@kernel
+@light
 def _interaction(
     rx: float, ry: float, dx: float, dy: float, near: float, model: SocialForce
 ) -> tuple[float, float]:  # fmt: skip
@@ -190,7 +190,7 @@ def _interaction(
     return -slower * dx + aside * dy, -slower * dy - aside * dx
 
 
-@kernel
+@light
 def _add_walls(x: float, y: float, radius: float, walls: Walls, model: SocialForce, total: IntArray) -> None:
     """Add what walls do to a disc at (x, y): each place of a wall to which it is nearer than to those beside it."""
     span, count = model.wall_span, walls.length.shape[0]
@@ -218,7 +218,7 @@ def _add_walls(x: float, y: float, radius: float, walls: Walls, model: SocialFor
             total[1] += _quanta(force * ry)
 
 
-@kernel
+@light
 def _add_group(i: int, bodies: Bodies, group: IntArray, model: SocialForce, total: IntArray) -> None:
     """Add what its group does to body `i`."""
     x, y, size = bodies.position[i, 0], bodies.position[i, 1], 0

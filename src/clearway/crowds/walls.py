@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from clearway.crowds.bodies import IntArray
 from clearway.errors import ClearwayError
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 
 
@@ -81,7 +81,7 @@ def _checked(k: int, polygon: npt.ArrayLike) -> FloatArray:
     return points
 
 
-@kernel
+@light
 def from_edge(x: float, y: float, k: int, walls: Walls) -> tuple[float, float]:
     """The vector [m] from the nearest point of edge `k` to (x, y)."""
     rx, ry = x - walls.vertex[k, 0], y - walls.vertex[k, 1]

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.grid import FREE, OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 
@@ -130,7 +130,7 @@ def ways_to(goal: FloatArray, room: Room, radius: float) -> Ways:
     return Ways(d, room, goal[:2].copy(), radius)
 
 
-@kernel
+@light
 def _sweep_row(
     r: int,
     rightwards: bool,
@@ -170,7 +170,7 @@ def _sweep_row(
                 any_fresh[r] = any_fresh[r] or not rightwards
 
 
-@kernel
+@light
 def way_point(ways: Ways, x: float, y: float, ahead: float) -> tuple[float, float, float]:
     """Where to head for from (x, y): the goal where the straight way there is free and hardly dearer than any other; else the last
     point of the way, at most `ahead` [m] along it, that is in free sight.
@@ -210,14 +210,14 @@ def way_point(ways: Ways, x: float, y: float, ahead: float) -> tuple[float, floa
     return best_x, best_y, left
 
 
-@kernel
+@light
 def room_at(room: Room, x: float, y: float) -> float:
     """How much room there is at (x, y) [m], up to a cell."""
     r, c = _cell(x, y, room)
     return float(room.clearance[r, c])
 
 
-@kernel
+@light
 def in_sight(ways: Ways, x: float, y: float, px: float, py: float) -> bool:
     """Whether one that starts at (x, y) gets straight to (px, py) with no less room than its radius, or than it has there."""
     clearance, h, told = ways.room.clearance, ways.room.resolution, ways.room.told
@@ -236,14 +236,14 @@ def in_sight(ways: Ways, x: float, y: float, px: float, py: float) -> bool:
     return True
 
 
-@kernel
+@light
 def _cell(x: float, y: float, room: Room) -> tuple[int, int]:
     rows, columns = room.clearance.shape
     r, c = math.floor((y - room.origin[1]) / room.resolution), math.floor((x - room.origin[0]) / room.resolution)
     return int(min(max(r, 0), rows - 1)), int(min(max(c, 0), columns - 1))
 
 
-@kernel
+@light
 def _nearest_way(d: FloatArray, r: int, c: int, most: int) -> tuple[int, int]:
     """The cell near (r, c), ring by ring, from which there is a way; (r, c) if there is none within `most` rings."""
     for ring in range(1, most + 1):

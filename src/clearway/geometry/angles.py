@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 
 TURN = 2.0 * math.pi
 
 
-@kernel
+@light
 def wrap(angle: float) -> float:
     """The same direction in (-pi, pi]. An angle that lies there already keeps its bits."""
     if -math.pi < angle <= math.pi:
@@ -20,7 +20,7 @@ def wrap(angle: float) -> float:
     return min(wrapped, math.pi)
 
 
-@kernel
+@light
 def turn_between(start: float, end: float) -> float:
     """The shortest turn that leads from heading `start` to heading `end`, in (-pi, pi]."""
     return wrap(end - start)

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.motion import sinc
 from clearway.geometry.packing import boxes, pack, place, to_box, transform
 from clearway.geometry.shapes import FloatArray, Shape
@@ -92,7 +92,7 @@ def _arguments(footprint: Shape, poses: FloatArray, bodies: Sequence[Placed], mo
     return foot.points, foot.radius[0], foot.reach[0], way, *packed, at, around, track
 
 
-@kernel
+@light
 def gap(a: FloatArray, radius_a: float, b: FloatArray, radius_b: float) -> float:
     """Clearance between two packed shapes with points `a` (k, 2) and `b` (l, 2) in one frame; 0.0 on overlap."""
     near = math.inf
@@ -121,7 +121,7 @@ def gap(a: FloatArray, radius_a: float, b: FloatArray, radius_b: float) -> float
     return max(0.0, near - radius_a - radius_b)
 
 
-@kernel
+@light
 def contains(polygon: FloatArray, x: float, y: float) -> bool:
     """Whether (x, y) lies inside `polygon` (n, 2), by crossing number; nothing lies inside fewer than 3 vertices."""
     inside = False
@@ -137,7 +137,7 @@ def contains(polygon: FloatArray, x: float, y: float) -> bool:
     return inside
 
 
-@kernel
+@light
 def point_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: float) -> float:
     """Squared distance from (x, y) to the segment a-b."""
     ex, ey = bx - ax, by - ay
@@ -152,7 +152,7 @@ def point_to_segment(x: float, y: float, ax: float, ay: float, bx: float, by: fl
     return across * across / length
 
 
-@kernel
+@light
 def _to_outline(x: float, y: float, polygon: FloatArray) -> float:
     """Distance from a point to a polygon with its inside, or to a segment."""
     if contains(polygon, x, y):
@@ -166,7 +166,7 @@ def _to_outline(x: float, y: float, polygon: FloatArray) -> float:
     return math.sqrt(squared)
 
 
-@kernel
+@light
 def _edges(
     ax: float, ay: float, bx: float, by: float, cx: float, cy: float, dx: float, dy: float
 ) -> float:  # fmt: skip
@@ -287,7 +287,7 @@ def _between(
     return best
 
 
-@kernel
+@light
 def _along_arc(a: FloatArray, b: FloatArray, s: float, out: FloatArray) -> None:
     """The pose at fraction `s` of the arc of constant speed and yaw rate that is joined to poses `a` and `b` (3,).
 
@@ -303,7 +303,7 @@ def _along_arc(a: FloatArray, b: FloatArray, s: float, out: FloatArray) -> None:
     out[2] = a[2] + 2.0 * s * half
 
 
-@kernel
+@light
 def _along_line(a: FloatArray, b: FloatArray, s: float, out: FloatArray) -> None:
     """The pose at fraction `s` of the line between poses `a` and `b` (3,), turning the shorter way."""
     out[0] = a[0] + s * (b[0] - a[0])

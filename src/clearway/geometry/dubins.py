@@ -10,7 +10,7 @@ import math
 from typing import Any, NamedTuple
 
 from clearway.geometry.angles import TURN
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 
 _NEARLY = 1e-7
 """An arc this much short of a full turn is none, rad: rounding must not make a loop of a straight line."""
@@ -52,13 +52,13 @@ def relative(from_x: float, from_y: float, from_yaw: float, x: float, y: float, 
     return c * dx + s * dy, c * dy - s * dx, yaw - from_yaw
 
 
-@kernel
+@light
 def length(pieces: Pieces) -> float:
     """Length of a path, in turning radii."""
     return abs(pieces.first) + abs(pieces.second) + abs(pieces.third) + abs(pieces.fourth) + abs(pieces.fifth)
 
 
-@kernel
+@light
 def changes(pieces: Pieces) -> int:
     """How often a path goes from forwards to backwards or back."""
     count, last = 0, 0.0
@@ -99,7 +99,7 @@ def along(pieces: Pieces, distance: float) -> Any:
     return x, y, yaw
 
 
-@kernel
+@light
 def _arc(angle: float) -> float:
     """An angle as an arc in [0, 2 pi)."""
     angle -= TURN * math.floor(angle / TURN)

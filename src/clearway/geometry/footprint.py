@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.distance import contains, point_to_segment
 from clearway.geometry.packing import pack
 from clearway.geometry.shapes import FloatArray, Shape, circumscribed_radius, inscribed_radius
@@ -41,7 +41,7 @@ def footprint(shape: Shape) -> Footprint:
     )
 
 
-@kernel
+@light
 def gap(vertices: FloatArray, radius: float, x: float, y: float, theta: float, px: float, py: float) -> float:
     """Signed distance [m] from the point (px, py) to the footprint at the pose (x, y, theta); negative inside.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 
 
-@kernel
+@light
 def push(keys: Any, items: Any, size: int, key: Any, item: Any) -> int:
     """Add (key, item) to a heap of `size`; the arrays (n,) must have room. Returns its new size."""
     i = size
@@ -21,7 +21,7 @@ def push(keys: Any, items: Any, size: int, key: Any, item: Any) -> int:
     return size + 1
 
 
-@kernel
+@light
 def pop(keys: Any, items: Any, size: int) -> int:
     """Drop the least of a heap of `size` > 0, which stands at 0: read it before. Returns its new size."""
     size -= 1

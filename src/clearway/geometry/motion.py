@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 
 
-@kernel
+@light
 def arc(x: float, y: float, theta: float, v: float, omega: float, dt: float) -> tuple[float, float, float]:
     """Where a body ends that drives `dt` [s] from (x, y, theta) with `v` [m/s] and `omega` [rad/s]; theta is wrapped.
 
@@ -20,7 +20,7 @@ def arc(x: float, y: float, theta: float, v: float, omega: float, dt: float) -> 
     return x + chord * math.cos(theta + half), y + chord * math.sin(theta + half), wrap(theta + 2.0 * half)
 
 
-@kernel
+@light
 def slide(
     x: float, y: float, theta: float, v: float, v_y: float, omega: float, dt: float
 ) -> tuple[float, float, float]:
@@ -35,7 +35,7 @@ def slide(
     return x + chord * (v * c - v_y * s), y + chord * (v * s + v_y * c), wrap(theta + 2.0 * half)
 
 
-@kernel
+@light
 def sinc(a: float) -> float:
     """sin(a) / a, to the last digit near 0 as well."""
     if abs(a) < 1e-4:
@@ -43,7 +43,7 @@ def sinc(a: float) -> float:
     return math.sin(a) / a
 
 
-@kernel
+@light
 def ramp(now: float, target: float, faster: float, slower: float, dt: float) -> tuple[float, float]:
     """A velocity that heads for `target` from `now` during `dt` [s], with bounded acceleration.
 
@@ -62,7 +62,7 @@ def ramp(now: float, target: float, faster: float, slower: float, dt: float) -> 
     return _approach(now, target, faster if abs(target) > abs(now) else slower, dt)
 
 
-@kernel
+@light
 def _approach(now: float, target: float, rate: float, dt: float) -> tuple[float, float]:
     """`ramp` with one acceleration `rate` throughout."""
     gap = target - now

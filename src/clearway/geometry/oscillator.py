@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 
-@kernel
+@light
 def oscillate(x: float, v: float, attraction: float, stiffness: float, dt: float) -> tuple[float, float]:
     """Position [m] and velocity [m/s] on one axis after one step of `dt` [s] of the Runge-Kutta 3/8 rule.
 

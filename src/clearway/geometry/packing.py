@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 
 
@@ -62,7 +62,7 @@ def boxes(packed: Packed) -> FloatArray:
     return np.ascontiguousarray(np.hstack([low, high]))
 
 
-@kernel
+@light
 def transform(points: FloatArray, x: float, y: float, theta: float, out: FloatArray) -> None:
     """Write `points` (k, 2), given in the frame at pose (x, y, theta), to `out` (k, 2) in the frame of that pose."""
     c, s = math.cos(theta), math.sin(theta)
@@ -72,7 +72,7 @@ def transform(points: FloatArray, x: float, y: float, theta: float, out: FloatAr
         out[i, 1] = y + s * px + c * py
 
 
-@kernel
+@light
 def to_box(boxes: FloatArray, i: int, x: float, y: float) -> float:
     """Distance from (x, y) to the box boxes[i], x_min, y_min, x_max, y_max; 0.0 inside."""
     dx = max(max(boxes[i, 0] - x, x - boxes[i, 2]), 0.0)

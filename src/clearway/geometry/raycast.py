@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.packing import pack, place
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 
@@ -99,7 +99,7 @@ def sweep(fixed: Scene, lidar: Beams, pose: FloatArray) -> FloatArray:
     return ranges
 
 
-@kernel
+@light
 def cast(
     segments: FloatArray, circles: FloatArray, x: float, y: float, theta: float,
     directions: FloatArray, angle_min: float, increment: float, range_max: float, ranges: FloatArray,
@@ -117,7 +117,7 @@ def cast(
                    directions, angle_min, increment, range_max, ranges)  # fmt: skip
 
 
-@kernel
+@light
 def cast_moving(
     segments: FloatArray, segment_owner: np.ndarray, circles: FloatArray, circle_owner: np.ndarray, poses: FloatArray,
     x: float, y: float, theta: float,
@@ -145,7 +145,7 @@ def cast_moving(
                        directions, angle_min, increment, range_max, ranges)  # fmt: skip
 
 
-@kernel
+@light
 def hit_segment(
     ax: float, ay: float, bx: float, by: float,
     directions: FloatArray, angle_min: float, increment: float, range_max: float, ranges: FloatArray,
@@ -177,7 +177,7 @@ def hit_segment(
         again += 1
 
 
-@kernel
+@light
 def hit_circle(
     px: float, py: float, radius: float,
     directions: FloatArray, angle_min: float, increment: float, range_max: float, ranges: FloatArray,
@@ -201,7 +201,7 @@ def hit_circle(
         again += 1
 
 
-@kernel
+@light
 def spans(
     start: float, end: float, count: int, angle_min: float, increment: float
 ) -> tuple[float, float, float, int, int]:
@@ -223,7 +223,7 @@ def spans(
     return low, high, 1.0 / turns, math.ceil(-high * turns), math.floor((count - 1 - low) * turns)
 
 
-@kernel
+@light
 def _bearing(y: float, x: float) -> float:
     """atan2(y, x) to within 1.2e-5 rad, in a fraction of its time (Abramowitz and Stegun, 4.4.49)."""
     u, v = abs(x), abs(y)
@@ -237,7 +237,7 @@ def _bearing(y: float, x: float) -> float:
     return math.copysign(angle, y)
 
 
-@kernel
+@light
 def _segment_beams(
     ax: float, ay: float, ex: float, ey: float, across: float, begin: int, end: int,
     directions: FloatArray, ranges: FloatArray,
@@ -252,7 +252,7 @@ def _segment_beams(
         ranges[i] = distance if hit else ranges[i]  # no branch: the loop runs on vector registers
 
 
-@kernel
+@light
 def _circle_beams(
     px: float, py: float, power: float, begin: int, end: int, directions: FloatArray, ranges: FloatArray
 ) -> None:

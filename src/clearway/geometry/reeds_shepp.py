@@ -11,7 +11,7 @@ import math
 from typing import Any
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.dubins import Pieces
 
 _ZERO = 1e-14
@@ -140,7 +140,7 @@ def _least(x: float, y: float, yaw: float) -> Any:
     return best, word, bt, bu, bv, drive, mirror
 
 
-@kernel
+@light
 def distance(x: float, y: float, yaw: float) -> float:
     """Length of the shortest path from the origin, facing +x, to a pose, in turning radii."""
     least: float = _least(x, y, yaw)[0]

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -30,26 +30,26 @@ def stream(seed: int, name: str) -> np.uint64:
     return np.uint64(int.from_bytes(digest, "little"))
 
 
-@kernel
+@light
 def bits(key: np.uint64, step: int, index: int) -> np.uint64:
     """64 random bits for (stream key, step, index)."""
     a, b = np.uint64(np.int64(step)), np.uint64(np.int64(index))  # by way of int64: Python itself refuses uint64(-1)
     return _mix(_mix(key + _GOLDEN * (a + _ONE)) + _GOLDEN * (b + _ONE))
 
 
-@kernel
+@light
 def uniform(key: np.uint64, step: int, index: int) -> float:
     """A number from the open interval (0, 1)."""
     return (np.float64(bits(key, step, index) >> _S11) + 0.5) * _UNIT
 
 
-@kernel
+@light
 def normal(key: np.uint64, step: int, index: int) -> float:
     """A number from the standard normal distribution."""
     return normal_quantile(uniform(key, step, index))
 
 
-@kernel
+@light
 def _mix(z: np.uint64) -> np.uint64:
     z = (z ^ (z >> _S30)) * _MIX_1
     z = (z ^ (z >> _S27)) * _MIX_2
@@ -69,14 +69,14 @@ def normals(key: np.uint64, step: int, out: FloatArray) -> None:
             out[i] = _tail(p[i])
 
 
-@kernel
+@light
 def normal_quantile(p: float) -> float:
     """The number below which a standard normal one lies with probability `p` in (0, 1); relative error below 1e-15."""
     q = p - 0.5
     return _middle(q) if abs(q) <= _MIDDLE else _tail(p)
 
 
-@kernel
+@light
 def _middle(q: float) -> float:
     """`normal_quantile` of q + 0.5 where |q| is at most `_MIDDLE`."""
     r = 0.180625 - q * q
@@ -98,7 +98,7 @@ def _middle(q: float) -> float:
     return q * top / (low * r + 1.0)
 
 
-@kernel
+@light
 def _tail(p: float) -> float:
     """`normal_quantile` elsewhere."""
     q = p - 0.5

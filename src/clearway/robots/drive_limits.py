@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple, TypeAlias
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 
 DriveKind: TypeAlias = Literal["differential", "omnidirectional", "ackermann"]
 """How a base moves: forwards and about its pivot; besides that to its sides; or as a car does, which can't turn on the spot."""
@@ -91,14 +91,14 @@ def shares_of(values: Sequence[float]) -> _Shares:
     return shares
 
 
-@kernel
+@light
 def immediate(limits: DriveLimits) -> bool:
     """Whether the base takes up whatever it is told at once: no acceleration is bounded."""
     straight = min(limits.acceleration, limits.deceleration)
     return bool(min(straight, limits.angular_acceleration, limits.angular_deceleration) == math.inf)
 
 
-@kernel
+@light
 def possible(limits: DriveLimits, v: float, omega: float, v_y: float) -> tuple[float, float, float]:
     """What a base makes of a command that it may not be able to do: v [m/s], omega [rad/s] and v_y [m/s] that it can hold.
 
@@ -121,7 +121,7 @@ def possible(limits: DriveLimits, v: float, omega: float, v_y: float) -> tuple[f
     return v / most, omega / most, v_y / most
 
 
-@kernel
+@light
 def steering_angle(limits: DriveLimits, v: float, omega: float) -> float:
     """The angle [rad] to which a car's front wheels are steered for v [m/s] and omega [rad/s]; as far as they can at v = 0."""
     if v == 0.0:

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.behaviours.routes import ARRIVED
@@ -123,7 +123,7 @@ class Arrivals:
         return reached[place] if place < len(reached) else None
 
 
-@kernel
+@light
 def walked(t: float, moving: FloatArray, now: Watched) -> bool:
     """Take note of where people are now.
 

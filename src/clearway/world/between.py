@@ -9,11 +9,12 @@ instant and came back elsewhere.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.distance import contains
 from clearway.geometry.held import Held
 from clearway.geometry.shapes import Circle, FloatArray, Shape, circumscribed_radius, inscribed_radius
@@ -28,35 +29,51 @@ MARGIN = 0.01
 _SAME = 1e-9  # s
 
 
+class Near(NamedTuple):
+    """How near a robot and m moving bodies have come to each other on a leg.
+
+    Attributes:
+        pivot: How far ahead of base_link the point is whose way `Setting.way` is, m.
+        reach: (1 + m,) radius around its origin that no part of the robot and of each moving body leaves, m.
+        inner: (m,) sum of the radii of the discs around their origins that the robot and each body hold, m.
+        nearest: (2,) the least distance of two edges (a bound from above) and of two origins so far on this leg, m.
+    """
+
+    pivot: float
+    reach: FloatArray
+    inner: FloatArray
+    nearest: FloatArray
+
+
 class Between:
     """Collects these instants of a trial.
 
     Args:
         setting: Who moves among what; `Setting.way` says where the robot was in the last period.
-        pivot: How far ahead of base_link the point is whose way that is, m.
+        pivot: As in `Near`.
         footprint: The robot's, in base_link.
         moving: The bodies that move.
+
+    Attributes:
+        near: How near they have come.
     """
 
     def __init__(self, setting: Held[Setting], pivot: float, footprint: Shape, moving: list[Body]) -> None:
-        self._setting, self._pivot = setting, pivot
         own, theirs = circumscribed_radius(footprint), [circumscribed_radius(b.shape) for b in moving]
-        self._reach = np.array([own, *theirs])
-        self._inner = _held(footprint) + np.array([_held(b.shape) for b in moving])
-        self._nearest = np.full(2, math.inf)
+        inner = _held(footprint) + np.array([_held(b.shape) for b in moving], np.float64)
+        self.near = Near(pivot, np.array([own, *theirs]), inner, np.full(2, math.inf))
+        self._setting = setting
         self._found: list[tuple[FloatArray, FloatArray, FloatArray]] = []
 
     def begin_leg(self) -> None:
         """From now on the nearest of another leg counts."""
-        self._nearest[:] = math.inf
+        self.near.nearest[:] = math.inf
 
     def look(self, leg: int, t: float, driven: float) -> None:
         """Keep what is worth it of the period that began at `t` [s] on leg `leg`, of which `driven` [s] were driven."""
-        if not len(self._inner) or driven <= _SAME:
+        if not len(self.near.inner) or driven <= _SAME:
             return
-        if far(self._setting, leg, t, driven, self._pivot, self._reach, self._nearest):
-            return
-        found = instants(self._setting, leg, t, driven, self._pivot, self._reach, self._inner, self._nearest)
+        found = instants(self._setting, leg, t, driven, *self.near)
         if len(found[0]):
             self._found.append(found)
 
@@ -91,11 +108,10 @@ def instants(
         leg: Which leg is being driven, as in `Between`.
         t: As in `Between`.
         driven: As in `Between`.
-        pivot: As in `Between`.
-        reach: (1 + m,) radius around its origin that no part of the robot and of each moving body leaves, m.
-        inner: (m,) sum of the radii of the discs around their origins that the robot and each body hold, m.
-        nearest: (2,) the least distance of two edges (a bound from above) and of two origins so far on this leg, m;
-            updated.
+        pivot: As in `Near`.
+        reach: As in `Near`.
+        inner: As in `Near`.
+        nearest: As in `Near`; updated.
 
     Returns:
         (k,) s, (k, 3) poses of base_link and (k, m, 3) of the moving bodies, NaN while absent; k may be 0.
@@ -122,19 +138,21 @@ def instants(
     return t + times[kept], poses[kept], moving[kept]
 
 
-@kernel
-def far(
-    held: Held[Setting], leg: int, t: float, driven: float, pivot: float, reach: FloatArray, nearest: FloatArray
-) -> bool:
-    """Whether nothing can have come near enough, by where all were when the period began and how fast they are."""
-    vehicle, _, moving, _, way = held.value
+@light
+def far(setting: Setting, near: Near, leg: int, t: float, driven: float) -> bool:
+    """Whether nothing of the period that began at `t` [s], of which `driven` [s] were driven, is worth being kept: nothing can have come
+    near enough, by where all were when it began and how fast they are."""
+    vehicle, moving, way = setting.vehicle, setting.moving, setting.way
+    pivot, reach, nearest = near.pivot, near.reach, near.nearest
+    if len(near.inner) == 0 or driven <= _SAME:
+        return True
     own = 0.0
     h = vehicle.period / steps(vehicle.period)
     for i in range(math.ceil(driven / h - 1e-6)):
         turned = abs(wrap(way[i + 1, 2] - way[i, 2]))
         own += 1.1 * math.hypot(way[i + 1, 0] - way[i, 0], way[i + 1, 1] - way[i, 1]) + turned * abs(pivot)
     x, y = way[0, 0] - pivot * math.cos(way[0, 2]), way[0, 1] - pivot * math.sin(way[0, 2])
-    at = np.empty(3)
+    at = setting.room.here
     for b in range(len(moving.since)):
         speed = moving.tracks.speed[b]
         begin, end = moving.tracks.rows[leg, b, 0], moving.tracks.rows[leg, b, 1]
@@ -152,7 +170,7 @@ def far(
 @kernel
 def _times(held: Held[Setting], leg: int, t: float, driven: float) -> FloatArray:
     """Times since the period began at which anything may turn: the ends of the plant's steps, and the knots of the tracks."""
-    vehicle, _, moving, _, _ = held.value
+    vehicle, moving = held.value.vehicle, held.value.moving
     n = steps(vehicle.period)
     h = vehicle.period / n
     knots = moving.tracks.knots
@@ -180,7 +198,7 @@ def _places(
     held: Held[Setting], leg: int, t: float, pivot: float, times: FloatArray, poses: FloatArray, moving: FloatArray
 ) -> None:
     """Where all were at `times` (c,): into `poses` (c, 3) of base_link and `moving` (c, m, 3)."""
-    vehicle, _, bodies, _, way = held.value
+    vehicle, bodies, way = held.value.vehicle, held.value.moving, held.value.way
     n = steps(vehicle.period)
     h = vehicle.period / n
     for i, s in enumerate(times):
@@ -227,7 +245,7 @@ def _worth_keeping(times: FloatArray, poses: FloatArray, moving: FloatArray, rea
     return kept
 
 
-@kernel
+@light
 def _off(a: FloatArray, b: FloatArray, pose: FloatArray, share: float, reach: float) -> float:
     """How far a point of a body at `pose` (3,) may be from where the line from pose `a` to pose `b` has it, m; inf where it
     is there and the line isn't, or the other way round."""

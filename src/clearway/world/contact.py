@@ -11,12 +11,12 @@ import math
 from typing import NamedTuple
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.distance import gap
 from clearway.geometry.motion import slide
 from clearway.geometry.packing import to_box, transform
 from clearway.geometry.shapes import FloatArray
-from clearway.world.setting import NEXT_CHECK, ODOMETER, Moving, Still, Vehicle, X, Y
+from clearway.world.setting import NEXT_CHECK, ODOMETER, Moving, Room, Still, Vehicle, X, Y
 from clearway.world.tracks import knot_at, on_line, pose_at
 
 TOUCH = 1e-5
@@ -54,21 +54,7 @@ class Step(NamedTuple):
     rate: float
 
 
-class Room(NamedTuple):
-    """Room for what is where, while it is looked at.
-
-    Attributes:
-        outline: The corners of the robot's footprint where it stands, m, (k, 2).
-        shapes: The corners of the moving bodies where they stand, m, (p, 2).
-        here: One pose (x, y, theta) of a moving body, m and rad, (3,).
-    """
-
-    outline: FloatArray
-    shapes: FloatArray
-    here: FloatArray
-
-
-@kernel
+@light
 def meet_still(state: FloatArray, step: Step, vehicle: Vehicle, still: Still, room: Room) -> tuple[float, int]:
     """When in `step` the robot touches something that stands [s], and which; its whole duration and -1 if nothing.
 
@@ -102,11 +88,13 @@ def meet_still(state: FloatArray, step: Step, vehicle: Vehicle, still: Still, ro
             if rate <= 0.0:
                 break
             s += d / rate
-    state[NEXT_CHECK] = due.min() if due.shape[0] > 0 else math.inf
+    state[NEXT_CHECK] = math.inf
+    for b in range(due.shape[0]):
+        state[NEXT_CHECK] = min(state[NEXT_CHECK], due[b])
     return until, hit
 
 
-@kernel
+@light
 def meet_moving(
     state: FloatArray,
     step: Step,
@@ -146,12 +134,12 @@ def meet_moving(
     knot, s = max(knot_at(knots, begin, end, now), begin), 0.0
     while knot < end - 1 and s <= until:  # from knot to knot it moves on a line
         s, over = max(s, knots[knot, 0] - now), knots[knot + 1, 0] - now
-        line = knots[knot + 1] - knots[knot]
+        lasts, turn = knots[knot + 1, 0] - knots[knot, 0], wrap(knots[knot + 1, 3] - knots[knot, 3])
+        dx, dy = knots[knot + 1, 1] - knots[knot, 1], knots[knot + 1, 2] - knots[knot, 2]
         knot += 1
-        if not (over > s and math.isfinite(line[1])):  # one instant, or it is absent
+        if not (over > s and math.isfinite(dx)):  # one instant, or it is absent
             continue
-        turn = wrap(line[3])
-        relative = step.rate + (math.hypot(line[1], line[2]) + abs(turn) * reaches[m]) / line[0]
+        relative = step.rate + (math.hypot(dx, dy) + abs(turn) * reaches[m]) / lasts
         while s <= min(until, over):
             on_line(knots, knot - 1, now + s, here)
             x, y, theta = displaced(step, s)
@@ -167,7 +155,7 @@ def meet_moving(
     return until, False
 
 
-@kernel
+@light
 def displaced(step: Step, s: float) -> tuple[float, float, float]:
     """The pose `s` [s] after the beginning of `step`."""
     push = step.push

@@ -182,6 +182,11 @@ class Drive:
         self._driven, self._touched = self.world.drive(t)
         return t + self._driven, self._touched
 
+    def ride(self) -> Body | None:
+        """Drive its period while a crowd decides: what it touches, if anything."""
+        self._driven, self._touched = self.world.ride(self._count * self._period, self.end)
+        return self._touched
+
     def keep(self) -> None:
         """What it drove when it last looked is what happened."""
         self.world.keep(self._count * self._period, self._driven)

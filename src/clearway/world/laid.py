@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.world.tracks import ROOM, Tracks, pose_at
 
@@ -141,7 +141,7 @@ def lay(
         rows[:, m, 1] = begin + count + 1
 
 
-@kernel
+@light
 def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: float, way: FloatArray) -> None:
     """`Laid.drive`; n is fewer than half of `ROOM`.
 
@@ -154,14 +154,16 @@ def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: f
         count[0] = forget(knots, count[0])
     for i in range(1, n + 1):
         knots[count[0], 0] = t + period / n * i
-        knots[count[0], 1:] = way[i, :3]
+        for c in range(3):
+            knots[count[0], 1 + c] = way[i, c]
         count[0] += 1
 
 
-@kernel
+@light
 def forget(knots: FloatArray, count: int) -> int:
     """Keep the later ones of `count` of the `knots` (ROOM, 4), half as many as there is room for, and say how many these are."""
     half = ROOM // 2
     for k in range(half):
-        knots[k] = knots[count - half + k]
+        for c in range(4):
+            knots[k, c] = knots[count - half + k, c]
     return half

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
 from clearway.geometry.raycast import Beams, Scene, cast, cast_moving
 from clearway.geometry.shapes import FloatArray
@@ -216,7 +216,7 @@ def scan_in_time(
     err(ranges, count, view)
 
 
-@kernel
+@light
 def pose_then(trace: Trace, t: float) -> tuple[float, float, float]:
     """Where the robot was at time `t` [s]; a step of the plant, 10 ms, is taken as straight: within v omega (10 ms)^2 / 8."""
     ways = trace.ways
@@ -270,14 +270,14 @@ def mix(ranges: FloatArray, spot: float, pulse: float, steep: float, count: int,
             done = min(n, i + 1 + wide)
 
 
-@kernel
+@light
 def _edge(exact: FloatArray, i: int, steep: float) -> bool:
     """Whether beams i and i + 1 hit two surfaces, or only one of them hits anything."""
     step = abs(exact[i + 1] - exact[i])
     return bool(step > EDGE and step > steep * min(exact[i], exact[i + 1]))
 
 
-@kernel
+@light
 def _over_spot(
     exact: FloatArray, j: int, spot: float, pulse: float, steep: float, count: int, key: np.uint64
 ) -> float:  # fmt: skip
@@ -302,7 +302,7 @@ def _over_spot(
     return total / weight
 
 
-@kernel
+@light
 def lose(ranges: FloatArray, kept: float, count: int, key: np.uint64) -> None:
     """Each of `ranges` (n,) becomes inf with probability 1 - exp(kept); one draw for each gap between two lost ones."""
     n = ranges.shape[0]

@@ -10,13 +10,13 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
 from clearway.geometry.motion import ramp, slide
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 from clearway.robots.drive_limits import DriveLimits, possible, steering_angle
-from clearway.world.contact import Room, Step, displaced, meet_moving, meet_still
+from clearway.world.contact import Step, displaced, meet_moving, meet_still
 from clearway.world.setting import (
     ELAPSED,
     NEXT_CHECK,
@@ -44,7 +44,7 @@ _LEEWAY = 1e-3  # m: more than contact and rounding take
 _INSTANT = 1e-12  # s: the least in which a base without limits is at its command
 
 
-@kernel
+@light
 def disturb(bounds: FloatArray, key: np.uint64, count: int, out: FloatArray) -> None:
     """What control period `count` does to the robot beyond its command, drawn within `bounds` (5,).
 
@@ -60,6 +60,12 @@ def disturb(bounds: FloatArray, key: np.uint64, count: int, out: FloatArray) -> 
 
 @kernel
 def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting]) -> int:
+    """`drive_period` in a setting that is held."""
+    return drive_period(state, count, leg, t, held.value)
+
+
+@light
+def drive_period(state: FloatArray, count: int, leg: int, t: float, setting: Setting) -> int:
     """Drive for one control period, or until contact, as the commands say.
 
     Args:
@@ -71,7 +77,7 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
     Returns:
         -1, or the body that was touched: the static ones count first, then the moving ones.
     """
-    vehicle, still, moving, commands, way = held.value
+    vehicle, still, moving, commands, way, room = setting
     period, limits, errors, odometry_key = vehicle.period, vehicle.limits, vehicle.errors, vehicle.odometry_key
     bounds, slack, speed = vehicle.bounds, moving.slack, moving.tracks.speed
     n = steps(period)
@@ -79,16 +85,21 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
     noise_v, noise_w, noise_y = 0.0, 0.0, 0.0
     hit = -1
     done = 0.0
-    push = np.zeros(5)
+    push, side = room.push, room.side
+    for c in range(5):
+        push[c] = 0.0
+    side[0] = 0.0
     at_rest = state[V] == 0.0 and state[OMEGA] == 0.0 and state[V_Y] == 0.0 and _stands(commands)
-    if bounds[:4].max() > 0.0 and (bounds[4] > 0.0 or not at_rest):
+    disturbed = bounds[0] > 0.0 or bounds[1] > 0.0 or bounds[2] > 0.0 or bounds[3] > 0.0
+    if disturbed and (bounds[4] > 0.0 or not at_rest):
         disturb(bounds, vehicle.disturbance_key, count, push)
-    push[:3] /= period
+    for c in range(3):
+        push[c] /= period
     drift = math.hypot(push[0], push[1])
-    plain, side = limits.v_y_max == 0.0 and limits.wheelbase == 0.0, np.zeros(1)
+    plain = limits.v_y_max == 0.0 and limits.wheelbase == 0.0
     nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
-    room = Room(np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3))
-    way[0] = state[:WAY]
+    for c in range(WAY):
+        way[0, c] = state[c]
     for i in range(n):
         v0, w0, y0, front = state[V], state[OMEGA], state[V_Y], state[STEERING]
         if plain:
@@ -141,7 +152,8 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
         )
         noise_v += e_v
         noise_w += e_w
-        way[i + 1] = state[:WAY]
+        for c in range(WAY):
+            way[i + 1, c] = state[c]
         if hit >= 0:
             break
     state[ELAPSED] = done
@@ -162,17 +174,17 @@ def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting])
     return hit
 
 
-@kernel
-def unmet(before: FloatArray, after: FloatArray, leg: int, t: float, held: Held[Setting]) -> bool:
+@light
+def unmet(before: FloatArray, after: FloatArray, leg: int, t: float, setting: Setting) -> bool:
     """Whether nothing that moves can be met in the control period from time `t` [s] on, by how far all are from each other; then
-    it is placed where it is at its end, as `tick` does it.
+    it is placed where it is at its end, as `drive_period` does it.
 
     Args:
         before: (STATE,) as the period begins.
         after: (STATE,) as it ends if nothing is met.
         leg: The leg whose tracks count.
     """
-    vehicle, _, moving, _, _ = held.value
+    vehicle, moving = setting.vehicle, setting.moving
     tracks, since, poses, reach = moving.tracks, moving.since, moving.poses, moving.shapes.reach
     driven = after[ODOMETER] - before[ODOMETER] + vehicle.reach + _LEEWAY
     for m in range(len(since)):
@@ -190,7 +202,7 @@ def unmet(before: FloatArray, after: FloatArray, leg: int, t: float, held: Held[
     return True
 
 
-@kernel
+@light
 def _stands(commands: FloatArray) -> bool:
     """Whether the base is to stand for the whole period."""
     for row in range(len(commands)):
@@ -200,7 +212,7 @@ def _stands(commands: FloatArray) -> bool:
     return True
 
 
-@kernel
+@light
 def _follow(
     commands: FloatArray, limits: DriveLimits, v: float, omega: float, begin: float, duration: float
 ) -> tuple[float, float, float, float]:
@@ -224,7 +236,7 @@ def _follow(
         row, now = row + 1, commands[row + 1, 0]
 
 
-@kernel
+@light
 def _follow_any(
     commands: FloatArray, limits: DriveLimits, state: FloatArray, begin: float, duration: float, side: FloatArray
 ) -> tuple[float, float, float, float]:

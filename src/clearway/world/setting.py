@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
@@ -134,6 +134,31 @@ class Moving(NamedTuple):
     poses: FloatArray
 
 
+class Room(NamedTuple):
+    """Room for what a kernel works with, made once: see `light`.
+
+    Attributes:
+        outline: (k, 2) the corners of the robot's footprint where it stands, m.
+        shapes: (p, 2) the corners of the moving bodies where they stand, m.
+        here: (3,) one pose of a moving body, m and rad.
+        push: (5,) displacement of the robot, see `plant.disturb`.
+        side: (1,) its mean speed to the left in a step, m/s.
+    """
+
+    outline: FloatArray
+    shapes: FloatArray
+    here: FloatArray
+    push: FloatArray
+    side: FloatArray
+
+
+def room_for(vehicle: Vehicle, moving: Moving) -> Room:
+    """Room for this robot among these bodies."""
+    return Room(
+        np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3), np.zeros(5), np.zeros(1)
+    )
+
+
 class Setting(NamedTuple):
     """Who moves, among what.
 
@@ -145,6 +170,7 @@ class Setting(NamedTuple):
             rising, inf where there is no more; forward speed, m/s; yaw rate, rad/s; speed to the left, m/s.
         way: (n + 1, WAY) what the robot's first states were at the ends of the last period's n steps; written in each
             period, after a contact only as far as it came.
+        room: To work with.
     """
 
     vehicle: Vehicle
@@ -152,6 +178,7 @@ class Setting(NamedTuple):
     moving: Moving
     commands: FloatArray
     way: FloatArray
+    room: Room
 
 
 @kernel
@@ -160,7 +187,7 @@ def hold(setting: Setting) -> Held[Setting]:
     return Held(setting)
 
 
-@kernel
+@light
 def steps(period: float) -> int:
     """Into how many steps of the plant a control `period` [s] is cut."""
     return max(1, math.ceil(period / STEP - 1e-9))

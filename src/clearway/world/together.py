@@ -54,15 +54,18 @@ def together(drives: Sequence[Drive], names: Sequence[str], traffic: Traffic) ->
 
 def _alone(drives: Sequence[Drive], traffic: Traffic) -> Iterator[Sequence[Drive]]:
     """The same of one robot: whatever it touches ends it all."""
-    (drive,), decided = drives, traffic.decided
+    (drive,), decided, ridden_among = drives, traffic.decided, traffic.ridden_among
     while drive.outcome is None:
         yield drives
         if drive.outcome is not None:
             return
-        if decided:
-            drive.rehearse(traffic)
-            traffic.decide_until(drive.end)
-        _, touched = drive.look()
+        if ridden_among:
+            touched = drive.ride()
+        else:
+            if decided:
+                drive.rehearse(traffic)
+                traffic.decide_until(drive.end)
+            _, touched = drive.look()
         if touched is None:
             drive.keep()
         else:

@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.oscillator import trajectory
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios import motions
@@ -163,7 +163,7 @@ def _top_speed(knots: FloatArray) -> float:
     return float((way[moving] / step[moving, 0]).max(initial=0.0))
 
 
-@kernel
+@light
 def knot_at(knots: FloatArray, begin: int, end: int, t: float) -> int:
     """The last of the knots [begin:end] that is not after time `t` [s since the leg began]; begin - 1 if all of them are."""
     low, high = begin - 1, end - 1
@@ -176,7 +176,7 @@ def knot_at(knots: FloatArray, begin: int, end: int, t: float) -> int:
     return low
 
 
-@kernel
+@light
 def pose_at(knots: FloatArray, begin: int, end: int, t: float, out: FloatArray) -> bool:
     """Write the pose at time `t` [s since the leg began] of the track knots[begin:end] to `out` (3,), NaN if absent.
 
@@ -188,13 +188,13 @@ def pose_at(knots: FloatArray, begin: int, end: int, t: float, out: FloatArray) 
         return False
     low = knot_at(knots, begin, end, t)
     if low == end - 1:
-        out[:] = knots[low, 1:]
+        out[0], out[1], out[2] = knots[low, 1], knots[low, 2], knots[low, 3]
     else:
         on_line(knots, low, t, out)
     return math.isfinite(out[0])
 
 
-@kernel
+@light
 def place(tracks: Tracks, leg: int, since: FloatArray, t: float, out: FloatArray) -> None:
     """Write the poses of all bodies at time `t` [s] of leg number `leg` to `out` (m, 3), NaN where one is absent.
 
@@ -205,14 +205,14 @@ def place(tracks: Tracks, leg: int, since: FloatArray, t: float, out: FloatArray
         pose_at(tracks.knots, tracks.rows[leg, m, 0], tracks.rows[leg, m, 1], t - since[m], out[m])
 
 
-@kernel
+@light
 def place_twice(tracks: Tracks, leg: int, since: FloatArray, t: float, other: float, out: FloatArray) -> None:
     """The same for times `t` and `other` [s], to `out` (2, m, 3)."""
     place(tracks, leg, since, t, out[0])
     place(tracks, leg, since, other, out[1])
 
 
-@kernel
+@light
 def on_line(knots: FloatArray, low: int, t: float, out: FloatArray) -> None:
     """Write the pose at time `t` [s] on the line from knot `low` to the next one to `out` (3,); at its end too."""
     s = (t - knots[low, 0]) / (knots[low + 1, 0] - knots[low, 0])

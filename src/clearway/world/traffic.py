@@ -25,6 +25,7 @@ from clearway.world.behaviours.behaviour import (
     hold_street,
 )
 from clearway.world.laid import Laid, LaidTracks, RobotTracks
+from clearway.world.ride import Period, Ride
 from clearway.world.tracks import ROOM, Tracks, place, place_twice
 
 _SAME = 1e-9  # s
@@ -117,8 +118,7 @@ class Traffic:
                 self._laid.lay(behaviour.members, until, behaviour.step(t, until, self._scene(t)))
 
     def see(self, member: int, t: float, period: float, way: FloatArray) -> None:
-        """In the `period` [s] from time `t` [s] on robot `member` drives along `way` (n + 1, 3 or more)."""
-        self._robots[member].track.drive(t, period, way)
+        """In the `period` [s] from time `t` [s] on robot `member` drives along `way` (n + 1, 3 or more), as its own track says already."""
         if not self.several:
             return
         n = len(way) - 1
@@ -141,6 +141,21 @@ class Traffic:
             self._laid.cut(body, t)
             for when in (t, _EVER):
                 self._laid.lay([body], when, self._base(member, pose[None]))
+
+    @property
+    def ridden_among(self) -> bool:
+        """Whether one crowd is all who decide, and one robot drives among them: then `ride` is all that a period takes."""
+        return self._together and not self.several
+
+    def track(self, member: int) -> tuple[FloatArray, npt.NDArray[np.int64]]:
+        """Of robot `member`, as those see it who decide: knots (ROOM, 4), and how many there are (1,)."""
+        return self._driven.knots[member], self._driven.laid[member : member + 1]
+
+    def ride(self, ridden: Held[Ride], period: Period) -> tuple[int, bool]:
+        """The robot drives for its control `period` while the crowd decides; what it hit, and whether nothing is worth being kept."""
+        crowd = self._crowds[0]
+        self._count, hit, far = crowd.ride(self._street, ridden, self.leg, self._count, period, self.arrivals)
+        return hit, far
 
     def decide_until(self, t: float) -> None:
         """All behaviours decide up to time `t` [s], and thereby for a little longer; each by what was there when it decided."""

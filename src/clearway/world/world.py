@@ -15,7 +15,7 @@ from clearway.geometry.streams import stream
 from clearway.robots import Robot
 from clearway.scenarios.scenario import DisturbanceSpec
 from clearway.trials import Body
-from clearway.world import plant, setting
+from clearway.world import ride, setting
 from clearway.world.between import Between
 from clearway.world.camera import ObstacleSensor
 from clearway.world.contact import TOUCH
@@ -23,6 +23,8 @@ from clearway.world.latency import Delays, Past, between
 from clearway.world.scanner import Scanner
 from clearway.world.tracks import pose_at
 from clearway.world.traffic import Traffic
+
+_SAME = 1e-9  # s
 
 
 class World:
@@ -103,12 +105,19 @@ class World:
         standing = setting.Still(still, self._boxes, np.zeros(len(self._still)))
         tracks, since = self._around.tracks, self._around.since
         among = setting.Moving(moving, tracks, since, self._slack, self.moving_obstacles)
-        self._setting = setting.hold(setting.Setting(vehicle, standing, among, self._commands, self._way))
-        alone = setting.Moving(pack([]), tracks, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
-        self._alone = setting.hold(setting.Setting(vehicle, standing, alone, self._commands, self._way))
-        self.between = Between(self._setting, self._pivot, robot.shape, self._moving)
-        self._began, self._rehearsed = self._state.copy(), self._state.copy()
-        self._may_be_unmet = False
+        room = setting.room_for(vehicle, among)
+        around = setting.Setting(vehicle, standing, among, self._commands, self._way, room)
+        nothing = setting.Moving(pack([]), tracks, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
+        alone = setting.Setting(vehicle, standing, nothing, self._commands, self._way, room)
+        self.between = Between(setting.hold(around), self._pivot, robot.shape, self._moving)
+        self._began = self._state.copy()
+        self._far = False  # whether nothing of the last period is worth being kept between its samples
+        self._ride = ride.hold(
+            ride.Ride(
+                around, alone, self._state, self._began, self._state.copy(), *traffic.track(self.member),
+                np.zeros(1, np.bool_), self.between.near,
+            )
+        )  # fmt: skip
         self._camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
@@ -190,13 +199,7 @@ class World:
     def rehearse(self, t: float) -> FloatArray:
         """(n + 1, 3 or more) the way that its pivot would take in the period from time `t` [s] on if nothing else moved."""
         self._delays.fill(self._commands, t, self._period)
-        hit = plant.tick(self._state, self._count, self._traffic.leg, t, self._alone)
-        self._may_be_unmet = hit < 0
-        self._rehearsed[:] = self._state
-        if hit >= 0:  # from there on it stands
-            reached = math.ceil(self._state[setting.ELAPSED] / self._period * (len(self._way) - 1) - 1e-9)
-            self._way[max(reached, 1) :] = self._way[max(reached, 1)]
-        self._state[:] = self._began
+        ride.rehearse_held(self._ride, self._count, self._traffic.leg, t)
         return self._way
 
     def drive(self, t: float) -> tuple[float, Body | None]:
@@ -207,17 +210,22 @@ class World:
         """
         if self._traffic.decided:
             self._around.now()
-            if self._may_be_unmet and plant.unmet(self._began, self._rehearsed, self._traffic.leg, t, self._setting):
-                self._state[:] = self._rehearsed
-                return self._period, None
-            self._may_be_unmet = False  # the way is no longer the rehearsed one
-            self._state[:] = self._began
-            self._slack[:] = 0.0
+            hit, self._far = ride.drive_held(self._ride, self._count, self._traffic.leg, t)
         else:
             self._delays.fill(self._commands, t, self._period)
-        hit = plant.tick(self._state, self._count, self._traffic.leg, t, self._setting)
-        driven = self._period if hit < 0 else float(self._state[setting.ELAPSED])
-        return driven, None if hit < 0 else (self._still + self._moving)[hit]
+            hit, self._far = ride.drive_on(self._ride, self._count, self._traffic.leg, t)
+        return self._driven(hit)
+
+    def ride(self, t: float, end: float) -> tuple[float, Body | None]:
+        """`rehearse` and `drive` in the period from time `t` [s] to `end` [s] while the crowd around decides."""
+        self._delays.fill(self._commands, t, self._period)
+        hit, self._far = self._traffic.ride(self._ride, ride.Period(self._count, t, end + _SAME))
+        return self._driven(hit)
+
+    def _driven(self, hit: int) -> tuple[float, Body | None]:
+        if hit < 0:
+            return self._period, None
+        return float(self._state[setting.ELAPSED]), (self._still + self._moving)[hit]
 
     def keep(self, t: float, driven: float) -> None:
         """What was driven in the period from time `t` [s] on, for `driven` [s], is what happened."""
@@ -227,10 +235,12 @@ class World:
         self._past.drive(t, self._period, self._way, self._state)
         if self._scanner is not None:
             self._scanner.keep(t, self._way)
-        self.between.look(self._traffic.leg, t, driven)
+        if not self._far:
+            self.between.look(self._traffic.leg, t, driven)
 
     def halt(self, t: float, driven: float) -> None:
         """In the period from time `t` [s] on it was stopped after `driven` [s], before whatever else would have stopped it."""
+        self._far = False
         h = self._period / (len(self._way) - 1)
         i = min(int(driven / h), len(self._way) - 2)
         a, b, share = self._way[i], self._way[i + 1], min(driven / h - i, 1.0)

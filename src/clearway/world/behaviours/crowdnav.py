@@ -19,11 +19,12 @@ from clearway.crowds.walls import Walls
 from clearway.geometry.compiled import kernel
 from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
-from clearway.world.arrivals import Arrivals, walked
+from clearway.world.arrivals import walked
 from clearway.world.behaviours.behaviour import PERIOD, STEPPING, Cast, CompiledBehaviour, Street
 from clearway.world.behaviours.walkers import course_of, glance
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
+from clearway.world.ride import Period, Ride, drive, rehearse, seen_far
 from clearway.world.tracks import place_twice
 
 DECIDES_EVERY = 0.25
@@ -78,13 +79,17 @@ class CrowdNav(CompiledBehaviour):
     Attributes:
         members: As `Behaviour` has it.
         speed: The same.
+        crowd: As `CompiledBehaviour` has it.
+        walk_until: The same.
+        ride_among: The same.
     """
 
     def __init__(self, cast: Cast) -> None:
         people, k = cast.people, len(cast.people)
         self.members, self.speed = cast.members, np.array([speed_of(person, cast.seed) for person in people])
         self._at = np.array([(*person.start, course_of(person)) for person in people], np.float64)
-        self._crowd = hold_crowd(
+        self.walk_until, self.ride_among = walk_until, ride_among
+        self.crowd = hold_crowd(
             Crowd(
                 who=np.array(cast.members, np.int64),
                 at=self._at,
@@ -103,29 +108,12 @@ class CrowdNav(CompiledBehaviour):
         """They appear at time 0, and mind no legs."""
         return self._at.copy() if t == 0.0 else None
 
-    def decide_until(self, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals) -> int:
-        """Walk on; decide where it is time to."""
-        looked = False
-        while True:
-            count, news = walk_until(self._crowd, street, leg, count, t, looked)
-            if not news:
-                return count
-            arrivals.come_to(count * PERIOD)
-            looked = True
-
 
 @kernel
 def walk_until(
     held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
 ) -> tuple[int, bool]:
-    """A crowd walks from instant number `count` on, up to time `t` [s], or until somebody comes to where it was going.
-
-    Args:
-        looked: Whether it is known who comes there at the first of these instants.
-
-    Returns:
-        The number of instants by then, and whether somebody has come.
-    """
+    """`CompiledBehaviour.walk_until`; in between decisions everybody walks on."""
     tracks, since, there, robots, watched = street.value
     crowd = held.value
     at = crowd.at
@@ -144,6 +132,28 @@ def walk_until(
         lay(tracks.knots, tracks.rows, crowd.who, until, at)
         count += 1
     return count, False
+
+
+@kernel
+def ride_among(
+    held: Held[Crowd],
+    street: Held[Street],
+    ridden: Held[Ride],
+    leg: int,
+    count: int,
+    period: Period,
+    looked: bool,
+    begun: bool,
+) -> tuple[int, bool, int, bool]:
+    """`CompiledBehaviour.ride_among`."""
+    ride = ridden.value
+    if not begun:
+        rehearse(ride, period.number, leg, period.t)
+    count, news = walk_until(held, street, leg, count, period.end, looked)
+    if news:
+        return count, True, -1, True
+    hit = drive(ride, period.number, leg, period.t)
+    return count, False, hit, seen_far(ride, leg, period.t, hit)
 
 
 @kernel

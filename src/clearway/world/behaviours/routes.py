@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.crowds.ways import Room, Ways, way_point, ways_to
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.scenarios.people import PersonSpec
@@ -137,7 +137,7 @@ class Routes:
         return slot
 
 
-@kernel
+@light
 def any_news(t: float, at: FloatArray, now: OnRoute) -> bool:
     """Whether at time `t` [s] anybody of those at `at` (k, 3) has come to where it walks, or is to walk on."""
     for k in range(len(at)):

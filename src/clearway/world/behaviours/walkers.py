@@ -20,15 +20,16 @@ from clearway.crowds.headed_social_force import FARINA, Facing
 from clearway.crowds.walls import Walls
 from clearway.crowds.ways import room_at
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
-from clearway.world.arrivals import Arrivals, walked
+from clearway.world.arrivals import walked
 from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street
 from clearway.world.behaviours.routes import OnRoute, Routes, any_news, wishes
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
+from clearway.world.ride import Period, Ride, drive, rehearse, seen_far
 from clearway.world.tracks import place_twice, pose_at
 
 FASTER = 1.3
@@ -101,6 +102,9 @@ class Walkers(CompiledBehaviour):
     Attributes:
         members: As `Behaviour` has it.
         speed: The same.
+        crowd: As `CompiledBehaviour` has it.
+        walk_until: The same.
+        ride_among: The same.
     """
 
     def __init__(self, cast: Cast, rule: Rule) -> None:
@@ -111,7 +115,8 @@ class Walkers(CompiledBehaviour):
         self._at = np.array([(*person.start, course_of(person)) for person in people], np.float64)
         reactions = sorted({person.reaction for person in people if person.sees_robots})
         sees = [1 | (2 << reactions.index(p.reaction) if p.sees_robots else 0) for p in people]
-        self._crowd = hold_crowd(
+        self.walk_until, self.ride_among = walk_until, ride_among
+        self.crowd = hold_crowd(
             Crowd(
                 rule=int(rule),
                 who=np.array(cast.members, np.int64),
@@ -135,30 +140,16 @@ class Walkers(CompiledBehaviour):
         """They appear at time 0, and mind no legs."""
         return self._at.copy() if t == 0.0 else None
 
-    def decide_until(self, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals) -> int:
-        """Walk on, from decision to decision."""
-        looked = False
-        while True:
-            count, news = walk_until(self._crowd, street, leg, count, t, looked)
-            if not news:
-                return count
-            arrivals.come_to(count * PERIOD)
-            self._routes.go_on(count * PERIOD, self._at)
-            looked = True
+    def come_on(self, t: float) -> None:
+        """Whoever has come to a place of the route heads for the next one."""
+        self._routes.go_on(t, self._at)
 
 
 @kernel
 def walk_until(
     held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
 ) -> tuple[int, bool]:
-    """A crowd decides from instant number `count` on, up to time `t` [s], or until somebody comes to a place of the route.
-
-    Args:
-        looked: Whether it is known who comes to a place at the first of these instants.
-
-    Returns:
-        The number of decisions by then, and whether somebody has come to a place.
-    """
+    """`CompiledBehaviour.walk_until`."""
     tracks, since, there, robots, watched = street.value
     crowd = held.value
     while count * PERIOD <= t:
@@ -173,6 +164,28 @@ def walk_until(
         lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at)
         count += 1
     return count, False
+
+
+@kernel
+def ride_among(
+    held: Held[Crowd],
+    street: Held[Street],
+    ridden: Held[Ride],
+    leg: int,
+    count: int,
+    period: Period,
+    looked: bool,
+    begun: bool,
+) -> tuple[int, bool, int, bool]:
+    """`CompiledBehaviour.ride_among`."""
+    ride = ridden.value
+    if not begun:
+        rehearse(ride, period.number, leg, period.t)
+    count, news = walk_until(held, street, leg, count, period.end, looked)
+    if news:
+        return count, True, -1, True
+    hit = drive(ride, period.number, leg, period.t)
+    return count, False, hit, seen_far(ride, leg, period.t, hit)
 
 
 @kernel
@@ -264,7 +277,7 @@ def glance(knots: FloatArray, count: int, t: float, ahead: float, position: Floa
         position[c] = now[c] + ahead * velocity[c]
 
 
-@kernel
+@light
 def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float, bodies: Bodies, dt: float) -> None:
     """Take each person a step further; never into what stands, whatever pushes, nor up against a robot that it sees.
 
@@ -294,7 +307,7 @@ def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float,
             at[k, 2] = wrap(at[k, 2] + min(max(turn, -turning), turning))
 
 
-@kernel
+@light
 def hold_off(velocity: FloatArray, to: tuple[float, float], apart: float, dt: float) -> None:
     """Take from the `velocity` (2,) [m/s] what would within `dt` [s] bring somebody up against a robot whose middle is `to` (x, y) [m]
     away, and from which the person wants `apart` [m] from middle to middle."""
