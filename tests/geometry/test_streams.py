@@ -45,5 +45,5 @@ def test_bits_do_not_collide_on_a_grid() -> None:
 
 def test_many_normals_are_those_drawn_one_by_one() -> None:
     key, out = stream(7, "lidar"), np.empty(999)
-    normals(key, 4, out)
+    normals(key, 4, out, np.empty_like(out))
     assert out.tolist() == [normal(key, 4, i) for i in range(len(out))]

@@ -28,6 +28,7 @@ _OPTIONS: dict[str, Any] = {
     "cache": True,
     "nogil": True,
     "error_model": "numpy",
+    "_nrt": True,  # else a kernel that a light one calls would be compiled as that is
     "no_cfunc_wrapper": True,  # nobody asks for a C callback, and making one for each kernel is 5 % of compiling
 }
 _PACKAGE = Path(__file__).parents[1]
@@ -74,9 +75,7 @@ def light(function: _F) -> _F:
     def checked(args: Any, return_type: Any) -> Any:
         result = compile_(args, return_type)
         if _gets_arrays(result):
-            raise TypeError(
-                f"{function.__module__}.{function.__qualname__} hands arrays on, as only a kernel may"
-            )
+            raise TypeError(f"{function.__module__}.{function.__qualname__} hands arrays on, as only a kernel may")
         return result
 
     compiler.compile = checked

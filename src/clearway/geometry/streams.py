@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -56,11 +56,10 @@ def _mix(z: np.uint64) -> np.uint64:
     return z ^ (z >> _S31)
 
 
-@kernel
-def normals(key: np.uint64, step: int, out: FloatArray) -> None:
-    """Write to `out` (n,) what `normal` draws for the indices 0 to n - 1."""
+@light
+def normals(key: np.uint64, step: int, out: FloatArray, p: FloatArray) -> None:
+    """Write to `out` (n,) what `normal` draws for the indices 0 to n - 1; `p` (n,) is overwritten."""
     n = out.shape[0]
-    p = np.empty(n)
     for i in range(n):  # without branches: the compiler works on several at once
         p[i] = uniform(key, step, i)
         out[i] = _middle(p[i] - 0.5)

@@ -15,9 +15,12 @@ import gymnasium
 from clearway.learning.environment import Alone, make
 from clearway.learning.rewards import Step, default_reward
 from clearway.learning.team import Team, make_team
+from clearway.learning.vector import Lanes, Steps, default_rewards, make_vec
 from clearway.scenarios.suites import suite_names
 
-__all__ = ["Alone", "Step", "Team", "default_reward", "environment_id", "make", "make_team"]
+__all__ = [
+    "Alone", "Lanes", "Step", "Steps", "Team", "default_reward", "default_rewards", "environment_id", "make", "make_team", "make_vec",
+]  # fmt: skip
 
 
 def environment_id(suite: str) -> str:

@@ -87,6 +87,7 @@ class Episode:
         observed: By robot what it perceives now, of those that are to be told what to do.
         seen: Of each robot what it perceived last; None: nothing, it began in contact.
         over: Whether all is over.
+        traffic: What moves there.
 
     Raises:
         ClearwayError: the scenario can't be built.
@@ -95,7 +96,7 @@ class Episode:
     def __init__(self, scenario: Scenario, equipment: Sequence[Equipment]) -> None:
         self.scenario, self._equipment = scenario, equipment
         self._simulation = simulation_of(scenario, [one.driver(scenario) for one in equipment], raise_errors=True)
-        self._due = self._simulation.due()
+        self._due, self.traffic = self._simulation.due(), self._simulation.traffic
         self.robots, self.drives = [one.robot for one in equipment], self._simulation.drives
         self.observed: dict[int, Observation] = {}
         self.seen: list[Observation | None] = [None] * len(equipment)

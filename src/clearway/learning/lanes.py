@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from numba.extending import overload
 
 from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.compiled import kernel, light
@@ -20,7 +21,6 @@ from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.learnt.encoding import GOAL, OBSTACLE
 from clearway.world.behaviours import crowdnav, walkers
-from clearway.world.behaviours.behaviour import Street
 from clearway.world.goal_and_progress_checker import (
     GOAL_THETA,
     GOAL_X,
@@ -72,7 +72,7 @@ class Phase(IntEnum):
     """Its episode is over; `Lane.now` says how."""
 
 
-PERIODS, DECISIONS, LEG, VERDICT, HIT = range(5)
+PERIODS, DECISIONS, LEG, VERDICT, HIT, TOLD_LEG = range(6)
 
 
 class Lane(NamedTuple):
@@ -80,13 +80,14 @@ class Lane(NamedTuple):
 
     Attributes:
         ride: Its robot, on its way.
-        view: Its lidar, of as many beams as it has; none: it has no lidar, or that is not seen.
+        lidar: Its lidar, of as many beams as it has; none: it has no lidar, or that is not seen.
         walking: The people's legs that the lidar sees.
         pivot: How far ahead of base_link the point is whose pose `ride.state` has, m.
         rules: (l, RULES) of each leg, see `goal_and_progress_checker`.
         progress: (PROGRESS_STATE,) the same.
         livelock: Whether that ends an episode.
-        now: (5,) int64: control periods, decisions of others, the leg, the last `Verdict`, what was hit; -1: nothing.
+        now: (6,) int64: control periods, decisions of others, the leg, the last `Verdict`, what was hit (-1: nothing), and the leg when
+            it was told what to do.
         start: (3,) where the robot was put.
         by_odometry: Whether it knows where it is by its odometry, else by the truth.
         estimate: (3,) where it takes itself to be.
@@ -104,7 +105,7 @@ class Lane(NamedTuple):
     """
 
     ride: Ride
-    view: View
+    lidar: View
     walking: Legs
     pivot: float
     rules: FloatArray
@@ -160,9 +161,9 @@ def base_link(state: FloatArray, pivot: float) -> tuple[float, float, float]:
 
 @light
 def away(lane: Lane) -> float:
-    """How far the robot is from its goal, by the truth, m."""
+    """How far the robot is from the goal that it had when it was told what to do, by the truth, m."""
     x, y, _ = base_link(lane.ride.state, lane.pivot)
-    rule = lane.rules[lane.now[LEG]]
+    rule = lane.rules[lane.now[TOLD_LEG]]
     return math.hypot(rule[GOAL_X] - x, rule[GOAL_Y] - y)
 
 
@@ -184,30 +185,30 @@ def judge(lane: Lane, v: float, omega: float, v_y: float) -> int:
 @light
 def begin(lane: Lane, told: Told, i: int) -> int:
     """The first part of lane `i`'s control period, up to where it drives: its `Phase`."""
+    lane.now[TOLD_LEG] = lane.now[LEG]
     told.moved[i, 0] = told.moved[i, 1] = away(lane)
     verdict = judge(lane, told.commands[i, 0], told.commands[i, 1], told.commands[i, 2])
     lane.now[VERDICT] = verdict
     if verdict == Verdict.GOES_ON:
-        return int(Phase.JUDGED)
+        return Phase.JUDGED.value
     if verdict == Verdict.REACHED and lane.now[LEG] + 1 < len(lane.rules):
-        return int(Phase.ARRIVED)
-    return int(Phase.OVER)
+        return Phase.ARRIVED.value
+    return Phase.OVER.value
 
 
 @light
 def end(lane: Lane, told: Told, i: int, hit: int) -> int:
     """The last part of lane `i`'s control period, in which the robot `hit` something, or -1: its `Phase`."""
-    ride, rule = lane.ride, lane.rules[lane.now[LEG]]
-    x, y, _ = base_link(ride.state, lane.pivot)
-    told.moved[i, 1] = math.hypot(rule[GOAL_X] - x, rule[GOAL_Y] - y)
+    ride = lane.ride
+    told.moved[i, 1] = away(lane)
     lane.now[HIT] = hit
     if hit >= 0:
-        return int(Phase.OVER)
+        return Phase.OVER.value
     for c in range(STATE):
         ride.began[c] = ride.state[c]
     lane.now[PERIODS] += 1
     see(lane, told.seen, i)
-    return int(Phase.SEEN)
+    return Phase.SEEN.value
 
 
 @light
@@ -230,11 +231,10 @@ def see(lane: Lane, seen: npt.NDArray[np.float32], i: int) -> None:
     if rule[PLANNER_YAW] < math.pi:
         turn = turn_between(theta, rule[GOAL_THETA])
         seen[i, 2], seen[i, 3] = math.cos(turn), math.sin(turn)
-    seen[i, GOAL] = state[ODOM_V]
-    seen[i, GOAL + 1] = state[ODOM_OMEGA]
+    seen[i, GOAL], seen[i, GOAL + 1] = state[ODOM_V], state[ODOM_OMEGA]
     k = GOAL + 2
     if lane.sideways:
-        seen[i, GOAL + 1], seen[i, GOAL + 2] = state[ODOM_OMEGA], state[ODOM_V_Y]
+        seen[i, k] = state[ODOM_V_Y]
         k += 1
     if len(lane.cuts) > 1:
         k = _see_scan(lane, seen, i, k, t)
@@ -245,7 +245,7 @@ def see(lane: Lane, seen: npt.NDArray[np.float32], i: int) -> None:
 @light
 def _see_scan(lane: Lane, seen: npt.NDArray[np.float32], i: int, k: int, t: float) -> int:
     """Scan, and write the shortest return of each part behind the first `k` numbers of row `i`; how many there are then."""
-    state, moving, view = lane.ride.state, lane.ride.setting.moving, lane.view
+    state, moving, view = lane.ride.state, lane.ride.setting.moving, lane.lidar
     for m in range(len(view.poses)):
         for c in range(3):
             view.poses[m, c] = moving.poses[m, c]
@@ -261,7 +261,9 @@ def _see_scan(lane: Lane, seen: npt.NDArray[np.float32], i: int, k: int, t: floa
 
 
 @light
-def _see_discs(lane: Lane, seen: npt.NDArray[np.float32], i: int, k: int, x: float, y: float, c: float, s: float) -> None:
+def _see_discs(
+    lane: Lane, seen: npt.NDArray[np.float32], i: int, k: int, x: float, y: float, c: float, s: float
+) -> None:
     """Write the nearest discs behind the first `k` numbers of row `i`, as seen from (x, y) [m], ahead along (c, s)."""
     discs, poses, before, order, away = lane.discs, lane.ride.setting.moving.poses, lane.before, lane.order, lane.away
     tx, ty, _ = base_link(lane.ride.state, lane.pivot)
@@ -298,8 +300,22 @@ def _see_discs(lane: Lane, seen: npt.NDArray[np.float32], i: int, k: int, x: flo
 
 
 @kernel
+def see_held(held: Held[Lane], seen: npt.NDArray[np.float32], i: int) -> None:
+    """`see`."""
+    see(held.value, seen, i)
+
+
+def step(lanes: Any, *more: Any) -> None:
+    """Drive each of `lanes` as far as it gets by itself: see `step_on_rails` and `step_among`."""
+    if len(more) == 1:
+        step_on_rails(lanes, *more)
+    else:
+        step_among(lanes, *more)
+
+
+@kernel
 def step_on_rails(lanes: Any, told: Told) -> None:
-    """Drive each of `lanes` whose phase is `TOLD` or `JUDGED` as far as it gets."""
+    """Drive each of `lanes` whose phase is `TOLD` or `JUDGED`, among what stands or runs on rails, as far as it gets."""
     for i in range(len(lanes)):
         if told.phase[i] > Phase.JUDGED:
             continue
@@ -312,9 +328,27 @@ def step_on_rails(lanes: Any, told: Told) -> None:
             told.phase[i] = end(lane, told, i, hit)
 
 
+def walk_until(crowd: Any, street: Any, leg: int, count: int, t: float, looked: bool) -> tuple[int, bool]:
+    """`CompiledBehaviour.walk_until` of whichever crowd it is; for kernels."""
+    raise NotImplementedError
+
+
+_WALK_UNTIL = {walkers.Crowd: walkers.walk_until, crowdnav.Crowd: crowdnav.walk_until}
+
+
+@overload(walk_until)
+def _walk_until(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
+    of_its_kind = _WALK_UNTIL[crowd.field_dict["value"].instance_class]
+
+    def chosen(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
+        return of_its_kind(crowd, street, leg, count, t, looked)
+
+    return chosen
+
+
 @kernel
-def step_among_walkers(lanes: Any, crowds: Any, streets: Any, told: Told) -> None:
-    """The same among a crowd of `walkers`, whose phase may be `LOOKED` too."""
+def step_among(lanes: Any, crowds: Any, streets: Any, told: Told) -> None:
+    """The same, among a compiled crowd each; the phase may be `LOOKED` too."""
     for i in range(len(lanes)):
         if told.phase[i] > Phase.LOOKED or told.phase[i] == Phase.WALKED:
             continue
@@ -324,39 +358,12 @@ def step_among_walkers(lanes: Any, crowds: Any, streets: Any, told: Told) -> Non
         looked = told.phase[i] == Phase.LOOKED
         if not (looked or told.phase[i] == Phase.JUDGED):
             continue
-        period, count = lane.ride.setting.vehicle.period, lane.now[PERIODS]
+        leg, period, count = lane.now[LEG], lane.ride.setting.vehicle.period, lane.now[PERIODS]
         if not looked:
-            rehearse(lane.ride, count, lane.now[LEG], count * period)
+            rehearse(lane.ride, count, leg, count * period)
         until = (count + 1) * period + _SAME
-        lane.now[DECISIONS], news = walkers.walk_until(
-            crowds[i], streets[i], lane.now[LEG], lane.now[DECISIONS], until, looked
-        )
+        lane.now[DECISIONS], news = walk_until(crowds[i], streets[i], leg, lane.now[DECISIONS], until, looked)
         if news:
-            told.phase[i] = Phase.WALKED
+            told.phase[i] = Phase.WALKED.value
             continue
-        told.phase[i] = end(lane, told, i, drive(lane.ride, count, lane.now[LEG], count * period))
-
-
-@kernel
-def step_among_crowdnav(lanes: Any, crowds: Any, streets: Any, told: Told) -> None:
-    """The same among CrowdNav's people."""
-    for i in range(len(lanes)):
-        if told.phase[i] > Phase.LOOKED or told.phase[i] == Phase.WALKED:
-            continue
-        lane = lanes[i].value
-        if told.phase[i] == Phase.TOLD:
-            told.phase[i] = begin(lane, told, i)
-        looked = told.phase[i] == Phase.LOOKED
-        if not (looked or told.phase[i] == Phase.JUDGED):
-            continue
-        period, count = lane.ride.setting.vehicle.period, lane.now[PERIODS]
-        if not looked:
-            rehearse(lane.ride, count, lane.now[LEG], count * period)
-        until = (count + 1) * period + _SAME
-        lane.now[DECISIONS], news = crowdnav.walk_until(
-            crowds[i], streets[i], lane.now[LEG], lane.now[DECISIONS], until, looked
-        )
-        if news:
-            told.phase[i] = Phase.WALKED
-            continue
-        told.phase[i] = end(lane, told, i, drive(lane.ride, count, lane.now[LEG], count * period))
+        told.phase[i] = end(lane, told, i, drive(lane.ride, count, leg, count * period))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,12 @@ class Scenes:
     def seed(self, seed: int) -> None:
         """From now on what comes depends on `seed` alone."""
         self._rng, self._round = np.random.default_rng([seed, *b"scenes"]), []
+
+    def twin(self) -> Scenes:
+        """Others of the same kind, in an order of their own."""
+        twin = copy(self)
+        twin._rng, twin._round = np.random.default_rng(), []
+        return twin
 
     def draw(self) -> Scenario:
         """The next one.

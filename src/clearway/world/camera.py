@@ -28,40 +28,46 @@ class ObstacleSensor:
             shape is seen as the disc that holds it.
         moving_reach: The same of each body with a pose column.
         seed: Seed of the trial; an obstacle's error in a control period depends on nothing else.
+
+    Attributes:
+        range: How far off the edge of what it sees may be, m.
+        identity: (n,) int64, which of `bodies` each of those is that it may see.
+        moving: (n,) whether it moves.
+        radius: (n,) m.
+        bound: (n,) of the error of its place, m.
+        at: (n, 2) where each stands, or was seen last, m.
     """
 
     def __init__(
         self, camera: Camera, bodies: Sequence[Body], still_reach: FloatArray, moving_reach: FloatArray, seed: int
     ) -> None:
-        self._range = camera.range
+        self.range = camera.range
         self._key = stream(seed, "camera")
         reach = {True: iter(moving_reach.tolist()), False: iter(still_reach.tolist())}
         seen = [(i, b, next(reach[b.pose is None])) for i, b in enumerate(bodies)]
         seen = [(i, b, r) for i, b, r in seen if b.kind in PLACED]
-        self._identity = np.array([i for i, _, _ in seen], dtype=np.int64)
-        self._moving = np.array([b.pose is None for _, b, _ in seen], dtype=np.bool_)
-        self._radius = np.array([r for _, _, r in seen], dtype=np.float64)
-        self._bound = np.where(self._moving, camera.error, 0.0)
-        self._at = np.full((len(seen), 2), np.nan)
-        for at, (_, b, _) in zip(self._at, seen, strict=True):
+        self.identity = np.array([i for i, _, _ in seen], dtype=np.int64)
+        self.moving = np.array([b.pose is None for _, b, _ in seen], dtype=np.bool_)
+        self.radius = np.array([r for _, _, r in seen], dtype=np.float64)
+        self.bound = np.where(self.moving, camera.error, 0.0)
+        self.at = np.full((len(seen), 2), np.nan)
+        for at, (_, b, _) in zip(self.at, seen, strict=True):
             if b.pose is not None:
                 at[:] = b.pose[:2]
 
     def look(self, x: float, y: float, moving_obstacles: FloatArray, count: int) -> Obstacles:
         """What is seen from (x, y) [m] in control period `count`; moving_obstacles: (m, 3) poses, NaN where one is absent."""
-        self._at[self._moving] = moving_obstacles[:, :2]
-        seen, position = measure(
-            self._at, self._radius, self._bound, self._identity, x, y, self._range, self._key, count
-        )
+        self.at[self.moving] = moving_obstacles[:, :2]
+        seen, position = measure(self.at, self.radius, self.bound, self.identity, x, y, self.range, self._key, count)
         n = len(seen)
         return Obstacles(
             position=position,
             velocity=np.full((n, 2), np.nan),
-            radius=self._radius[seen],
-            error=self._bound[seen],
+            radius=self.radius[seen],
+            error=self.bound[seen],
             velocity_error=np.full(n, np.inf),
-            identity=self._identity[seen],
-            moving=self._moving[seen],
+            identity=self.identity[seen],
+            moving=self.moving[seen],
         )
 
 

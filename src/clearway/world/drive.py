@@ -184,7 +184,7 @@ class Drive:
 
     def ride(self) -> Body | None:
         """Drive its period while a crowd decides: what it touches, if anything."""
-        self._driven, self._touched = self.world.ride(self._count * self._period, self.end)
+        self._driven, self._touched = self.world.drive_among(self._count * self._period, self.end)
         return self._touched
 
     def keep(self) -> None:

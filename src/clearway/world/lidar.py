@@ -72,6 +72,7 @@ class View(NamedTuple):
         still: The bodies that stand, in the map frame.
         movable: The bodies that move, each in its own frame.
         poses: (m, 3) where these are now, NaN if absent.
+        room: (2, n) room to work with.
     """
 
     mount: FloatArray
@@ -81,6 +82,7 @@ class View(NamedTuple):
     still: Scene
     movable: Scene
     poses: FloatArray
+    room: FloatArray
 
 
 class Trace(NamedTuple):
@@ -152,12 +154,18 @@ def scan(ranges: FloatArray, x: float, y: float, theta: float, count: int, held:
         theta: Its heading, rad.
         count: Number of control periods so far.
     """
-    view = held.value
+    scan_from(ranges, x, y, theta, count, held.value)
+
+
+@light
+def scan_from(ranges: FloatArray, x: float, y: float, theta: float, count: int, view: View) -> None:
+    """`scan` with a lidar that nobody holds."""
     mount, rays, still, movable = view.mount, view.rays, view.still, view.movable
     c, s = math.cos(theta), math.sin(theta)
     sx, sy, st = x + c * mount[0] - s * mount[1], y + s * mount[0] + c * mount[1], theta + mount[2]
     farthest = rays.range_max
-    ranges[:] = math.inf
+    for i in range(len(ranges)):
+        ranges[i] = math.inf
     cast(still.segments, still.circles, sx, sy, st, rays.directions, rays.angle_min, rays.increment, farthest, ranges)
     cast_moving(movable.segments, movable.segment_owner, movable.circles, movable.circle_owner, view.poses,
                 sx, sy, st, rays.directions, rays.angle_min, rays.increment, farthest, ranges)  # fmt: skip
@@ -230,17 +238,17 @@ def pose_then(trace: Trace, t: float) -> tuple[float, float, float]:
     return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1]), a[2] + share * wrap(b[2] - a[2])
 
 
-@kernel
+@light
 def err(ranges: FloatArray, count: int, view: View) -> None:
     """Give exact `ranges` (n,) the lidar's errors."""
     rays, errors, farthest = view.rays, view.errors, view.rays.range_max
     if errors.spot > 0.0:
-        mix(ranges, errors.spot, errors.pulse, STEEP * abs(rays.increment), count, view.key)
+        mix(ranges, errors.spot, errors.pulse, STEEP * abs(rays.increment), count, view.key, view.room[0])
     if errors.kept < 0.0:
         lose(ranges, errors.kept, count, view.key)
-    noise = np.zeros(ranges.shape[0])
+    noise = view.room[1]
     if errors.sigma > 0.0:
-        normals(view.key, count, noise)
+        normals(view.key, count, noise, view.room[0])
     for i in range(ranges.shape[0]):
         if ranges[i] <= farthest:
             r = ranges[i] + errors.bias
@@ -251,15 +259,19 @@ def err(ranges: FloatArray, count: int, view: View) -> None:
             ranges[i] = math.inf
 
 
-@kernel
-def mix(ranges: FloatArray, spot: float, pulse: float, steep: float, count: int, key: np.uint64) -> None:
+@light
+def mix(
+    ranges: FloatArray, spot: float, pulse: float, steep: float, count: int, key: np.uint64, exact: FloatArray
+) -> None:  # fmt: skip
     """Replace ranges (n,) beside edges by what spots of 2 `spot` beams see there.
 
     Args:
         steep: By how much neighbouring ranges of one surface may differ, as a share of the nearer one.
+        exact: (n,) overwritten.
     """
     n = ranges.shape[0]
-    exact = ranges.copy()
+    for i in range(n):
+        exact[i] = ranges[i]
     wide, done = math.ceil(spot), 0  # beams before `done` are as they will be
     for i in range(n - 1):
         step = abs(exact[i + 1] - exact[i])

@@ -41,6 +41,9 @@ class Scanner:
 
     Attributes:
         poses: (m, 3) where the moving bodies are as a scan is taken; to be written before a scan is asked for.
+        view: It, and among what it stands.
+        legs: Of the people whom it sees low.
+        sweeps: Whether a scan takes time.
     """
 
     def __init__(
@@ -51,7 +54,7 @@ class Scanner:
         mount = read_only(np.array(lidar.mount, dtype=np.float64))
         key = stream(seed, "lidar")
         low = lidar.height is not None and lidar.height < LEGS_END
-        movable, self._legs = on_legs(moving, seed, low)
+        movable, self.legs = on_legs(moving, seed, low)
         self.poses = np.full((len(moving), 3), np.nan)
         view = View(
             mount=mount - (pivot, 0.0, 0.0),
@@ -61,24 +64,26 @@ class Scanner:
             still=standing(still, low),
             movable=movable,
             poses=self.poses,
+            room=np.empty((2, lidar.beams)),
         )
-        self._view, self._circles = hold(view), movable.circles
+        self.view, self._view, self._circles = view, hold(view), movable.circles
         self._beams = lidar.beams
         self._traffic, self._around, self._past = traffic, around, past
         self._time = factor * lidar.sweep * (-1.0 if lidar.clockwise else 1.0)
+        self.sweeps = self._time != 0.0
         between = self._time / max(lidar.beams - 1, 1)
         self._about = (rays.angle_min, rays.increment, rays.range_min, rays.range_max, mount, between)
-        if self._time != 0.0:
+        if self.sweeps:
             k = math.ceil((late + 0.5 * abs(self._time)) / period) + 1
             self._trace = Trace(period * np.arange(-k, 0.0), period, np.tile(pose[:3], (k, steps(period) + 1, 1)))
             self._before = np.full((GROUPS, len(moving), 3), np.nan)
             self._sweep = hold_sweep(
-                Sweep(view, self._trace, self._time, self._legs, around.tracks, around.since, self._before)
+                Sweep(view, self._trace, self._time, self.legs, around.tracks, around.since, self._before)
             )
 
     def keep(self, t: float, way: FloatArray) -> None:
         """In the period from time `t` [s] on the robot drove along `way` (n + 1, 3 or more)."""
-        if self._time != 0.0:
+        if self.sweeps:
             begun, ways = self._trace.begun, self._trace.ways
             begun[:-1], ways[:-1] = begun[1:], ways[1:]
             begun[-1], ways[-1] = t, way[:, :3]
@@ -86,7 +91,7 @@ class Scanner:
     def look(self, stamp: float, pose: FloatArray, count: int) -> Scan:
         """The scan whose middle was at time `stamp` [s], when the robot was at `pose` (3,), in control period `count`."""
         ranges = np.empty(self._beams)
-        if self._time != 0.0:
+        if self.sweeps:
             began = self._traffic.leg_began
             if stamp - 0.5 * abs(self._time) < began:
                 for g in range(GROUPS):
@@ -94,8 +99,8 @@ class Scanner:
             self._around.now()
             scan_in_time(ranges, stamp, self._around.leg, began, count, self._sweep)
         else:
-            if len(self._legs.circle):
-                walk(self._circles, self._legs, self._around.tracks, self._around.since, self._around.leg, stamp)
+            if len(self.legs.circle):
+                walk(self._circles, self.legs, self._around.tracks, self._around.since, self._around.leg, stamp)
             x, y, theta = pose.tolist()
             scan(ranges, x, y, theta, count, self._view)
         return Scan(ranges, *self._about)

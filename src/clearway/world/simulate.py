@@ -113,6 +113,7 @@ class Simulation:
 
     Attributes:
         drives: Of each robot.
+        traffic: What moves there.
     """
 
     def __init__(
@@ -125,7 +126,7 @@ class Simulation:
         unpiloted = [b for b in bodies[0] if b.name not in self._names or b.kind != BodyKind.ROBOT]
         arrivals = Arrivals(first.people, len(moving_obstacles_of(first)))
         legs, behaviours = [leg.name for leg in first.legs], behaviours_of(first, unpiloted)
-        self._traffic = Traffic(tracks, behaviours, legs, len(drivers), arrivals)
+        self.traffic = Traffic(tracks, behaviours, legs, len(drivers), arrivals)
         self._attempts: list[Attempt] = []
         self.drives: list[Drive] = []
         for scenario, around, driver in zip(scenarios, bodies, drivers, strict=True):
@@ -134,17 +135,17 @@ class Simulation:
                 privileged=driver.privileged, setup=driver.setup, tracking=driver.tracking, run=run,
             )  # fmt: skip
             self._attempts.append(attempt)
-            self.drives.append(_drive(scenario, attempt, driver, self._traffic, area, raise_errors))
+            self.drives.append(_drive(scenario, attempt, driver, self.traffic, area, raise_errors))
 
     def due(self) -> Iterator[Sequence[Drive]]:
         """Drive until all trials are over, see `clearway.world.together`: whose periods begin has to decide before it goes on."""
-        return together(self.drives, self._names, self._traffic)
+        return together(self.drives, self._names, self.traffic)
 
     def trials(self) -> list[Trial]:
         """The trial of each robot, once all are over."""
         wall = perf_counter() - self._begun
         trials = [_trial(*one, wall) for one in zip(self._scenarios, self._attempts, self.drives, strict=True)]
-        errands = _errands(self._traffic, self._people)
+        errands = _errands(self.traffic, self._people)
         return [replace(trial, errands=errands) for trial in trials]
 
 

@@ -143,6 +143,16 @@ class Traffic:
                 self._laid.lay([body], when, self._base(member, pose[None]))
 
     @property
+    def decisions(self) -> int:
+        """How often behaviours have decided."""
+        return self._count
+
+    @property
+    def crowd(self) -> CompiledBehaviour:
+        """The crowd, where it is `ridden_among`."""
+        return self._crowds[0]
+
+    @property
     def ridden_among(self) -> bool:
         """Whether one crowd is all who decide, and one robot drives among them: then `ride` is all that a period takes."""
         return self._together and not self.several
@@ -154,13 +164,13 @@ class Traffic:
     def ride(self, ridden: Held[Ride], period: Period) -> tuple[int, bool]:
         """The robot drives for its control `period` while the crowd decides; what it hit, and whether nothing is worth being kept."""
         crowd = self._crowds[0]
-        self._count, hit, far = crowd.ride(self._street, ridden, self.leg, self._count, period, self.arrivals)
+        self._count, hit, far = crowd.ride(self.street, ridden, self.leg, self._count, period, self.arrivals)
         return hit, far
 
     def decide_until(self, t: float) -> None:
         """All behaviours decide up to time `t` [s], and thereby for a little longer; each by what was there when it decided."""
         if self._together:
-            self._count = self._crowds[0].decide_until(self._street, self.leg, self._count, t + _SAME, self.arrivals)
+            self._count = self._crowds[0].decide_until(self.street, self.leg, self._count, t + _SAME, self.arrivals)
             return
         while self._behaviours and self._count * PERIOD <= t + _SAME:
             now, until = self._count * PERIOD, (self._count + 1) * PERIOD
@@ -168,7 +178,7 @@ class Traffic:
             self.arrivals.look(now, scene.moving)
             chosen = [behaviour.step(now, until, scene) for behaviour in self._asked]
             for crowd in self._crowds:
-                crowd.decide_until(self._street, self.leg, self._count, now, _NOBODY)
+                crowd.decide_until(self.street, self.leg, self._count, now, _NOBODY)
             for behaviour, poses in zip(self._asked, chosen, strict=True):
                 self._laid.lay(behaviour.members, until, poses)
             self._count += 1
@@ -201,7 +211,8 @@ class Traffic:
         return out
 
     @cached_property
-    def _street(self) -> Held[Street]:
+    def street(self) -> Held[Street]:
+        """Everything that moves, as compiled behaviours take it."""
         there = np.empty((2, len(self._since), 3))
         arrivals = self.arrivals if self._together else _NOBODY
         return hold_street(Street(self._tracks, self._since, there, self._driven, arrivals.watched))

@@ -46,6 +46,10 @@ class World:
         moving_obstacles: (m, 3) poses now of the moving bodies; NaN: absent.
         latency: How late the robot senses and acts.
         between: What was where between the ends of the periods.
+        ride: The robot on its way, as kernels take it.
+        scanner: Its lidar; None: it has none.
+        camera: Its camera; None: it has none.
+        pivot: How far ahead of base_link it turns, m: there is the pose that `ride` has.
     """
 
     def __init__(
@@ -63,9 +67,9 @@ class World:
         self._still = [b for b in bodies if b.pose is not None]
         self._moving = [b for b in bodies if b.pose is None]
         self._robot, self._traffic, self._period = robot, traffic, robot.period
-        self._pivot = robot.drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
+        self.pivot = robot.drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
         self._state = np.zeros(setting.STATE)
-        self._state[:3] = self._shifted(start, self._pivot)
+        self._state[:3] = self._shifted(start, self.pivot)
         self._count = 0
         late = robot.latency
         self.latency = Latency(latency * late.sensing, latency * late.command, latency * late.jitter)
@@ -78,7 +82,7 @@ class World:
         self._components = setting.V_Y + self._sideways
 
         foot = pack([robot.shape])
-        foot = place(foot, np.array([[-self._pivot, 0.0, 0.0]]))
+        foot = place(foot, np.array([[-self.pivot, 0.0, 0.0]]))
         foot = foot._replace(reach=np.hypot(*foot.points.T).max(keepdims=True) + foot.radius)
         poses = np.array([b.pose for b in self._still], dtype=np.float64).reshape(-1, 3)
         still = place(pack([b.shape for b in self._still]), poses)
@@ -95,10 +99,10 @@ class World:
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip
         limits, bounds = vehicle.limits, vehicle.bounds
-        straight, turning = limits.fastest + bounds[2], self._pivot * (limits.omega_max + bounds[3])
+        straight, turning = limits.fastest + bounds[2], self.pivot * (limits.omega_max + bounds[3])
         fastest = straight + abs(turning) if self._sideways else math.hypot(straight, turning)
-        fastest += math.hypot(bounds[0], self._pivot * bounds[1]) / robot.period
-        self.member = traffic.join(foot, self._pivot, self._state[:3], 1.01 * fastest)
+        fastest += math.hypot(bounds[0], self.pivot * bounds[1]) / robot.period
+        self.member = traffic.join(foot, self.pivot, self._state[:3], 1.01 * fastest)
         self._around = traffic.without(self.member)
         self._way = np.zeros((setting.steps(robot.period) + 1, setting.WAY))
         self._way[:] = self._state[: setting.WAY]
@@ -109,32 +113,31 @@ class World:
         around = setting.Setting(vehicle, standing, among, self._commands, self._way, room)
         nothing = setting.Moving(pack([]), tracks, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
         alone = setting.Setting(vehicle, standing, nothing, self._commands, self._way, room)
-        self.between = Between(setting.hold(around), self._pivot, robot.shape, self._moving)
+        self.between = Between(setting.hold(around), self.pivot, robot.shape, self._moving)
         self._began = self._state.copy()
         self._far = False  # whether nothing of the last period is worth being kept between its samples
-        self._ride = ride.hold(
-            ride.Ride(
-                around, alone, self._state, self._began, self._state.copy(), *traffic.track(self.member),
-                np.zeros(1, np.bool_), self.between.near,
-            )
+        self.ride = ride.Ride(
+            around, alone, self._state, self._began, self._state.copy(), *traffic.track(self.member),
+            np.zeros(1, np.bool_), self.between.near,
         )  # fmt: skip
-        self._camera = (
+        self._ride = ride.hold(self.ride)
+        self.camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
 
-        self._scanner: Scanner | None = None
+        self.scanner: Scanner | None = None
         if robot.lidar is not None:
-            self._scanner = Scanner(
-                robot.lidar, self._pivot, self._still, self._moving, traffic, self._around, self._past, robot.period,
+            self.scanner = Scanner(
+                robot.lidar, self.pivot, self._still, self._moving, traffic, self._around, self._past, robot.period,
                 self._state[:3], latency, self.latency.sensing + self.latency.jitter, seed,
             )  # fmt: skip
-            self._sensed_obstacles = self._scanner.poses
+            self._sensed_obstacles = self.scanner.poses
 
     @property
     def state(self) -> FloatArray:
         """(TOLD,) now, as `clearway.world.setting` orders it: true pose in the map frame and velocity, dead-reckoned pose in
         the odom frame since the start and measured velocity; m, rad, m/s, rad/s."""
-        return self._shifted(self._state[: setting.TOLD], -self._pivot)
+        return self._shifted(self._state[: setting.TOLD], -self.pivot)
 
     @property
     def motion(self) -> FloatArray:
@@ -175,12 +178,12 @@ class World:
                 self._around.place(stamp, moving)
             else:
                 moving[:] = self._past.seen(stamp)
-        state = self._shifted(inner, -self._pivot)
+        state = self._shifted(inner, -self.pivot)
         return Sensing(
             stamp,
             state[setting.ODOM_X : setting.WAY],
             state[self._odometry],
-            None if self._scanner is None else self._scanner.look(stamp, inner[:3], self._count),
+            None if self.scanner is None else self.scanner.look(stamp, inner[:3], self._count),
             self._picture(state),
             goal,
             state[0:3].copy(),
@@ -188,9 +191,9 @@ class World:
 
     def _picture(self, state: FloatArray) -> Obstacles | None:
         """What the camera sees from `state` (TOLD,); None without a camera."""
-        if self._camera is None:
+        if self.camera is None:
             return None
-        return self._camera.look(float(state[0]), float(state[1]), self._sensed_obstacles, self._count)
+        return self.camera.look(float(state[0]), float(state[1]), self._sensed_obstacles, self._count)
 
     def send(self, v: float, omega: float, t: float, v_y: float = 0.0) -> None:
         """Command v [m/s], omega [rad/s] and v_y [m/s] at time `t` [s], which may be still to come in this control period."""
@@ -216,7 +219,7 @@ class World:
             hit, self._far = ride.drive_on(self._ride, self._count, self._traffic.leg, t)
         return self._driven(hit)
 
-    def ride(self, t: float, end: float) -> tuple[float, Body | None]:
+    def drive_among(self, t: float, end: float) -> tuple[float, Body | None]:
         """`rehearse` and `drive` in the period from time `t` [s] to `end` [s] while the crowd around decides."""
         self._delays.fill(self._commands, t, self._period)
         hit, self._far = self._traffic.ride(self._ride, ride.Period(self._count, t, end + _SAME))
@@ -233,8 +236,8 @@ class World:
         if self._traffic.decided:
             self._began[:] = self._state
         self._past.drive(t, self._period, self._way, self._state)
-        if self._scanner is not None:
-            self._scanner.keep(t, self._way)
+        if self.scanner is not None:
+            self.scanner.keep(t, self._way)
         if not self._far:
             self.between.look(self._traffic.leg, t, driven)
 
@@ -265,7 +268,7 @@ class World:
 
     def touching(self) -> Body | None:
         """A body that the robot touches where it stands now, None if there is none."""
-        shape, pose = self._robot.shape, self._shifted(self._state[0:3], -self._pivot)
+        shape, pose = self._robot.shape, self._shifted(self._state[0:3], -self.pivot)
         near, moving = self._within(pose[:2])
         for body, at in [(self._still[i], self._still[i].pose) for i in near] + moving:
             if at is not None and clearance(shape, pose, body.shape, at) <= TOUCH:
@@ -275,7 +278,7 @@ class World:
     def _within(self, centre: FloatArray) -> tuple[list[int], list[tuple[Body, FloatArray]]]:
         """The static bodies that the robot's reach around `centre` (2,) may meet, and the moving ones that are present."""
         outside = np.maximum(np.maximum(self._boxes[:, :2] - centre, centre - self._boxes[:, 2:]), 0.0)
-        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + abs(self._pivot) + TOUCH)
+        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + abs(self.pivot) + TOUCH)
         return near.tolist(), [
             (b, at) for b, at in zip(self._moving, self.moving_obstacles, strict=True) if math.isfinite(at[0])
         ]

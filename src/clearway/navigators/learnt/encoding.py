@@ -112,13 +112,13 @@ def turn_to(goal: Goal, theta: float) -> float | None:
 
 
 @lru_cache(maxsize=64)
-def _cuts(n: int, beams: int) -> npt.NDArray[np.int64]:
+def cuts(n: int, beams: int) -> npt.NDArray[np.int64]:
     """(beams,) where each part of `n` beams begins."""
     return np.arange(beams, dtype=np.int64) * n // beams
 
 
 def _lidar(scan: Scan, beams: int) -> Numbers:
-    nearest = np.minimum.reduceat(scan.ranges, _cuts(len(scan.ranges), beams))
+    nearest = np.minimum.reduceat(scan.ranges, cuts(len(scan.ranges), beams))
     return np.minimum(nearest, scan.range_max).astype(np.float32)
 
 

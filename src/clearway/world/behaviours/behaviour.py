@@ -147,7 +147,7 @@ class CompiledBehaviour(ABC):
             count, news = self.walk_until(self.crowd, street, leg, count, t, looked)
             if not news:
                 return count
-            self._tell(count, arrivals)
+            self.tell(count, arrivals)
             looked = True
 
     def ride(
@@ -159,10 +159,11 @@ class CompiledBehaviour(ABC):
             count, news, hit, far = self.ride_among(self.crowd, street, ridden, leg, count, period, looked, looked)
             if not news:
                 return count, hit, far
-            self._tell(count, arrivals)
+            self.tell(count, arrivals)
             looked = True
 
-    def _tell(self, count: int, arrivals: Arrivals) -> None:
+    def tell(self, count: int, arrivals: Arrivals) -> None:
+        """At decision number `count` anybody may have come to where it was going: `arrivals` is told, and it goes on."""
         arrivals.come_to(count * PERIOD)
         self.come_on(count * PERIOD)
 

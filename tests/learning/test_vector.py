@@ -1,0 +1,131 @@
+"""Many worlds in one kernel: each is what the environment of one is, whoever else is stepped beside it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from gymnasium.error import ResetNeeded
+
+import clearway.learning
+from clearway.errors import ClearwayError
+from clearway.learning.environment import Alone
+from clearway.learning.vector import Lanes, Steps
+
+KINDS: dict[str, dict[str, Any]] = {
+    "legs": {"suite": "hospital", "robot": "tiago", "batches": ("NO", "SO"), "speeds": (1.0,), "beams": 30, "latency": 0.0,
+             "localisation": "odometry"},
+    "rails": {"suite": "dynabarn", "beams": 24, "latency": 0.0, "localisation": "truth"},
+    "crowdnav": {"suite": "crowd", "batches": ("circle-visible", "square-invisible"), "obstacles": 6, "tracking": "difference",
+                 "localisation": "truth"},
+    "walkers": {"suite": "people", "robot": "turtlebot4", "beams": 40, "latency": 0.0, "localisation": "truth"},
+}  # fmt: skip
+
+
+def policy(seen: np.ndarray, k: int) -> np.ndarray:
+    """At the goal, a little astray, and at last for good."""
+    x, y = seen[..., 0], seen[..., 1]
+    action = np.zeros((*seen.shape[:-1], k), np.float32)
+    action[..., 0] = np.clip(x, -1.0, 1.0)
+    action[..., -1] = np.clip(np.arctan2(y, x), -1.0, 1.0)
+    if k == 3:
+        action[..., 1], action[..., 2] = np.clip(y, -1.0, 1.0), 0.0
+    return action
+
+
+def alone(kind: str) -> Alone:
+    return clearway.learning.make(flat=True, indicators=False, **KINDS[kind])
+
+
+def several(kind: str, n: int, **more: Any) -> Lanes:
+    return clearway.learning.make_vec(num_envs=n, flat=True, **KINDS[kind], **more)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_lane_is_the_environment_of_one(kind: str) -> None:
+    one, lane = alone(kind), several(kind, 1)
+    k = one.action_space.shape[0]
+    (seen, info), (seen_too, info_too) = one.reset(seed=3), lane.reset(seed=3)
+    ends: list[str] = []
+    while len(ends) < 3:
+        np.testing.assert_allclose(seen_too[0], seen, atol=2e-5)
+        assert info_too["scenario"][0] == info["scenario"]
+        action = policy(seen, k)
+        seen, reward, terminated, truncated, told = one.step(action)
+        seen_too, rewards, terminated_too, truncated_too, told_too = lane.step(action[None])
+        assert rewards[0] == pytest.approx(reward, abs=1e-9)
+        assert (terminated_too[0], truncated_too[0]) == (terminated, truncated)
+        if terminated or truncated:
+            np.testing.assert_allclose(told_too["final_obs"][0], seen, atol=2e-5)
+            assert told_too["final_info"]["outcome"][0] == told["outcome"]
+            ends.append(told["outcome"])
+            seen, info = one.reset()
+            info_too = told_too
+
+
+def test_lanes_do_not_mind_each_other() -> None:
+    three, twin = several("crowdnav", 3), several("crowdnav", 3)
+    seen, _ = three.reset(seed=5)
+    again, _ = twin.reset(seed=5)
+    for _ in range(80):
+        action = policy(seen, 3)
+        other = action.copy()
+        other[1] = 0.0  # there lane 1 does something else
+        seen, *_ = three.step(action)
+        again, *_ = twin.step(other)
+        np.testing.assert_array_equal(seen[[0, 2]], again[[0, 2]])
+    assert not np.array_equal(seen[1], again[1])
+
+
+def test_the_dict_is_the_row_by_its_parts() -> None:
+    flat = several("crowdnav", 2)
+    parts = clearway.learning.make_vec(num_envs=2, **KINDS["crowdnav"])
+    row, _ = flat.reset(seed=1)
+    seen, _ = parts.reset(seed=1)
+    assert parts.observation_space.contains(seen)
+    assert flat.observation_space.contains(row)
+    np.testing.assert_array_equal(row, np.concatenate([part.reshape(2, -1) for part in seen.values()], axis=1))
+
+
+def test_a_reward_of_ones_own_is_asked() -> None:
+    asked: list[Steps] = []
+
+    def reward(steps: Steps) -> np.ndarray:
+        asked.append(steps)
+        return np.array([1.0, 2.0])
+
+    lanes = several("crowdnav", 2, reward=reward)
+    lanes.reset(seed=1)
+    _, rewards, *_ = lanes.step(np.zeros((2, 3), np.float32))
+    assert rewards.tolist() == [1.0, 2.0]
+    assert asked[0].before.shape == (2,)
+    assert asked[0].outcome == [None, None]
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"suite": "hospital", "robot": "tiago", "beams": 8, "latency": 0.0}, "localisation"),
+        ({"suite": "hospital", "robot": "tiago", "beams": 8, "localisation": "truth"}, "latency"),
+        ({"suite": "hospital", "robot": "tiago", "obstacles": 3, "latency": 0.0, "localisation": "truth"}, "obstacles"),
+        ({"suite": "crowd", "obstacles": 3, "tracking": "kalman", "localisation": "truth"}, "obstacles"),
+        ({"suite": "crowd", "num_envs": 0}, "num_envs"),
+        ({"suite": "crowd", "num_envs": True}, "num_envs"),
+        ({"suite": "crowd", "beans": 3}, "option"),
+    ],
+)
+def test_what_takes_python_is_refused(options: dict[str, Any], field: str) -> None:
+    with pytest.raises(ClearwayError) as error:
+        clearway.learning.make_vec(**options).reset(seed=1)
+    assert field in str(error.value) or error.value.field == field
+
+
+def test_actions_are_looked_at() -> None:
+    lanes = several("crowdnav", 2)
+    with pytest.raises(ResetNeeded):
+        lanes.step(np.zeros((2, 3), np.float32))
+    lanes.reset(seed=1)
+    for bad in (np.zeros((2, 2)), np.zeros((3, 3)), np.full((2, 3), np.nan)):
+        with pytest.raises(ValueError, match="finite numbers"):
+            lanes.step(bad)
