@@ -9,8 +9,9 @@ With `--people` the discs walk their lanes by ORCA, and see each other and the r
 neighbours within 10 m, in navground each 0.1 s, among neighbours within 5 m, and once more each 0.05 s (`navground 20Hz`: two of
 its steps a period); IR-SIM is left out.
 
-With `--learning` too, and Clearway is its Gymnasium environment: what is seen comes back as an array, and the action is a learner's;
-IR-SIM's discs go by its `rvo`. A step is then what a learner calls one, the beginning of an episode counted in.
+With `--learning` too, and Clearway is 16 of its Gymnasium environments in one kernel (`make_vec`): what is seen comes back as an array, and
+the action is a learner's; IR-SIM's discs go by its `rvo`. A step is then what a learner calls one in one of them, the beginnings of
+episodes of a minute counted in.
 
     python benchmarks/world_speed.py [--people] [--learning] [--rivals PYTHON] [--steps N] [--rounds N] [--json] [--smoke]
 
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 
 HALF, LANE_END, RADIUS, PERIOD, BEAMS, RANGE, SIGMA = 5.0, 4.5, 0.2, 0.1, 180, 10.0, 0.01
 V, OMEGA = 0.3, 1.0
+WORLDS, EPISODE = 16, 600  # of a learner: how many side by side, and periods in an episode
 LANES = [((1 if i % 2 else -1) * (1.2 + 0.45 * (i // 2)), 0.5 + 0.05 * i) for i in range(16)]  # y [m], speed [m/s]
 AIM = {"irsim": 100.0, "navground": 1.0, "navground 20Hz": 1.0}
 
@@ -111,10 +113,10 @@ def _scene(steps: int, people: bool, walls: Sequence[object] = ()) -> tuple[Robo
 
 
 def learner(steps: int) -> Callable[[], float]:
-    """Steps of the Gymnasium environment: an episode begins as often as the time limit says."""
+    """Steps of `clearway.learning.make_vec`: 16 worlds in one kernel, an episode of a minute each."""
     import numpy as np
 
-    from clearway.learning import make
+    from clearway.learning import make_vec
 
     walls = [
         {"name": f"wall {k}", "shape": {"kind": "rectangle", "length": 2 * HALF, "width": 0.1}, "pose": pose}
@@ -122,20 +124,17 @@ def learner(steps: int) -> Callable[[], float]:
             [(0, HALF + 0.05, 0), (0, -HALF - 0.05, 0), (HALF + 0.06, 0, math.pi / 2), (-HALF - 0.06, 0, math.pi / 2)]
         )
     ]
-    robot, scenario = _scene(steps, True, walls)
-    env = make(scenario, robot, beams=BEAMS, flat=True, normalised=False, indicators=False, localisation="odometry")
-    action = np.array((V, OMEGA), np.float32)
+    robot, scenario = _scene(EPISODE, True, walls)
+    env = make_vec(scenario, robot, num_envs=WORLDS, beams=BEAMS, flat=True, normalised=False, localisation="odometry")
+    action = np.tile(np.array((V, OMEGA), np.float32), (WORLDS, 1))
+    env.reset(seed=1)
 
     def once() -> float:
-        before, done = time.process_time(), 0
-        while done < steps:
-            env.reset()
-            over = False
-            while not over:
-                seen, _, terminated, truncated, _ = env.step(action)
-                over, done = terminated or truncated, done + 1
-            assert len(seen) > BEAMS
-        return (time.process_time() - before) / done
+        before = time.process_time()
+        for _ in range(max(steps // WORLDS, 1)):
+            seen, *_ = env.step(action)
+        assert seen.shape[1] > BEAMS
+        return (time.process_time() - before) / (WORLDS * max(steps // WORLDS, 1))
 
     return once
 

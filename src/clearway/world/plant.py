@@ -176,30 +176,37 @@ def drive_period(state: FloatArray, count: int, leg: int, t: float, setting: Set
 
 @light
 def unmet(before: FloatArray, after: FloatArray, leg: int, t: float, setting: Setting) -> bool:
-    """Whether nothing that moves can be met in the control period from time `t` [s] on, by how far all are from each other; then
-    it is placed where it is at its end, as `drive_period` does it.
+    """Which of those that move can't be met in the control period from time `t` [s] on, by how far they are from the robot: these need no
+    look, as `Moving.slack` says then. Where it is all of them, each is placed where it is at the end, as `drive_period` does it.
 
     Args:
         before: (STATE,) as the period begins.
         after: (STATE,) as it ends if nothing is met.
         leg: The leg whose tracks count.
+
+    Returns:
+        Whether it is all of them.
     """
     vehicle, moving = setting.vehicle, setting.moving
-    tracks, since, poses, reach = moving.tracks, moving.since, moving.poses, moving.shapes.reach
+    tracks, since, poses, reach, slack = moving.tracks, moving.since, moving.poses, moving.shapes.reach, moving.slack
     driven = after[ODOMETER] - before[ODOMETER] + vehicle.reach + _LEEWAY
+    none = True
     for m in range(len(since)):
         first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
+        slack[m] = 0.0
         if first == last:
             continue
-        if not pose_at(tracks.knots, first, last, t - since[m], poses[m]):
-            return False
-        apart = math.hypot(poses[m, 0] - before[X], poses[m, 1] - before[Y])
-        if not apart > driven + reach[m] + tracks.speed[m] * vehicle.period:
-            return False
-    for m in range(len(since)):
-        first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
-        pose_at(tracks.knots, first, last, t - since[m] + vehicle.period, poses[m])
-    return True
+        if pose_at(tracks.knots, first, last, t - since[m], poses[m]):
+            apart = math.hypot(poses[m, 0] - before[X], poses[m, 1] - before[Y])
+            if apart > driven + reach[m] + tracks.speed[m] * vehicle.period:
+                slack[m] = math.inf
+                continue
+        none = False
+    if none:
+        for m in range(len(since)):
+            first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
+            pose_at(tracks.knots, first, last, t - since[m] + vehicle.period, poses[m])
+    return none
 
 
 @light

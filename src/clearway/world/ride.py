@@ -94,16 +94,13 @@ def drive(ride: Ride, count: int, leg: int, t: float) -> int:
     Returns:
         As `plant.drive_period`.
     """
-    if ride.as_rehearsed[0] and unmet(ride.began, ride.rehearsed, leg, t, ride.setting):
+    if unmet(ride.began, ride.rehearsed, leg, t, ride.setting) and ride.as_rehearsed[0]:
         for c in range(STATE):
             ride.state[c] = ride.rehearsed[c]
         return -1
     ride.as_rehearsed[0] = False
     for c in range(STATE):
         ride.state[c] = ride.began[c]
-    slack = ride.setting.moving.slack
-    for m in range(len(slack)):
-        slack[m] = 0.0
     return drive_period(ride.state, count, leg, t, ride.setting)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -26,6 +27,9 @@ HELD_UP, PATIENCE, SIDESTEP, ASIDE = 0.3, 1.0, 1.0, 2.0
 those who give way to each other exactly would stand for ever."""
 STRAYING = 0.02
 """By how much a person's course errs at most, rad: two who want exactly through each other would stand for ever."""
+KNOWN_BYTES = 64 << 20
+"""So much of the distances to places is kept for other trials on the same floor, the oldest forgotten first."""
+_KNOWN: dict[tuple[bytes, tuple[float, float], float], FloatArray] = {}
 
 
 class OnRoute(NamedTuple):
@@ -81,6 +85,7 @@ class Routes:
         self._stop, self._until = [0] * k, [-math.inf] * k
         self._held: list[tuple[float, float]] = [person.start for person in people]
         self._slots: dict[tuple[tuple[float, float], float], int] = {}
+        self._floor = hashlib.blake2b(room.clearance.tobytes() + room.origin.tobytes(), digest_size=16).digest()
         self.now = OnRoute(
             speed=speed,
             radius=np.array([person.radius for person in people]),
@@ -132,9 +137,19 @@ class Routes:
             used = set(self.now.slot.tolist())
             old = next(other for other, where in self._slots.items() if where not in used)
             slot = self._slots.pop(old)
-        self.now.distance[slot] = ways_to(np.array(key[0]), self._room, key[1]).distance
+        self.now.distance[slot] = self._distance(key)
         self._slots[key] = slot
         return slot
+
+    def _distance(self, key: tuple[tuple[float, float], float]) -> FloatArray:
+        """The distances themselves."""
+        known = (self._floor, *key)
+        if known not in _KNOWN:
+            distance = ways_to(np.array(key[0]), self._room, key[1]).distance
+            while _KNOWN and (len(_KNOWN) + 1) * distance.nbytes > KNOWN_BYTES:
+                del _KNOWN[next(iter(_KNOWN))]
+            _KNOWN[known] = distance
+        return _KNOWN[known]
 
 
 @light
