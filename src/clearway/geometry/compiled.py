@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core import event, types
+from numba.core import errors, event, types
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -66,16 +66,20 @@ def light(function: _F) -> _F:
 
     Numba counts an array up and down again whenever it is taken from a NamedTuple or a part of it is looked at, in steps on which all
     cores agree. In a small kernel that is most of the time: without it ORCA's walls are seven times as fast. Whoever calls one holds
-    all that it is given. Numba refuses to compile one that makes an array ("NRT required"); one that hands an array on is refused here.
+    all that it is given. One that makes an array, or hands one on, is refused when it is compiled.
     """
     compiled = _compiled(function, _OPTIONS | {"_nrt": False})
     compiler = compiled._compiler
     compile_ = compiler.compile
 
     def checked(args: Any, return_type: Any) -> Any:
-        result = compile_(args, return_type)
+        name = f"{function.__module__}.{function.__qualname__}"
+        try:
+            result = compile_(args, return_type)
+        except errors.NumbaError as error:
+            raise TypeError(f"{name} can't be compiled; if it makes an array, it is to be a kernel: {error}") from error
         if _gets_arrays(result):
-            raise TypeError(f"{function.__module__}.{function.__qualname__} hands arrays on, as only a kernel may")
+            raise TypeError(f"{name} hands arrays on, as only a kernel may")
         return result
 
     compiler.compile = checked

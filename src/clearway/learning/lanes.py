@@ -336,9 +336,9 @@ def walk_until(crowd: Any, street: Any, leg: int, count: int, t: float, looked: 
 _WALK_UNTIL = {walkers.Crowd: walkers.walk_until, crowdnav.Crowd: crowdnav.walk_until}
 
 
-@overload(walk_until)
+@overload(walk_until)  # type: ignore[untyped-decorator]
 def _walk_until(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
-    of_its_kind = _WALK_UNTIL[crowd.field_dict["value"].instance_class]
+    of_its_kind: Any = _WALK_UNTIL[crowd.field_dict["value"].instance_class]
 
     def chosen(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
         return of_its_kind(crowd, street, leg, count, t, looked)

@@ -1,0 +1,71 @@
+"""Kernels that don't count who holds which array: what they may not do is refused, as they are compiled."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from clearway.geometry.compiled import kernel, light
+
+
+class Pair(NamedTuple):
+    a: np.ndarray
+    b: np.ndarray
+
+
+@light
+def makes(a: np.ndarray) -> float:
+    return float(np.zeros(3)[0] + a[0])
+
+
+@light
+def hands_on(a: np.ndarray) -> np.ndarray:
+    return a
+
+
+@light
+def hands_on_inside(a: np.ndarray) -> tuple[float, Pair]:
+    return 1.0, Pair(a, a)
+
+
+@kernel
+def fresh(n: int) -> np.ndarray:
+    return np.full(n, 2.0)
+
+
+@light
+def gets(a: np.ndarray) -> float:
+    return float(fresh(len(a))[0])
+
+
+@kernel
+def total(n: int) -> float:
+    return float(np.full(n, 2.0).sum())
+
+
+@light
+def asks(pair: Pair, k: int) -> float:
+    """It looks at rows, and calls one that makes an array for itself."""
+    row = pair.a[k]
+    row[0] = 5.0
+    return row[0] + pair.b[k, 1] + total(3)
+
+
+def test_one_that_makes_an_array_is_refused() -> None:
+    with pytest.raises(TypeError, match="if it makes an array, it is to be a kernel"):
+        makes(np.ones(3))
+
+
+@pytest.mark.parametrize("function", [hands_on, hands_on_inside, gets])
+def test_one_that_hands_arrays_on_is_refused(function: object) -> None:
+    with pytest.raises(TypeError, match="hands arrays on"):
+        function(np.ones(3))  # type: ignore[operator]
+
+
+def test_what_it_is_given_lives_on() -> None:
+    pair = Pair(np.zeros((4, 2)), np.ones((4, 2)))
+    assert [asks(pair, k) for k in range(4)] == [12.0] * 4
+    assert pair.a[:, 0].tolist() == [5.0] * 4
+    assert (pair.a.base, pair.b.base) == (None, None)
