@@ -13,14 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba.extending import overload
 
 from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.learnt.encoding import GOAL, OBSTACLE
-from clearway.world.behaviours import crowdnav, walkers
+from clearway.world.behaviours.among import walk_until
 from clearway.world.goal_and_progress_checker import (
     GOAL_THETA,
     GOAL_X,
@@ -326,24 +325,6 @@ def step_on_rails(lanes: Any, told: Told) -> None:
             ride, count = lane.ride, lane.now[PERIODS]
             hit = drive_period(ride.state, count, lane.now[LEG], count * ride.setting.vehicle.period, ride.setting)
             told.phase[i] = end(lane, told, i, hit)
-
-
-def walk_until(crowd: Any, street: Any, leg: int, count: int, t: float, looked: bool) -> tuple[int, bool]:
-    """`CompiledBehaviour.walk_until` of whichever crowd it is; for kernels."""
-    raise NotImplementedError
-
-
-_WALK_UNTIL = {walkers.Crowd: walkers.walk_until, crowdnav.Crowd: crowdnav.walk_until}
-
-
-@overload(walk_until)  # type: ignore[untyped-decorator]
-def _walk_until(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
-    of_its_kind: Any = _WALK_UNTIL[crowd.field_dict["value"].instance_class]
-
-    def chosen(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
-        return of_its_kind(crowd, street, leg, count, t, looked)
-
-    return chosen
 
 
 @kernel

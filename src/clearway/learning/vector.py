@@ -326,7 +326,7 @@ class _World:
 
     def look(self) -> None:
         """Whoever has come to where it was going goes on."""
-        self._traffic.crowd.tell(int(self.lane.now[DECISIONS]), self._traffic.arrivals)
+        self._traffic.look(int(self.lane.now[DECISIONS]))
 
     def begin_next_leg(self) -> None:
         """A leg has been reached; now for the next one."""

@@ -15,6 +15,7 @@ from clearway.geometry.held import Held
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
 from clearway.world.arrivals import Arrivals
+from clearway.world.behaviours.among import decide_until, look, ride_until
 from clearway.world.behaviours.behaviour import (
     PERIOD,
     Behaviour,
@@ -163,14 +164,19 @@ class Traffic:
 
     def ride(self, ridden: Held[Ride], period: Period) -> tuple[int, bool]:
         """The robot drives for its control `period` while the crowd decides; what it hit, and whether nothing is worth being kept."""
-        crowd = self._crowds[0]
-        self._count, hit, far = crowd.ride(self.street, ridden, self.leg, self._count, period, self.arrivals)
+        self._count, hit, far = ride_until(
+            self.crowd, self.street, ridden, self.leg, self._count, period, self.arrivals
+        )
         return hit, far
+
+    def look(self, count: int) -> None:
+        """At decision number `count` anybody of the crowd may have come to where it was going: it goes on."""
+        look(self.crowd, count, self.arrivals)
 
     def decide_until(self, t: float) -> None:
         """All behaviours decide up to time `t` [s], and thereby for a little longer; each by what was there when it decided."""
         if self._together:
-            self._count = self._crowds[0].decide_until(self.street, self.leg, self._count, t + _SAME, self.arrivals)
+            self._count = decide_until(self.crowd, self.street, self.leg, self._count, t + _SAME, self.arrivals)
             return
         while self._behaviours and self._count * PERIOD <= t + _SAME:
             now, until = self._count * PERIOD, (self._count + 1) * PERIOD
@@ -178,7 +184,7 @@ class Traffic:
             self.arrivals.look(now, scene.moving)
             chosen = [behaviour.step(now, until, scene) for behaviour in self._asked]
             for crowd in self._crowds:
-                crowd.decide_until(self.street, self.leg, self._count, now, _NOBODY)
+                decide_until(crowd, self.street, self.leg, self._count, now, _NOBODY)
             for behaviour, poses in zip(self._asked, chosen, strict=True):
                 self._laid.lay(behaviour.members, until, poses)
             self._count += 1

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import PredictedObstacles
 from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree, X, Y, trace
@@ -89,7 +89,7 @@ def by_first_step(tree: Tree) -> IntArray:
     return found[:count]
 
 
-@light
+@kernel
 def _turns(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, out: FloatArray) -> None:
     """Fill how far the bearing of each obstacle turns on the way to a node, rad; those that stand come first.
 

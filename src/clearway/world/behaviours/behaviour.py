@@ -6,7 +6,6 @@ It belongs to the world and may know the truth. It never decides for a robot tha
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -20,9 +19,8 @@ from clearway.geometry.held import Held
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
-from clearway.world.arrivals import Arrivals, Watched
+from clearway.world.arrivals import Watched
 from clearway.world.laid import Laid, RobotTracks
-from clearway.world.ride import Period, Ride
 from clearway.world.tracks import Tracks
 
 PERIOD = 0.05
@@ -115,22 +113,12 @@ class CompiledBehaviour(ABC):
     Attributes:
         members: Which of the moving bodies these are, by their places among them.
         speed: (k,) the most that each ever moves at, m/s.
-        crowd: Who they are, held for these kernels.
-        walk_until: Of `crowd`, a `Street`, the leg that the tracks are in, the number of decisions so far, a time [s], and whether it is
-            known who comes to a place at the first of the decisions: decide up to that time, or until anybody may have come to where it
-            was going, and lay the tracks for a `PERIOD` beyond. Answers the number of decisions by then, and whether anybody has.
-        ride_among: The same with the only robot: of `crowd`, a `Street`, its `Ride`, the leg, the number of decisions, its control `Period`,
-            whether it is known who comes to a place, and whether it has been called for this period before. Answers beside these two
-            what the robot hit, see `plant.drive_period`, and whether nothing is worth being kept, see `ride.seen_far`.
+        crowd: Who they are, held for their kernel, see `among`.
     """
 
     members: tuple[int, ...]
     speed: FloatArray
     crowd: Held[Any]
-    walk_until: Callable[[Held[Any], Held[Street], int, int, float, bool], tuple[int, bool]]
-    ride_among: Callable[
-        [Held[Any], Held[Street], Held[Ride], int, int, Period, bool, bool], tuple[int, bool, int, bool]
-    ]
 
     @abstractmethod
     def begin_leg(self, leg: str, t: float) -> FloatArray | None:
@@ -139,33 +127,6 @@ class CompiledBehaviour(ABC):
     def come_on(self, t: float) -> None:
         """At time `t` [s] anybody may have come to where it was going: from there it goes on."""
         return
-
-    def decide_until(self, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals) -> int:
-        """`walk_until` time `t` [s], whoever comes anywhere; the number of decisions by then."""
-        looked = False
-        while True:
-            count, news = self.walk_until(self.crowd, street, leg, count, t, looked)
-            if not news:
-                return count
-            self.tell(count, arrivals)
-            looked = True
-
-    def ride(
-        self, street: Held[Street], ridden: Held[Ride], leg: int, count: int, period: Period, arrivals: Arrivals
-    ) -> tuple[int, int, bool]:
-        """`ride_among` to the end of the robot's `period`, whoever comes anywhere: what that answers but for the latter."""
-        looked = False
-        while True:
-            count, news, hit, far = self.ride_among(self.crowd, street, ridden, leg, count, period, looked, looked)
-            if not news:
-                return count, hit, far
-            self.tell(count, arrivals)
-            looked = True
-
-    def tell(self, count: int, arrivals: Arrivals) -> None:
-        """At decision number `count` anybody may have come to where it was going: `arrivals` is told, and it goes on."""
-        arrivals.come_to(count * PERIOD)
-        self.come_on(count * PERIOD)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

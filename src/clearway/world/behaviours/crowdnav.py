@@ -24,7 +24,6 @@ from clearway.world.behaviours.behaviour import PERIOD, STEPPING, Cast, Compiled
 from clearway.world.behaviours.walkers import course_of, glance
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
-from clearway.world.ride import Period, Ride, drive, rehearse, seen_far
 from clearway.world.tracks import place_twice
 
 DECIDES_EVERY = 0.25
@@ -80,15 +79,12 @@ class CrowdNav(CompiledBehaviour):
         members: As `Behaviour` has it.
         speed: The same.
         crowd: As `CompiledBehaviour` has it.
-        walk_until: The same.
-        ride_among: The same.
     """
 
     def __init__(self, cast: Cast) -> None:
         people, k = cast.people, len(cast.people)
         self.members, self.speed = cast.members, np.array([speed_of(person, cast.seed) for person in people])
         self._at = np.array([(*person.start, course_of(person)) for person in people], np.float64)
-        self.walk_until, self.ride_among = walk_until, ride_among
         self.crowd = hold_crowd(
             Crowd(
                 who=np.array(cast.members, np.int64),
@@ -113,7 +109,7 @@ class CrowdNav(CompiledBehaviour):
 def walk_until(
     held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
 ) -> tuple[int, bool]:
-    """`CompiledBehaviour.walk_until`; in between decisions everybody walks on."""
+    """`among.walk_until`; in between decisions everybody walks on."""
     tracks, since, there, robots, watched = street.value
     crowd = held.value
     at = crowd.at
@@ -132,28 +128,6 @@ def walk_until(
         lay(tracks.knots, tracks.rows, crowd.who, until, at)
         count += 1
     return count, False
-
-
-@kernel
-def ride_among(
-    held: Held[Crowd],
-    street: Held[Street],
-    ridden: Held[Ride],
-    leg: int,
-    count: int,
-    period: Period,
-    looked: bool,
-    begun: bool,
-) -> tuple[int, bool, int, bool]:
-    """`CompiledBehaviour.ride_among`."""
-    ride = ridden.value
-    if not begun:
-        rehearse(ride, period.number, leg, period.t)
-    count, news = walk_until(held, street, leg, count, period.end, looked)
-    if news:
-        return count, True, -1, True
-    hit = drive(ride, period.number, leg, period.t)
-    return count, False, hit, seen_far(ride, leg, period.t, hit)
 
 
 @kernel

@@ -29,7 +29,6 @@ from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, 
 from clearway.world.behaviours.routes import OnRoute, Routes, any_news, wishes
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
-from clearway.world.ride import Period, Ride, drive, rehearse, seen_far
 from clearway.world.tracks import place_twice, pose_at
 
 FASTER = 1.3
@@ -103,8 +102,6 @@ class Walkers(CompiledBehaviour):
         members: As `Behaviour` has it.
         speed: The same.
         crowd: As `CompiledBehaviour` has it.
-        walk_until: The same.
-        ride_among: The same.
     """
 
     def __init__(self, cast: Cast, rule: Rule) -> None:
@@ -115,7 +112,6 @@ class Walkers(CompiledBehaviour):
         self._at = np.array([(*person.start, course_of(person)) for person in people], np.float64)
         reactions = sorted({person.reaction for person in people if person.sees_robots})
         sees = [1 | (2 << reactions.index(p.reaction) if p.sees_robots else 0) for p in people]
-        self.walk_until, self.ride_among = walk_until, ride_among
         self.crowd = hold_crowd(
             Crowd(
                 rule=int(rule),
@@ -149,7 +145,7 @@ class Walkers(CompiledBehaviour):
 def walk_until(
     held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
 ) -> tuple[int, bool]:
-    """`CompiledBehaviour.walk_until`."""
+    """`among.walk_until`."""
     tracks, since, there, robots, watched = street.value
     crowd = held.value
     while count * PERIOD <= t:
@@ -164,28 +160,6 @@ def walk_until(
         lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at)
         count += 1
     return count, False
-
-
-@kernel
-def ride_among(
-    held: Held[Crowd],
-    street: Held[Street],
-    ridden: Held[Ride],
-    leg: int,
-    count: int,
-    period: Period,
-    looked: bool,
-    begun: bool,
-) -> tuple[int, bool, int, bool]:
-    """`CompiledBehaviour.ride_among`."""
-    ride = ridden.value
-    if not begun:
-        rehearse(ride, period.number, leg, period.t)
-    count, news = walk_until(held, street, leg, count, period.end, looked)
-    if news:
-        return count, True, -1, True
-    hit = drive(ride, period.number, leg, period.t)
-    return count, False, hit, seen_far(ride, leg, period.t, hit)
 
 
 @kernel

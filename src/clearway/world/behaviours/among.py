@@ -1,0 +1,109 @@
+"""A compiled crowd from decision to decision, alone or with a robot that drives among it.
+
+Whichever crowd it is, one kernel takes it as far as it gets: up to a time, or until anybody may have come to where it was going, which Python sees
+to. A new kind of crowd is a line in `_WALK_UNTIL`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.extending import overload
+
+from clearway.geometry.compiled import kernel
+from clearway.geometry.held import Held
+from clearway.world.arrivals import Arrivals
+from clearway.world.behaviours import crowdnav, walkers
+from clearway.world.behaviours.behaviour import PERIOD, CompiledBehaviour, Street
+from clearway.world.ride import Period, Ride, drive, rehearse, seen_far
+
+
+def walk_until(
+    crowd: Held[Any], street: Held[Street], leg: int, count: int, t: float, looked: bool
+) -> tuple[int, bool]:  # fmt: skip
+    """Decide from instant number `count` on, up to time `t` [s], or until anybody may have come to where it was going; for kernels.
+
+    Args:
+        crowd: Who they are; updated.
+        street: Where they are; their tracks are laid, for a `PERIOD` beyond the last decision.
+        leg: Number of the leg that the tracks are in.
+        count: Number of decisions so far.
+        t: The last decision is not after it.
+        looked: Whether it is known who comes to a place at the first of these instants.
+
+    Returns:
+        The number of decisions by then, and whether anybody may have come to a place.
+    """
+    raise NotImplementedError
+
+
+_WALK_UNTIL = {walkers.Crowd: walkers.walk_until, crowdnav.Crowd: crowdnav.walk_until}
+
+
+@overload(walk_until)  # type: ignore[untyped-decorator]
+def _walk_until(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
+    of_its_kind: Any = _WALK_UNTIL[crowd.field_dict["value"].instance_class]
+
+    def chosen(crowd: Any, street: Any, leg: Any, count: Any, t: Any, looked: Any) -> Any:
+        return of_its_kind(crowd, street, leg, count, t, looked)
+
+    return chosen
+
+
+@kernel
+def _walk(
+    crowd: Held[Any], street: Held[Street], leg: int, count: int, t: float, looked: bool
+) -> tuple[int, bool]:  # fmt: skip
+    return walk_until(crowd, street, leg, count, t, looked)
+
+
+@kernel
+def _ride(
+    crowd: Held[Any], street: Held[Street], ridden: Held[Ride], leg: int, count: int, period: Period, looked: bool
+) -> tuple[int, bool, int, bool]:
+    """Whether somebody may have come to a place; if nobody has, what the robot hit, and whether nothing is worth being kept."""
+    ride = ridden.value
+    if not looked:
+        rehearse(ride, period.number, leg, period.t)
+    count, news = walk_until(crowd, street, leg, count, period.end, looked)
+    if news:
+        return count, True, -1, True
+    hit = drive(ride, period.number, leg, period.t)
+    return count, False, hit, seen_far(ride, leg, period.t, hit)
+
+
+def decide_until(
+    behaviour: CompiledBehaviour, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals
+) -> int:
+    """`walk_until` time `t` [s], whoever comes anywhere; the number of decisions by then."""
+    looked = False
+    while True:
+        count, news = _walk(behaviour.crowd, street, leg, count, t, looked)
+        if not news:
+            return count
+        look(behaviour, count, arrivals)
+        looked = True
+
+
+def ride_until(
+    behaviour: CompiledBehaviour, street: Held[Street], ridden: Held[Ride], leg: int, count: int, period: Period,
+    arrivals: Arrivals,
+) -> tuple[int, int, bool]:  # fmt: skip
+    """The same to the end of the `period` of the only robot, which drives meanwhile.
+
+    Returns:
+        The number of decisions by then, what it hit, see `plant.drive_period`, and whether nothing is worth being kept, see `ride.seen_far`.
+    """
+    looked = False
+    while True:
+        count, news, hit, far = _ride(behaviour.crowd, street, ridden, leg, count, period, looked)
+        if not news:
+            return count, hit, far
+        look(behaviour, count, arrivals)
+        looked = True
+
+
+def look(behaviour: CompiledBehaviour, count: int, arrivals: Arrivals) -> None:
+    """At decision number `count` anybody may have come to where it was going: `arrivals` is told, and it goes on."""
+    arrivals.come_to(count * PERIOD)
+    behaviour.come_on(count * PERIOD)
