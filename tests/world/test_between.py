@@ -17,7 +17,8 @@ from clearway.scenarios.scenario import OscillationSpec
 from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
 from clearway.trials import Trial
-from clearway.world import plant, setting, simulate
+from clearway.world import simulate
+from clearway.world.world import World
 
 DENSE = 1e-3  # s
 
@@ -27,26 +28,21 @@ class Path:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.t, self.pose = list[float](), list[np.ndarray]()
-        hold, tick = setting.hold, plant.tick
+        drive = World.drive
 
-        def spy_hold(held: setting.Setting) -> Any:
-            self.way, self.period = held.way, held.vehicle.period
-            return hold(held)
-
-        def spy_tick(state: Any, count: int, leg: int, t: float, held: Any) -> int:
-            hit = tick(state, count, leg, t, held)
-            n = len(self.way) - 1
-            h = self.period / n
+        def spy(world: World, t: float) -> Any:
+            driven, touched = drive(world, t)
+            way, period = world.ride.setting.way, world.ride.setting.vehicle.period
+            n = len(way) - 1
             for i in range(n + 1):
-                at = min(i * h, float(state[setting.ELAPSED]))
+                at = min(i * period / n, driven)
                 self.t.append(t + at)
-                self.pose.append(self.way[i, :3].copy())
-                if at < i * h:
+                self.pose.append(way[i, :3].copy())
+                if at < i * period / n:
                     break
-            return int(hit)
+            return driven, touched
 
-        monkeypatch.setattr(setting, "hold", spy_hold)
-        monkeypatch.setattr(plant, "tick", spy_tick)
+        monkeypatch.setattr(World, "drive", spy)
 
 
 def swung(spec: OscillationSpec, t: np.ndarray) -> np.ndarray:

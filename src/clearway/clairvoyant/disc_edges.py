@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.clairvoyant.moving_discs import Scene, centre, first_hit
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 SKIN = 2e-4
@@ -18,7 +18,7 @@ STEP = 0.004
 """Of the integration along an edge, s."""
 
 
-@light
+@kernel
 def slide(scene: Scene, disc: int, side: int, t: float, phi: float) -> tuple[float, float, float]:
     """How a point slides along an edge at full speed: d phi / dt, and its direction. NaN: the disc is faster."""
     _, _, ux, uy, radius = centre(scene, disc, t)
@@ -32,7 +32,7 @@ def slide(scene: Scene, disc: int, side: int, t: float, phi: float) -> tuple[flo
     return (root - (uy * nx - ux * ny)) / (radius + SKIN), dx / scene.v, dy / scene.v
 
 
-@light
+@kernel
 def onward(scene: Scene, disc: int, side: int, t: float, phi: float, until: float) -> float:
     """phi at `until`, sliding on from (t, phi): midpoint steps that end at the kinks of the disc's motion."""
     moving = disc >= scene.static.shape[0]

@@ -20,7 +20,7 @@ import numpy as np
 from clearway.clairvoyant.disc_edges import SKIN, edge, follow, onward
 from clearway.clairvoyant.moving_discs import Scene, centre, enter, first_hit
 from clearway.clairvoyant.releases import RELEASE_STEP, approach, release_angle, releases
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 _FAN = 0.004  # rad between the start's rays
@@ -159,7 +159,7 @@ def _behind(family: _Family, seen: list[FloatArray]) -> bool:
     return False
 
 
-@light
+@kernel
 def _ray(
     scene: Scene, x: float, y: float, t: float, dx: float, dy: float, own: int, limit: float
 ) -> tuple[int, float, float]:
@@ -185,7 +185,7 @@ def _ray(
     return -1, s, (t + into if into <= duration else math.inf)
 
 
-@light
+@kernel
 def _member(
     scene: Scene, disc: int, side: int, start: FloatArray, samples: FloatArray, s: float
 ) -> tuple[float, float, float, float, float, float]:

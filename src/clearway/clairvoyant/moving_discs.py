@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 
@@ -33,7 +33,7 @@ class Scene(NamedTuple):
     v: float
 
 
-@light
+@kernel
 def centre(scene: Scene, disc: int, t: float) -> tuple[float, float, float, float, float]:
     """Where a disc is at time t, its velocity (after a kink: the new one) and its radius. NaN where it is absent."""
     n = scene.static.shape[0]
@@ -47,7 +47,7 @@ def centre(scene: Scene, disc: int, t: float) -> tuple[float, float, float, floa
     return scene.moving[k, j, 0] + ux * s, scene.moving[k, j, 1] + uy * s, ux, uy, scene.radii[j]
 
 
-@light
+@kernel
 def clear(scene: Scene, points: FloatArray) -> bool:
     """Whether the way (k, 3) t, x, y, straight between its points, keeps out of all discs, between points too."""
     for k in range(points.shape[0] - 1):
@@ -60,7 +60,7 @@ def clear(scene: Scene, points: FloatArray) -> bool:
     return True
 
 
-@light
+@kernel
 def first_hit(
     scene: Scene, x: float, y: float, t: float, vx: float, vy: float, duration: float, own: int, skin: float
 ) -> tuple[int, float]:
@@ -112,7 +112,7 @@ def first_hit(
     return found, best
 
 
-@light
+@kernel
 def enter(wx: float, wy: float, vx: float, vy: float, speed2: float, r: float) -> float:
     """When a point at w with velocity v enters the circle of radius r around 0: 0 if it is inside and goes on inwards."""
     b, c = wx * vx + wy * vy, wx * wx + wy * wy - r * r

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.clairvoyant.moving_discs import Scene, centre, first_hit
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 STEPS = (409, 450)
@@ -292,7 +292,7 @@ def _spread(
                     low_then[z], high_then[z] = min(low_then[z], lo), max(high_then[z], hi)
 
 
-@light
+@kernel
 def _chord(x: float, dy: float, radius: float) -> tuple[float, float]:
     """From where to where a row at `dy` from the centre of a circle lies within it; an empty range if it doesn't."""
     rest = radius * radius - dy * dy
@@ -302,7 +302,7 @@ def _chord(x: float, dy: float, radius: float) -> tuple[float, float]:
     return x - half, x + half
 
 
-@light
+@kernel
 def _mask(word: int, left: int, right: int) -> np.uint64:
     """The bits of a word that lie in nodes left..right."""
     a, b = max(left - 64 * word, 0), min(right - 64 * word, 63)
@@ -312,19 +312,19 @@ def _mask(word: int, left: int, right: int) -> np.uint64:
     return (full << np.uint64(a)) & (full >> np.uint64(63 - b))
 
 
-@light
+@kernel
 def _keep(row: Words, low: int, high: int, left: int, right: int) -> None:
     for w in range(low, high + 1):
         row[w] &= _mask(w, left, right)
 
 
-@light
+@kernel
 def _drop(row: Words, low: int, high: int, left: int, right: int) -> None:
     for w in range(max(low, left // 64), min(high, right // 64) + 1):
         row[w] &= ~_mask(w, left, right)
 
 
-@light
+@kernel
 def _closest(
     now: Words, low: npt.NDArray[np.int64], high: npt.NDArray[np.int64], first: int, last: int, gx: float, gy: float,
     near: float,

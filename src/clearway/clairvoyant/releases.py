@@ -9,14 +9,14 @@ import numpy.typing as npt
 
 from clearway.clairvoyant.disc_edges import SKIN
 from clearway.clairvoyant.moving_discs import Scene, centre, clear, first_hit
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 RELEASE_STEP = 0.01
 """Between releases that are tried, s."""
 
 
-@light
+@kernel
 def release_angle(ux: float, uy: float, v: float, branch: int) -> float:
     """Where on a disc with velocity u its edge recedes from a point just at the speed v; NaN where it never does."""
     speed = math.hypot(ux, uy)

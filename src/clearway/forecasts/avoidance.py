@@ -20,7 +20,7 @@ from clearway.crowds.bodies import Bodies, Wishes, nearest, sweep
 from clearway.crowds.half_planes import solve
 from clearway.crowds.walls import Walls, walls_of
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 NEIGHBOURS, DISTANCE, HORIZON, KEPT, DECIDES_EVERY = 10, 10.0, 5.0, 0.01, 0.25
@@ -101,7 +101,7 @@ def bodies_of(place: FloatArray, velocity: FloatArray, radius: FloatArray) -> Bo
     return Bodies(place.copy(), velocity.copy(), radius + KEPT, np.ones(n, np.int64), np.full(n, 0.5))
 
 
-@light
+@kernel
 def wished(a: int) -> tuple[float, float]:
     """Wish number `a`, m/s."""
     if a == WISHES - 1:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 RECENT = 3
@@ -20,7 +20,7 @@ HELD, TOO_FAST, BENT = 0, 1, 2
 _SLACK = 1e-9  # m: rounding
 
 
-@light
+@kernel
 def meet(
     x: float, y: float, r: float, a: float, b: float, s: float
 ) -> tuple[float, float, float]:  # fmt: skip
@@ -38,7 +38,7 @@ def meet(
     return x + dx * along / d, y + dy * along / d, math.sqrt(max(0.0, r * r - along * along)) + _SLACK
 
 
-@light
+@kernel
 def start(x: float, y: float, error: float, speed: float, disc: FloatArray, recent: FloatArray) -> None:
     """One place is known and no velocity: `disc` (6,) x, y, r, vx, vy, rv and `recent` (RECENT, 4) t, x, y, r, filled."""
     disc[0], disc[1], disc[2], disc[3], disc[4], disc[5] = x, y, error, 0.0, 0.0, speed
@@ -46,7 +46,7 @@ def start(x: float, y: float, error: float, speed: float, disc: FloatArray, rece
         recent[i, 0] = math.nan
 
 
-@light
+@kernel
 def move(dt: float, speed: float, acceleration: float, disc: FloatArray) -> None:
     """Move `disc` on by `dt` [s]."""
     x, y, r, vx, vy, rv = disc[0], disc[1], disc[2], disc[3], disc[4], disc[5]
@@ -56,13 +56,13 @@ def move(dt: float, speed: float, acceleration: float, disc: FloatArray) -> None
     disc[3], disc[4], disc[5] = meet(vx, vy, rv + acceleration * dt, 0.0, 0.0, speed)
 
 
-@light
+@kernel
 def excess(x: float, y: float, error: float, disc: FloatArray) -> float:
     """How far a measured place lies outside of where it had to be, m; at most 0: it doesn't."""
     return float(math.hypot(x - disc[0], y - disc[1]) - disc[2] - error - _SLACK)
 
 
-@light
+@kernel
 def take(
     t: float, x: float, y: float, error: float, speed: float, acceleration: float, disc: FloatArray, recent: FloatArray
 ) -> bool:
@@ -94,7 +94,7 @@ def take(
     return good
 
 
-@light
+@kernel
 def reach(
     disc: FloatArray, step: float, speed: float, acceleration: float, centre: FloatArray, radius: FloatArray
 ) -> float:

@@ -28,7 +28,7 @@ from clearway.forecasts.models import (
     put,
     renew,
 )
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 GROUPS = 5
@@ -106,7 +106,7 @@ def weigh(models: Models, stay: float, refuted: float, fit: Fit, filters: Filter
     return best, changed / total
 
 
-@light
+@kernel
 def _add(
     models: Models, m: int, w: float, x: float, y: float, mean: FloatArray, cov: FloatArray, path: FloatArray,
     var: FloatArray,
@@ -208,7 +208,7 @@ def _group(
             second[g, j] += w * (own + 0.5 * (px * px + py * py))
 
 
-@light
+@kernel
 def _merge(
     share: FloatArray, first: FloatArray, second: FloatArray, agree: float, least: float, out: Hypotheses
 ) -> int:
@@ -261,7 +261,7 @@ def _merge(
     return used
 
 
-@light
+@kernel
 def _finish(x: float, y: float, used: int, path: FloatArray, sigma: FloatArray, weight: FloatArray) -> None:
     """Sort the `used` hypotheses, whose `sigma` are variances and whose paths are about (x, y), and normalise them."""
     for i in range(used):  # few: selection

@@ -22,7 +22,7 @@ import numpy as np
 
 from clearway.forecasts import oscillations
 from clearway.forecasts.parameters import ForecastParameters
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 STOPPED, STEADY, FREE, BRAKING, MANOEUVRE, OSCILLATION = 0, 1, 2, 3, 4, 5
@@ -160,14 +160,14 @@ def _square(s: FloatArray) -> FloatArray:
     return np.array([[s[0], s[1], s[2]], [s[1], s[3], s[4]], [s[2], s[4], s[5]]])
 
 
-@light
+@kernel
 def put(source: FloatArray, target: FloatArray) -> None:
     """Copy numbers (n,); a loop compiles faster than an assignment of slices."""
     for i in range(source.shape[0]):
         target[i] = source[i]
 
 
-@light
+@kernel
 def transitions(noise: FloatArray, manoeuvre: FloatArray, dt: float, move: FloatArray, spread: FloatArray) -> None:
     """Fill what `dt` [s] does to the linear models: state transitions `move` (5, 3, 3) and noise `spread` (5, 6): xx, xv, xa,
     vv, va, aa; both zero before."""
@@ -193,7 +193,7 @@ def transitions(noise: FloatArray, manoeuvre: FloatArray, dt: float, move: Float
     spread[MANOEUVRE, 3], spread[MANOEUVRE, 4], spread[MANOEUVRE, 5] = q * dt**3 / 3.0, q * dt**2 / 2.0, q * dt
 
 
-@light
+@kernel
 def begin(
     sigma: float, x: float, y: float, vx: float, vy: float, r: float, vv: float, mean: FloatArray, cov: FloatArray,
     turn: FloatArray, turn_cov: FloatArray,
@@ -215,7 +215,7 @@ def begin(
         turn_cov[i, 0], turn_cov[i, 1], turn_cov[i, 2], turn_cov[i, 3] = r, vv, 0.0, 0.0
 
 
-@light
+@kernel
 def predict(move: FloatArray, spread: FloatArray, mean: FloatArray, cov: FloatArray) -> None:
     """Move one track's axis filters on: x <- F x, P <- F P F' + Q; see `transitions` and `begin`."""
     for m in range(move.shape[0]):
@@ -236,7 +236,7 @@ def predict(move: FloatArray, spread: FloatArray, mean: FloatArray, cov: FloatAr
         cov[m, 5] = h * h * oo + spread[m, 5]
 
 
-@light
+@kernel
 def predict_turns(rates: FloatArray, q: float, dt: float, turn: FloatArray, turn_cov: FloatArray) -> None:
     """Move one track's turning filters on by `dt` [s]; `q`: white acceleration, m^2/s^3."""
     for i in range(rates.shape[0]):
@@ -255,7 +255,7 @@ def predict_turns(rates: FloatArray, q: float, dt: float, turn: FloatArray, turn
         turn_cov[i, 1] = vv + q * dt
 
 
-@light
+@kernel
 def correct(
     what: int, zx: float, zy: float, r: float, mean: FloatArray, cov: FloatArray, fit: FloatArray, error: FloatArray
 ) -> None:
@@ -284,7 +284,7 @@ def correct(
         error[m] += off
 
 
-@light
+@kernel
 def correct_turns(
     what: int, zx: float, zy: float, r: float, turn: FloatArray, turn_cov: FloatArray, fit: FloatArray,
     error: FloatArray,

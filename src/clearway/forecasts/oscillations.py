@@ -13,14 +13,14 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 SOFTEST, STIFFEST = 2e-3, 2.0
 """1/s^2; an estimate is kept in between."""
 
 
-@light
+@kernel
 def begin(
     stiffness: FloatArray, spread: float, reach: FloatArray, x: float, v: float, r: float, vv: float, state: FloatArray,
     cov: FloatArray,
@@ -39,7 +39,7 @@ def begin(
         cov[b, 0], cov[b, 4], cov[b, 7], cov[b, 9] = r, vv, (k * reach[b]) ** 2, (spread * k) ** 2
 
 
-@light
+@kernel
 def renew(
     stiffness: FloatArray, spread: float, x: float, v: float, a: float, like: FloatArray, state: FloatArray,
     cov: FloatArray,
@@ -56,7 +56,7 @@ def renew(
         cov[b, 9] = (spread * k) ** 2
 
 
-@light
+@kernel
 def predict(dt: float, q: float, state: FloatArray, cov: FloatArray) -> None:
     """Move the filters of one axis on by `dt` [s]; `q`: white jerk, m^2/s^5."""
     for i in range(state.shape[0]):
@@ -84,7 +84,7 @@ def predict(dt: float, q: float, state: FloatArray, cov: FloatArray) -> None:
         cov[i, 8] = a_k
 
 
-@light
+@kernel
 def correct(
     what: int, z: float, r: float, state: FloatArray, cov: FloatArray, fit: FloatArray, error: FloatArray
 ) -> None:
@@ -113,7 +113,7 @@ def correct(
         error[i] += e * e / s
 
 
-@light
+@kernel
 def forecast(
     step: float, q: float, weight: float, near: float, state: FloatArray, cov: FloatArray, path: FloatArray,
     var: FloatArray,

@@ -31,7 +31,7 @@ from clearway.forecasts.models import (
     transitions,
 )
 from clearway.forecasts.tracks import FIRST, MOVED, SEEN, Limits, Perceived, Tracks, filters_of
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 SWAPPED, NEW = 3, 4
@@ -140,7 +140,7 @@ def _bound_anew(tracks: Tracks, i: int, limits: Limits, t: float, x: float, y: f
     tracks.recent[i, 0, 0], tracks.recent[i, 0, 1], tracks.recent[i, 0, 2], tracks.recent[i, 0, 3] = t, x, y, error
 
 
-@light
+@kernel
 def _follow_shift(
     tracks: Tracks, i: int, x: float, y: float, r: float, vx: float, vy: float, velocity_error: float
 ) -> None:
@@ -287,7 +287,7 @@ def advance(
     return count
 
 
-@light
+@kernel
 def _unused(identity: np.ndarray, count: int, wanted: int) -> int:
     """`wanted` if none of the first `count` identities is that, else the first negative number that none is."""
     name, other = wanted, -1

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 SIGMAS = 3.0
@@ -26,7 +26,7 @@ SHARPEST = 0.25
 the other side at each step, for ever, once somebody's has changed at once."""
 
 
-@light
+@kernel
 def predict(state: FloatArray, spread: FloatArray, dt: float, q: float) -> None:
     """Move filters `state` (n, 4), `spread` (n, 3) on by `dt` [s]; `q`: standard deviation of acceleration, m/s^2."""
     for i in range(state.shape[0]):
@@ -38,7 +38,7 @@ def predict(state: FloatArray, spread: FloatArray, dt: float, q: float) -> None:
         spread[i, 2] = vv + (q * dt) ** 2
 
 
-@light
+@kernel
 def correct(state: FloatArray, spread: FloatArray, i: int, x: float, y: float, variance: float) -> None:
     """Take in a position (x, y) whose error has `variance` [m^2] along either axis into filter `i`."""
     s = spread[i, 0] + variance
@@ -57,7 +57,7 @@ def correct(state: FloatArray, spread: FloatArray, i: int, x: float, y: float, v
     spread[i, 2] = max(0.0, vv - kv * pv)
 
 
-@light
+@kernel
 def begin(state: FloatArray, spread: FloatArray, i: int, x: float, y: float, variance: float, fastest: float) -> None:
     """Start filter `i` at a first position; of its velocity only a bound `fastest` [m/s] is known (3 sigma)."""
     state[i, 0], state[i, 1], state[i, 2], state[i, 3] = x, y, 0.0, 0.0

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 BIN_XY, BIN_YAW = 0.5, math.radians(10.0)
@@ -117,7 +117,7 @@ def beam_ends(
     return ends[:k]
 
 
-@light
+@kernel
 def weigh(
     poses: FloatArray,
     weights: FloatArray,
@@ -221,7 +221,7 @@ def resample(
     return count
 
 
-@light
+@kernel
 def kld_limit(bins: int, fewest: int, most: int, kld_err: float, kld_z: float) -> int:
     """How many particles hold the KLD error below `kld_err` when they fill `bins` bins (Fox 2001, eq. 7).
 
@@ -286,14 +286,14 @@ def best_cluster(poses: FloatArray, weights: FloatArray) -> FloatArray:
     return np.array((best[1] / best[0], best[2] / best[0], math.atan2(best[4], best[3])))
 
 
-@light
+@kernel
 def _bin(x: float, y: float, yaw: float) -> int:
     column, row = math.floor(x / BIN_XY) + _OFFSET, math.floor(y / BIN_XY) + _OFFSET
     turn = math.floor(yaw / BIN_YAW) + _OFFSET
     return int((column << 42) | (row << 21) | turn)
 
 
-@light
+@kernel
 def _slot(keys: npt.NDArray[np.int64], key: int) -> int:
     """Where `key` stands in the open-addressing table, or the empty slot where it would stand."""
     mask = keys.shape[0] - 1
@@ -304,7 +304,7 @@ def _slot(keys: npt.NDArray[np.int64], key: int) -> int:
     return slot
 
 
-@light
+@kernel
 def _table_size(n: int) -> int:
     """A power of two that leaves at least half of the table empty."""
     size = 64

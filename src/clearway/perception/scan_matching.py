@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 NO_HIT = -0.5
@@ -247,7 +247,7 @@ def propose(
     return drawn, weight
 
 
-@light
+@kernel
 def register(cells: Cells, origin: FloatArray, delta: float, scan: FloatArray, pose: FloatArray) -> None:
     """Add a scan's hits (n, 5) to a particle's map."""
     _, rows, cols = cells.shape
@@ -263,7 +263,7 @@ def register(cells: Cells, origin: FloatArray, delta: float, scan: FloatArray, p
             cells[1, row, col] = y if n == 1.0 else cells[1, row, col] + (y - cells[1, row, col]) / n
 
 
-@light
+@kernel
 def draw(
     hits: npt.NDArray[np.int32],
     visits: npt.NDArray[np.int32],

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.oscillator import amplitude, trajectory
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.motions import KNOT, DrivenSpec, states
@@ -147,7 +147,7 @@ def closing_gap(layout: Layout, path: FloatArray, set_speed: float = SPEED) -> C
     return None
 
 
-@light
+@kernel
 def _between(
     p: FloatArray, at: FloatArray, still: int, back: float, closed: float, opened: float
 ) -> tuple[float, int, int, float, float]:
@@ -178,7 +178,7 @@ def _between(
     return 0.0, -1, -1, 0.0, 0.0
 
 
-@light
+@kernel
 def _apart(at: FloatArray, i: int, j: int, when: float) -> float:
     """Distance of two centres at the fractional sample `when`, m."""
     k = min(int(when), at.shape[0] - 2)
@@ -188,7 +188,7 @@ def _apart(at: FloatArray, i: int, j: int, when: float) -> float:
     return math.hypot(dx, dy)
 
 
-@light
+@kernel
 def _across(p: FloatArray, a: FloatArray, b: FloatArray) -> tuple[float, float]:
     """On which side of the line a-b the point p (2,) lies (its sign), and how far along it (0 at a, 1 at b)."""
     dx, dy, rx, ry = b[0] - a[0], b[1] - a[1], p[0] - a[0], p[1] - a[1]

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 CORNERS = 72
@@ -89,7 +89,7 @@ def _search(points: FloatArray, discs: FloatArray) -> FloatArray:
     return way
 
 
-@light
+@kernel
 def _sees(a: FloatArray, b: FloatArray, discs: FloatArray) -> bool:
     """Whether the segment a-b enters none of the discs."""
     dx, dy = b[0] - a[0], b[1] - a[1]

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import special, stats
 
 from clearway.errors import ClearwayError
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 MOST_EXACT = 200
@@ -145,7 +145,7 @@ def walsh_average(ordered: FloatArray, rank: int) -> float:
     return _double(low)
 
 
-@light
+@kernel
 def _averages_up_to(ordered: FloatArray, bound: float) -> int:
     """How many of the Walsh averages are at most `bound`: the partners of a larger value are among those of a smaller one."""
     count, last = 0, len(ordered) - 1

@@ -10,8 +10,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
-from clearway.geometry.held import Held
+from clearway.geometry.compiled import light
 from clearway.geometry.motion import ramp, slide
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
@@ -56,12 +55,6 @@ def disturb(bounds: FloatArray, key: np.uint64, count: int, out: FloatArray) -> 
     out[0], out[1] = radius * math.cos(angle), radius * math.sin(angle)
     for i in range(1, 4):
         out[i + 1] = bounds[i] * (2.0 * uniform(key, count, i + 1) - 1.0)
-
-
-@kernel
-def tick(state: FloatArray, count: int, leg: int, t: float, held: Held[Setting]) -> int:
-    """`drive_period` in a setting that is held."""
-    return drive_period(state, count, leg, t, held.value)
 
 
 @light

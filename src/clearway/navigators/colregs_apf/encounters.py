@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 CLEAR, OVERTAKING, HEAD_ON, GIVE_WAY, STAND_ON = 0, 1, 2, 3, 4
@@ -35,7 +35,7 @@ STILL = 0.05
 IntArray = npt.NDArray[np.int64]
 
 
-@light
+@kernel
 def closest_approach(rx: float, ry: float, ux: float, uy: float) -> tuple[float, float]:
     """DCPA [m] and TCPA [s] of a target at r = p_o - p that moves with u = v_o - v relative to the own robot.
 
@@ -47,7 +47,7 @@ def closest_approach(rx: float, ry: float, ux: float, uy: float) -> tuple[float,
     return math.hypot(rx + ux * ahead, ry + uy * ahead), t
 
 
-@light
+@kernel
 def classify(heading: float, speed: float, rx: float, ry: float, vx: float, vy: float) -> int:
     """What an encounter is, by who sees whom where.
 
@@ -76,7 +76,7 @@ def classify(heading: float, speed: float, rx: float, ry: float, vx: float, vy: 
     return GIVE_WAY
 
 
-@light
+@kernel
 def side_to_pass(kind: int, rx: float, ry: float, wx: float, wy: float) -> float:
     """The side that the own robot moves to: starboard always, but for overtaking the one that w = v - v_o points to."""
     if kind == OVERTAKING and rx * wy - ry * wx > 0.0:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.colregs_apf.encounters import (
@@ -46,7 +46,7 @@ class Pace(NamedTuple):
     period: float
 
 
-@light
+@kernel
 def total(
     x: float, y: float, vx: float, vy: float, ahead: float, goal: FloatArray, discs: FloatArray, kinds: IntArray,
     sides: FloatArray, area: FloatArray, radius: float, gains: Gains,
@@ -109,7 +109,7 @@ def total(
     return level, fx + pull * gx + mx, fy + pull * gy + my, mx, my
 
 
-@light
+@kernel
 def steer(direction: float, theta: float, v: float, omega: float, d_g: float, pace: Pace) -> tuple[float, float]:
     """(v, omega) that turns from heading `theta` to `direction` [rad] and drives as far as it points there already.
 
@@ -127,7 +127,7 @@ def steer(direction: float, theta: float, v: float, omega: float, d_g: float, pa
     return max(drive, 0.0), min(max(turn, -limits.omega_max), limits.omega_max)
 
 
-@light
+@kernel
 def _stopping(rate: float, way: float) -> float:
     """The speed from which `rate` still stops within `way`."""
     return math.inf if math.isinf(rate) else math.sqrt(2.0 * rate * way)
@@ -166,7 +166,7 @@ def roll_out(
     return path, mean / weights
 
 
-@light
+@kernel
 def course(
     pose: FloatArray, mean: FloatArray, discs: FloatArray, kinds: IntArray, sides: FloatArray, radius: float,
     gains: Gains, speed: float,
@@ -191,7 +191,7 @@ def course(
     return direction
 
 
-@light
+@kernel
 def situation(pose: FloatArray, discs: FloatArray, kinds: IntArray, radius: float, d_safe: float) -> int:
     """What the robot is in: `EMERGENCY`, else the kind of its nearest encounter, else `CLEAR`."""
     nearest, kind = math.inf, CLEAR

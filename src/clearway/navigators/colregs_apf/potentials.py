@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 
 FLOOR = 0.02
 """The least clearance that a potential is evaluated at, m: it stays finite in contact."""
@@ -52,7 +52,7 @@ Parts = tuple[float, float, float, float]
 """U, and the force's parts: away from the obstacle, across (without a sign), to the goal."""
 
 
-@light
+@kernel
 def attraction(d_g: float, gains: Gains) -> tuple[float, float]:
     """U_att = epsilon d_g^2 / 2, a cone beyond goal_cap; and the force to the goal, epsilon min(d_g, goal_cap)."""
     d_c = min(d_g, gains.goal_cap)
@@ -124,7 +124,7 @@ def emergency(rx: float, ry: float, wx: float, wy: float, tau: float, R_o: float
     return scale * level, away, across, to_goal
 
 
-@light
+@kernel
 def static(clearance: float, R_o: float, d_g: float, gains: Gains) -> tuple[float, float, float]:
     """U_rs = eta_s R_o d_g^2 (1 / (d - tau) - 1 / rho_s)^2 / 2 where the clearance d - tau < rho_s, else 0.
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.contract import Latency
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.steering import steered
@@ -100,7 +100,7 @@ class Ahead:
         return Way(at, velocity, low, high)
 
 
-@light
+@kernel
 def follow(
     pose: FloatArray, velocity: FloatArray, low: FloatArray, high: FloatArray, command: FloatArray, limits: DriveLimits,
     since: float, duration: float,

@@ -10,18 +10,18 @@ from __future__ import annotations
 import math
 
 from clearway.geometry.angles import turn_between
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.robots.drive_limits import DriveLimits, possible
 
 
-@light
+@kernel
 def turning_time(turn: float, time: float, omega_max: float) -> float:
     """How long the arc takes, s: `time` T, or as long as the base needs to `turn` [rad]."""
     return max(time, abs(turn) / omega_max)
 
 
-@light
+@kernel
 def tracking_error(speed: float, turn: float, time: float, omega_max: float) -> float:
     """How far, m, a base gets off a velocity of `speed` [m/s] at the angle `turn` [rad] to its heading.
 
@@ -31,7 +31,7 @@ def tracking_error(speed: float, turn: float, time: float, omega_max: float) -> 
     return way * abs(math.sin(0.5 * turn)) if abs(turn) <= 0.5 * math.pi else way
 
 
-@light
+@kernel
 def follow(vx: float, vy: float, theta: float, time: float, v_max: float, omega_max: float) -> tuple[float, float]:
     """v [m/s] and omega [rad/s] of a base that heads for `theta` [rad] and is to go at (vx, vy) [m/s]."""
     speed = math.sqrt(vx * vx + vy * vy)

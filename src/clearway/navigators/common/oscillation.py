@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 
@@ -33,7 +33,7 @@ class Signs(NamedTuple):
     no_strafe_left: bool = False
 
 
-@light
+@kernel
 def forbids(signs: Signs, v: float, w: float, u: float) -> bool:
     """Whether a command is in a forbidden direction: forwards, yaw rate, to the left."""
     return (

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import ramp
 from clearway.robots.drive_limits import DriveLimits, steering_angle
 
 _CRAWLING = 1e-3  # m/s, below which the curvature tells nothing of the wheels
 
 
-@light
+@kernel
 def steered(
     limits: DriveLimits, v: float, omega: float, v_goal: float, w_goal: float, dt: float
 ) -> tuple[float, float, float, float]:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.distance import point_to_segment
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hl_rrt.tree import NONE, IntArray, Tree, detach, neighbours, path, reparent
@@ -98,7 +98,7 @@ def look(discs: FloatArray, x: float, y: float, half: float, cell: float) -> Sce
     return Scene(kept[:m].copy(), start, item, corner, cell, cells)
 
 
-@light
+@kernel
 def edge(scene: Scene, ax: float, ay: float, bx: float, by: float) -> int:
     """State of the straight edge from a to b (m): FREE, BLOCKED or INSIDE."""
     state = FREE
@@ -116,7 +116,7 @@ def edge(scene: Scene, ax: float, ay: float, bx: float, by: float) -> int:
     return state
 
 
-@light
+@kernel
 def known(checked: Checked, tick: int, tree: Tree, a: int, b: int) -> int:
     """What this tick has found out about the edge a-b; -1: nothing."""
     key = _key(tree, a, b)
@@ -124,7 +124,7 @@ def known(checked: Checked, tick: int, tree: Tree, a: int, b: int) -> int:
     return int(checked.state[slot]) if slot != NONE and checked.tick[slot] == tick else _UNKNOWN
 
 
-@light
+@kernel
 def check(checked: Checked, tick: int, tree: Tree, scene: Scene, parent: int, node: int) -> int:
     """State of the edge parent-node, looked up or found out and remembered."""
     key = _key(tree, parent, node)
@@ -151,7 +151,7 @@ def first_blocked(checked: Checked, tick: int, tree: Tree, scene: Scene, leaf: i
     return NONE
 
 
-@light
+@kernel
 def cut(
     checked: Checked, tick: int, tree: Tree, node: int, radius: float, found: IntArray, queue: IntArray
 ) -> None:  # fmt: skip
@@ -177,7 +177,7 @@ def cut(
                 below = tree.after[below]
 
 
-@light
+@kernel
 def _best_parent(checked: Checked, tick: int, tree: Tree, node: int, radius: float, found: IntArray) -> int:
     x, y = tree.position[node]
     best, best_cost = NONE, np.inf
@@ -191,7 +191,7 @@ def _best_parent(checked: Checked, tick: int, tree: Tree, node: int, radius: flo
     return int(best)
 
 
-@light
+@kernel
 def _span(centre: float, radius: float, corner: float, cell: float, cells: int) -> tuple[int, int]:
     """First and last cell of an axis that [centre - radius, centre + radius] meets; beyond the grid, those at its rim."""
     low = min(max(math.floor((centre - radius - corner) / cell), 0.0), cells - 1.0)
@@ -199,13 +199,13 @@ def _span(centre: float, radius: float, corner: float, cell: float, cells: int) 
     return int(low), int(high)
 
 
-@light
+@kernel
 def _key(tree: Tree, a: int, b: int) -> int:
     i, j = tree.name[a], tree.name[b]
     return int((min(i, j) << 32) | max(i, j))
 
 
-@light
+@kernel
 def _slot(checked: Checked, tick: int, key: int) -> int:
     """Where `key` stands or may be put; -1 where its part of the table is full (the edge is then checked anew)."""
     mask = checked.key.shape[0] - 1

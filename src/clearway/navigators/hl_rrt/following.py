@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from clearway.geometry.angles import turn_between
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hl_rrt.checking import FREE, Scene, edge
@@ -34,7 +34,7 @@ class Body(NamedTuple):
     period: float
 
 
-@light
+@kernel
 def follow(
     path: FloatArray, pose: FloatArray, velocity: FloatArray, body: Body, near: float, scene: Scene
 ) -> tuple[float, float, bool]:
@@ -80,7 +80,7 @@ def follow(
     return v, omega, False
 
 
-@light
+@kernel
 def turn(error: float, velocity: FloatArray, body: Body) -> tuple[float, float]:
     """The command v, omega for one control period that brakes and turns by `error` [rad]."""
     v, _ = ramp(velocity[0], 0.0, body.limits.acceleration, body.limits.deceleration, body.period)
@@ -88,7 +88,7 @@ def turn(error: float, velocity: FloatArray, body: Body) -> tuple[float, float]:
     return v, omega
 
 
-@light
+@kernel
 def _aim(path: FloatArray, k: int, pose: FloatArray, ahead: float, scene: Scene) -> tuple[float, float]:
     """Direction [rad, from the heading] and distance [m] of the point to drive to: `ahead` [m] along the path, half or a
     quarter of that if the straight way there meets an obstacle, and its point `k` if all do."""
@@ -102,7 +102,7 @@ def _aim(path: FloatArray, k: int, pose: FloatArray, ahead: float, scene: Scene)
     return turn_between(theta, math.atan2(py - y, px - x)), math.hypot(px - x, py - y)
 
 
-@light
+@kernel
 def _along(path: FloatArray, k: int, x: float, y: float, left: float) -> tuple[float, float]:
     """The point `left` [m] further along the way from (x, y) through the path's points k, k + 1, ...; at most its end."""
     for i in range(k, path.shape[0]):
@@ -114,13 +114,13 @@ def _along(path: FloatArray, k: int, x: float, y: float, left: float) -> tuple[f
     return x, y
 
 
-@light
+@kernel
 def _drive(fastest: float, error: float, v: float, body: Body) -> tuple[float, float]:
     wanted = fastest * math.cos(2.0 * error) if abs(error) < 0.25 * math.pi else 0.0
     return ramp(v, wanted, body.limits.acceleration, body.limits.deceleration, body.period)
 
 
-@light
+@kernel
 def _turn(error: float, omega: float, body: Body) -> tuple[float, float]:
     top = min(abs(error) / body.period, body.limits.omega_max)
     slower = body.limits.angular_deceleration
@@ -137,7 +137,7 @@ def _turn(error: float, omega: float, body: Body) -> tuple[float, float]:
     )
 
 
-@light
+@kernel
 def _clear(
     x: float, y: float, theta: float, v: float, mean_v: float, mean_omega: float, body: Body, scene: Scene
 ) -> bool:  # fmt: skip

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import bits
 from clearway.navigators.hl_rrt.checking import Checked, Scene, cut, first_blocked
@@ -44,7 +44,7 @@ class Limits(NamedTuple):
     area: FloatArray
 
 
-@light
+@kernel
 def radius_of(limits: Limits, n: int) -> float:
     """The RRT* radius with `n` nodes, m."""
     if n < 2:
@@ -52,7 +52,7 @@ def radius_of(limits: Limits, n: int) -> float:
     return min(limits.gamma * math.sqrt(math.log(n) / n), limits.step)
 
 
-@light
+@kernel
 def grow(
     tree: Tree, source: Source, limits: Limits, key: np.uint64, tick: int, first: int, count: int, keep: int,
     found: IntArray,
@@ -76,7 +76,7 @@ def grow(
     return added
 
 
-@light
+@kernel
 def choose(
     tree: Tree, scene: Scene, checked: Checked, tick: int, limits: Limits, goal: FloatArray, last: int,
     any_nearer: bool, found: IntArray, queue: IntArray,
@@ -100,7 +100,7 @@ def choose(
         cut(checked, tick, tree, node, limits.step, found, queue)  # far enough to find the parent that it had before
 
 
-@light
+@kernel
 def refresh_root(tree: Tree, limits: Limits, found: IntArray) -> None:
     """Rewire the nodes around the root, which has moved, to it where that is shorter."""
     radius = radius_of(limits, tree.meta[0])
@@ -135,7 +135,7 @@ def elites(tree: Tree, scene: Scene, goal: FloatArray, share: float, most: int) 
     return out
 
 
-@light
+@kernel
 def _add(
     tree: Tree, limits: Limits, random: np.uint64, tick: int, x: float, y: float, near: int, keep: int, found: IntArray
 ) -> int:  # fmt: skip
@@ -164,7 +164,7 @@ def _add(
     return 1
 
 
-@light
+@kernel
 def _rewire(tree: Tree, node: int, other: int) -> None:
     cost = tree.cost[node] + math.hypot(
         tree.position[node, 0] - tree.position[other, 0], tree.position[node, 1] - tree.position[other, 1]
@@ -173,7 +173,7 @@ def _rewire(tree: Tree, node: int, other: int) -> None:
         reparent(tree, other, node)
 
 
-@light
+@kernel
 def _best(tree: Tree, limits: Limits, goal: FloatArray, last: int, far: bool) -> int:
     root_x, root_y = tree.position[0]
     here = math.hypot(root_x - goal[0], root_y - goal[1])
@@ -202,7 +202,7 @@ def _best(tree: Tree, limits: Limits, goal: FloatArray, last: int, far: bool) ->
     return best
 
 
-@light
+@kernel
 def _leaf(tree: Tree, random: np.uint64, near: int, keep: int) -> int:
     """A random childless node other than the two that are needed, as in RRT*FN (Adiyatov, Varol 2013); -1: none found."""
     n = tree.meta[0]
@@ -214,14 +214,14 @@ def _leaf(tree: Tree, random: np.uint64, near: int, keep: int) -> int:
     return NONE
 
 
-@light
+@kernel
 def _allowed(tree: Tree, limits: Limits, x: float, y: float) -> bool:
     a = limits.area
     inside = a[0] <= x <= a[2] and a[1] <= y <= a[3]
     return inside and math.hypot(x - tree.position[0, 0], y - tree.position[0, 1]) <= limits.reach
 
 
-@light
+@kernel
 def _inside(scene: Scene, x: float, y: float) -> bool:
     for i in range(scene.discs.shape[0]):
         dx, dy, r = x - scene.discs[i, 0], y - scene.discs[i, 1], scene.discs[i, 2]

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 GAMMA = 1e-4
@@ -87,7 +87,7 @@ def _spread(points: FloatArray) -> tuple[float, FloatArray]:
     return least, widths
 
 
-@light
+@kernel
 def _responsibilities(
     points: FloatArray, c: int, alpha: FloatArray, mean: FloatArray, covariance: FloatArray, z: FloatArray
 ) -> None:
@@ -116,7 +116,7 @@ def _responsibilities(
             z[i, near] = 1.0
 
 
-@light
+@kernel
 def _means(points: FloatArray, c: int, z: FloatArray, mean: FloatArray) -> float:
     """Means from the shares; returns how far the one that moved most has moved, m."""
     most = 0.0
@@ -132,7 +132,7 @@ def _means(points: FloatArray, c: int, z: FloatArray, mean: FloatArray) -> float
     return most
 
 
-@light
+@kernel
 def _proportions(n: int, c: int, z: FloatArray, alpha: FloatArray, em: FloatArray, beta: float) -> float:
     """Proportions in place, by the competition; returns the next beta."""
     entropy = 0.0
@@ -177,7 +177,7 @@ def _drop(n: int, c: int, alpha: FloatArray, mean: FloatArray, z: FloatArray) ->
     return kept
 
 
-@light
+@kernel
 def _covariances(
     points: FloatArray, c: int, z: FloatArray, mean: FloatArray, covariance: FloatArray, least: float
 ) -> None:  # fmt: skip

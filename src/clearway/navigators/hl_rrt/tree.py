@@ -18,7 +18,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 IntArray: TypeAlias = npt.NDArray[np.int64]
@@ -76,7 +76,7 @@ def make_tree(capacity: int, half: float, cell: float) -> Tree:
     )  # fmt: skip
 
 
-@light
+@kernel
 def plant(tree: Tree, x: float, y: float) -> None:
     """Forget all nodes but a root at (x, y)."""
     tree.meta[_COUNT] = 0
@@ -86,7 +86,7 @@ def plant(tree: Tree, x: float, y: float) -> None:
     tree.cost[0] = 0.0
 
 
-@light
+@kernel
 def insert(tree: Tree, x: float, y: float, parent: int) -> int:
     """Add a node; returns its index, or -1 where the tree is full."""
     node = tree.meta[_COUNT]
@@ -99,7 +99,7 @@ def insert(tree: Tree, x: float, y: float, parent: int) -> int:
     return int(node)
 
 
-@light
+@kernel
 def replace_leaf(tree: Tree, leaf: int, x: float, y: float, parent: int) -> None:
     """Forget a childless node other than `parent` and use its slot for a new one."""
     _unlink(tree, leaf)
@@ -116,7 +116,7 @@ def replace_leaf(tree: Tree, leaf: int, x: float, y: float, parent: int) -> None
     tree.cost[leaf] = tree.cost[parent] + length(tree, parent, leaf)
 
 
-@light
+@kernel
 def reparent(tree: Tree, node: int, parent: int) -> None:
     """Make `node` a child of `parent`, which must not lie below it, and update the costs below."""
     _unlink(tree, node)
@@ -124,7 +124,7 @@ def reparent(tree: Tree, node: int, parent: int) -> None:
     _settle(tree, node)
 
 
-@light
+@kernel
 def detach(tree: Tree, node: int) -> None:
     """Cut `node` off its parent: it and all below it cost infinity."""
     _unlink(tree, node)
@@ -167,7 +167,7 @@ def advance(tree: Tree, executed: int, x: float, y: float, half: float) -> IntAr
     return order
 
 
-@light
+@kernel
 def nearest(tree: Tree, x: float, y: float) -> int:
     """The connected node nearest to (x, y): rings of cells around it, until none can hold a nearer one."""
     cells, size = tree.head.shape[0], tree.frame[2]
@@ -190,7 +190,7 @@ def nearest(tree: Tree, x: float, y: float) -> int:
     return int(best)
 
 
-@light
+@kernel
 def neighbours(tree: Tree, x: float, y: float, radius: float, found: IntArray) -> int:
     """Write the nodes within `radius` [m] of (x, y) to `found` (N,), detached ones too; returns how many."""
     count = 0
@@ -207,7 +207,7 @@ def neighbours(tree: Tree, x: float, y: float, radius: float, found: IntArray) -
     return count
 
 
-@light
+@kernel
 def length(tree: Tree, a: int, b: int) -> float:
     """Of the edge between two nodes, m."""
     return math.hypot(tree.position[a, 0] - tree.position[b, 0], tree.position[a, 1] - tree.position[b, 1])
@@ -228,7 +228,7 @@ def path(tree: Tree, leaf: int) -> IntArray:
     return nodes
 
 
-@light
+@kernel
 def restore(tree: Tree, nodes: IntArray, names: IntArray) -> bool:
     """Make `nodes` (k,), which begin with the root, a path of the tree again; False: one of them, all of which had
     `names` (k,), is gone.
@@ -263,7 +263,7 @@ def _centre(tree: Tree, x: float, y: float) -> None:
     tree.head[:] = NONE
 
 
-@light
+@kernel
 def _cell(tree: Tree, x: float, y: float) -> tuple[int, int]:
     """Row and column of the cell that holds (x, y); of the nearest one beyond the grid."""
     last = tree.head.shape[0] - 1.0
@@ -272,7 +272,7 @@ def _cell(tree: Tree, x: float, y: float) -> tuple[int, int]:
     return int(row), int(column)
 
 
-@light
+@kernel
 def _occupy(tree: Tree, node: int, x: float, y: float) -> None:
     """A new node without relatives in slot `node`."""
     tree.position[node, 0], tree.position[node, 1] = x, y
@@ -285,7 +285,7 @@ def _occupy(tree: Tree, node: int, x: float, y: float) -> None:
     tree.head[row, column] = node
 
 
-@light
+@kernel
 def _link(tree: Tree, node: int, parent: int) -> None:
     first = tree.child[parent]
     tree.parent[node], tree.before[node], tree.after[node] = parent, NONE, first
@@ -294,7 +294,7 @@ def _link(tree: Tree, node: int, parent: int) -> None:
     tree.child[parent] = node
 
 
-@light
+@kernel
 def _unlink(tree: Tree, node: int) -> None:
     parent, before, after = tree.parent[node], tree.before[node], tree.after[node]
     if parent == NONE:
@@ -308,7 +308,7 @@ def _unlink(tree: Tree, node: int) -> None:
     tree.parent[node] = tree.before[node] = tree.after[node] = NONE
 
 
-@light
+@kernel
 def _settle(tree: Tree, top: int) -> None:
     """Costs of `top` and of all below it from its parent's."""
     tree.stack[0] = top

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
@@ -164,7 +164,7 @@ def longest_certified(
             return -1, whole, about
 
 
-@light
+@kernel
 def _to_still(
     plan: Plan, tube: Tube, period: float, body: Footprint, ox: float, oy: float, size: float, deadline: float
 ) -> float:
@@ -192,7 +192,7 @@ def _to_still(
     return math.inf
 
 
-@light
+@kernel
 def _to_moving(
     plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, i: int, acceleration: float,
     deadline: float,
@@ -244,7 +244,7 @@ def _to_moving(
     return math.inf
 
 
-@light
+@kernel
 def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
     """When the robot's centre may first leave `area` (4,); s, at the start of that period; inf: not."""
     x0, y0, r0 = plan.states[0, 0], plan.states[0, 1], tube.radius[0]
@@ -260,7 +260,7 @@ def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
     return math.inf
 
 
-@light
+@kernel
 def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, rules: Rules) -> float:
     """When the robot may first touch what nobody has seen, or drives where it doesn't look; s, at the start of that
     period; inf: not.
@@ -289,7 +289,7 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, rules: Rules
     return math.inf
 
 
-@light
+@kernel
 def _looks(plan: Plan, j: int, theta: float, sight: Sight, doubt: float) -> bool:
     """Whether the way that is driven in period `j` leads where the robot looked with the heading `theta` [rad]; the heading
     errs by `doubt` [rad]."""
@@ -304,7 +304,7 @@ def _looks(plan: Plan, j: int, theta: float, sight: Sight, doubt: float) -> bool
     return True
 
 
-@light
+@kernel
 def _bow(v: float, w: float, period: float) -> float:
     """How far [m] a period's arc bulges from its chord at most."""
     return abs(v * w) * period * period / 8.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.shapes import FloatArray
 from clearway.robots.drive_limits import DriveLimits
@@ -90,7 +90,7 @@ def predicted_obstacles(forecast: Forecast, spread: FloatArray, error: float, gr
     return PredictedObstacles(forecast.still, at, sigma, chance, radius, reach)
 
 
-@light
+@kernel
 def belts_of(
     obstacles: PredictedObstacles, k: int, stride: int, union: int, ahead: int, belts: FloatArray
 ) -> int:  # fmt: skip
@@ -155,7 +155,7 @@ def room_around(obstacles: PredictedObstacles) -> Nearby:
     return Nearby(np.empty((most, BELT)), np.empty((len(obstacles.still), 3)), np.empty((most, BELT)))
 
 
-@light
+@kernel
 def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: float, nearby: Nearby) -> tuple[int, int]:
     """What a robot at (x, y) can meet in a step, into `nearby.stills` and `nearby.moving`.
 
@@ -191,7 +191,7 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
     return n, m
 
 
-@light
+@kernel
 def collision_risk(
     stills: FloatArray, n: int, moving: FloatArray, m: int, foot: Footprint, margin: float, soft: float, nearness: float,
     theta: float, dx: float, dy: float, turn: float,
@@ -255,13 +255,13 @@ def collision_risk(
     return risk
 
 
-@light
+@kernel
 def tail(z: float) -> float:
     """Probability of being less than `z` standard deviations away; `z` is below `BEYOND`."""
     return float(_TAIL[int(max(z + BEYOND, 0.0) * _PER)])
 
 
-@light
+@kernel
 def room_to(vertices: FloatArray, rim: float, theta: float, ex: float, ey: float, d2: float) -> float:
     """Distance [m] of the footprint, heading `theta`, to a point at (ex, ey) from its origin, sqrt(`d2`) away."""
     if len(vertices) == 1:

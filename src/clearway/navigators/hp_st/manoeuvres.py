@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import DriveLimits
 
@@ -52,7 +52,7 @@ def _table(radius: float, reverse: float) -> FloatArray:
     return np.concatenate((length, np.full((1, *length.shape[1:]), WIDE * radius / CELLS)))
 
 
-@light
+@kernel
 def iterate(length: FloatArray, radius: float, cell: float, reverse: float) -> None:
     """Fill `length` (HEADINGS, n, n) of a base whose narrowest turn has `radius` [m], on cells of `cell` [m]."""
     headings, n = length.shape[0], length.shape[1]
@@ -90,7 +90,7 @@ def iterate(length: FloatArray, radius: float, cell: float, reverse: float) -> N
             break
 
 
-@light
+@kernel
 def _between(length: FloatArray, turn: float, v: float, u: float) -> float:
     """The value at heading `turn`, row `v` and column `u`, in cells; headings go round."""
     headings, n = length.shape[0], length.shape[1]
@@ -108,7 +108,7 @@ def _between(length: FloatArray, turn: float, v: float, u: float) -> float:
     return found
 
 
-@light
+@kernel
 def to_manoeuvre(table: FloatArray, goal: FloatArray, heading: float, x: float, y: float, theta: float) -> float:
     """How long the way is [m] from (x, y, theta) to `goal` (2,) with `heading` [rad]; from beyond the grid to its edge and on."""
     headings, n = table.shape[0] - 1, table.shape[1]

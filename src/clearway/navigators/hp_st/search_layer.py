@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import Base, Nearby, PredictedObstacles, belts_of, collision_risk, near
@@ -251,7 +251,7 @@ def expand(
     return found, Front(next_hinted, best_goal)
 
 
-@light
+@kernel
 def _arrival(
     gx: float, gy: float, dx: float, dy: float, far: float, v: float, reach: float, fall: float, per_high: float
 ) -> float:
@@ -267,7 +267,7 @@ def _arrival(
     return max(far - reach, 0.0) * per_high
 
 
-@light
+@kernel
 def _attitude(theta: float, v: float) -> int:
     """One of `_PER_PLACE`: by heading, and by direction of travel."""
     turned = min(int((theta + math.pi) * (_HEADINGS / (2.0 * math.pi))), _HEADINGS - 1)
@@ -319,7 +319,7 @@ def keep_best(tree: Tree, k: int, children: Children, found: int, beam: int, quo
     return became
 
 
-@light
+@kernel
 def _sector(dx: float, dy: float, near2: float) -> int:
     """In which of `SECTORS` a place lies, seen from the start."""
     if dx * dx + dy * dy < near2:
@@ -329,7 +329,7 @@ def _sector(dx: float, dy: float, near2: float) -> int:
     return ring + (4 if dx < 0.0 else 0) + (2 if dy < 0.0 else 0) + (1 if steep else 0)
 
 
-@light
+@kernel
 def _nth_smallest(values: FloatArray, n: int) -> float:
     """The element that stands at `n` once `values`, which are re-ordered, are sorted: Hoare's quickselect.
 
@@ -382,6 +382,6 @@ def _limits(child: FloatArray, sector: IntArray, found: int, beam: int, quota: i
     return limits
 
 
-@light
+@kernel
 def _inside(area: FloatArray, x: float, y: float) -> bool:
     return bool(area[0] <= x <= area[2] and area[1] <= y <= area[3])

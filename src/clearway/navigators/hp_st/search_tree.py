@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 IntArray = npt.NDArray[np.int64]
@@ -35,7 +35,7 @@ class Tree(NamedTuple):
     goal: FloatArray
 
 
-@light
+@kernel
 def leaf(tree: Tree) -> tuple[int, int]:
     """Layer and index of the best end: an arrival, or the best node of the last layer."""
     last = len(tree.count) - 1
@@ -62,7 +62,7 @@ def trace(tree: Tree, layer: int, index: int) -> tuple[FloatArray, FloatArray]:
     return states, inputs
 
 
-@light
+@kernel
 def follow(tree: Tree, layer: int, index: int, stride: int, commands: FloatArray) -> None:
     """Fill `commands` (N, 2), which is zero, with those of the way to a node, `stride` periods a layer."""
     _, told = trace(tree, layer, index)

@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.steering import steered
@@ -56,7 +56,7 @@ class Plan(NamedTuple):
     commands: FloatArray
 
 
-@light
+@kernel
 def stands(plan: Plan, j: int) -> bool:
     """Whether the base stands all through period `j` of `plan`."""
     still = plan.inputs[j, 0] == 0.0 and plan.inputs[j, 1] == 0.0
@@ -234,7 +234,7 @@ class Parts(NamedTuple):
     rods: FloatArray
 
 
-@light
+@kernel
 def _support(parts: Parts, discs: int, rods: int, row: FloatArray) -> float:
     """The largest row @ e over the first `discs` and `rods` of the sum."""
     most = 0.0
@@ -246,12 +246,12 @@ def _support(parts: Parts, discs: int, rods: int, row: FloatArray) -> float:
     return most
 
 
-@light
+@kernel
 def _along(row: FloatArray, axes: FloatArray, i: int) -> float:
     return float(row[0] * axes[i, 0] + row[1] * axes[i, 1] + row[2] * axes[i, 2])
 
 
-@light
+@kernel
 def _radius(parts: Parts, discs: int, rods: int) -> float:
     """Radius [m] of a disc that holds all (x, y) of the sum."""
     most = 0.0
@@ -267,7 +267,7 @@ def _radius(parts: Parts, discs: int, rods: int) -> float:
     return most * _CORNER
 
 
-@light
+@kernel
 def _carry(loop: FloatArray, axes: FloatArray, count: int) -> None:
     """axes[i] <- loop @ axes[i] for the first `count`."""
     for i in range(count):
@@ -276,13 +276,13 @@ def _carry(loop: FloatArray, axes: FloatArray, count: int) -> None:
             axes[i, m] = loop[m, 0] * x + loop[m, 1] * y + loop[m, 2] * t
 
 
-@light
+@kernel
 def _misread(row: FloatArray, start: FloatArray) -> float:
     """The largest row @ error of the perceived pose."""
     return float(abs(row[0]) * start[0] + abs(row[1]) * start[1] + abs(row[2]) * start[2])
 
 
-@light
+@kernel
 def _remainder(
     length: float, turn: float, v: float, c: float, g_v: float, g_w: float, d_v: float, d_w: float, d_phi: float
 ) -> float:
@@ -298,7 +298,7 @@ def _remainder(
     return math.hypot(along, across)
 
 
-@light
+@kernel
 def _ramping(v: float, w: float, dv: float, dw: float, c: float) -> tuple[float, float, float]:
     """How far a period with v and omega that change monotonically by `dv`, `dw` is from the arc of their means, |v| and |w|.
 

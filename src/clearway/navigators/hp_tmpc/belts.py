@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clearway.geometry.angles import turn_between, wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.pieces import polyline, put, sample
 from clearway.navigators.hp_tmpc.planner import BELT_LIMIT, TEMPORARY, plan_path
@@ -143,7 +143,7 @@ def _target(pose: FloatArray, goal: FloatArray, perception: float) -> tuple[Floa
     return np.array([pose[0] + share * dx, pose[1] + share * dy]), True
 
 
-@light
+@kernel
 def _risks(points: FloatArray, predicted: FloatArray, risky: Any) -> int:
     """Mark the predicted discs that the robot meets; how many are new.
 
@@ -184,7 +184,7 @@ def _with_belts(static: FloatArray, predicted: FloatArray, risky: Any, belts: in
     return discs
 
 
-@light
+@kernel
 def reference_speed(v_min: float, v_max: float, share: float) -> float:
     """v_ref [m/s]: the larger of `share` * v_max and the midpoint (v_min + v_max) / 2 of the robot's range of speeds.
     The paper's share is one half."""

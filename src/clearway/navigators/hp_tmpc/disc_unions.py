@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import TURN
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.tangents import NONE, TOUCH, advance
 
@@ -21,7 +21,7 @@ Labels = npt.NDArray[np.int64]
 REACHABLE, SHUT_OFF, UNDECIDED = 0, 1, 2
 
 
-@light
+@kernel
 def covered(x: float, y: float, discs: FloatArray) -> bool:
     """Whether the point lies inside a disc."""
     for j in range(len(discs)):
@@ -31,7 +31,7 @@ def covered(x: float, y: float, discs: FloatArray) -> bool:
     return False
 
 
-@light
+@kernel
 def within(x: float, y: float, area: FloatArray, zone: FloatArray) -> bool:
     """Whether the point lies in the rectangle x_min, y_min, x_max, y_max and in the circle x, y, radius."""
     if not (area[0] - TOUCH <= x <= area[2] + TOUCH and area[1] - TOUCH <= y <= area[3] + TOUCH):
@@ -39,7 +39,7 @@ def within(x: float, y: float, area: FloatArray, zone: FloatArray) -> bool:
     return math.hypot(x - zone[0], y - zone[1]) <= float(zone[2] + TOUCH)
 
 
-@light
+@kernel
 def label_cluster(seed: int, label: int, discs: FloatArray, labels: Labels, stack: Labels) -> None:
     """Give `label` to every disc of the cluster of disc `seed`; unlabelled discs have -1. `stack`: (n,) scratch."""
     labels[seed] = label
@@ -57,7 +57,7 @@ def label_cluster(seed: int, label: int, discs: FloatArray, labels: Labels, stac
                     size += 1
 
 
-@light
+@kernel
 def meeting_points(
     ax: float, ay: float, ra: float, bx: float, by: float, rb: float
 ) -> tuple[bool, float, float, float, float]:
@@ -112,7 +112,7 @@ def nearest_free(
     return best < math.inf, bx, by
 
 
-@light
+@kernel
 def _leave(i: int, angle: float, discs: FloatArray) -> tuple[float, int]:
     """(turn, disc) after which the boundary, run counter-clockwise on circle i from `angle`, goes over to another disc."""
     least, following = TURN, i
@@ -130,7 +130,7 @@ def _leave(i: int, angle: float, discs: FloatArray) -> tuple[float, int]:
     return least, following
 
 
-@light
+@kernel
 def shut_off(
     sx: float,
     sy: float,

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.heap import pop, push
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.pieces import put, string_pieces
@@ -135,7 +135,7 @@ def _matter(sx: float, sy: float, tx: float, ty: float, discs: FloatArray, bound
     return near, True
 
 
-@light
+@kernel
 def _room(i: int, r: float, ux: float, uy: float, discs: FloatArray, area: FloatArray) -> float:
     """How far [rad] disc i's circle can be run in r's direction from where heading u touches it."""
     cx, cy = discs[i, 0], discs[i, 1]

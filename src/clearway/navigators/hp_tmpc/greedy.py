@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.disc_unions import Labels, label_cluster
 from clearway.navigators.hp_tmpc.pieces import put
@@ -105,7 +105,7 @@ def greedy_string(
     return False, sides[-1] != 0, string[:0].copy()
 
 
-@light
+@kernel
 def _tie(k: int, string: FloatArray, line: FloatArray, clear: Any) -> bool:
     """Lay the tangent from circle k to k + 1; False if there is none."""
     exists, ux, uy, length = tangent(
@@ -116,7 +116,7 @@ def _tie(k: int, string: FloatArray, line: FloatArray, clear: Any) -> bool:
     return exists
 
 
-@light
+@kernel
 def _outermost(
     k: int, string: FloatArray, identity: Labels, line: FloatArray, discs: FloatArray, side: int, nearer: bool,
     labels: Labels, stack: Labels, sides: Labels,
@@ -156,7 +156,7 @@ def _outermost(
     return chosen, k + 1
 
 
-@light
+@kernel
 def _move(a: int, b: int, string: FloatArray, identity: Labels, line: FloatArray, clear: Any) -> None:
     """Circle a, and the tangent after it, becomes number b."""
     for i in range(3):
@@ -164,7 +164,7 @@ def _move(a: int, b: int, string: FloatArray, identity: Labels, line: FloatArray
     identity[b], clear[b, 0], clear[b, 1] = identity[a], clear[a, 0], clear[a, 1]
 
 
-@light
+@kernel
 def _insert(
     place: int, disc: FloatArray, which: int, way: int, string: FloatArray, identity: Labels, line: FloatArray,
     clear: Any, m: int,
@@ -176,14 +176,14 @@ def _insert(
     return m + 1
 
 
-@light
+@kernel
 def _remove(place: int, string: FloatArray, identity: Labels, line: FloatArray, clear: Any, m: int) -> int:
     for i in range(place, m - 1):
         _move(i + 1, i, string, identity, line, clear)
     return m - 1
 
 
-@light
+@kernel
 def _tighten(place: int, string: FloatArray, identity: Labels, line: FloatArray, clear: Any, m: int) -> tuple[int, int]:
     """(circles left, place) after new tangents around `place`, and without the circles that the string left."""
     laid = _tie(place - 1, string, line, clear)
@@ -214,7 +214,7 @@ def _tighten(place: int, string: FloatArray, identity: Labels, line: FloatArray,
     return -1, 0
 
 
-@light
+@kernel
 def _slack(k: int, string: FloatArray, line: FloatArray) -> bool:
     """Whether the string does not bend around circle k in its direction, or crosses itself there."""
     r = string[k, 2]
@@ -228,7 +228,7 @@ def _slack(k: int, string: FloatArray, line: FloatArray) -> bool:
     return bool(beyond <= min(line[k - 1, 2], line[k, 2]))
 
 
-@light
+@kernel
 def _shorten(string: FloatArray, identity: Labels, line: FloatArray, clear: Any, discs: FloatArray, m: int) -> int:
     """Tangents across the outer circles wherever they are clear: how many circles are left."""
     i: Any = np.int64(0)
@@ -245,7 +245,7 @@ def _shorten(string: FloatArray, identity: Labels, line: FloatArray, clear: Any,
     return m
 
 
-@light
+@kernel
 def _across(i: int, j: int, string: FloatArray, identity: Labels, line: FloatArray, discs: FloatArray, m: int) -> bool:
     """Whether the tangent from circle i straight to circle j is clear, with its arcs, and shorter."""
     exists, ux, uy, length = tangent(string[i, 0], string[i, 1], string[i, 2], string[j, 0], string[j, 1], string[j, 2])

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.disc_unions import within
 from clearway.navigators.hp_tmpc.tangents import TOUCH, arc_leaves, sweep, tangent
@@ -20,7 +20,7 @@ NOTHING = 1e-12
 """Pieces shorter than this [m] are left out."""
 
 
-@light
+@kernel
 def put(rows: FloatArray, i: int, x: float, y: float, r: float) -> None:
     """Write a row of a string (slice assignments cost much compile time)."""
     rows[i, 0], rows[i, 1], rows[i, 2] = x, y, r
@@ -62,7 +62,7 @@ def string_pieces(string: FloatArray) -> FloatArray:
     return rows[:k].copy()
 
 
-@light
+@kernel
 def _write(rows: FloatArray, k: int, x0: float, y0: float, x1: float, y1: float) -> None:
     rows[k, 0], rows[k, 1], rows[k, 2], rows[k, 3] = x0, y0, x1, y1
 
@@ -80,7 +80,7 @@ def with_lead(ax: float, ay: float, bx: float, by: float, pieces: FloatArray) ->
     return rows
 
 
-@light
+@kernel
 def piece_length(piece: FloatArray) -> float:
     """m, of one row."""
     if piece[6] == 0.0:
@@ -88,7 +88,7 @@ def piece_length(piece: FloatArray) -> float:
     return math.hypot(piece[0] - piece[4], piece[1] - piece[5]) * abs(float(piece[6]))
 
 
-@light
+@kernel
 def path_length(pieces: FloatArray) -> float:
     """m, of all rows."""
     total = 0.0
@@ -97,7 +97,7 @@ def path_length(pieces: FloatArray) -> float:
     return total
 
 
-@light
+@kernel
 def point_on(piece: FloatArray, share: float) -> tuple[float, float, float]:
     """(x, y, heading) after a share, 0 to 1, of a piece."""
     if piece[6] == 0.0:
@@ -131,7 +131,7 @@ def polyline(pieces: FloatArray, spacing: float) -> FloatArray:
     return points
 
 
-@light
+@kernel
 def _chords(piece: FloatArray, spacing: float) -> int:
     return 1 if piece[6] == 0.0 else max(1, math.ceil(piece_length(piece) / spacing))
 
@@ -159,7 +159,7 @@ def sample(pieces: FloatArray, stations: FloatArray, pose: FloatArray) -> FloatA
     return points
 
 
-@light
+@kernel
 def leaves(pieces: FloatArray, area: FloatArray) -> bool:
     """Whether the path leaves the rectangle x_min, y_min, x_max, y_max."""
     for k in range(len(pieces)):

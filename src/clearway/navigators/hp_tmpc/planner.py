@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_tmpc.disc_unions import SHUT_OFF, Labels, covered, nearest_free, shut_off
 from clearway.navigators.hp_tmpc.exact import LESS, NO_WAY, exact_path
@@ -196,7 +196,7 @@ def _side(
     return pieces, length, inside
 
 
-@light
+@kernel
 def _side_of(pieces: FloatArray) -> int:
     """1 if the path's first arc leaves its obstacle on the right, -1 on the left, 0 without arcs."""
     for k in range(len(pieces)):

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from clearway.geometry.angles import TURN
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 TOUCH = 1e-9
@@ -24,7 +24,7 @@ NONE: Any = np.int64(-1)
 """No disc, where an index is asked for (not a literal: one specialisation to compile)."""
 
 
-@light
+@kernel
 def tangent(ax: float, ay: float, ra: float, bx: float, by: float, rb: float) -> tuple[bool, float, float, float]:
     """(exists, u_x, u_y, length) of the one straight line that leads from circle a (signed radius ra) to circle b.
 
@@ -45,7 +45,7 @@ def tangent(ax: float, ay: float, ra: float, bx: float, by: float, rb: float) ->
     return True, (length * dx + q * dy) / square, (length * dy - q * dx) / square, length
 
 
-@light
+@kernel
 def sweep(ux: float, uy: float, vx: float, vy: float, r: float) -> float:
     """The turn [0, 2 pi) from heading u to heading v (unit vectors) along a circle of signed radius r."""
     turn = math.atan2(ux * vy - uy * vx, ux * vx + uy * vy)
@@ -58,14 +58,14 @@ def sweep(ux: float, uy: float, vx: float, vy: float, r: float) -> float:
     return turn
 
 
-@light
+@kernel
 def advance(start: float, end: float, r: float) -> float:
     """The turn [0, 2 pi) from angle `start` to angle `end` in the direction of the signed radius r."""
     turn = (end - start) % TURN if r > 0.0 else (start - end) % TURN
     return 0.0 if turn > TURN - 1e-9 else turn
 
 
-@light
+@kernel
 def segment_enters(
     ax: float, ay: float, ux: float, uy: float, length: float, cx: float, cy: float, radius: float
 ) -> float:
@@ -83,7 +83,7 @@ def segment_enters(
     return max(along - half, 0.0)
 
 
-@light
+@kernel
 def arc_enters(
     cx: float, cy: float, r: float, x: float, y: float, turn: float, ox: float, oy: float, radius: float
 ) -> float:
@@ -107,7 +107,7 @@ def arc_enters(
     return middle - half if middle - half < turn else math.inf
 
 
-@light
+@kernel
 def first_on_segment(
     ax: float, ay: float, ux: float, uy: float, length: float, discs: FloatArray, skip_a: int, skip_b: int
 ) -> tuple[int, float]:
@@ -122,7 +122,7 @@ def first_on_segment(
     return first, where
 
 
-@light
+@kernel
 def segment_clear(
     ax: float, ay: float, ux: float, uy: float, length: float, discs: FloatArray, skip_a: int, skip_b: int
 ) -> bool:
@@ -137,7 +137,7 @@ def segment_clear(
     return True
 
 
-@light
+@kernel
 def first_on_arc(
     cx: float, cy: float, r: float, x: float, y: float, turn: float, discs: FloatArray, skip: int
 ) -> tuple[int, float]:
@@ -152,7 +152,7 @@ def first_on_arc(
     return first, where
 
 
-@light
+@kernel
 def arc_leaves(cx: float, cy: float, r: float, x: float, y: float, turn: float, area: FloatArray) -> float:
     """After which turn [rad] the arc (as in `arc_enters`) leaves the rectangle x_min, y_min, x_max, y_max; inf: never."""
     around = abs(r)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene, cell_of
 from clearway.navigators.common.oscillation import Signs, forbids
@@ -117,7 +117,7 @@ def velocity_samples(low: float, high: float, count: int) -> FloatArray:
     return out[: n + 1]
 
 
-@light
+@kernel
 def sample_steps(p: Window, v: float, w: float, u: float = 0.0) -> int:
     """Number of points of a sample's rollout; 0 where the generator refuses the sample."""
     speed = abs(v) if u == 0.0 else math.hypot(v, u)
@@ -128,7 +128,7 @@ def sample_steps(p: Window, v: float, w: float, u: float = 0.0) -> int:
     return math.ceil(max(speed * p.sim_time / p.sim_granularity, abs(w) * p.sim_time / p.angular_sim_granularity))
 
 
-@light
+@kernel
 def window_of(p: Window, velocity: FloatArray, goal_distance: float) -> tuple[float, float, float, float]:
     """The speeds (v_min, v_max, w_min, w_max) within reach: in one period, or in sim_time without the dynamic window."""
     span, top = p.period, p.max_vel_x
@@ -143,7 +143,7 @@ def window_of(p: Window, velocity: FloatArray, goal_distance: float) -> tuple[fl
     )
 
 
-@light
+@kernel
 def sideways_of(p: Window, velocity: FloatArray, goal_distance: float) -> tuple[float, float]:
     """The least and the largest speed to the left within reach, as `window_of` has the others; 0 for a base without sides."""
     if p.max_vel_y == 0.0 and p.min_vel_y == 0.0:
@@ -155,7 +155,7 @@ def sideways_of(p: Window, velocity: FloatArray, goal_distance: float) -> tuple[
     return max(p.min_vel_y, now - p.acc_lim_y * span), min(top, now + p.acc_lim_y * span)
 
 
-@light
+@kernel
 def _roll_sample(
     p: Window, pose: FloatArray, velocity: FloatArray, v: float, w: float, u: float, steps: int, out: FloatArray
 ) -> tuple[float, float, float]:
@@ -170,7 +170,7 @@ def _roll_sample(
     return first_v, first_w, first_u
 
 
-@light
+@kernel
 def growth(p: Window, v: float, u: float = 0.0) -> float:
     """How much the footprint is enlarged at a speed (obstacle_cost_function.cpp)."""
     speed = abs(v) if u == 0.0 else math.hypot(v, u)

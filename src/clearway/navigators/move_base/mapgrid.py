@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import INSCRIBED, NO_INFORMATION, CostArray, Scene, row_col
 
@@ -68,7 +68,7 @@ def make_room(shape: tuple[int, ...]) -> Room:
     return Room(blank, path, goal, front, queue, np.zeros(size, np.uint8))
 
 
-@light
+@kernel
 def clear(cost: CostArray, blank: GridArray) -> int:
     """Fill `blank`: unreached, and one more where the wave cannot pass. Returns N + 1, the worth of an unreached cell."""
     rows, cols = cost.shape
@@ -86,14 +86,14 @@ def clear(cost: CostArray, blank: GridArray) -> int:
     return unreached
 
 
-@light
+@kernel
 def refill(grid: GridArray, blank: GridArray) -> None:
     """Copy `blank` into `grid` (a loop: array assignment in a kernel costs seconds of compilation)."""
     for i in range(grid.size):
         grid[i] = blank[i]
 
 
-@light
+@kernel
 def lay_plan(
     scene: Scene, ahead: FloatArray, last_x: float, last_y: float, grid: GridArray, queue: GridArray, mark: bool
 ) -> tuple[int, int]:
@@ -137,7 +137,7 @@ def lay_plan(
     return tail, last
 
 
-@light
+@kernel
 def _open_cells(
     seek: Seek, grid: GridArray, wanted: npt.NDArray[np.uint8], mask: np.int64, stride: int, unreached: int
 ) -> int:
@@ -156,7 +156,7 @@ def _open_cells(
     return pending
 
 
-@light
+@kernel
 def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: np.int64, stride: int, unreached: int) -> None:
     """Let distances spread over `grid` from the first `targets` cells of the queue until every sought cell has its own.
 
@@ -182,7 +182,7 @@ def spread(room: Room, grid: GridArray, targets: int, seek: Seek, mask: np.int64
                     pending -= 1
 
 
-@light
+@kernel
 def spread_from(
     room: Room, grid: GridArray, target: int, seek: Seek, mask: np.int64, stride: int, unreached: int
 ) -> None:

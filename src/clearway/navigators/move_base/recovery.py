@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.costmap import Costmap
 from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, make_scene
@@ -81,7 +81,7 @@ class Rotation:
         return min(max(math.sqrt(2 * self._acceleration * left), self._slowest), self._fastest)
 
 
-@light
+@kernel
 def _free_turn(scene: Scene, pose: FloatArray, turn: float, step: float) -> bool:
     """Whether the outline stays off obstacles while it turns left by `turn` radians, checked every `step`."""
     angle = 0.0

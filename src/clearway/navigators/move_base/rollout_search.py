@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import (
     INSCRIBED,
@@ -97,7 +97,7 @@ class Rollout(NamedTuple):
     no_left: bool
 
 
-@light
+@kernel
 def window_of(p: Rollout, velocity: FloatArray, goal_distance: float) -> tuple[float, float, float, float]:
     """The speeds (v_min, v_max, w_min, w_max) to sample, no faster than reaches the plan's end in sim_time."""
     span = p.period if p.dwa else p.sim_time
@@ -110,7 +110,7 @@ def window_of(p: Rollout, velocity: FloatArray, goal_distance: float) -> tuple[f
     )
 
 
-@light
+@kernel
 def samples(p: Rollout, window: tuple[float, float, float, float], out: FloatArray) -> tuple[int, int]:
     """All samples in their order: driving, then turning in place, then backing up.
 
@@ -145,7 +145,7 @@ def samples(p: Rollout, window: tuple[float, float, float, float], out: FloatArr
     return driving, n
 
 
-@light
+@kernel
 def sample_steps(p: Rollout, v: float, w: float) -> int:
     """Number of points of a sample's rollout, at least one."""
     if p.heading_scoring:
@@ -155,7 +155,7 @@ def sample_steps(p: Rollout, v: float, w: float) -> int:
     return max(steps, 1)
 
 
-@light
+@kernel
 def _lay_out(p: Rollout, pose: FloatArray, velocity: FloatArray, sample: FloatArray, out: FloatArray) -> int:
     """Roll one sample (row of `samples`) out from the current speeds; the number of points in `out` (k, 5)."""
     steps = sample_steps(p, sample[0], sample[1])
@@ -164,7 +164,7 @@ def _lay_out(p: Rollout, pose: FloatArray, velocity: FloatArray, sample: FloatAr
     return steps
 
 
-@light
+@kernel
 def heading_error(scene: Scene, x: float, y: float, yaw: float, ahead: FloatArray) -> float:
     """Angle between a heading and the farthest point of the plan in sight over cells that the robot's centre may cross."""
     frame = scene.frame
@@ -177,7 +177,7 @@ def heading_error(scene: Scene, x: float, y: float, yaw: float, ahead: FloatArra
     return np.inf
 
 
-@light
+@kernel
 def grid_cost(
     p: Rollout, scene: Scene, points: FloatArray, cells: GridArray, ahead: FloatArray, room: Room, impossible: int
 ) -> float:
@@ -207,7 +207,7 @@ def grid_cost(
     return total
 
 
-@light
+@kernel
 def _full_cost(
     p: Rollout,
     scene: Scene,
@@ -225,7 +225,7 @@ def _full_cost(
     return bound + p.occ_scale * occ if occ >= 0.0 else BLOCKED
 
 
-@light
+@kernel
 def _why_not(
     p: Rollout,
     scene: Scene,

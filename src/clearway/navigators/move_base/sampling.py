@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, row_col
 
 
-@light
+@kernel
 def approach(target: float, now: float, acceleration: float, dt: float) -> float:
     """The speed after `dt` seconds of accelerating from `now` towards `target`."""
     if target >= now:
@@ -19,7 +19,7 @@ def approach(target: float, now: float, acceleration: float, dt: float) -> float
     return max(target, now - acceleration * dt)
 
 
-@light
+@kernel
 def roll(
     pose: FloatArray,
     v_now: float,
@@ -66,7 +66,7 @@ def roll(
             yaw += w_now * dt
 
 
-@light
+@kernel
 def occlusion(scene: Scene, points: FloatArray, steps: int, scale: float, total: bool, bound: float) -> float:
     """The highest cost (or, if `total`, the sum) under outline and centre along a rollout; -1 where it is illegal.
 

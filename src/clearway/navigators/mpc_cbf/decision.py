@@ -15,7 +15,7 @@ from clearway.crowds.orca_walls import near_edges
 from clearway.crowds.walls import Walls, from_edge
 from clearway.crowds.ways import Ways, way_point
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.motion import reachable
 from clearway.navigators.common.tracking.gauss_newton import solve_gauss_newton
@@ -185,7 +185,7 @@ def pose_problem(
     )  # fmt: skip
 
 
-@light
+@kernel
 def touches(later: FloatArray, states: FloatArray) -> bool:
     """Whether one of the poses `states` (N, 3) lies within a distance of contact."""
     for k in range(len(states)):

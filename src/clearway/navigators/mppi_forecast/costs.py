@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.mppi.functions import Floats
@@ -214,7 +214,7 @@ def _meet(
         _take(free, hit)
 
 
-@light
+@kernel
 def _take(free: FloatArray, hit: FloatArray) -> None:
     """One obstacle's hypotheses are together: `hit` becomes 0 again."""
     for b in range(len(free)):
@@ -222,7 +222,7 @@ def _take(free: FloatArray, hit: FloatArray) -> None:
         hit[b] = 0.0
 
 
-@light
+@kernel
 def _room_left(floor: Floor, body: Body, soft: float, x: float, y: float, yaw: float) -> float:
     """From the outline at a pose to what stands, m; exact only below `soft` [m]."""
     clearance, origin, h = floor.clearance, floor.origin, floor.resolution
@@ -237,7 +237,7 @@ def _room_left(floor: Floor, body: Body, soft: float, x: float, y: float, yaw: f
     return room - foot.radius
 
 
-@light
+@kernel
 def _resting(x: float, y: float, yaw: float, v: float, v_y: float, body: Body, goal: FloatArray) -> float:
     """How far from the goal one comes to rest that brakes at this pose, m."""
     way, aside = 0.5 * v * abs(v) / body.deceleration, 0.5 * v_y * abs(v_y) / body.lateral_deceleration
@@ -245,13 +245,13 @@ def _resting(x: float, y: float, yaw: float, v: float, v_y: float, body: Body, g
     return math.hypot(x + way * c - aside * s - goal[0], y + way * s + aside * c - goal[1])
 
 
-@light
+@kernel
 def way_left(floor: Floor, x: float, y: float) -> float:
     """The way to the goal from (x, y), m."""
     return _between(floor.distance, floor.origin, floor.resolution, x, y)
 
 
-@light
+@kernel
 def _between(values: FloatArray, origin: FloatArray, h: float, x: float, y: float) -> float:
     """Between the centres of cells, those left out that have no finite value."""
     rows, columns = values.shape

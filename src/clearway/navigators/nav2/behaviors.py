@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol, cast
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, make_scene
 from clearway.navigators.nav2.behavior_tree.actions import MoveRequest
@@ -203,7 +203,7 @@ def _scene(view: CostView) -> Scene:
     return make_scene(view.cost, view.origin, view.resolution, view.footprint)
 
 
-@light
+@kernel
 def _free(scene: Scene, pose: FloatArray, v: float, omega: float, frequency: float, cycles: int, reach: float) -> bool:
     """Whether the outline stays off obstacles and on the map on the way ahead, at the instants of the next `cycles`.
 

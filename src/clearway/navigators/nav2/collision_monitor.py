@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.nav2.parameters.branch import Branch
 from clearway.navigators.nav2.parameters.monitor import (
@@ -208,7 +208,7 @@ def _scaled(v: Velocity, ratio: float) -> Velocity:
     return Velocity(v.v_x * ratio, v.v_y * ratio, v.omega * ratio)
 
 
-@light
+@kernel
 def _inside(polygon: FloatArray, x: float, y: float) -> bool:
     """Whether a polygon (m, 2) holds a point, by the edges that a ray to the right crosses (nav2_util's geometry_utils.hpp)."""
     inside = False
@@ -224,7 +224,7 @@ def _inside(polygon: FloatArray, x: float, y: float) -> bool:
     return inside
 
 
-@light
+@kernel
 def _holds(points: FloatArray, polygon: FloatArray, radius: float, least: int, x: float, y: float, yaw: float) -> bool:
     """Whether at least so many of the points (n, 2) are in a polygon, or in a circle if its radius isn't negative, at a pose."""
     c, s = math.cos(yaw), math.sin(yaw)
@@ -246,7 +246,7 @@ def _holds(points: FloatArray, polygon: FloatArray, radius: float, least: int, x
     return count >= least
 
 
-@light
+@kernel
 def _time_left(
     points: FloatArray,
     polygon: FloatArray,

@@ -12,7 +12,7 @@ from typing import TypeVar, cast
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.nav2.behavior_tree.actions import FollowRequest
@@ -243,7 +243,7 @@ def _found(role: str, name: str, plugins: dict[str, _Plugin]) -> _Plugin:
     return plugins[name]
 
 
-@light
+@kernel
 def _track(path: FloatArray, pose: FloatArray, begin: int, search: float) -> tuple[int, float, float]:
     """Index of the segment of a path (n, >= 2) that is nearest to a pose, distance from it [m] (positive on its left), and the
     angle from the pose's heading to its [rad]; it is looked for from a segment on, up to `search` metres ahead."""

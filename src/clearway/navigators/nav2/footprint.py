@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import LETHAL, CostArray, Frame, row_col
 from clearway.navigators.common.costmaps.lines import line_between, next_cell
 
 
-@light
+@kernel
 def _line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
     """The highest cost on the cells between two cells, both included; LETHAL at the first lethal one."""
     line = line_between(r0, c0, r1, c1)
@@ -30,7 +30,7 @@ def _line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
     return highest
 
 
-@light
+@kernel
 def cost_at_pose(cost: CostArray, frame: Frame, polygon: FloatArray, x: float, y: float, yaw: float) -> int:
     """The highest cost under the outline `polygon` (m, 2) at a pose, 0 .. 255; LETHAL where a corner is off the map.
 

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from clearway.geometry.angles import turn_between, wrap
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Frame, row_col
 from clearway.navigators.nav2.parameters.group import Group
@@ -104,7 +104,7 @@ def make_path_handler(parameters: Group) -> PathHandler:
     raise TypeError(f"{type(parameters).__name__} is no group of a path handler")
 
 
-@light
+@kernel
 def path_length(path: FloatArray) -> float:
     """Length of a path (n, >= 2), m."""
     length = 0.0
@@ -113,7 +113,7 @@ def path_length(path: FloatArray) -> float:
     return length
 
 
-@light
+@kernel
 def _after(path: FloatArray, begin: int, distance: float) -> int:
     """Index of the first pose further along a path from `begin` than `distance`, m; its length if there is none."""
     along = 0.0
@@ -125,7 +125,7 @@ def _after(path: FloatArray, begin: int, distance: float) -> int:
     return n
 
 
-@light
+@kernel
 def _segment(
     path: FloatArray, pose: FloatArray, frame: FloatArray, grid: Frame, search: float, prune: float, out: FloatArray
 ) -> tuple[int, int, float, float, float]:
@@ -155,7 +155,7 @@ def _segment(
     return first, count, x, y, yaw
 
 
-@light
+@kernel
 def _first_constraint(path: FloatArray, inversion: bool, least_turn: float) -> int:
     """Number of poses (n, 3) up to the first cusp (if `inversion`) or turn in place by more than `least_turn`; n without any."""
     n: int = path.shape[0]

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.nav2.parameters.group import Group
 from clearway.navigators.nav2.seams import Velocity
 from clearway.quantities import Finite, NonNegative, Positive
@@ -133,20 +133,20 @@ class VelocitySmoother:
         return Velocity(*(0.0 if abs(v) < dead else v for v, (*_, dead) in zip(self._last, self._limits, strict=True)))
 
 
-@light
+@kernel
 def _step(v: float, to: float, faster: float, slower: float) -> float:
     """How much a speed may change on its way to another; `slower`, which is negative, holds where it passes through 0, too."""
     return faster if abs(to) >= abs(v) and v * to >= 0.0 else -slower
 
 
-@light
+@kernel
 def _share(v: float, to: float, faster: float, slower: float) -> float:
     """The share of the way from a speed to another that may be gone; -1 if all of it."""
     change, most = to - v, _step(v, to, faster, slower)
     return most / abs(change) if abs(change) > most else -1.0
 
 
-@light
+@kernel
 def _towards(v: float, to: float, faster: float, slower: float, scale: float) -> float:
     """The speed that follows upon `v` on its way to `to`, of which but the share `scale` is wanted."""
     most = _step(v, to, faster, slower)

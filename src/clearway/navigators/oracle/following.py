@@ -8,7 +8,7 @@ import numpy as np
 
 from clearway.clairvoyant.moving_discs import Scene, centre
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.robots.drive_limits import DriveLimits
@@ -20,7 +20,7 @@ _PAUSE = 0.05
 """Below this speed, m/s, the way counts as waiting: the base turns to where it goes on."""
 
 
-@light
+@kernel
 def on_way(way: FloatArray, t: float) -> tuple[float, float]:
     """Where a way (k, 3) t, x, y is at time t [s]: straight between its points, at rest before and after."""
     low, high = 0, way.shape[0] - 1
@@ -37,7 +37,7 @@ def on_way(way: FloatArray, t: float) -> tuple[float, float]:
     return way[low, 1] + s * (way[high, 1] - way[low, 1]), way[low, 2] + s * (way[high, 2] - way[low, 2])
 
 
-@light
+@kernel
 def steer(
     way: FloatArray, t: float, x: float, y: float, theta: float, limits: DriveLimits, period: float
 ) -> tuple[float, float]:
@@ -64,7 +64,7 @@ def steer(
     return v, omega
 
 
-@light
+@kernel
 def foresee(
     scene: Scene, way: FloatArray, t: float, pose: FloatArray, limits: DriveLimits, period: float, duration: float,
     first: FloatArray, hold: float,

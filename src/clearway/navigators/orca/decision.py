@@ -12,7 +12,7 @@ from clearway.crowds.half_planes import solve
 from clearway.crowds.orca import body_line
 from clearway.crowds.orca_walls import near_edges, wall_lines
 from clearway.crowds.walls import Walls
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.holonomic import turning_time
 
@@ -79,7 +79,7 @@ def choose(theta: float, wx: float, wy: float, bodies: Bodies, walls: Walls, rul
     return solve(lines, hard + near, hard, rules.v_max, wx, wy, spare)
 
 
-@light
+@kernel
 def followed(theta: float, error: float, rules: Rules, lines: FloatArray) -> None:
     """Write to `lines` (SIDES, 4) a convex polygon of velocities that are followed to within `error` [m].
 

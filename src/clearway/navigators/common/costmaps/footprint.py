@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 from clearway.navigators.common.costmaps.lines import line_between, next_cell
 
@@ -81,7 +81,7 @@ def outline(shape: Shape, padding: float = 0.0) -> FloatArray:
     return np.ascontiguousarray(polygon + np.sign(polygon) * padding)
 
 
-@light
+@kernel
 def row_col(frame: Frame, x: float, y: float) -> tuple[int, int]:
     """The cell that holds a point, (-1, -1) off the map (costmap_2d's worldToMap)."""
     if x < frame.x or y < frame.y:
@@ -92,14 +92,14 @@ def row_col(frame: Frame, x: float, y: float) -> tuple[int, int]:
     return row, col
 
 
-@light
+@kernel
 def cell_of(frame: Frame, x: float, y: float) -> int:
     """Index of the cell that holds a point in a flat grid with a border of one cell, -1 off the map."""
     row, col = row_col(frame, x, y)
     return -1 if row < 0 else (row + 1) * (frame.cols + 2) + col + 1
 
 
-@light
+@kernel
 def line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
     """The highest cost on the cells between two cells, both included; -1 at a lethal cell, -2 at an unknown one."""
     line = line_between(r0, c0, r1, c1)
@@ -115,7 +115,7 @@ def line_cost(cost: CostArray, r0: int, c0: int, r1: int, c1: int) -> int:
     return highest
 
 
-@light
+@kernel
 def footprint_cost(
     cost: CostArray, frame: Frame, polygon: FloatArray, x: float, y: float, cosine: float, sine: float, scale: float
 ) -> int:
@@ -144,7 +144,7 @@ def footprint_cost(
     return highest
 
 
-@light
+@kernel
 def _span_line(left: npt.NDArray[np.int64], right: npt.NDArray[np.int64], r0: int, c0: int, r1: int, c1: int) -> None:
     """Widen the row span of each column by the cells of a line."""
     line = line_between(r0, c0, r1, c1)

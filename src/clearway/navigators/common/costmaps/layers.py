@@ -13,7 +13,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.lines import clipped
 
@@ -35,7 +35,7 @@ _ONE = 1 << _SHIFT
 """One as a fixed-point number."""
 
 
-@light
+@kernel
 def widen(bounds: FloatArray, by: FloatArray) -> None:
     """Widen `bounds` (4,) smallest x, y, largest x, y by others' (4 n,)."""
     for i in range(0, by.size, 4):
@@ -162,7 +162,7 @@ def clear_rays(
     bounds[0], bounds[1], bounds[2], bounds[3] = low_x, low_y, high_x, high_y
 
 
-@light
+@kernel
 def mark_points(grid: ByteGrid, origin: FloatArray, resolution: float, points: FloatArray, bounds: FloatArray) -> None:
     """Make the points' cells lethal; widens `bounds`."""
     rows, columns = grid.shape
@@ -178,7 +178,7 @@ def mark_points(grid: ByteGrid, origin: FloatArray, resolution: float, points: F
         bounds[2], bounds[3] = max(bounds[2], px), max(bounds[3], py)
 
 
-@light
+@kernel
 def expire_points(
     grid: ByteGrid,
     origin: FloatArray,
@@ -268,7 +268,7 @@ def compose(
                 row[c] = max(np.uint8(top[c] + 1), np.uint8(base[c] + 1)) - np.uint8(1)
 
 
-@light
+@kernel
 def project_static(
     static: ByteGrid,
     origin: FloatArray,
@@ -301,7 +301,7 @@ def project_static(
                     target[r, c] = static[mr, mc]
 
 
-@light
+@kernel
 def forget(grid: ByteGrid, c0: int, r0: int, c1: int, r1: int, inside: bool) -> None:
     """Make cells unknown: those outside of the open range (c0, c1) x (r0, r1), or those inside (CostmapLayer::clearArea)."""
     for r in range(grid.shape[0]):

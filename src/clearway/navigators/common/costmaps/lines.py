@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 
 
 class Line(NamedTuple):
@@ -42,7 +42,7 @@ def line_between(r0: int, c0: int, r1: int, c1: int) -> Line:
     return Line(dr, dc, sr, 0, 0, sc)
 
 
-@light
+@kernel
 def next_cell(line: Line, row: int, col: int, error: int) -> tuple[int, int, int]:
     """The cell after (row, col), and the error there; at the first cell it is `line.length // 2`."""
     error += line.width
@@ -53,7 +53,7 @@ def next_cell(line: Line, row: int, col: int, error: int) -> tuple[int, int, int
     return row, col, error
 
 
-@light
+@kernel
 def clipped(
     x: float, y: float, px: float, py: float, low_x: float, low_y: float, high_x: float, high_y: float
 ) -> tuple[float, float]:

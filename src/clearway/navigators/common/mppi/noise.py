@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.common.mppi.functions import ONE, TWO_PI, Floats, logarithm, sine_cosine
 
 _MULTIPLIER, _WEYL = np.uint64(0xD256D193), np.uint64(0x9E3779B9)
@@ -18,7 +18,7 @@ _UNIT = np.float32(2.0**-24)
 _MINUS_TWO = np.float32(-2.0)
 
 
-@light
+@kernel
 def philox(low: np.uint64, high: np.uint64, key: np.uint64) -> tuple[np.uint64, np.uint64]:
     """Two words of 32 bits for a counter of two such words and a key of one."""
     k = key & _LOW

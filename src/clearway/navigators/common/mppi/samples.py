@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.common.mppi.functions import ZERO, Floats
 
 
@@ -44,7 +44,7 @@ def make_samples(steps: int, batch: int) -> Samples:
     return Samples(*(np.zeros((steps, batch), np.float32) for _ in Samples._fields))
 
 
-@light
+@kernel
 def perturb(controls: Floats, noise: Floats, control: Floats) -> None:
     """One axis of the sampled controls (T, B): a control sequence (T,) with noise (T, B)."""
     steps, batch = controls.shape
@@ -54,7 +54,7 @@ def perturb(controls: Floats, noise: Floats, control: Floats) -> None:
             into[b] = from_noise[b] + mean
 
 
-@light
+@kernel
 def follow(
     velocity: Floats, controls: Floats, speed: np.float32, slower: np.float32, faster: np.float32, clamp_raw: bool
 ) -> None:

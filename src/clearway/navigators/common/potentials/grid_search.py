@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.heap import pop, push
 
 HIGH = np.float32(1.0e10)
@@ -267,7 +267,7 @@ def fill_around(
                 potential[n] = _potential(left, right, above, below, step, quadratic)
 
 
-@light
+@kernel
 def _slope(potential: PotentialGrid, columns: int, n: int, lethal: int) -> tuple[float, float]:
     """Unit vector down the potential at cell n; away from an unreached cell towards a reached one."""
     if n < columns or n > potential.size - columns:

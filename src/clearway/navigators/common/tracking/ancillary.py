@@ -15,12 +15,12 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import sinc
 from clearway.geometry.shapes import FloatArray
 
 
-@light
+@kernel
 def chord(v: float, omega: float, c: float, literal: bool) -> tuple[float, float, float, float, float]:
     """Chord of one period `c` [s] at `v` [m/s] and `omega` [rad/s], relative to the heading at its start.
 
@@ -80,7 +80,7 @@ def gain(theta: float, v: float, omega: float, c: float, literal: bool, poles: F
     return k
 
 
-@light
+@kernel
 def spectral_radius(m: FloatArray) -> float:
     """f^SR: the largest absolute eigenvalue of a real (3, 3) matrix, by its characteristic cubic."""
     trace = m[0, 0] + m[1, 1] + m[2, 2]

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.geometry.angles import turn_between
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import sinc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.tracking.interior_point import Program, minimise
@@ -202,7 +202,7 @@ def refine(problem: Problem, plan: FloatArray, merit: float, budget: int) -> tup
     return spent, merit, gain > (_GAIN * total if worst <= TOLERANCE else _CLOSER * PENALTY * summed)
 
 
-@light
+@kernel
 def linearise(problem: Problem, plan: FloatArray, motion: LinearMotion, error: FloatArray) -> None:
     """The poses less the reference, and how they depend on the pose before and on the input, along a plan (N, 2).
 
@@ -236,7 +236,7 @@ def linearise(problem: Problem, plan: FloatArray, motion: LinearMotion, error: F
         error[k, 2] = turn_between(problem.reference[k, 2], theta)
 
 
-@light
+@kernel
 def gather(
     problem: Problem, error: FloatArray, stage: IntArray, normal: FloatArray, before: FloatArray, lack: FloatArray
 ) -> int:

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.tracking.problem import IntArray
 from clearway.navigators.common.tracking.riccati import LinearMotion, factorise, roll, solve
@@ -80,7 +80,7 @@ class Program(NamedTuple):
     penalty: float
 
 
-@light
+@kernel
 def soft_multiplier(gap: float, rho: float, mu: float) -> float:
     """The multiplier in (0, rho) of a soft row with n . dr - b = `gap` on the central path: mu/l - mu/(rho - l) = gap."""
     root = math.sqrt(gap * gap * rho * rho + 4.0 * mu * mu)
@@ -177,7 +177,7 @@ def minimise(program: Program, mu: float, mu_end: float, limit: int, out: FloatA
     return spent
 
 
-@light
+@kernel
 def _begin(
     program: Program, mu: float, u: FloatArray, change: FloatArray, bounds: FloatArray, step: FloatArray,
     delta: FloatArray, rows: FloatArray,
@@ -212,7 +212,7 @@ def _begin(
     return pairs
 
 
-@light
+@kernel
 def _norm_hessian(
     error: FloatArray, heading_weight: float, gamma: FloatArray, mu: float, delta: FloatArray, dual: FloatArray,
     unit: FloatArray, big: FloatArray,
@@ -231,7 +231,7 @@ def _norm_hessian(
         big[k, 5] = q * heading_weight * heading_weight * (1.0 - y2 * r2)
 
 
-@light
+@kernel
 def _along(i: int, stage: IntArray, normal: FloatArray, before: FloatArray, delta: FloatArray) -> float:
     """n . dr + m . dr' of soft row `i` at the poses' changes `delta` (N, 3)."""
     k = stage[i]
@@ -241,7 +241,7 @@ def _along(i: int, stage: IntArray, normal: FloatArray, before: FloatArray, delt
     return float(along)
 
 
-@light
+@kernel
 def _row_hessian(
     stage: IntArray, normal: FloatArray, before: FloatArray, rho: float, rows: FloatArray, big: FloatArray,
     cross: FloatArray,
@@ -268,7 +268,7 @@ def _row_hessian(
             cross[k, 3] += w * n1 * m1
 
 
-@light
+@kernel
 def _input_hessian(effort: float, change: FloatArray, bounds: FloatArray, weight: FloatArray) -> None:
     """Fill the Hessian by the inputs: of v, of omega, and of their change (vv, vw, ww)."""
     free = len(change)
@@ -286,7 +286,7 @@ def _input_hessian(effort: float, change: FloatArray, bounds: FloatArray, weight
                 weight[k, 4] = 2.0 * lam + ratio * change[k, 1] * change[k, 1]
 
 
-@light
+@kernel
 def _row_gradient(
     stage: IntArray, normal: FloatArray, before: FloatArray, lack: FloatArray, rho: float, delta: FloatArray,
     rows: FloatArray, slope: FloatArray,
@@ -307,7 +307,7 @@ def _row_gradient(
             slope[k - 1, 1] -= (lam + d_lam) * before[i, 1]
 
 
-@light
+@kernel
 def _input_gradient(
     effort: float, u: FloatArray, change: FloatArray, smooth: FloatArray, bounds: FloatArray, pull: FloatArray
 ) -> None:
@@ -326,7 +326,7 @@ def _input_gradient(
             pull[k, 2], pull[k, 3] = force * change[k, 0], force * change[k, 1]
 
 
-@light
+@kernel
 def _input_steps(step: FloatArray, change: FloatArray, smooth: FloatArray, bounds: FloatArray) -> None:
     """Fill the steps of the inputs' bounds for the inputs' `step` (N^c, 2)."""
     for k in range(len(step)):
@@ -344,7 +344,7 @@ def _input_steps(step: FloatArray, change: FloatArray, smooth: FloatArray, bound
                 bounds[k, j, _D_MULTIPLIER] = (bounds[k, j, _TARGET] - lam * bounds[k, j, _D_SLACK]) / s - lam
 
 
-@light
+@kernel
 def _row_steps(
     stage: IntArray, normal: FloatArray, before: FloatArray, rho: float, d_delta: FloatArray, rows: FloatArray
 ) -> None:
@@ -357,7 +357,7 @@ def _row_steps(
         rows[i, _D_VIOLATION] = (rows[i, _TARGET_VIOLATION] + t * d) / (rho - lam) - t
 
 
-@light
+@kernel
 def _lengths(bounds: FloatArray, rows: FloatArray, rho: float) -> tuple[float, float]:
     """Which share of their steps slacks and multipliers may go before one of them is all but 0; at most 1."""
     primal, other = 1.0, 1.0
@@ -381,7 +381,7 @@ def _lengths(bounds: FloatArray, rows: FloatArray, rho: float) -> tuple[float, f
     return primal, other
 
 
-@light
+@kernel
 def _aim(
     bounds: FloatArray, rows: FloatArray, rho: float, primal: float, other: float, pairs: float, least: float
 ) -> None:
@@ -407,7 +407,7 @@ def _aim(
         rows[i, _TARGET_VIOLATION] = aim + rows[i, _D_VIOLATION] * rows[i, _D_MULTIPLIER]
 
 
-@light
+@kernel
 def _turn_duals(heading_weight: float, unit: FloatArray, d_delta: FloatArray, other: float, dual: FloatArray) -> None:
     """Move the norms' dual vectors by the share `other` of their steps, and back into the unit ball."""
     for k in range(len(dual)):
@@ -421,7 +421,7 @@ def _turn_duals(heading_weight: float, unit: FloatArray, d_delta: FloatArray, ot
         dual[k, 0], dual[k, 1], dual[k, 2] = y0 * shrink, y1 * shrink, y2 * shrink
 
 
-@light
+@kernel
 def _go(bounds: FloatArray, rows: FloatArray, rho: float, primal: float, other: float) -> float:
     """Move slacks and multipliers by these shares of their steps, aim at 0 again; the sum of their products there."""
     total = 0.0

@@ -19,7 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import turn_between, wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 
@@ -116,7 +116,7 @@ def discounts(horizon: int, w1: float, step: int, literal: bool) -> FloatArray:
     return out
 
 
-@light
+@kernel
 def advance(
     x: float, y: float, theta: float, v: float, omega: float, period: float, exact: bool
 ) -> tuple[float, float, float]:
@@ -142,13 +142,13 @@ def roll_out(problem: Problem, inputs: FloatArray) -> FloatArray:
     return states
 
 
-@light
+@kernel
 def barrier(dx: float, dy: float, need: float) -> float:
     """(|d|^2 - need^2) / (2 need) [m] at (dx, dy) from a row's centre: near its rim the clearance, negative inside."""
     return (dx * dx + dy * dy - need * need) / (2.0 * need)
 
 
-@light
+@kernel
 def row_before(problem: Problem, k: int, i: int) -> tuple[float, float, float]:
     """Row `i` one stage before stage `k`: x, y, required distance [m]."""
     if k == 0:
@@ -156,7 +156,7 @@ def row_before(problem: Problem, k: int, i: int) -> tuple[float, float, float]:
     return problem.rows[k - 1, i, 0], problem.rows[k - 1, i, 1], problem.rows[k - 1, i, 2]
 
 
-@light
+@kernel
 def judge(problem: Problem, inputs: FloatArray) -> tuple[float, float, float]:
     """The cost (eq. 2) of a plan, the largest and the summed violation of (3c), (3f)-(3j) [m]."""
     total, worst, summed = 0.0, 0.0, 0.0
@@ -191,7 +191,7 @@ def judge(problem: Problem, inputs: FloatArray) -> tuple[float, float, float]:
     return total, worst, summed
 
 
-@light
+@kernel
 def box(problem: Problem, k: int) -> tuple[float, float, float, float]:
     """v_low, v_high, omega_low, omega_high of input k < N^c; for the last one, which is held, of all stages that it
     serves. Where nothing lies in between, the middle counts."""
@@ -207,7 +207,7 @@ def box(problem: Problem, k: int) -> tuple[float, float, float, float]:
     return a, b, c, d
 
 
-@light
+@kernel
 def project(problem: Problem, inputs: FloatArray) -> bool:
     """Move a plan (N, 2), in place, into the input boxes (3d) and the rate limits (3e), and hold its last inputs.
 
@@ -243,7 +243,7 @@ def project(problem: Problem, inputs: FloatArray) -> bool:
     return fits
 
 
-@light
+@kernel
 def copy(plan: FloatArray, out: FloatArray) -> None:
     """`plan` (N, 2) into `out`. A slice's assignment does the same, but takes seconds to compile."""
     for k in range(len(plan)):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 
@@ -25,7 +25,7 @@ class LinearMotion(NamedTuple):
     period: float
 
 
-@light
+@kernel
 def roll(motion: LinearMotion, step: FloatArray, delta: FloatArray) -> None:
     """dx_k for changes `step` (N^c, 2) of the inputs, into `delta` (N, 3)."""
     turn, push, period = motion
@@ -40,7 +40,7 @@ def roll(motion: LinearMotion, step: FloatArray, delta: FloatArray) -> None:
         delta[k, 0], delta[k, 1], delta[k, 2] = x, y, theta
 
 
-@light
+@kernel
 def factorise(motion: LinearMotion, big: FloatArray, cross: FloatArray, weight: FloatArray, gains: FloatArray) -> bool:
     """The matrices of the Riccati recursion over (pose, input before), backwards. False: not positive definite.
 
@@ -103,7 +103,7 @@ def factorise(motion: LinearMotion, big: FloatArray, cross: FloatArray, weight: 
     return True
 
 
-@light
+@kernel
 def solve(
     motion: LinearMotion, slope: FloatArray, pull: FloatArray, gains: FloatArray, effort: float, u: FloatArray,
     step: FloatArray,

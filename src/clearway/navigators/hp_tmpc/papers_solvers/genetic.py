@@ -15,7 +15,7 @@ import time
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 from clearway.navigators.common.tracking.problem import PENALTY, IntArray, Problem, Solution, copy, judge, project
@@ -78,7 +78,7 @@ def genetic(
     return conclude(problem, best, int(cursor[0]), ended)
 
 
-@light
+@kernel
 def populate(
     problem: Problem,
     starts: FloatArray,

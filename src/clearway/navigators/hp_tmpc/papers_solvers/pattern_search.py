@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.tracking.problem import (
     CONVERGED,
@@ -77,7 +77,7 @@ def conclude(problem: Problem, best: FloatArray, spent: int, ended: bool) -> Sol
     return Solution(plan, roll_out(problem, plan), cost, worst, spent, status)
 
 
-@light
+@kernel
 def keep(cost: float, worst: float, summed: float, plan: FloatArray, best: FloatArray, marks: FloatArray) -> None:
     """Remember a plan in `best` if it is feasible and cheaper than the one there, or if none there is feasible and its
     merit is lower. marks: [0] cost of the best feasible plan, [1] least merit without one; inf: none yet."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import LETHAL, NO_INFORMATION, Scene, row_col
 from clearway.navigators.nav2.footprint import cost_at_pose
@@ -199,7 +199,7 @@ def _from_robot(pose: FloatArray, path: FloatArray) -> FloatArray:
     return base
 
 
-@light
+@kernel
 def look_ahead(base: FloatArray, distance: float, beyond: bool) -> tuple[float, float]:
     """The point at `distance` along a path (n, 2); its end, or a point on its prolongation if `beyond`, where it is shorter."""
     last = base.shape[0] - 1
@@ -218,14 +218,14 @@ def look_ahead(base: FloatArray, distance: float, beyond: bool) -> tuple[float, 
     return x, y
 
 
-@light
+@kernel
 def _curvature(x: float, y: float) -> float:
     """Of the circle through the robot, along its heading, and a point, 1/m."""
     squared = x * x + y * y
     return 2.0 * y / squared if squared > _SAME_CHORD else 0.0
 
 
-@light
+@kernel
 def _turn_in_place(law: Law, angle: float, omega: float) -> float:
     """The yaw rate that turns by `angle`, reachable from `omega`, and not too fast to stop there."""
     sign = 1.0 if angle > 0.0 else -1.0
@@ -235,7 +235,7 @@ def _turn_in_place(law: Law, angle: float, omega: float) -> float:
     return sign * stoppable if abs(rate) > stoppable else rate
 
 
-@light
+@kernel
 def _regulated_speed(law: Law, curvature: float, cost: int, inscribed: float, base: FloatArray) -> float:
     """The speed for a curvature, a cost under the robot's centre, and the path (n, 2) that is left; 0 or above."""
     full = law.max_linear_vel
@@ -257,7 +257,7 @@ def _regulated_speed(law: Law, curvature: float, cost: int, inscribed: float, ba
     return min(abs(v), full)
 
 
-@light
+@kernel
 def _reachable(
     now: float, most: float, least: float, faster: float, slower: float, period: float
 ) -> tuple[float, float]:
@@ -270,7 +270,7 @@ def _reachable(
     return min(now + faster * period, most), max(now - faster * period, least)
 
 
-@light
+@kernel
 def in_dynamic_window(
     law: Law, last_v: float, last_omega: float, v: float, curvature: float, sign: float
 ) -> tuple[float, float]:
@@ -357,7 +357,7 @@ def _ahead(
     return True, arc[:count]
 
 
-@light
+@kernel
 def _collides(state: State, scene: Scene, x: float, y: float, yaw: float) -> bool:
     """Whether the footprint lies on an obstacle, or on unknown ground that the costmap can't tell; never off the map."""
     if row_col(scene.frame, x, y)[0] < 0:

@@ -10,7 +10,7 @@ import math
 import numpy as np
 
 from clearway.geometry.angles import turn_between
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import NO_INFORMATION, Scene, make_scene
 from clearway.navigators.nav2.controllers.parameters import RotationShimParameters
@@ -118,7 +118,7 @@ class RotationShim:
         return rate if free else None
 
 
-@light
+@kernel
 def _free_turn(
     scene: Scene, pose: FloatArray, rate: float, limit: float, ahead: float, period: float, most: float, tracks: bool
 ) -> bool:

@@ -11,7 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.layers import FREE, INSCRIBED, LETHAL, UNKNOWN, ByteGrid
 from clearway.navigators.common.costmaps.lines import clipped
@@ -23,7 +23,7 @@ _BACK = 1e-5
 """By so much of its length a ray that leaves the voxel grid ends before its edge."""
 
 
-@light
+@kernel
 def combine(master: ByteGrid, window: Window, layer: ByteGrid, method: int) -> None:
     """Lay a layer over the master grid within a window.
 
@@ -45,7 +45,7 @@ def combine(master: ByteGrid, window: Window, layer: ByteGrid, method: int) -> N
                 master[r, c] = value
 
 
-@light
+@kernel
 def mark(
     grid: ByteGrid,
     origin: FloatArray,
@@ -88,7 +88,7 @@ def mark(
         bounds[2], bounds[3] = max(bounds[2], px), max(bounds[3], py)
 
 
-@light
+@kernel
 def _clear_line(
     cells: npt.NDArray[np.uint8],
     columns: int,
@@ -127,7 +127,7 @@ def _clear_line(
     cells[cell] = value
 
 
-@light
+@kernel
 def _reached(bounds: FloatArray, x: float, y: float, px: float, py: float, near: float, far: float) -> None:
     """Widen `bounds` by how far a ray from (x, y) to (px, py) clears (ObstacleLayer::updateRaytraceBounds)."""
     length = math.hypot(px - x, py - y)

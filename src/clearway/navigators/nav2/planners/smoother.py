@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.dubins import along, dubins, length, relative
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Frame, row_col
@@ -69,7 +69,7 @@ class Smoother:
             smooth(path, grid.cost, grid.frame, polygon, self._weights)
 
 
-@light
+@kernel
 def smooth(path: FloatArray, cost: ByteGrid, frame: Frame, polygon: FloatArray, weights: Weights) -> None:
     """Smooth each piece of a path (n, 3) in place that leads one way.
 
@@ -142,7 +142,7 @@ def _relax(path: FloatArray, cost: ByteGrid, frame: Frame, polygon: FloatArray, 
     return True, backwards
 
 
-@light
+@kernel
 def _cost(cost: ByteGrid, frame: Frame, polygon: FloatArray, pose: FloatArray) -> int:
     if len(polygon) > 0:
         return cost_at_pose(cost, frame, polygon, pose[0], pose[1], pose[2])
@@ -150,7 +150,7 @@ def _cost(cost: ByteGrid, frame: Frame, polygon: FloatArray, pose: FloatArray) -
     return int(cost[row, column]) if row >= 0 else 254
 
 
-@light
+@kernel
 def _orient(path: FloatArray, ahead: bool) -> bool:
     """Turn a piece's poses, in place, along it; whether it is driven backwards, which it never is where `ahead`."""
     towards = math.atan2(path[2, 1] - path[1, 1], path[2, 0] - path[1, 0])

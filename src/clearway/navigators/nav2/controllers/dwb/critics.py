@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import INSCRIBED, NO_INFORMATION, Scene, footprint_cost, row_col
 from clearway.navigators.common.oscillation import Signs, forbids
@@ -95,7 +95,7 @@ def prepare(critics: Critics, scene: Scene, pose: FloatArray, goal: FloatArray, 
     return Ground(scene, weights, cells)
 
 
-@light
+@kernel
 def _lay(scene: Scene, path: FloatArray, end_x: float, end_y: float, cells: npt.NDArray[np.int32]) -> tuple[int, int]:
     """Walk along a path (n, >= 2) that ends at another place than its last, from where it enters the known map to where it leaves it.
 
@@ -130,7 +130,7 @@ def _lay(scene: Scene, path: FloatArray, end_x: float, end_y: float, cells: npt.
     return at_row, at_col
 
 
-@light
+@kernel
 def _distances(scene: Scene, path: FloatArray, cells: npt.NDArray[np.int32]) -> None:
     """Fill `cells` with the number of steps along rows and columns to the nearest cell of the path."""
     rows, cols = cells.shape
@@ -154,7 +154,7 @@ def _distances(scene: Scene, path: FloatArray, cells: npt.NDArray[np.int32]) -> 
                 cells[r, c] = min(cells[r, c], cells[r, c + 1] + 1)
 
 
-@light
+@kernel
 def of_command(critics: Critics, i: int, v: float, u: float, w: float, heading: float) -> float:
     """What a critic that looks at nothing else makes of a command, and of a heading after it; ILLEGAL if it refuses it."""
     values, kind = critics.values, critics.kind[i]
@@ -184,7 +184,7 @@ def of_command(critics: Critics, i: int, v: float, u: float, w: float, heading: 
     return score
 
 
-@light
+@kernel
 def heading_at(time: float, headings: FloatArray, steps: int, sim_time: float) -> float:
     """The yaw after `time` [s] on a trajectory; at its end where that is negative or beyond it."""
     at = float(steps) if time < 0.0 or time >= sim_time else time / sim_time * steps
@@ -243,7 +243,7 @@ def add_least(critics: Critics, ground: Ground, commands: FloatArray, ends: Floa
                     bound[k] += weight * away
 
 
-@light
+@kernel
 def of_places(
     critics: Critics, i: int, ground: Ground, places: FloatArray, headings: FloatArray, steps: int, twice: bool
 ) -> float:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 _NO_CHOICE = 1e-5
@@ -75,7 +75,7 @@ class Kinematics(NamedTuple):
     first_step: bool
 
 
-@light
+@kernel
 def towards(now: float, accel: float, decel: float, dt: float, target: float) -> float:
     """The velocity after `dt` on the way from `now` to `target`: rises by `accel`, falls by `decel`, which is negative."""
     if now < target:
@@ -109,7 +109,7 @@ def velocities(axis: Axis, reach: float, now: float) -> FloatArray:
     return out[:n]
 
 
-@light
+@kernel
 def is_tried(kinematics: Kinematics, v: float, u: float, w: float) -> bool:
     """Whether a velocity is fast enough and not too fast."""
     squared = v * v + u * u
@@ -122,7 +122,7 @@ def is_tried(kinematics: Kinematics, v: float, u: float, w: float) -> bool:
     return squared != 0.0 or w != 0.0
 
 
-@light
+@kernel
 def steps_of(kinematics: Kinematics, v: float, u: float, w: float) -> int:
     """Number of steps of a trajectory, at least one."""
     if kinematics.time_step > 0.0:
@@ -131,7 +131,7 @@ def steps_of(kinematics: Kinematics, v: float, u: float, w: float) -> int:
     return max(1, math.ceil(max(far / kinematics.linear_step, around / kinematics.angular_step)))
 
 
-@light
+@kernel
 def turn(kinematics: Kinematics, yaw: float, now: float, w: float, steps: int, out: FloatArray) -> float:
     """Fill `out` (> steps, 3) with a trajectory's headings: yaw, cosine, sine; returns the first step's yaw rate.
 
@@ -153,7 +153,7 @@ def turn(kinematics: Kinematics, yaw: float, now: float, w: float, steps: int, o
     return first
 
 
-@light
+@kernel
 def walk(
     kinematics: Kinematics,
     x: float,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene
 from clearway.navigators.nav2.controllers.dwb.critics import (
@@ -100,7 +100,7 @@ def search(
     return best_cost, commands[best].copy(), places[: steps[best] + 1]
 
 
-@light
+@kernel
 def _lay_out(
     kinematics: Kinematics,
     pose: FloatArray,
@@ -119,7 +119,7 @@ def _lay_out(
     walk(kinematics, pose[0], pose[1], velocity[0], velocity[1], v, u, steps, headings, places)
 
 
-@light
+@kernel
 def _whole(
     critics: Critics,
     ground: Ground,

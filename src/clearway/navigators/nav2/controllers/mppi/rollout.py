@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.common.mppi.functions import ZERO, Floats, sine_cosine
 from clearway.navigators.common.mppi.samples import Samples, follow, perturb
 
@@ -54,7 +54,7 @@ class Delays(NamedTuple):
     commands: Floats
 
 
-@light
+@kernel
 def roll_out(
     samples: Samples,
     noise: tuple[Floats, Floats, Floats],
@@ -93,7 +93,7 @@ def roll_out(
     _integrate(samples, pose, dt, holonomic)
 
 
-@light
+@kernel
 def _delay(velocity: Floats, late: int, commands: Floats) -> None:
     """Velocities `late` steps later, after those that the commands already on their way lead to (applyDelayShift)."""
     steps = velocity.shape[0]

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.common.mppi.functions import ZERO, Floats
 from clearway.navigators.common.mppi.samples import Samples
 from clearway.navigators.common.mppi.weights import softmax, weighted_mean
@@ -44,7 +44,7 @@ class Update(NamedTuple):
     holonomic: bool
 
 
-@light
+@kernel
 def hold_now(control: Floats, speed: Floats, limits: Limits, how: Update) -> None:
     """Have the sequence begin with what can be had from the speed (3,) (applyControlSequenceInterIterationConstraints)."""
     for axis in range(3):
@@ -57,7 +57,7 @@ def hold_now(control: Floats, speed: Floats, limits: Limits, how: Update) -> Non
             control[axis, 0] = _reachable(speed[axis], control[axis, 0], how.period * slower, how.period * faster)
 
 
-@light
+@kernel
 def update_controls(
     control: Floats, costs: Floats, history: Floats, samples: Samples, speed: Floats, limits: Limits, how: Update
 ) -> None:
@@ -82,7 +82,7 @@ def update_controls(
     _constrain(control, speed, limits, how)
 
 
-@light
+@kernel
 def shift(control: Floats, holonomic: bool) -> None:
     """Drop the first entry; the last one is there twice (shiftControlSequence)."""
     steps = control.shape[1]
@@ -132,7 +132,7 @@ def _smooth(control: Floats, history: Floats, order: int, sent: int) -> None:
         history[3, axis] = control[axis, sent]
 
 
-@light
+@kernel
 def _constrain(control: Floats, speed: Floats, limits: Limits, how: Update) -> None:
     """Hold the limits of speed and acceleration, from the speed (3,) on (applyControlSequenceConstraints)."""
     steps = control.shape[1]
@@ -181,7 +181,7 @@ def _reachable(last: np.float32, value: np.float32, slower: np.float32, faster: 
     return min(high, max(value, low))
 
 
-@light
+@kernel
 def _hold_turning_radius(control: Floats, radius: np.float32) -> None:
     if radius <= ZERO:
         return

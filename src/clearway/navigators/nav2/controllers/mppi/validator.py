@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Frame, row_col
 from clearway.navigators.common.costmaps.layers import ByteGrid
@@ -37,7 +37,7 @@ class TrajectoryValidator:
         return bool(_clear(trajectory[: self._points], view.cost, frame, view.footprint, self._outlined))
 
 
-@light
+@kernel
 def _clear(trajectory: Floats, cost: ByteGrid, frame: Frame, polygon: FloatArray, outlined: bool) -> bool:
     for i in range(trajectory.shape[0]):
         x, y = float(trajectory[i, 0]), float(trajectory[i, 1])

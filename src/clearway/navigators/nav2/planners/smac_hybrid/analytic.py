@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import TURN, wrap
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.dubins import along, changes, dubins, length, relative
 from clearway.geometry.reeds_shepp import reeds_shepp
 from clearway.navigators.nav2.planners.smac_hybrid.graph import Graph, node_at
@@ -65,7 +65,7 @@ def make_trails(longest: float) -> Trails:
     return Trails(np.empty((3, n), np.int32), np.empty((3, n, 3), np.float32), np.empty((n, 3), np.float32))
 
 
-@light
+@kernel
 def _pose(graph: Graph, n: Any, x: Any, y: Any, heading: Any) -> None:
     graph.x[n], graph.y[n], graph.heading[n] = x, y, heading
 

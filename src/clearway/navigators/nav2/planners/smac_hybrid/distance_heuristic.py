@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.dubins import dubins, length, relative
 from clearway.geometry.reeds_shepp import distance
 from clearway.navigators.nav2.planners.smac_hybrid.motion import Motion, Single, Singles
@@ -56,7 +56,7 @@ def _entries(radius: float, headings: int, reverse: bool, half: int) -> Singles:
     return np.zeros((2 * half + 1) * (half + 1) * headings, np.float32)
 
 
-@light
+@kernel
 def _away(table: Table, x: float, y: float, yaw: float, gx: float, gy: float, goal_yaw: float) -> float:
     """Length of the shortest path between two poses, cells."""
     there = relative(x, y, yaw, gx, gy, goal_yaw, table.radius)
@@ -65,7 +65,7 @@ def _away(table: Table, x: float, y: float, yaw: float, gx: float, gy: float, go
     return table.radius * length(dubins(there[0], there[1], there[2]))
 
 
-@light
+@kernel
 def _round(value: float) -> int:
     """To the nearest whole number, halves away from zero."""
     whole = int(abs(value) + 0.5)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.heap import pop, push
 from clearway.navigators.nav2.planners.queue import order
 from clearway.navigators.nav2.planners.smac_hybrid.motion import Integers, Singles
@@ -123,7 +123,7 @@ def node_at(graph: Graph, key: Any) -> Any:
     return n
 
 
-@light
+@kernel
 def enqueue(graph: Graph, queue: Open, node: Any, cost: Any) -> bool:
     """Put a node as it is now into the open set; whether there was room."""
     entry = queue.size[1]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.common.costmaps.layers import INSCRIBED, ByteGrid
 from clearway.navigators.nav2.planners.smac_hybrid.motion import Integers, Single, Singles
 
@@ -117,7 +117,7 @@ def _ground(cost: ByteGrid, rows: int, columns: int, scale: int) -> ByteGrid:
     return ground
 
 
-@light
+@kernel
 def _reset(field: Field, goal: int) -> None:
     field.total[:] = 0.0
     field.first[:] = -1

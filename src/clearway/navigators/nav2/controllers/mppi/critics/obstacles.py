@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Frame, row_col
 from clearway.navigators.common.costmaps.layers import ByteGrid
@@ -132,7 +132,7 @@ def _ground(rollouts: Rollouts, outlined: bool, possible: float) -> Ground:
     return Ground(view.cost, rollouts.frame, view.footprint, outlined, possible, view.tracks_unknown)
 
 
-@light
+@kernel
 def _collides(ground: Ground, cost: int) -> bool:
     if cost == _INSCRIBED:
         return not ground.outlined

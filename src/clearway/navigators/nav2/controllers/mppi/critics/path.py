@@ -10,7 +10,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.common.mppi.functions import ONE, PI, ZERO, Floats, wrapped
 from clearway.navigators.nav2.controllers.mppi.critics.rollouts import Booleans, Path, Rollouts, add, end_distance
 from clearway.navigators.nav2.controllers.mppi.parameters import (
@@ -153,7 +153,7 @@ def along_path(
             term[b] += total[b] / np.float32(counted[b])
 
 
-@light
+@kernel
 def _place(along: Floats, distance: np.float32, k: int) -> int:
     """Index of the point of a path that is as far along as `distance`, sought from point `k` on, 1 at least."""
     points = along.shape[0]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.navigators.common.mppi.functions import ZERO, Floats
 from clearway.navigators.nav2.controllers.mppi.critics.rollouts import Rollouts, add
 from clearway.navigators.nav2.controllers.mppi.parameters import (
@@ -90,7 +90,7 @@ class VelocityDeadbandCritic:
         return False
 
 
-@light
+@kernel
 def excess_speed(velocity: Floats, least: np.float32, most: np.float32, dt: np.float32, term: Floats) -> None:
     """Add to `term` (B,) the way that each sample drives beyond `least` and `most`."""
     steps, batch = velocity.shape
@@ -103,7 +103,7 @@ def excess_speed(velocity: Floats, least: np.float32, most: np.float32, dt: np.f
             term[b] += (over + under) * dt
 
 
-@light
+@kernel
 def excess_curvature(vx: Floats, wz: Floats, radius: np.float32, dt: np.float32, term: Floats) -> None:
     """Add to `term` (B,) by how much each sample's radii fall short of `radius`, m s."""
     steps, batch = vx.shape
@@ -129,7 +129,7 @@ def mean_turning(wz: Floats, term: Floats) -> None:
         term[b] += total[b] / np.float32(steps)
 
 
-@light
+@kernel
 def lacking_speed(velocity: Floats, deadband: np.float32, dt: np.float32, term: Floats) -> None:
     """Add to `term` (B,) by how much each sample's speeds stay below `deadband`."""
     steps, batch = velocity.shape
