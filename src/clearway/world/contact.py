@@ -109,8 +109,8 @@ def meet_moving(
     """When in `step`, but not after `until` [s], the robot touches body `m`, and whether it does.
 
     Args:
-        leg: As for `tick`.
-        t: As for `tick`.
+        leg: As for `plant.drive_period`.
+        t: The same.
     """
     knots, here, robot = moving.tracks.knots, room.here, room.outline
     outline, rim, reach, radius, reaches = (

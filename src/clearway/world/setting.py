@@ -183,7 +183,7 @@ class Setting(NamedTuple):
 
 @kernel
 def hold(setting: Setting) -> Held[Setting]:
-    """`setting`, as `tick` takes it."""
+    """`setting`, as `between` takes it."""
     return Held(setting)
 
 
