@@ -42,7 +42,9 @@ def several(kind: str, n: int, **more: Any) -> Lanes:
     return clearway.learning.make_vec(num_envs=n, flat=True, **KINDS[kind], **more)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", ["legs", "crowdnav", *(pytest.param(kind, marks=pytest.mark.slow) for kind in ("rails", "walkers"))]
+)
 def test_a_lane_is_the_environment_of_one(kind: str) -> None:
     one, lane = alone(kind), several(kind, 1)
     k = one.action_space.shape[0]
