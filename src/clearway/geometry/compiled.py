@@ -65,8 +65,7 @@ def light(function: _F) -> _F:
     """A kernel that makes no array, and is given none by those that it calls: compiled without counting who holds which.
 
     Numba counts an array up and down again whenever it is taken from a NamedTuple or a part of it is looked at, in steps on which all
-    cores agree. In a small kernel that is most of the time: without it ORCA's walls are seven times as fast. Whoever calls one holds
-    all that it is given. One that makes an array, or hands one on, is refused when it is compiled.
+    cores agree. In a small kernel that can be most of the time. Whoever calls one holds all that it is given. One that makes an array, or hands one on, is refused when it is compiled.
     """
     compiled = _compiled(function, _OPTIONS | {"_nrt": False})
     compiler = compiled._compiler
