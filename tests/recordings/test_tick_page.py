@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -53,20 +54,25 @@ def stand(browser: Any) -> str:
 
 
 def comes_to_stand(browser: Any, text: str) -> bool:
-    """What a page kept reaches one that is opened at once by another process of the browser, a moment later."""
-    end = time.monotonic() + 30
-    while stand(browser) != text and time.monotonic() < end:
-        time.sleep(0.05)
+    """What a page kept may reach one that is opened at once, by another process of the browser, only when it is opened again."""
+    end = time.monotonic() + 60
+    while not soon(lambda: stand(browser) == text, 3.0) and time.monotonic() < end:
+        browser.refresh()
     return stand(browser) == text
+
+
+def soon(holds: Callable[[], bool], seconds: float) -> bool:
+    end = time.monotonic() + seconds
+    while not holds() and time.monotonic() < end:
+        time.sleep(0.05)
+    return holds()
 
 
 def saved(folder: Path, browser: Any) -> Any:
     file = folder / "ticks.json"
     file.unlink(missing_ok=True)
     browser.find_element("id", "save").click()
-    end = time.monotonic() + 10
-    while not file.exists() and time.monotonic() < end:
-        time.sleep(0.05)
+    assert soon(file.exists, 30.0)
     return json.loads(file.read_text(encoding="utf-8"))
 
 
