@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from clearway.crowds.bodies import Bodies, Wishes
-from clearway.crowds.orca import Care, body_line, velocities
+from clearway.crowds.orca import Care, body_lines, velocities
 from clearway.crowds.walls import walls_of
 
 NOTHING = walls_of([])
@@ -130,7 +130,7 @@ def test_nobody_passes_through_anybody(seed, n, period):
 
 
 def _left_to(bodies, i, j, period, v, line) -> bool:
-    body_line(i, j, bodies, 3.0, period, line)
+    body_lines(i, np.array([j]), bodies, 3.0, period, line[None])
     return line[2] * (v[1] - line[1]) - line[3] * (v[0] - line[0]) >= -1e-9
 
 

@@ -62,11 +62,30 @@ class Sweep(NamedTuple):
 @kernel
 def sweep(position: FloatArray) -> Sweep:
     """`Sweep` of bodies at `position` (n, 2)."""
-    order = np.argsort(position[:, 0])
-    rank = np.empty_like(order)
-    for k in range(order.shape[0]):
-        rank[order[k]] = k
-    return Sweep(order, rank)
+    found = Sweep(np.empty(len(position), np.int64), np.empty(len(position), np.int64))
+    sort(position, found)
+    return found
+
+
+@light
+def sort(position: FloatArray, out: Sweep) -> None:
+    """Write `Sweep` of bodies at `position` (n, 2) to `out`; by Shell's method, which needs no array more."""
+    order, n = out.order, len(position)
+    for k in range(n):
+        order[k] = k
+    gap = 1
+    while 3 * gap < n:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for k in range(gap, n):
+            i, m = order[k], k
+            while m >= gap and position[order[m - gap], 0] > position[i, 0]:
+                order[m] = order[m - gap]
+                m -= gap
+            order[m] = i
+        gap //= 3
+    for k in range(n):
+        out.rank[order[k]] = k
 
 
 @light

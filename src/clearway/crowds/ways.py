@@ -220,19 +220,27 @@ def room_at(room: Room, x: float, y: float) -> float:
 @light
 def in_sight(ways: Ways, x: float, y: float, px: float, py: float) -> bool:
     """Whether one that starts at (x, y) gets straight to (px, py) with no less room than its radius, or than it has there."""
-    clearance, h, told = ways.room.clearance, ways.room.resolution, ways.room.told
+    clearance, h, told, origin = ways.room.clearance, ways.room.resolution, ways.room.told, ways.room.origin
     r, c = _cell(x, y, ways.room)
     least = min(ways.radius, clearance[r, c]) - 1e-9
     length = math.sqrt((px - x) ** 2 + (py - y) ** 2)
     steps = int(length / (0.5 * h)) + 1
-    k, per_metre = 1, steps / max(length, h)
+    k, per_metre, needed = 1, steps / max(length, h), max(least, 0.0) + 1.5 * h
+    # on the grid and from place to place without a division: on the border of two cells it may be the other one, which does for the leap
+    columns, rows, per_cell = clearance.shape[1], clearance.shape[0], 1.0 / h
+    gx, gy, dx, dy = (x - origin[0]) * per_cell, (y - origin[1]) * per_cell, (px - x) * per_cell, (py - y) * per_cell
+    dx, dy = dx / steps, dy / steps
     while k <= steps:
+        r, c = min(max(int(gy + k * dy), 0), rows - 1), min(max(int(gx + k * dx), 0), columns - 1)
+        spare = min(clearance[r, c], told) - needed
+        if spare > 0.0:  # so far on there is enough, whichever cell it is in
+            k += 1 + int(spare * per_metre)
+            continue
         r, c = _cell(x + (px - x) * k / steps, y + (py - y) * k / steps, ways.room)
         room = clearance[r, c]
         if room == 0.0 or room < least:
             return False
-        spare = min(room, told) - max(least, 0.0) - 1.5 * h  # so far on there is enough, whichever cell it is in
-        k += 1 + int(max(spare, 0.0) * per_metre)
+        k += 1
     return True
 
 

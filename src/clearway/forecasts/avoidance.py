@@ -148,8 +148,7 @@ def learn(
         if not knew and math.hypot(out.velocity[i, 0], out.velocity[i, 1]) < STARTED:
             continue
         near = nearest(j, 1, DISTANCE, bodies, order, found, distance)
-        for k in range(near):
-            orca.body_line(j, found[k], bodies, HORIZON, dt, lines[k])
+        orca.body_lines(j, found[:near], bodies, HORIZON, dt, lines)
         doubt = 2.0 * (error[i] / dt) ** 2  # the velocity's variance, if its bound were the place's deviation
         weigh(lines, near, out.velocity[i], SPREAD * SPREAD + doubt, known.likely[j], off, out.likely[i])
         mean_wish(out.likely[i], out.wish[i])

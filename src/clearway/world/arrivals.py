@@ -44,6 +44,7 @@ class Watched(NamedTuple):
         path: (k,) how far each has walked, m.
         place: (k, 2) where each is going, m.
         until: (k,) who waits somewhere does so until then, s; inf: for good.
+        come: (k,) whether each has come to where it is going, when last looked at.
     """
 
     rows: npt.NDArray[np.int64]
@@ -51,6 +52,7 @@ class Watched(NamedTuple):
     path: FloatArray
     place: FloatArray
     until: FloatArray
+    come: npt.NDArray[np.bool_]
 
 
 class Arrivals:
@@ -76,6 +78,7 @@ class Arrivals:
             path=np.zeros(len(who)),
             place=np.array([people[k].route[0].at for k in who], np.float64).reshape(-1, 2),
             until=np.full(len(who), -math.inf),
+            come=np.zeros(len(who), np.bool_),
         )
 
     def look(self, t: float, moving: FloatArray) -> None:
@@ -84,10 +87,8 @@ class Arrivals:
             self.come_to(t)
 
     def come_to(self, t: float) -> None:
-        """At time `t` [s] some of those who are watched may have come to where they were going."""
-        now = self.watched
-        away = now.at - now.place
-        for i in np.flatnonzero((np.hypot(away[:, 0], away[:, 1]) <= ARRIVED) & (t >= now.until)).tolist():
+        """At time `t` [s], when they were last looked at, some of those who are watched may have come to where they were going."""
+        for i in np.flatnonzero(self.watched.come).tolist():
             self._arrive(i, t)
 
     def _arrive(self, i: int, t: float) -> None:
@@ -135,13 +136,13 @@ def walked(t: float, moving: FloatArray, now: Watched) -> bool:
     Returns:
         Whether anybody has come to where it was going.
     """
-    come = False
+    any_come = False
     for k in range(len(now.rows)):
         x, y = moving[now.rows[k], 0], moving[now.rows[k], 1]
         step = math.hypot(x - now.at[k, 0], y - now.at[k, 1])
         if math.isfinite(step):
             now.path[k] += step
         now.at[k, 0], now.at[k, 1] = x, y
-        if t >= now.until[k] and math.hypot(x - now.place[k, 0], y - now.place[k, 1]) <= ARRIVED:
-            come = True
-    return come
+        now.come[k] = t >= now.until[k] and math.hypot(x - now.place[k, 0], y - now.place[k, 1]) <= ARRIVED
+        any_come |= now.come[k]
+    return any_come

@@ -223,23 +223,22 @@ def _worth_keeping(times: FloatArray, poses: FloatArray, moving: FloatArray, rea
     count = len(times)
     kept = np.zeros(count, np.bool_)
     kept[0] = kept[-1] = True
-    more = True
-    while more:
-        more = False
-        a = 0
-        for b in range(1, count):
-            if not kept[b]:
-                continue
-            worst, most = a, OFF
-            for i in range(a + 1, b):
-                share = (times[i] - times[a]) / (times[b] - times[a])
-                off = _off(poses[a], poses[b], poses[i], share, reach[0])
-                for k in range(moving.shape[1]):
-                    off = max(off, _off(moving[a, k], moving[b, k], moving[i, k], share, reach[1 + k]))
-                if off > most:
-                    worst, most = i, off
-            if worst > a:
-                kept[worst] = more = True
+    a = 0
+    while a < count - 1:
+        b = a + 1
+        while not kept[b]:
+            b += 1
+        worst, most = a, OFF
+        for i in range(a + 1, b):
+            share = (times[i] - times[a]) / (times[b] - times[a])
+            off = _off(poses[a], poses[b], poses[i], share, reach[0])
+            for k in range(moving.shape[1]):
+                off = max(off, _off(moving[a, k], moving[b, k], moving[i, k], share, reach[1 + k]))
+            if off > most:
+                worst, most = i, off
+        if worst > a:
+            kept[worst] = True
+        else:
             a = b
     kept[0] = kept[-1] = False  # these are samples
     return kept

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.world.tracks import ROOM, Tracks, pose_at
 
@@ -120,7 +120,7 @@ class LaidTracks:
         return ahead
 
 
-@kernel
+@light
 def lay(
     knots: FloatArray, rows: npt.NDArray[np.int64], bodies: npt.NDArray[np.int64], t: float, poses: FloatArray
 ) -> None:
@@ -137,8 +137,10 @@ def lay(
         if count == ROOM:
             count = forget(knots[begin : begin + ROOM], count)
         knots[begin + count, 0] = t
-        knots[begin + count, 1:] = poses[i]
-        rows[:, m, 1] = begin + count + 1
+        for c in range(3):
+            knots[begin + count, 1 + c] = poses[i, c]
+        for leg in range(len(rows)):
+            rows[leg, m, 1] = begin + count + 1
 
 
 @light

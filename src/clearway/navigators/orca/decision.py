@@ -9,7 +9,7 @@ import numpy as np
 
 from clearway.crowds.bodies import Bodies, nearest, sweep
 from clearway.crowds.half_planes import solve
-from clearway.crowds.orca import body_line
+from clearway.crowds.orca import body_lines
 from clearway.crowds.orca_walls import near_edges, wall_lines
 from clearway.crowds.walls import Walls
 from clearway.geometry.compiled import kernel
@@ -74,8 +74,7 @@ def choose(theta: float, wx: float, wy: float, bodies: Bodies, walls: Walls, rul
         followed(theta, error, rules, lines[hard : hard + SIDES])
         hard += SIDES
     near = nearest(0, 1, rules.distance, grown, sweep(grown.position), found[:most], distance[:most])
-    for k in range(near):
-        body_line(0, found[k], grown, rules.horizon, rules.period, lines[hard + k])
+    body_lines(0, found[:near], grown, rules.horizon, rules.period, lines[hard:])
     return solve(lines, hard + near, hard, rules.v_max, wx, wy, spare)
 
 

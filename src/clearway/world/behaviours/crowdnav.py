@@ -16,12 +16,12 @@ import numpy.typing as npt
 from clearway.crowds import orca
 from clearway.crowds.bodies import Bodies, Wishes
 from clearway.crowds.walls import Walls
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
 from clearway.world.arrivals import walked
 from clearway.world.behaviours.behaviour import PERIOD, STEPPING, Cast, CompiledBehaviour, Street
-from clearway.world.behaviours.walkers import course_of, glance
+from clearway.world.behaviours.walkers import course_of, glance, present
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
 from clearway.world.tracks import place_twice
@@ -145,25 +145,27 @@ def decide(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) -> No
         share = min(crowd.v_max[k] / max(math.hypot(x, y), 1e-12), 1.0 / SLOWING)
         wanted[k, 0], wanted[k, 1] = share * x, share * y
     wishes = Wishes(crowd.who, wanted, crowd.v_max, crowd.sees)
-    crowd.velocity[:] = orca.velocities(
-        everybody(crowd, there, robots, t), wishes, crowd.care, crowd.walls, DECIDES_EVERY
-    )
+    n = len(crowd.radius) + present(robots)
+    bodies = Bodies(np.empty((n, 2)), np.zeros((n, 2)), np.empty(n), np.ones(n, np.int64), np.full(n, 0.5))
+    everybody(crowd, there, robots, t, np.empty((2, 3)), bodies)
+    crowd.velocity[:] = orca.velocities(bodies, wishes, crowd.care, crowd.walls, DECIDES_EVERY)
     for k in range(len(at)):
         v_x, v_y = crowd.velocity[k]
         if math.hypot(v_x, v_y) > STEPPING:
             at[k, 2] = math.atan2(v_y, v_x)
 
 
-@kernel
-def everybody(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) -> Bodies:
-    """Everything that moves at time `t` [s], as they see it; robots are behind the others, in a layer of their own."""
+@light
+def everybody(
+    crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, poses: FloatArray, out: Bodies
+) -> None:  # fmt: skip
+    """Write everything that moves at time `t` [s], as they see it, to `out`; robots are behind the others, in a layer of their own.
+    `poses` (2, 3) is room to work with."""
     m = len(crowd.radius)
-    n = m + int((robots.laid > 0).sum())
-    out = Bodies(np.empty((n, 2)), np.zeros((n, 2)), np.empty(n), np.ones(n, np.int64), np.full(n, 0.5))
     for i in range(m):
-        present = math.isfinite(there[0, i, 0])
+        there_now = math.isfinite(there[0, i, 0])
         for c in range(2):
-            out.position[i, c] = there[0, i, c] if present else 1e6
+            out.position[i, c] = there[0, i, c] if there_now else 1e6
             moved = (there[0, i, c] - there[1, i, c]) / PERIOD
             out.velocity[i, c] = moved if math.isfinite(moved) else 0.0
         out.radius[i] = crowd.radius[i]
@@ -172,7 +174,6 @@ def everybody(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) ->
     j = m
     for r in range(len(robots.laid)):
         if robots.laid[r] > 0:
-            glance(robots.knots[r], robots.laid[r], t, 0.0, out.position[j], out.velocity[j])
+            glance(robots.knots[r], robots.laid[r], t, 0.0, poses, out.position[j], out.velocity[j])
             out.radius[j], out.layer[j] = robots.reach[r] + KEPT, 2
             j += 1
-    return out

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.crowds.ways import Room, Ways, way_point, ways_to
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.scenarios.people import PersonSpec
@@ -49,6 +49,7 @@ class OnRoute(NamedTuple):
         moved: (k,) when each last came on, s.
         aside: (k,) until when each heads to the right, s.
         decided: (1,) int64, how often they have.
+        news: (k,) who has come to a place or is to walk on, when last looked at.
     """
 
     speed: FloatArray
@@ -64,6 +65,7 @@ class OnRoute(NamedTuple):
     moved: FloatArray
     aside: FloatArray
     decided: npt.NDArray[np.int64]
+    news: npt.NDArray[np.bool_]
 
 
 class Routes:
@@ -100,14 +102,14 @@ class Routes:
             moved=np.zeros(k),
             aside=np.full(k, -math.inf),
             decided=np.zeros(1, np.int64),
+            news=np.zeros(k, np.bool_),
         )
 
     def go_on(self, t: float, at: FloatArray) -> None:
-        """See who of the people, at `at` (k, 3) at time `t` [s], has come to a place of its route or has stayed there long enough."""
-        places, due = self.now.place.tolist(), self.now.due.tolist()
-        for k, (x, y, _) in enumerate(at.tolist()):
-            if t >= due[k] or math.dist(places[k], (x, y)) <= ARRIVED:
-                self._go_on(k, t, x, y)
+        """Of the people, at `at` (k, 3) at time `t` [s], who has come to a place of its route, or has stayed there long enough, goes on:
+        see `any_news`."""
+        for k in np.flatnonzero(self.now.news).tolist():
+            self._go_on(k, t, *at[k, :2].tolist())
 
     def _go_on(self, k: int, t: float, x: float, y: float) -> None:
         route, loop = self._people[k].route, self._people[k].loop
@@ -155,17 +157,17 @@ class Routes:
 @light
 def any_news(t: float, at: FloatArray, now: OnRoute) -> bool:
     """Whether at time `t` [s] anybody of those at `at` (k, 3) has come to where it walks, or is to walk on."""
+    found = False
     for k in range(len(at)):
-        if t >= now.due[k]:
-            return True
-        if now.walks[k] and math.hypot(now.place[k, 0] - at[k, 0], now.place[k, 1] - at[k, 1]) <= ARRIVED:
-            return True
-    return False
+        come = now.walks[k] and math.hypot(now.place[k, 0] - at[k, 0], now.place[k, 1] - at[k, 1]) <= ARRIVED
+        now.news[k] = come or t >= now.due[k]
+        found |= now.news[k]
+    return found
 
 
-@kernel
-def wishes(t: float, at: FloatArray, velocity: FloatArray, now: OnRoute) -> FloatArray:
-    """(k, 2) the velocities at which people would walk alone, m/s.
+@light
+def wish(t: float, at: FloatArray, velocity: FloatArray, now: OnRoute, out: FloatArray) -> None:
+    """Write the velocities at which people would walk alone to `out` (k, 2), m/s.
 
     Args:
         t: Now, s.
@@ -173,7 +175,6 @@ def wishes(t: float, at: FloatArray, velocity: FloatArray, now: OnRoute) -> Floa
         velocity: (k, 2) at which they walk now, m/s.
         now: Where they are on their routes; updated.
     """
-    out = np.empty((len(at), 2))
     for k in range(len(at)):
         x, y, place = at[k, 0], at[k, 1], now.place[k]
         tx, ty, _ = way_point(Ways(now.distance[now.slot[k]], now.room, place, now.radius[k]), x, y, AHEAD)
@@ -189,4 +190,3 @@ def wishes(t: float, at: FloatArray, velocity: FloatArray, now: OnRoute) -> Floa
             course -= SIDESTEP
         out[k, 0], out[k, 1] = wanted * math.cos(course), wanted * math.sin(course)
     now.decided[0] += 1
-    return out

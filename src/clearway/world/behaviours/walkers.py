@@ -26,7 +26,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.arrivals import walked
 from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street
-from clearway.world.behaviours.routes import OnRoute, Routes, any_news, wishes
+from clearway.world.behaviours.routes import OnRoute, Routes, any_news, wish
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
 from clearway.world.tracks import place_twice, pose_at
@@ -148,6 +148,7 @@ def walk_until(
     """`among.walk_until`."""
     tracks, since, there, robots, watched = street.value
     crowd = held.value
+    work = scratch(crowd, robots)
     while count * PERIOD <= t:
         now, until = count * PERIOD, (count + 1) * PERIOD
         place_twice(tracks, leg, since, now, now - PERIOD, there)
@@ -156,65 +157,116 @@ def walk_until(
             if any_news(now, crowd.at, crowd.route) or come:
                 return count, True
         looked = False
-        decide(crowd, there, robots, now, until)
+        look_round(crowd, there, robots, now, work)
+        if crowd.rule == Rule.ORCA:
+            heed(crowd, until - now, work)
+        else:
+            feel(crowd, until - now, work)
         lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at)
         count += 1
     return count, False
 
 
+class Scratch(NamedTuple):
+    """Room for what k people work with who see n bodies.
+
+    Attributes:
+        bodies: These, see `everybody`.
+        wanted: Who decides, and what each wants.
+        chosen: (k, 2) at which each walks, m/s.
+        headings: (k,) where each looks, rad.
+        poses: (2, 3) of somebody, m and rad.
+        orca: For ORCA.
+    """
+
+    bodies: Bodies
+    wanted: Wishes
+    chosen: FloatArray
+    headings: FloatArray
+    poses: FloatArray
+    orca: orca.Scratch
+
+
 @kernel
-def decide(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, until: float) -> None:
-    """Take everybody of a crowd on from time `t` to `until` [s].
+def scratch(crowd: Crowd, robots: RobotTracks) -> Scratch:
+    """Room to work with for `crowd` among `robots`."""
+    k, n = len(crowd.who), len(crowd.radius) + len(crowd.reactions) * present(robots)
+    return Scratch(
+        bodies=Bodies(np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.ones(n, np.int64), np.ones(n)),
+        wanted=Wishes(crowd.who, np.empty((k, 2)), crowd.v_max, crowd.sees),
+        chosen=np.empty((k, 2)),
+        headings=np.empty(k),
+        poses=np.empty((2, 3)),
+        orca=orca.scratch(n, crowd.care, crowd.walls),
+    )
+
+
+@light
+def look_round(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, work: Scratch) -> None:
+    """Everybody of a crowd takes note of what it wants and of who is there at time `t` [s].
 
     Args:
-        crowd: Who they are; updated.
+        crowd: Who they are.
         there: (2, n, 3) poses of the moving bodies now and a `PERIOD` ago, NaN where one is absent.
         robots: The robots.
+        work: Where it is written down.
     """
-    wanted = Wishes(crowd.who, wishes(t, crowd.at, crowd.velocity, crowd.route), crowd.v_max, crowd.sees)
-    bodies = everybody(crowd, there, robots, t)
-    headings, turning = crowd.at[:, 2].copy(), TURNING * (until - t)
-    if crowd.rule == Rule.ORCA:
-        chosen = orca.velocities(bodies, wanted, crowd.care, crowd.walls, PERIOD)
-    else:
-        group = np.full(len(bodies.radius), -1)
-        group[: len(crowd.group)] = crowd.group
-        if crowd.rule == Rule.SOCIAL_FORCE:
-            chosen = social_force.velocities(bodies, wanted, group, social_force.MOUSSAID, crowd.walls, PERIOD)
-        else:
-            chosen, facing = headed_social_force.velocities(
-                bodies,
-                wanted,
-                Facing(headings, crowd.turn_rate),
-                group,
-                social_force.MOUSSAID,
-                FARINA,
-                crowd.walls,
-                PERIOD,
-            )
-            headings, turning = facing.heading, -1.0
-            crowd.turn_rate[:] = facing.turn_rate
-    walk(crowd, chosen, headings, turning, bodies, until - t)
-    crowd.velocity[:] = chosen
+    wish(t, crowd.at, crowd.velocity, crowd.route, work.wanted.velocity)
+    everybody(crowd, there, robots, t, work.poses, work.bodies)
+    for k in range(len(crowd.at)):
+        work.headings[k] = crowd.at[k, 2]
+
+
+@light
+def heed(crowd: Crowd, dt: float, work: Scratch) -> None:
+    """Take everybody of a crowd on for `dt` [s] by ORCA."""
+    orca.choose(work.bodies, work.wanted, crowd.care, crowd.walls, PERIOD, work.orca, work.chosen)
+    walk(crowd, work.chosen, work.headings, TURNING * dt, work.bodies, dt)
 
 
 @kernel
-def everybody(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) -> Bodies:
-    """Everything that moves, as a crowd sees it at time `t` [s]: the moving bodies, then the robots, each once for each reaction time;
-    nobody counts on a robot to step aside.
+def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
+    """Take everybody of a crowd on for `dt` [s] by social forces."""
+    bodies, wanted, headings, turning = work.bodies, work.wanted, work.headings, TURNING * dt
+    group = np.full(len(bodies.radius), -1)
+    group[: len(crowd.group)] = crowd.group
+    if crowd.rule == Rule.SOCIAL_FORCE:
+        chosen = social_force.velocities(bodies, wanted, group, social_force.MOUSSAID, crowd.walls, PERIOD)
+    else:
+        chosen, facing = headed_social_force.velocities(
+            bodies,
+            wanted,
+            Facing(headings, crowd.turn_rate),
+            group,
+            social_force.MOUSSAID,
+            FARINA,
+            crowd.walls,
+            PERIOD,
+        )
+        headings, turning = facing.heading, -1.0
+        crowd.turn_rate[:] = facing.turn_rate
+    walk(crowd, chosen, headings, turning, bodies, dt)
+
+
+@light
+def everybody(
+    crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, poses: FloatArray, out: Bodies
+) -> None:  # fmt: skip
+    """Write down everything that moves, as a crowd sees it at time `t` [s]: the moving bodies, then the robots, each once for each
+    reaction time; nobody counts on a robot to step aside.
 
     Args:
         crowd: Who looks; these know how fast they are.
         there: (2, n, 3) poses of the moving bodies now and a `PERIOD` ago; one that is absent is far away.
         robots: The robots.
+        poses: (2, 3) room to work with.
+        out: What is written: n = m + q r bodies of the m that move and the r robots `present`, all of layer 1 and share 1 before.
     """
     m = len(crowd.radius)
-    n = m + len(crowd.reactions) * int((robots.laid > 0).sum())
-    out = Bodies(np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.ones(n, np.int64), np.ones(n))
     for i in range(m):
-        present = math.isfinite(there[0, i, 0])
+        there_now = math.isfinite(there[0, i, 0])
         for c in range(2):
-            out.position[i, c] = there[0, i, c] if present else 1e6
+            out.position[i, c] = there[0, i, c] if there_now else 1e6
             moved = (there[0, i, c] - there[1, i, c]) / PERIOD
             out.velocity[i, c] = moved if math.isfinite(moved) else 0.0
         out.radius[i], out.share[i] = crowd.radius[i], crowd.share[i]
@@ -225,14 +277,24 @@ def everybody(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float) ->
         reaction = crowd.reactions[k]
         for r in range(len(robots.laid)):
             if robots.laid[r] > 0:
-                glance(robots.knots[r], robots.laid[r], t - reaction, reaction, out.position[j], out.velocity[j])
+                glance(robots.knots[r], robots.laid[r], t - reaction, reaction, poses, out.position[j], out.velocity[j])
                 out.radius[j], out.layer[j] = robots.reach[r] + BESIDE, 2 << k
                 j += 1
-    return out
 
 
-@kernel
-def glance(knots: FloatArray, count: int, t: float, ahead: float, position: FloatArray, velocity: FloatArray) -> None:
+@light
+def present(robots: RobotTracks) -> int:
+    """How many of the robots are there."""
+    n = 0
+    for r in range(len(robots.laid)):
+        n += robots.laid[r] > 0
+    return n
+
+
+@light
+def glance(
+    knots: FloatArray, count: int, t: float, ahead: float, poses: FloatArray, position: FloatArray, velocity: FloatArray
+) -> None:  # fmt: skip
     """Where something will be `ahead` [s] after time `t` [s], as it drives then, by the track `knots` (count, 4).
 
     Args:
@@ -240,10 +302,11 @@ def glance(knots: FloatArray, count: int, t: float, ahead: float, position: Floa
         count: The same.
         t: When it is looked at, s.
         ahead: How long it is taken to drive on, s.
+        poses: (2, 3) room to work with.
         position: (2,) m; written.
         velocity: (2,) m/s; written.
     """
-    now, before, first, last = np.empty(3), np.empty(3), knots[0, 0], knots[count - 1, 0]
+    now, before, first, last = poses[0], poses[1], knots[0, 0], knots[count - 1, 0]
     pose_at(knots, 0, count, min(max(t, first), last), now)
     pose_at(knots, 0, count, min(max(t - GLANCE, first), last), before)
     for c in range(2):
@@ -256,7 +319,7 @@ def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float,
     """Take each person a step further; never into what stands, whatever pushes, nor up against a robot that it sees.
 
     Args:
-        crowd: Who they are; where they are is updated.
+        crowd: Who they are; where they are, and how fast, is updated.
         chosen: (k, 2) velocities by the rule, m/s; updated to those that are walked.
         headings: (k,) by the rule, rad.
         turning: The most that a person turns, rad, who faces where it walks; negative: the rule says where it faces.
@@ -271,9 +334,10 @@ def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float,
                 hold_off(chosen[k], away, radius[k] + bodies.radius[j], dt)
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), 0.6 * radius[k]):
-            chosen[k] = 0.0
+            chosen[k, 0] = chosen[k, 1] = 0.0
             x, y = at[k, 0], at[k, 1]
         at[k, 0], at[k, 1] = x, y
+        crowd.velocity[k, 0], crowd.velocity[k, 1] = chosen[k, 0], chosen[k, 1]
         if turning < 0.0:
             at[k, 2] = headings[k]
         elif math.hypot(chosen[k, 0], chosen[k, 1]) > STEPPING:
