@@ -11,11 +11,14 @@ its steps a period); IR-SIM is left out.
 
 With `--learning` too, and Clearway is 16 of its Gymnasium environments in one kernel (`make_vec`): what is seen comes back as an array, and
 the action is a learner's; IR-SIM's discs go by its `rvo`. A step is then what a learner calls one in one of them, the beginnings of
-episodes of a minute counted in.
+episodes of a minute counted in. Beside them stand the environments of robot_sf, whose people walk the same lanes by social force, and
+CrowdNav, whose people cross the room by ORCA of Python-RVO2, where a step is 0.25 s and there is no lidar. CrowdNav's `gym`, of which it
+takes a base class and a list of names, is gymnasium here.
 
-    python benchmarks/world_speed.py [--people] [--learning] [--rivals PYTHON] [--steps N] [--rounds N] [--json] [--smoke]
+    python benchmarks/world_speed.py [--people] [--learning] [--rivals PYTHON ...] [--steps N] [--rounds N] [--json] [--smoke]
 
-`--rivals`: a Python that has the packages ir-sim and navground; default: this one. A rival that is missing is named.
+`--rivals`: one or more Pythons that have the packages ir-sim and navground, with `--learning` also robot_sf (its `pysocialforce` is another
+one than PyPI's) and crowd_sim of CrowdNav with rvo2; default: this one. The first that has a rival runs it; one that is missing is named.
 """
 
 from __future__ import annotations
@@ -41,7 +44,7 @@ HALF, LANE_END, RADIUS, PERIOD, BEAMS, RANGE, SIGMA = 5.0, 4.5, 0.2, 0.1, 180, 1
 V, OMEGA = 0.3, 1.0
 WORLDS, EPISODE = 16, 600  # of a learner: how many side by side, and periods in an episode
 LANES = [((1 if i % 2 else -1) * (1.2 + 0.45 * (i // 2)), 0.5 + 0.05 * i) for i in range(16)]  # y [m], speed [m/s]
-AIM = {"irsim": 100.0, "navground": 1.0, "navground 20Hz": 1.0}
+AIM = {"irsim": 100.0, "navground": 1.0, "navground 20Hz": 1.0, "robot_sf": 50.0, "crowd_sim": 50.0}
 
 
 def clearway(steps: int, people: bool) -> Callable[[], float]:
@@ -234,9 +237,104 @@ def navground(steps: int, people: bool, updates: int = 1) -> Callable[[], float]
     return once
 
 
+def robot_sf(steps: int) -> Callable[[], float]:
+    """Steps of robot_sf's Gymnasium environment, with the beginnings of its episodes."""
+    import logging
+
+    import numpy as np
+    from loguru import logger
+    from robot_sf.gym_env.environment_factory import make_robot_env
+    from robot_sf.gym_env.unified_config import RobotSimulationConfig
+    from robot_sf.nav.global_route import GlobalRoute
+    from robot_sf.nav.map_config import MapDefinition, MapDefinitionPool, SinglePedestrianDefinition
+    from robot_sf.sensor.range_sensor import LidarScannerSettings
+
+    logger.remove()
+    logging.disable(logging.CRITICAL)
+    wide = 2 * HALF
+    corners = [(0.0, 0.0), (wide, 0.0), (wide, wide), (0.0, wide)]
+    zones = [((x - 0.1, x - 0.1), (x + 0.1, x - 0.1), (x + 0.1, x + 0.1)) for x in (HALF, HALF + 4.0)]
+    route = GlobalRoute(0, 0, [(HALF, HALF), (HALF + 4.0, HALF + 4.0)], *zones)
+    people = [
+        SinglePedestrianDefinition(
+            id=f"p{k}", start=(HALF - LANE_END, HALF + y), speed_m_s=speed,
+            trajectory=[(HALF + (-LANE_END if i % 2 else LANE_END), HALF + y) for i in range(20)],
+        ) for k, (y, speed) in enumerate(LANES)
+    ]  # fmt: skip
+    room = MapDefinition(
+        wide, wide, [], [zones[0]], [], [zones[1]], list(zip(corners, [*corners[1:], corners[0]], strict=True)), [route],
+        [], [], [], single_pedestrians=people,
+    )  # fmt: skip
+    config = RobotSimulationConfig()
+    config.map_pool = MapDefinitionPool(map_defs={"room": room})
+    config.lidar_config = LidarScannerSettings(num_rays=BEAMS, max_scan_dist=RANGE)
+    config.robot_config.radius = RADIUS
+    assert config.sim_config.time_per_step_in_secs == PERIOD
+    config.sim_config.sim_time_in_secs = EPISODE * PERIOD
+    config.sim_config.ped_density_by_difficulty, config.sim_config.difficulty = [0.0], 0  # none beside these
+    env = make_robot_env(config, seed=1)
+    env.reset(seed=1)
+    assert env.simulator.ped_pos.shape == (len(LANES), 2)
+    command, few = np.array([0.1, 0.3], np.float32), max(10, steps // 5)  # of its accelerations, in shares
+
+    def once() -> float:
+        before = time.process_time()
+        for _ in range(few):
+            seen, _, terminated, truncated, _ = env.step(command)
+            assert seen["rays"].shape[-1] == BEAMS
+            if terminated or truncated:
+                env.reset()
+        return (time.process_time() - before) / few
+
+    return once
+
+
+def crowd_sim(steps: int) -> Callable[[], float]:
+    """Steps of CrowdNav's environment, with the beginnings of its episodes."""
+    import logging
+    from configparser import RawConfigParser
+
+    import gymnasium
+
+    sys.modules |= {"gym": gymnasium, "gym.envs": gymnasium.envs, "gym.envs.registration": gymnasium.envs.registration}
+    from crowd_sim.envs.crowd_sim import CrowdSim
+    from crowd_sim.envs.policy.policy_factory import policy_factory
+    from crowd_sim.envs.utils.action import ActionXY
+    from crowd_sim.envs.utils.robot import Robot as CrowdNavsRobot
+
+    logging.disable(logging.CRITICAL)
+    agent = {"visible": "true", "radius": RADIUS, "v_pref": 1, "sensor": "coordinates"}
+    config = RawConfigParser()
+    config.read_dict({
+        "env": {"time_limit": int(EPISODE * PERIOD), "time_step": 0.25, "val_size": 100, "test_size": 500, "randomize_attributes": "false"},
+        "reward": {"success_reward": 1, "collision_penalty": -0.25, "discomfort_dist": 0.2, "discomfort_penalty_factor": 0.5},
+        "sim": {"train_val_sim": "square_crossing", "test_sim": "square_crossing", "square_width": 2 * HALF, "circle_radius": 4,
+                "human_num": len(LANES)},
+        "humans": agent | {"policy": "orca"}, "robot": agent | {"policy": "none"},
+    })  # fmt: skip
+    env, robot = CrowdSim(), CrowdNavsRobot(config, "robot")
+    env.configure(config)
+    robot.set_policy(policy_factory["orca"]())  # it is asked nothing: the actions are ours
+    env.set_robot(robot)
+    env.reset("test")
+    few = max(10, steps // 5)
+
+    def once() -> float:
+        before = time.process_time()
+        for k in range(few):
+            turned = OMEGA * 0.25 * k
+            seen, _, done, _ = env.step(ActionXY(V * math.cos(turned), V * math.sin(turned)))
+            assert len(seen) == len(LANES)
+            if done:
+                env.reset("test")
+        return (time.process_time() - before) / few
+
+    return once
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rivals", default=sys.executable, metavar="PYTHON")
+    parser.add_argument("--rivals", default=[sys.executable], metavar="PYTHON", nargs="+")
     parser.add_argument("--steps", type=int, default=5000)
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--json", action="store_true")
@@ -273,28 +371,33 @@ def main() -> int:
         return 0
     print(f"{'world':<14} {'steps/s':>10} {'us/step':>10}   clearway is")
     for name, seconds in best.items():
-        ratio = "" if name == "clearway" else f"{seconds / best['clearway']:.3g} x as fast (aim: {AIM[name]:g} x)"
+        aim = 50.0 if options.learning and name == "irsim" else AIM.get(name)
+        ratio = "" if name == "clearway" else f"{seconds / best['clearway']:.3g} x as fast (aim: {aim:g} x)"
         print(f"{name:<14} {1 / seconds:>10.0f} {seconds * 1e6:>10.1f}   {ratio}")
     for name in result["missing"]:
-        print(f"{name:<14} is not installed for {options.rivals}, or fails there; left out")
+        print(f"{name:<14} is not installed for {' '.join(options.rivals)}, or fails there; left out")
     return 0
 
 
 def _left_out(options: argparse.Namespace) -> tuple[str, ...]:
-    return () if options.learning else ("irsim",) if options.people else ("navground 20Hz",)
+    if options.learning:
+        return ()
+    return ("robot_sf", "crowd_sim", "irsim" if options.people else "navground 20Hz")
 
 
 def _start(name: str, options: argparse.Namespace) -> subprocess.Popen[str] | None:
     """A process that measures the rival each time it is asked; None if the rival can't be had."""
-    command = [options.rivals, __file__, "--only", name, "--steps", str(options.steps), *["--people"] * options.people]
-    process = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
-    )
-    assert process.stdout
-    for line in process.stdout:
-        if line == "ready\n":
-            return process
-    process.wait()
+    more = ["--only", name, "--steps", str(options.steps), *["--people"] * options.people]
+    for python in options.rivals:
+        process = subprocess.Popen(
+            [python, __file__, *more],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        )  # fmt: skip
+        assert process.stdout
+        for line in process.stdout:
+            if line == "ready\n":
+                return process
+        process.wait()
     return None
 
 
@@ -313,7 +416,10 @@ def _serve(name: str, steps: int, people: bool) -> int:
     package, *often = name.split()
     if importlib.util.find_spec(package) is None:
         return 1
-    once = irsim(steps, people) if package == "irsim" else navground(steps, people, 2 if often else 1)
+    if package in ("robot_sf", "crowd_sim"):
+        once = (robot_sf if package == "robot_sf" else crowd_sim)(steps)
+    else:
+        once = irsim(steps, people) if package == "irsim" else navground(steps, people, 2 if often else 1)
     once()
     print("ready", flush=True)
     for line in sys.stdin:

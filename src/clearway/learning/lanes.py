@@ -60,7 +60,7 @@ class Phase(IntEnum):
     JUDGED = 1
     """That is in force: it drives."""
     WALKED = 2
-    """Somebody may have come to a place: that is to be seen to; then it is `LOOKED`."""
+    """Its crowd has stopped for what is to be seen to; then it is `LOOKED`."""
     LOOKED = 3
     """That has been seen to: it drives on."""
     SEEN = 4

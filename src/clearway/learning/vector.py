@@ -19,7 +19,7 @@ from clearway.geometry.streams import stream
 from clearway.learning import lanes
 from clearway.learning.environment import View, split, view
 from clearway.learning.episode import Episode, equipment_of
-from clearway.learning.lanes import DECISIONS, HIT, LEG, PERIODS, VERDICT, Lane, Phase, Told
+from clearway.learning.lanes import HIT, LEG, PERIODS, VERDICT, Lane, Phase, Told
 from clearway.learning.rewards import END, SECOND, default_reward
 from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space
@@ -325,8 +325,8 @@ class _World:
         return lanes.hold(self.lane), *among
 
     def look(self) -> None:
-        """Whoever has come to where it was going goes on."""
-        self._traffic.look(int(self.lane.now[DECISIONS]))
+        """Whatever its crowd has stopped for is seen to."""
+        self._traffic.look()
 
     def begin_next_leg(self) -> None:
         """A leg has been reached; now for the next one."""

@@ -169,9 +169,9 @@ class Traffic:
         )
         return hit, far
 
-    def look(self, count: int) -> None:
-        """At decision number `count` anybody of the crowd may have come to where it was going: it goes on."""
-        look(self.crowd, count, self.arrivals)
+    def look(self) -> None:
+        """The crowd's kernel has stopped, as there is something to see to: that is done."""
+        look(self.crowd, self.arrivals)
 
     def decide_until(self, t: float) -> None:
         """All behaviours decide up to time `t` [s], and thereby for a little longer; each by what was there when it decided."""

@@ -276,12 +276,13 @@ class World:
         return None
 
     def _within(self, centre: FloatArray) -> tuple[list[int], list[tuple[Body, FloatArray]]]:
-        """The static bodies that the robot's reach around `centre` (2,) may meet, and the moving ones that are present."""
+        """The static bodies that the robot's reach around `centre` (2,) may meet, and the moving ones."""
+        own, _, moving = self._reach
         outside = np.maximum(np.maximum(self._boxes[:, :2] - centre, centre - self._boxes[:, 2:]), 0.0)
-        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= self._reach[0] + abs(self.pivot) + TOUCH)
-        return near.tolist(), [
-            (b, at) for b, at in zip(self._moving, self.moving_obstacles, strict=True) if math.isfinite(at[0])
-        ]
+        near = np.flatnonzero(np.hypot(outside[:, 0], outside[:, 1]) <= own + abs(self.pivot) + TOUCH)
+        apart = np.hypot(self.moving_obstacles[:, 0] - centre[0], self.moving_obstacles[:, 1] - centre[1])
+        met = np.flatnonzero(apart <= np.array(moving) + own + abs(self.pivot) + TOUCH)  # one that is absent isn't
+        return near.tolist(), [(self._moving[m], self.moving_obstacles[m]) for m in met.tolist()]
 
     def speed_of(self, body: Body, t: float) -> float:
         """How fast `body` moves at time `t` [s], m/s."""

@@ -1,6 +1,6 @@
 """A compiled crowd from decision to decision, alone or with a robot that drives among it.
 
-Whichever crowd it is, one kernel takes it as far as it gets: up to a time, or until anybody may have come to where it was going, which Python sees
+Whichever crowd it is, one kernel takes it as far as it gets: up to a time, or until there is something to look up or to write down, which Python sees
 to. A new kind of crowd is a line in `_WALK_UNTIL`.
 """
 
@@ -14,14 +14,14 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.held import Held
 from clearway.world.arrivals import Arrivals
 from clearway.world.behaviours import crowdnav, walkers
-from clearway.world.behaviours.behaviour import PERIOD, CompiledBehaviour, Street
+from clearway.world.behaviours.behaviour import CompiledBehaviour, Street
 from clearway.world.ride import Period, Ride, drive, rehearse, seen_far
 
 
 def walk_until(
     crowd: Held[Any], street: Held[Street], leg: int, count: int, t: float, looked: bool
 ) -> tuple[int, bool]:  # fmt: skip
-    """Decide from instant number `count` on, up to time `t` [s], or until anybody may have come to where it was going; for kernels.
+    """Decide from instant number `count` on, up to time `t` [s], or until there is something to `look` to; for kernels.
 
     Args:
         crowd: Who they are; updated.
@@ -29,10 +29,10 @@ def walk_until(
         leg: Number of the leg that the tracks are in.
         count: Number of decisions so far.
         t: The last decision is not after it.
-        looked: Whether it is known who comes to a place at the first of these instants.
+        looked: Whether at the first of these instants that has been seen to.
 
     Returns:
-        The number of decisions by then, and whether anybody may have come to a place.
+        The number of decisions by then, and whether there is something to `look` to.
     """
     raise NotImplementedError
 
@@ -61,7 +61,7 @@ def _walk(
 def _ride(
     crowd: Held[Any], street: Held[Street], ridden: Held[Ride], leg: int, count: int, period: Period, looked: bool
 ) -> tuple[int, bool, int, bool]:
-    """Whether somebody may have come to a place; if nobody has, what the robot hit, and whether nothing is worth being kept."""
+    """Whether there is something to `look` to; if not, what the robot hit, and whether nothing is worth being kept."""
     ride = ridden.value
     if not looked:
         rehearse(ride, period.number, leg, period.t)
@@ -75,13 +75,13 @@ def _ride(
 def decide_until(
     behaviour: CompiledBehaviour, street: Held[Street], leg: int, count: int, t: float, arrivals: Arrivals
 ) -> int:
-    """`walk_until` time `t` [s], whoever comes anywhere; the number of decisions by then."""
+    """`walk_until` time `t` [s], whatever there is to look to; the number of decisions by then."""
     looked = False
     while True:
         count, news = _walk(behaviour.crowd, street, leg, count, t, looked)
         if not news:
             return count
-        look(behaviour, count, arrivals)
+        look(behaviour, arrivals)
         looked = True
 
 
@@ -99,11 +99,11 @@ def ride_until(
         count, news, hit, far = _ride(behaviour.crowd, street, ridden, leg, count, period, looked)
         if not news:
             return count, hit, far
-        look(behaviour, count, arrivals)
+        look(behaviour, arrivals)
         looked = True
 
 
-def look(behaviour: CompiledBehaviour, count: int, arrivals: Arrivals) -> None:
-    """At decision number `count` anybody may have come to where it was going: `arrivals` is told, and it goes on."""
-    arrivals.come_to(count * PERIOD)
-    behaviour.come_on(count * PERIOD)
+def look(behaviour: CompiledBehaviour, arrivals: Arrivals) -> None:
+    """The crowd's kernel has stopped, as there is something to look up or to write down: that is done."""
+    behaviour.look_up()
+    arrivals.take_note()

@@ -124,8 +124,8 @@ class CompiledBehaviour(ABC):
     def begin_leg(self, leg: str, t: float) -> FloatArray | None:
         """As `Behaviour` has it."""
 
-    def come_on(self, t: float) -> None:
-        """At time `t` [s] anybody may have come to where it was going: from there it goes on."""
+    def look_up(self) -> None:
+        """Find what the kernel lacks to go on, where it has stopped for that."""
         return
 
 

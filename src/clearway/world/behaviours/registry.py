@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -77,8 +78,17 @@ def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> I
 
 def _room(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArray]]) -> Room:
     """The room that what stands leaves, everywhere that `people` go and a little beyond."""
-    places = np.array([q for p in people for q in (p.start, *(stop.at for stop in p.route))])
-    everything = np.concatenate([places, *(outline(shape, pose) for shape, pose in standing)])
+    places = tuple(q for p in people for q in (p.start, *(stop.at for stop in p.route)))
+    return _room_among(places, tuple((shape, tuple(pose.tolist())) for shape, pose in standing))
+
+
+@lru_cache(maxsize=16)
+def _room_among(
+    places: tuple[tuple[float, float], ...], still: tuple[tuple[Shape, tuple[float, ...]], ...]
+) -> Room:  # fmt: skip
+    """The same around these `places` [m], kept for other trials on the same floor."""
+    standing = [(shape, np.array(pose)) for shape, pose in still]
+    everything = np.concatenate([np.array(places), *(outline(shape, pose) for shape, pose in standing)])
     low, high = everything.min(axis=0) - MARGIN, everything.max(axis=0) + MARGIN
     columns, rows = (np.ceil((high - low) / CELL).astype(int) + 1).tolist()
     origin = float(low[0]), float(low[1])

@@ -39,33 +39,49 @@ class OnRoute(NamedTuple):
         speed: (k,) that each prefers, m/s.
         radius: (k,) m.
         keys: (k,) of what is drawn for each.
+        stops: (p + k, 2) the places of the routes, one route after another, then where each starts, m.
+        waits: (p,) how long they are stayed at, s.
+        first: (k + 1,) int64, the places of person i are those from first[i] to first[i + 1].
+        loop: (k,) whether each route begins anew.
+        stop: (k,) int64, which place of its route each heads for next.
+        held: (k,) int64, at which of `stops` each was last.
+        until: (k,) until when it stays there, s.
+        bound: (k,) int64, which of `stops` `place` is.
         place: (k, 2) where each walks to, or stays, m.
         walks: (k,) whether it walks there.
         stays: (k,) whether it is to stand there.
         due: (k,) when it walks on from where it stays, s; inf: it walks, or stays for good.
-        slot: (k,) which of the distances are those to its place.
+        slot: (k,) int64, which of the distances are those to its place; negative: they are to be looked up.
+        slots: (p + k,) int64, the same of all `stops`.
         distance: (n, rows, columns) see `Ways`.
         room: Where what stands leaves how much.
         moved: (k,) when each last came on, s.
         aside: (k,) until when each heads to the right, s.
         decided: (1,) int64, how often they have.
-        news: (k,) who has come to a place or is to walk on, when last looked at.
     """
 
     speed: FloatArray
     radius: FloatArray
     keys: npt.NDArray[np.uint64]
+    stops: FloatArray
+    waits: FloatArray
+    first: npt.NDArray[np.int64]
+    loop: npt.NDArray[np.bool_]
+    stop: npt.NDArray[np.int64]
+    held: npt.NDArray[np.int64]
+    until: FloatArray
+    bound: npt.NDArray[np.int64]
     place: FloatArray
     walks: npt.NDArray[np.bool_]
     stays: npt.NDArray[np.bool_]
     due: FloatArray
     slot: npt.NDArray[np.int64]
+    slots: npt.NDArray[np.int64]
     distance: FloatArray
     room: Room
     moved: FloatArray
     aside: FloatArray
     decided: npt.NDArray[np.int64]
-    news: npt.NDArray[np.bool_]
 
 
 class Routes:
@@ -83,65 +99,59 @@ class Routes:
 
     def __init__(self, people: Sequence[PersonSpec], speed: FloatArray, room: Room, seed: int) -> None:
         k = len(people)
-        self._people, self._room = people, room
-        self._stop, self._until = [0] * k, [-math.inf] * k
-        self._held: list[tuple[float, float]] = [person.start for person in people]
-        self._slots: dict[tuple[tuple[float, float], float], int] = {}
+        self._room = room
         self._floor = hashlib.blake2b(room.clearance.tobytes() + room.origin.tobytes(), digest_size=16).digest()
+        self._ends = [
+            *((stop.at, person.radius) for person in people for stop in person.route),
+            *((person.start, person.radius) for person in people),
+        ]
+        first = np.cumsum([0, *(len(person.route) for person in people)], dtype=np.int64)
+        self._slots: dict[tuple[tuple[float, float], float], int] = {}
         self.now = OnRoute(
             speed=speed,
             radius=np.array([person.radius for person in people]),
             keys=np.array([stream(seed, f"person {person.name}") for person in people], np.uint64),
-            place=np.array(self._held),
+            stops=np.array([place for place, _ in self._ends]),
+            waits=np.array([stop.wait for person in people for stop in person.route], np.float64),
+            first=first,
+            loop=np.array([person.loop for person in people], np.bool_),
+            stop=np.zeros(k, np.int64),
+            held=first[-1] + np.arange(k),
+            until=np.full(k, -math.inf),
+            bound=first[-1] + np.arange(k),
+            place=np.array([person.start for person in people]),
             walks=np.zeros(k, np.bool_),
             stays=np.ones(k, np.bool_),
             due=np.zeros(k),
             slot=np.zeros(k, np.int64),
+            slots=np.full(len(self._ends), -1),
             distance=np.empty((2 * k, *room.clearance.shape)),
             room=room,
             moved=np.zeros(k),
             aside=np.full(k, -math.inf),
             decided=np.zeros(1, np.int64),
-            news=np.zeros(k, np.bool_),
         )
 
-    def go_on(self, t: float, at: FloatArray) -> None:
-        """Of the people, at `at` (k, 3) at time `t` [s], who has come to a place of its route, or has stayed there long enough, goes on:
-        see `any_news`."""
-        for k in np.flatnonzero(self.now.news).tolist():
-            self._go_on(k, t, *at[k, :2].tolist())
+    def look_up(self) -> None:
+        """Find the distances to where people are bound for who lack them."""
+        for k in np.flatnonzero(self.now.slot < 0).tolist():
+            self.now.slot[k] = self._slot_of(int(self.now.bound[k]))
 
-    def _go_on(self, k: int, t: float, x: float, y: float) -> None:
-        route, loop = self._people[k].route, self._people[k].loop
-        stop = self._stop[k]
-        while stop < len(route) and t >= self._until[k] and math.dist(route[stop].at, (x, y)) <= ARRIVED:
-            self._held[k], self._until[k] = route[stop].at, t + route[stop].wait
-            stop += 1
-            if stop == len(route) and loop:
-                stop = 0
-                break
-        walks = stop < len(route) and t >= self._until[k]
-        place = route[stop].at if walks else self._held[k]
-        now = self.now
-        self._stop[k], now.walks[k], now.place[k] = stop, walks, place
-        now.stays[k] = not walks or route[stop].wait > 0.0 or (stop == len(route) - 1 and not loop)
-        now.due[k] = self._until[k] if not walks and stop < len(route) else math.inf
-        now.slot[k] = -1
-        now.slot[k] = self._slot_of((place, self._people[k].radius))
-
-    def _slot_of(self, key: tuple[tuple[float, float], float]) -> int:
-        """Where the distances to a place, for somebody of a radius, are kept."""
-        if key in self._slots:
-            return self._slots[key]
-        if len(self._slots) < len(self.now.distance):
-            slot = len(self._slots)
-        else:  # nobody needs the oldest of these now
-            used = set(self.now.slot.tolist())
-            old = next(other for other, where in self._slots.items() if where not in used)
-            slot = self._slots.pop(old)
-        self.now.distance[slot] = self._distance(key)
-        self._slots[key] = slot
-        return slot
+    def _slot_of(self, end: int) -> int:
+        """Where the distances to this of the places, for somebody of the radius of who goes there, are kept."""
+        key = self._ends[end]
+        if key not in self._slots:
+            if len(self._slots) < len(self.now.distance):
+                slot = len(self._slots)
+            else:  # nobody needs the oldest of these now
+                used = set(self.now.slot.tolist())
+                old = next(other for other, where in self._slots.items() if where not in used)
+                slot = self._slots.pop(old)
+                self.now.slots[self.now.slots == slot] = -1
+            self.now.distance[slot] = self._distance(key)
+            self._slots[key] = slot
+        self.now.slots[end] = self._slots[key]
+        return self._slots[key]
 
     def _distance(self, key: tuple[tuple[float, float], float]) -> FloatArray:
         """The distances themselves."""
@@ -155,14 +165,43 @@ class Routes:
 
 
 @light
-def any_news(t: float, at: FloatArray, now: OnRoute) -> bool:
-    """Whether at time `t` [s] anybody of those at `at` (k, 3) has come to where it walks, or is to walk on."""
-    found = False
+def go_on(t: float, at: FloatArray, now: OnRoute) -> bool:
+    """At time `t` [s] everybody of those at `at` (k, 3) goes on who has come to a place of the route, or has stayed there long enough.
+
+    Args:
+        t: Now, s.
+        at: Where they are.
+        now: Where they are on their routes; updated.
+
+    Returns:
+        Whether somebody lacks the distances to where it is bound for: they are to be looked up.
+    """
+    lacking = False
     for k in range(len(at)):
-        come = now.walks[k] and math.hypot(now.place[k, 0] - at[k, 0], now.place[k, 1] - at[k, 1]) <= ARRIVED
-        now.news[k] = come or t >= now.due[k]
-        found |= now.news[k]
-    return found
+        x, y = at[k, 0], at[k, 1]
+        if t < now.due[k] and not (now.walks[k] and _apart(now.place, k, x, y) <= ARRIVED):
+            continue
+        first, end, stop = now.first[k], now.first[k + 1], now.first[k] + now.stop[k]
+        while stop < end and t >= now.until[k] and _apart(now.stops, stop, x, y) <= ARRIVED:
+            now.held[k], now.until[k] = stop, t + now.waits[stop]
+            stop += 1
+            if stop == end and now.loop[k]:
+                stop = first
+                break
+        walks = stop < end and t >= now.until[k]
+        now.stop[k], now.walks[k], now.bound[k] = stop - first, walks, stop if walks else now.held[k]
+        now.place[k, 0], now.place[k, 1] = now.stops[now.bound[k], 0], now.stops[now.bound[k], 1]
+        now.stays[k] = not walks or now.waits[stop] > 0.0 or (stop == end - 1 and not now.loop[k])
+        now.due[k] = now.until[k] if not walks and stop < end else math.inf
+        now.slot[k] = now.slots[now.bound[k]]
+        lacking |= now.slot[k] < 0
+    return lacking
+
+
+@light
+def _apart(places: FloatArray, k: int, x: float, y: float) -> float:
+    """How far (x, y) is from one of `places` (n, 2), m."""
+    return math.hypot(places[k, 0] - x, places[k, 1] - y)
 
 
 @light

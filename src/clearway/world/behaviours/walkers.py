@@ -26,7 +26,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.arrivals import walked
 from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street
-from clearway.world.behaviours.routes import OnRoute, Routes, any_news, wish
+from clearway.world.behaviours.routes import OnRoute, Routes, go_on, wish
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
 from clearway.world.tracks import place_twice, pose_at
@@ -136,9 +136,9 @@ class Walkers(CompiledBehaviour):
         """They appear at time 0, and mind no legs."""
         return self._at.copy() if t == 0.0 else None
 
-    def come_on(self, t: float) -> None:
-        """Whoever has come to a place of the route heads for the next one."""
-        self._routes.go_on(t, self._at)
+    def look_up(self) -> None:
+        """Those ways that people are to take who have none yet."""
+        self._routes.look_up()
 
 
 @kernel
@@ -153,8 +153,8 @@ def walk_until(
         now, until = count * PERIOD, (count + 1) * PERIOD
         place_twice(tracks, leg, since, now, now - PERIOD, there)
         if not looked:
-            come = walked(now, there[0], watched)
-            if any_news(now, crowd.at, crowd.route) or come:
+            full = walked(now, there[0], watched)
+            if go_on(now, crowd.at, crowd.route) or full:
                 return count, True
         looked = False
         look_round(crowd, there, robots, now, work)
