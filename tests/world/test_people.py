@@ -67,6 +67,22 @@ def test_who_walks_alone_walks_straight_at_the_preferred_speed_and_stays_there(r
 
 
 @pytest.mark.parametrize("rule", RULES)
+def test_who_decides_seldom_walks_straight_in_between_and_arrives_all_the_same(rule: str) -> None:
+    people = [
+        walker("ann", (-4.0, 0.1), (4.0, 0.0), behaviour=rule, decides_every=0.4),
+        walker("bob", (4.0, 0.0), (-4.0, 0.1), behaviour=rule),
+    ]
+    trial = watch(people)
+    steps = np.diff(trial.moving_obstacles[:, :, :2], axis=0)  # of 0.1 s
+    turns = np.hypot(*np.diff(steps, axis=0).T)  # (people, samples)
+    decided = np.arange(turns.shape[1]) % 4 == 3
+    assert turns[0, ~decided].max() < 1e-9
+    assert turns[0, decided].max() > 1e-4
+    assert turns[1, ~decided].max() > 1e-4
+    assert ends(trial, people).max() < 0.3
+
+
+@pytest.mark.parametrize("rule", RULES)
 def test_eight_who_want_through_each_other_arrive_and_nobody_walks_through_anybody(rule: str) -> None:
     at = [(5.0 * math.cos(math.tau * k / 8), 5.0 * math.sin(math.tau * k / 8)) for k in range(8)]
     people = [walker(f"p{k}", p, (-p[0], -p[1]), behaviour=rule) for k, p in enumerate(at)]
@@ -199,7 +215,7 @@ def test_nobody_is_given_energy(seed: int, rules: list[str], sees: list[bool], v
 
 @pytest.mark.parametrize(
     ("change", "word"),
-    [({"speed": 0.0}, "greater"), ({"radius": 3.0}, "less"), ({"behaviour": "walks"}, "orca"), ({"reaction": -1.0}, "greater"),
+    [({"speed": 0.0}, "greater"), ({"radius": 3.0}, "less"), ({"behaviour": "walks"}, "orca"), ({"reaction": -1.0}, "greater"), ({"decides_every": 0.07}, "multiple"),
      ({"route": [{"at": (0.0, 0.0), "wait": -1.0}]}, "greater"), ({"nonsense": 1}, "nonsense"), ({"name": ""}, "least 1")],
 )  # fmt: skip
 def test_what_nobody_can_mean_is_refused(change: dict[str, Any], word: str) -> None:

@@ -256,12 +256,10 @@ def _segment_beams(
 def _circle_beams(
     px: float, py: float, power: float, begin: int, end: int, directions: FloatArray, ranges: FloatArray
 ) -> None:
-    """Beam d meets the circle at distance b -+ sqrt(b^2 - power), with b = d . p and power = p^2 - radius^2."""
+    """Beam d meets the circle at distance b -+ sqrt(b^2 - power), with b = d . p and power = p^2 - radius^2; NaN: it doesn't."""
+    side = -1.0 if power > 0.0 else 1.0
     for i in range(begin, end):
         b = directions[0, i] * px + directions[1, i] * py
-        under = b * b - power
-        if under >= 0.0:
-            root = math.sqrt(under)
-            distance = b - root if power > 0.0 else b + root
-            if distance >= 0.0 and distance < ranges[i]:
-                ranges[i] = distance
+        distance = b + side * math.sqrt(b * b - power)
+        hit = (distance >= 0.0) & (distance < ranges[i])
+        ranges[i] = distance if hit else ranges[i]  # no branch, as above

@@ -20,11 +20,14 @@ from clearway.validation import Table
 
 HURRY = 5.0
 """The most that a person walks or runs, m/s; sprinters do 10."""
+INSTANT = 0.05
+"""Time between the instants at which people may decide, s."""
 _OWN = {
     "yields_at": {"still"}, "track": {"recorded"}, "route": {"orca", "crowdnav", "social-force", "headed-social-force"},
     "loop": {"orca", "social-force", "headed-social-force"},
     "speed": {"orca", "crowdnav", "social-force", "headed-social-force"}, "group": {"social-force", "headed-social-force"},
     "reaction": {"orca", "social-force", "headed-social-force", "recorded", "still"},
+    "decides_every": {"orca", "social-force", "headed-social-force"},
 }  # fmt: skip
 """By which of the shipped behaviours a field is read, where not by all."""
 
@@ -67,6 +70,13 @@ class PersonSpec(Table):
     reaction: float = Field(
         default=0.3, strict=True, ge=0, le=2, description="how old what the person sees of robots is, s"
     )
+    decides_every: float = Field(
+        default=INSTANT,
+        strict=True,
+        ge=INSTANT,
+        le=1,
+        description="time from a decision to the next, s: a multiple of 0.05",
+    )
     yields_at: Positive | None = Field(
         default=None,
         le=10,
@@ -91,6 +101,13 @@ class PersonSpec(Table):
         if ":" not in name and name not in BEHAVIOURS.addresses():
             raise ValueError(unknown("behaviour", name, BEHAVIOURS.addresses()).problem)
         return name
+
+    @field_validator("decides_every")
+    @classmethod
+    def _at_instants(cls, every: float) -> float:
+        if abs(every / INSTANT - round(every / INSTANT)) > 1e-6:
+            raise ValueError(f"{every:g} s is no multiple of {INSTANT:g} s")
+        return every
 
     @model_validator(mode="after")
     def _read(self) -> PersonSpec:

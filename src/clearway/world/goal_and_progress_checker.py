@@ -46,6 +46,9 @@ class Verdict(IntEnum):
     LIVELOCK = 4
 
 
+_GOES_ON = int(Verdict.GOES_ON)  # asked for each period, and a member of an enumeration is slow to ask for
+
+
 class GoalAndProgressChecker:
     """Follows a trial from leg to leg.
 
@@ -93,7 +96,7 @@ class GoalAndProgressChecker:
         verdict = judged(
             self.rules[self.leg], self.progress, t, x, y, speed, omega, called, gave_up is not None, self._livelock
         )
-        if verdict == Verdict.GOES_ON:
+        if verdict == _GOES_ON:
             return None
         leg = self._legs[self.leg]
         if verdict == Verdict.REACHED:

@@ -14,7 +14,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.world.between import Near, far
 from clearway.world.laid import lay_way
 from clearway.world.plant import drive_period, unmet
-from clearway.world.setting import ELAPSED, STATE, WAY, Setting
+from clearway.world.setting import ELAPSED, STATE, WAY, Moving, Setting
 
 
 class Ride(NamedTuple):
@@ -22,7 +22,7 @@ class Ride(NamedTuple):
 
     Attributes:
         setting: It, among all that it can touch.
-        alone: It, as if nothing else moved.
+        nothing: What moves when nothing does.
         state: (STATE,) now, see `setting`.
         began: (STATE,) when the period began; kept up where somebody decides by where it drives.
         rehearsed: (STATE,) as the period ends if it meets nobody.
@@ -33,7 +33,7 @@ class Ride(NamedTuple):
     """
 
     setting: Setting
-    alone: Setting
+    nothing: Moving
     state: FloatArray
     began: FloatArray
     rehearsed: FloatArray
@@ -70,8 +70,9 @@ def rehearse(ride: Ride, count: int, leg: int, t: float) -> None:
     Args:
         leg: The leg whose tracks count.
     """
-    way, state, period = ride.setting.way, ride.state, ride.setting.vehicle.period
-    hit = drive_period(state, count, leg, t, ride.alone)
+    vehicle, still, _, commands, way, room = ride.setting
+    state, period = ride.state, vehicle.period
+    hit = drive_period(state, count, leg, t, Setting(vehicle, still, ride.nothing, commands, way, room))
     ride.as_rehearsed[0] = hit < 0
     for c in range(STATE):
         ride.rehearsed[c] = state[c]

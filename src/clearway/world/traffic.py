@@ -15,7 +15,7 @@ from clearway.geometry.held import Held
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
 from clearway.world.arrivals import Arrivals
-from clearway.world.behaviours.among import decide_until, look, ride_until
+from clearway.world.behaviours.among import Among, decide_until, hold_among, look, ride_until
 from clearway.world.behaviours.behaviour import (
     PERIOD,
     Behaviour,
@@ -162,11 +162,13 @@ class Traffic:
         """Of robot `member`, as those see it who decide: knots (ROOM, 4), and how many there are (1,)."""
         return self._driven.knots[member], self._driven.laid[member : member + 1]
 
-    def ride(self, ridden: Held[Ride], period: Period) -> tuple[int, bool]:
+    def among(self, ridden: Held[Ride]) -> Held[Among]:
+        """The robot among the crowd, as `ride` takes it."""
+        return hold_among(self.crowd.crowd, self.street, ridden)
+
+    def ride(self, among: Held[Among], period: Period) -> tuple[int, bool]:
         """The robot drives for its control `period` while the crowd decides; what it hit, and whether nothing is worth being kept."""
-        self._count, hit, far = ride_until(
-            self.crowd, self.street, ridden, self.leg, self._count, period, self.arrivals
-        )
+        self._count, hit, far = ride_until(self.crowd, among, self.leg, self._count, period, self.arrivals)
         return hit, far
 
     def look(self) -> None:

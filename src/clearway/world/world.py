@@ -71,11 +71,13 @@ class World:
         self._state = np.zeros(setting.STATE)
         self._state[:3] = self._shifted(start, self.pivot)
         self._count = 0
-        late = robot.latency
-        self.latency = Latency(latency * late.sensing, latency * late.command, latency * late.jitter)
+        own = robot.latency
+        self.latency = Latency(latency * own.sensing, latency * own.command, latency * own.jitter)
         self._delays = Delays(self.latency, robot.period, seed)
         sweep = 0.0 if robot.lidar is None else latency * robot.lidar.sweep
-        self._past = Past(self.latency.sensing + self.latency.jitter + 0.5 * sweep, robot.period, self._state)
+        late = self.latency.sensing + self.latency.jitter
+        self._late = late + sweep > 0.0  # whether anybody asks for the past
+        self._past = Past(late + 0.5 * sweep, robot.period, self._state)
         self._commands = np.full((self._delays.rows, 4), math.inf)
         self._sideways = robot.limits().v_y_max > 0.0
         self._odometry = slice(setting.ODOM_V, setting.ODOM_V + (3 if self._sideways else 2))
@@ -112,15 +114,15 @@ class World:
         room = setting.room_for(vehicle, among)
         around = setting.Setting(vehicle, standing, among, self._commands, self._way, room)
         nothing = setting.Moving(pack([]), tracks, np.zeros(0), np.zeros(0), np.zeros((0, 3)))
-        alone = setting.Setting(vehicle, standing, nothing, self._commands, self._way, room)
         self.between = Between(setting.hold(around), self.pivot, robot.shape, self._moving)
         self._began = self._state.copy()
         self._far = False  # whether nothing of the last period is worth being kept between its samples
         self.ride = ride.Ride(
-            around, alone, self._state, self._began, self._state.copy(), *traffic.track(self.member),
+            around, nothing, self._state, self._began, self._state.copy(), *traffic.track(self.member),
             np.zeros(1, np.bool_), self.between.near,
         )  # fmt: skip
         self._ride = ride.hold(self.ride)
+        self._among = traffic.among(self._ride) if traffic.ridden_among else None
         self.camera = (
             None if robot.camera is None else ObstacleSensor(robot.camera, self.bodies, still.reach, moving.reach, seed)
         )
@@ -129,7 +131,7 @@ class World:
         if robot.lidar is not None:
             self.scanner = Scanner(
                 robot.lidar, self.pivot, self._still, self._moving, traffic, self._around, self._past, robot.period,
-                self._state[:3], latency, self.latency.sensing + self.latency.jitter, seed,
+                self._state[:3], latency, late, seed,
             )  # fmt: skip
             self._sensed_obstacles = self.scanner.poses
 
@@ -142,7 +144,7 @@ class World:
     @property
     def motion(self) -> FloatArray:
         """(5,) true pose in the map frame, v [m/s] and omega [rad/s] now; of an omnidirectional base v_y [m/s] behind them."""
-        return self.state[: self._components]
+        return self._shifted(self._state[: self._components], -self.pivot)
 
     @staticmethod
     def _shifted(state: FloatArray, ahead: float) -> FloatArray:
@@ -167,8 +169,10 @@ class World:
 
     def sensing(self, t: float, goal: Goal) -> Sensing:
         """What arrives of the sensors at time `t` [s], which is now."""
-        inner, moving, stamp = self._state[: setting.TOLD], self._sensed_obstacles, self._delays.stamp(t, self._count)
-        self._past.see(t, self.moving_obstacles)
+        inner, moving, stamp = self._state[: setting.TOLD], self._sensed_obstacles, t
+        if self._late:
+            stamp = self._delays.stamp(t, self._count)
+            self._past.see(t, self.moving_obstacles)
         if stamp >= t:
             stamp = t
             moving[:] = self.moving_obstacles
@@ -222,7 +226,8 @@ class World:
     def drive_among(self, t: float, end: float) -> tuple[float, Body | None]:
         """`rehearse` and `drive` in the period from time `t` [s] to `end` [s] while the crowd around decides."""
         self._delays.fill(self._commands, t, self._period)
-        hit, self._far = self._traffic.ride(self._ride, ride.Period(self._count, t, end + _SAME))
+        assert self._among is not None
+        hit, self._far = self._traffic.ride(self._among, ride.Period(self._count, t, end + _SAME))
         return self._driven(hit)
 
     def _driven(self, hit: int) -> tuple[float, Body | None]:

@@ -6,7 +6,7 @@ to. A new kind of crowd is a line in `_WALK_UNTIL`.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba.extending import overload
 
@@ -57,19 +57,40 @@ def _walk(
     return walk_until(crowd, street, leg, count, t, looked)
 
 
+class Among(NamedTuple):
+    """A robot among a crowd.
+
+    Attributes:
+        crowd: See `walk_until`.
+        street: The same.
+        ridden: The robot.
+    """
+
+    crowd: Held[Any]
+    street: Held[Street]
+    ridden: Held[Ride]
+
+
+@kernel
+def hold_among(crowd: Held[Any], street: Held[Street], ridden: Held[Ride]) -> Held[Among]:
+    """A robot among a crowd, as `ride_until` takes it."""
+    return Held(Among(crowd, street, ridden))
+
+
 @kernel
 def _ride(
-    crowd: Held[Any], street: Held[Street], ridden: Held[Ride], leg: int, count: int, period: Period, looked: bool
-) -> tuple[int, bool, int, bool]:
+    among: Held[Among], leg: int, count: int, number: int, t: float, end: float, looked: bool
+) -> tuple[int, bool, int, bool]:  # fmt: skip
     """Whether there is something to `look` to; if not, what the robot hit, and whether nothing is worth being kept."""
+    crowd, street, ridden = among.value
     ride = ridden.value
     if not looked:
-        rehearse(ride, period.number, leg, period.t)
-    count, news = walk_until(crowd, street, leg, count, period.end, looked)
+        rehearse(ride, number, leg, t)
+    count, news = walk_until(crowd, street, leg, count, end, looked)
     if news:
         return count, True, -1, True
-    hit = drive(ride, period.number, leg, period.t)
-    return count, False, hit, seen_far(ride, leg, period.t, hit)
+    hit = drive(ride, number, leg, t)
+    return count, False, hit, seen_far(ride, leg, t, hit)
 
 
 def decide_until(
@@ -86,17 +107,16 @@ def decide_until(
 
 
 def ride_until(
-    behaviour: CompiledBehaviour, street: Held[Street], ridden: Held[Ride], leg: int, count: int, period: Period,
-    arrivals: Arrivals,
+    behaviour: CompiledBehaviour, among: Held[Among], leg: int, count: int, period: Period, arrivals: Arrivals
 ) -> tuple[int, int, bool]:  # fmt: skip
-    """The same to the end of the `period` of the only robot, which drives meanwhile.
+    """The same to the end of the `period` of the only robot, which drives `among` them meanwhile.
 
     Returns:
         The number of decisions by then, what it hit, see `plant.drive_period`, and whether nothing is worth being kept, see `ride.seen_far`.
     """
     looked = False
     while True:
-        count, news, hit, far = _ride(behaviour.crowd, street, ridden, leg, count, period, looked)
+        count, news, hit, far = _ride(among, leg, count, *period, looked)
         if not news:
             return count, hit, far
         look(behaviour, arrivals)

@@ -18,13 +18,13 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.held import Held
 from clearway.geometry.packing import Packed
 from clearway.geometry.shapes import FloatArray
-from clearway.scenarios.people import PersonSpec
+from clearway.scenarios.people import INSTANT, PersonSpec
 from clearway.world.arrivals import Watched
 from clearway.world.laid import Laid, RobotTracks
 from clearway.world.tracks import Tracks
 
-PERIOD = 0.05
-"""Time from a decision to the next, s."""
+PERIOD = INSTANT
+"""Time from an instant at which somebody may decide to the next, s."""
 GLANCE = 0.1
 """Time between two looks at a robot of which its velocity is made, s."""
 STEPPING = 0.1

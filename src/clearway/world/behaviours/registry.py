@@ -69,8 +69,8 @@ def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> I
         room=_room(people, standing),
         seed=scenario.seed,
     )
-    for name in dict.fromkeys(p.behaviour for p in people):
-        of = [i for i, p in enumerate(people) if p.behaviour == name]
+    for name, every in dict.fromkeys((p.behaviour, p.decides_every) for p in people):
+        of = [i for i, p in enumerate(people) if (p.behaviour, p.decides_every) == (name, every)]
         cast = replace(everybody, members=tuple(first + i for i in of), people=tuple(people[i] for i in of))
         made = find_behaviour(name)
         yield made(cast) if name in BEHAVIOURS.shipped else Foreign(name, made, cast)

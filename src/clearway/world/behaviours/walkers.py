@@ -54,6 +54,7 @@ class Crowd(NamedTuple):
 
     Attributes:
         rule: By which, a `Rule`.
+        every: At every so many instants they decide.
         who: (k,) int64, which of the moving bodies they are.
         at: (k, 3) their poses.
         velocity: (k, 2) at which they walk, m/s.
@@ -70,6 +71,7 @@ class Crowd(NamedTuple):
     """
 
     rule: int
+    every: int
     who: npt.NDArray[np.int64]
     at: FloatArray
     velocity: FloatArray
@@ -115,6 +117,7 @@ class Walkers(CompiledBehaviour):
         self.crowd = hold_crowd(
             Crowd(
                 rule=int(rule),
+                every=round(people[0].decides_every / PERIOD),
                 who=np.array(cast.members, np.int64),
                 at=self._at,
                 velocity=np.zeros((k, 2)),
@@ -150,19 +153,20 @@ def walk_until(
     crowd = held.value
     work = scratch(crowd, robots)
     while count * PERIOD <= t:
-        now, until = count * PERIOD, (count + 1) * PERIOD
+        now, until, decides = count * PERIOD, (count + crowd.every) * PERIOD, count % crowd.every == 0
         place_twice(tracks, leg, since, now, now - PERIOD, there)
         if not looked:
             full = walked(now, there[0], watched)
-            if go_on(now, crowd.at, crowd.route) or full:
+            if (decides and go_on(now, crowd.at, crowd.route)) or full:
                 return count, True
         looked = False
-        look_round(crowd, there, robots, now, work)
-        if crowd.rule == Rule.ORCA:
-            heed(crowd, until - now, work)
-        else:
-            feel(crowd, until - now, work)
-        lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at)
+        if decides:
+            look_round(crowd, there, robots, now, work)
+            if crowd.rule == Rule.ORCA:
+                heed(crowd, until - now, work)
+            else:
+                feel(crowd, until - now, work)
+            lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at)
         count += 1
     return count, False
 
@@ -220,7 +224,7 @@ def look_round(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, w
 @light
 def heed(crowd: Crowd, dt: float, work: Scratch) -> None:
     """Take everybody of a crowd on for `dt` [s] by ORCA."""
-    orca.choose(work.bodies, work.wanted, crowd.care, crowd.walls, PERIOD, work.orca, work.chosen)
+    orca.choose(work.bodies, work.wanted, crowd.care, crowd.walls, crowd.every * PERIOD, work.orca, work.chosen)
     walk(crowd, work.chosen, work.headings, TURNING * dt, work.bodies, dt)
 
 
@@ -228,10 +232,11 @@ def heed(crowd: Crowd, dt: float, work: Scratch) -> None:
 def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
     """Take everybody of a crowd on for `dt` [s] by social forces."""
     bodies, wanted, headings, turning = work.bodies, work.wanted, work.headings, TURNING * dt
+    period = crowd.every * PERIOD
     group = np.full(len(bodies.radius), -1)
     group[: len(crowd.group)] = crowd.group
     if crowd.rule == Rule.SOCIAL_FORCE:
-        chosen = social_force.velocities(bodies, wanted, group, social_force.MOUSSAID, crowd.walls, PERIOD)
+        chosen = social_force.velocities(bodies, wanted, group, social_force.MOUSSAID, crowd.walls, period)
     else:
         chosen, facing = headed_social_force.velocities(
             bodies,
@@ -241,7 +246,7 @@ def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
             social_force.MOUSSAID,
             FARINA,
             crowd.walls,
-            PERIOD,
+            period,
         )
         headings, turning = facing.heading, -1.0
         crowd.turn_rate[:] = facing.turn_rate
