@@ -80,7 +80,9 @@ class Scenes:
             order = self._rng.permutation(len(self._round))
             self._round = [self._round[k] for k in order]
         scenario = self._round.pop()
-        alike = (scenario.labels.batch, scenario.labels.configuration, scenario.speed)
+        labels = scenario.labels  # of those that are drawn one stands for all: each is by the same rule
+        known = labels.configuration if labels.configuration in self.suite.configurations else None
+        alike = (labels.batch, known, scenario.speed)
         if alike not in self._checked:
             for problem in check_scenario(scenario, self.robot):
                 raise ClearwayError(problem.problem, file=problem.file, field=f"{scenario.name}: {problem.field}")
