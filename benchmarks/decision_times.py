@@ -19,7 +19,8 @@ import numpy as np
 
 import clearway
 from clearway.contract import Command, Observation
-from clearway.navigators.registry import navigator_class, navigator_names
+from clearway.navigators.registry import drives_of, navigator_class, navigator_names
+from clearway.robots import load_robot
 
 SCENARIO = "MO-crossing-v0.6-o0.6-r1"
 
@@ -63,12 +64,14 @@ def main() -> None:
     """Measure and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robot", default="hosbot")
-    parser.add_argument("--navigator", action="append", choices=navigator_names(), help="default: all")
+    parser.add_argument("--navigator", action="append", choices=navigator_names(), help="default: all that drive its kind of base")
     parser.add_argument("--repeats", type=int, default=3, help="the least of them counts, decision by decision")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--smoke", action="store_true", help="one navigator: only to see that it runs")
     given = parser.parse_args()
-    names = ["orca"] if given.smoke else given.navigator or navigator_names()
+    kind = load_robot(given.robot).drive.kind
+    able = [name for name in navigator_names() if kind in drives_of(name, navigator_class(name))]
+    names = ["orca"] if given.smoke else given.navigator or able
     found = [measure(given.robot, name, 1 if given.smoke else given.repeats) for name in names]
     if given.json:
         print(json.dumps(found))

@@ -1,6 +1,7 @@
 """Every registered navigator keeps the contract that a user's own is held to.
 
-By default those that tests compile anyway, with one of the two robots of the hospital each; all of them by `make slow`.
+By default those that tests compile anyway, with one of the two robots of the hospital each; all of them by `make slow`, those that
+drive holonomic bases alone with a holonomic one.
 """
 
 from __future__ import annotations
@@ -8,11 +9,15 @@ from __future__ import annotations
 import pytest
 
 from clearway.campaigns.conformance import check_navigator
-from clearway.navigators.registry import make_navigator, navigator_names
+from clearway.navigators.registry import drives_of, make_navigator, navigator_class, navigator_names
 from clearway.robots import load_robot
 
-ROBOTS = ("tiago", "hosbot")
-OFTEN = {("move-base", "tiago"), ("orca", "hosbot")}
+ROBOTS, HOLONOMIC = ("tiago", "hosbot"), ("tiago-omni",)
+OFTEN = {("move-base", "tiago"), ("orca", "hosbot"), ("ppo", "tiago-omni")}
+
+
+def robots_of(name: str) -> tuple[str, ...]:
+    return ROBOTS if "differential" in drives_of(name, navigator_class(name)) else HOLONOMIC
 
 
 @pytest.mark.parametrize(
@@ -20,7 +25,7 @@ OFTEN = {("move-base", "tiago"), ("orca", "hosbot")}
     [
         pytest.param(name, robot, marks=[] if (name, robot) in OFTEN else [pytest.mark.slow])
         for name in navigator_names()
-        for robot in ROBOTS
+        for robot in robots_of(name)
     ],
 )
 def test_it_conforms(name: str, robot: str) -> None:

@@ -146,10 +146,12 @@ def _near(one: TunedOn, plan: CampaignPlan, spec: TrialSpec) -> Tuned:
     scenario = spec.scenario
     if scenario.labels.suite != one.suite:
         return Tuned.NO
-    if plan.selection.seeds is None:
-        same = one.draws is None
+    if plan.selection.seeds is None or one.draws is None:
+        same = plan.selection.seeds is None and one.draws is None
     else:
-        same = one.draws is not None and scenario.labels.configuration in map(draw_label, one.draws)
+        first, last = plan.selection.seeds
+        both = range(max(first, one.draws.start), min(last, one.draws.stop))
+        same = scenario.labels.configuration in map(draw_label, both)
     if not same or one.floor_plan not in ("", scenario.floor_plan):
         return Tuned.SUITE
     very = (

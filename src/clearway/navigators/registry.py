@@ -35,6 +35,7 @@ NAVIGATORS = Registry(
         "social-force": "clearway.navigators.social_force:SocialForceNavigator",
         "mpc-cbf": "clearway.navigators.mpc_cbf:MpcCbf",
         "mppi-forecast": "clearway.navigators.mppi_forecast:MppiForecast",
+        "ppo": "clearway.navigators.learnt.ppo:Ppo",
         "oracle": "clearway.navigators.oracle:Oracle",
     },
     schemes={

@@ -11,7 +11,7 @@ from clearway.contract import Command, Need, Observation, Task
 from clearway.errors import ClearwayError
 from clearway.navigators.learnt.encoding import Acting, Seeing
 from clearway.navigators.learnt.policy import Policy, read_npz, read_onnx
-from clearway.robots import DriveKind, Robot
+from clearway.robots import DriveKind, Robot, possible
 
 
 class Learnt:
@@ -45,16 +45,18 @@ class Learnt:
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Take over robot and set speed. Nothing is drawn from `rng`."""
         self._policy.check(robot)
-        self._robot, self._speed = robot, task.speed_limit
+        self._robot, self._speed, self._limits = robot, task.speed_limit, robot.limits(task.speed_limit)
 
     def step(self, observation: Observation) -> Command:
-        """What the policy answers to what is seen.
+        """What the policy answers to what is seen, as far as the base can do it.
 
         Raises:
             ValueError: it isn't finite.
         """
         policy = self._policy
-        return policy.acting.command(policy.answer(policy.seeing.flat(observation)), self._robot, self._speed)
+        said = policy.acting.command(policy.answer(policy.seeing.flat(observation)), self._robot, self._speed)
+        v, omega, v_y = possible(self._limits, said.v, said.omega, said.v_y)
+        return Command(v, omega, v_y=v_y)
 
 
 def npz(file: str) -> Npz:
