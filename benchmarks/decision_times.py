@@ -64,7 +64,9 @@ def main() -> None:
     """Measure and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robot", default="hosbot")
-    parser.add_argument("--navigator", action="append", choices=navigator_names(), help="default: all that drive its kind of base")
+    parser.add_argument(
+        "--navigator", action="append", choices=navigator_names(), help="default: all that drive its kind of base"
+    )
     parser.add_argument("--repeats", type=int, default=3, help="the least of them counts, decision by decision")
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--smoke", action="store_true", help="one navigator: only to see that it runs")

@@ -18,8 +18,8 @@ FILE = Path(__file__).with_name("ppo.npz")
 class Ppo(Learnt):
     """Sees the five nearest obstacles as discs, and moves a holonomic base without turning it."""
 
-    needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
-    drives: ClassVar[frozenset[DriveKind]] = frozenset({"omnidirectional"})
+    needs: frozenset[Need] = frozenset({"obstacles"})  # type: ignore[misc]
+    drives: frozenset[DriveKind] = frozenset({"omnidirectional"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         TunedOn("crowd", ("crowdnav-disc",), draws=range(2**31, 2**32 - 2000), note="its training"),
     )
