@@ -59,6 +59,8 @@ def words(navigator: str, suite: str, robot: str, selection: Selection, seed: in
         ("colregs-apf-retuned", "sar-case1", "rescue", FROZEN, 1, ["on this geometry"]),
         ("colregs-apf-retuned", "sar-case1", "rescue", DRAWN, 0, ["on other scenarios of this suite"]),
         ("hl-rrt", "hospital", "tiago", ON_HALL, 0, ["no"]),
+        ("ppo", "crowd", "crowdnav-disc", Selection(configurations=("case-0",)), 0, ["on other scenarios of this suite"]),
+        ("ppo", "crowd", "crowdnav-disc", DRAWN, 0, ["on other scenarios of this suite"]),
         ("move-base", "hospital", "tiago", ON_HALL, 0, ["no"]),
         ("oracle", "sar-case1", "rescue", FROZEN, 0, ["no"]),
         (f"{HERE}:Drives", "hospital", "tiago", ON_HALL, 0, [""]),
