@@ -89,6 +89,25 @@ def test_no_oscillator_leaves_them(
         assert (off <= f.reach[0] + 1e-9).all()
 
 
+@pytest.mark.parametrize(
+    ("v", "error", "held"), [((0.5, 0.0), 0.2, True), ((0.5, 0.0), math.inf, True), ((9.0, 0.0), 0.2, False)]
+)
+def test_a_measured_velocity_narrows_the_disc_of_velocities(v: tuple[float, float], error: float, held: bool) -> None:
+    disc = np.array((1.0, 2.0, 0.1, 0.2, 0.1, 0.6))
+    before = disc.copy()
+    bounds.take_velocity(*v, error, disc)
+    assert (disc[:3] == before[:3]).all()
+    assert (disc[5] < before[5]) == (held and error < 1.0)
+    assert disc[5] <= before[5]
+    for angle in np.linspace(0.0, 2.0 * math.pi, 50):  # what both allow is still allowed
+        for r in (0.2, 0.5, 0.6):
+            at = before[3:5] + r * np.array((math.cos(angle), math.sin(angle)))
+            if math.hypot(*(at - v)) <= error:
+                assert math.hypot(*(at - disc[3:5])) <= disc[5] + 1e-9
+    bounds.take_velocity(math.nan, math.nan, 0.1, disc)
+    assert np.isfinite(disc).all()
+
+
 def test_two_places_tell_the_velocity_as_well_as_they_can() -> None:
     f = Forecaster(ForecastParameters(), 0.15, 0.1, 10)
     f.update(0.0, obstacles([[0.0, 0.0]], error=0.01))

@@ -77,6 +77,7 @@ def judge(
     return certify(plan, about, PERIOD, body, forecast, rules)
 
 
+TURN = [(0.0, 1.0)] * 3 + [(0.0, 0.0)] * 2
 AHEAD = [(0.8, 0.0)] * 10 + [(0.0, 0.0)] * 2
 STAND = [(0.0, 0.0)] * 5
 NOTHING = (CLEAR, math.inf)
@@ -99,6 +100,18 @@ def test_beyond_the_bounds_it_does_touch(benchmark: Any) -> None:
     """So the test above could fail."""
     seen = benchmark.certificates("rescue:unlimited", 60, 7, beyond=4.0)
     assert min(seen["standing"], seen["moving"], seen["unseen"]) <= 0.0
+
+
+def test_a_round_base_turns_beside_anybody_where_turning_counts_as_standing() -> None:
+    beside = expect(centre=[(0.0, 0.61)] * 9, reach=[0.0 + 0.2 * k for k in range(9)])
+    free = FREE._replace(turning=True)
+    steady = np.zeros(5)
+    assert judge(STAND, beside, disturbance=steady).ok
+    assert not judge(TURN, beside, disturbance=steady).ok
+    assert judge(TURN, beside, free, steady).ok
+    assert not judge(TURN, beside, free, steady, footprint(L_SHAPE)).ok  # its corners move
+    assert not judge([(0.05, 1.0), *TURN], beside, free, steady).ok  # it drives as well
+    assert not judge(TURN, expect([(0.0, 0.5, 0.35)]), free, steady).ok  # what stands counts at any time
 
 
 def test_free_space_is_certified_and_what_is_in_the_way_is_not() -> None:

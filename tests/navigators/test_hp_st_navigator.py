@@ -15,7 +15,7 @@ from clearway.campaigns.pilot import compose
 from clearway.contract import Status, Task
 from clearway.errors import ClearwayError
 from clearway.navigators.hp_st import HpSt, HpStForesight
-from clearway.navigators.hp_st.decision import STATUSES
+from clearway.navigators.hp_st.decision import STATUSES, STORED
 from clearway.navigators.registry import make_navigator
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import LatencySpec, load_robot
@@ -166,6 +166,24 @@ def test_without_a_certificate_it_drives_where_with_one_it_waits() -> None:
 
     assert first() == (0.0, 0.0)
     assert first(without="certificate") == first(guarantee="none") != (0.0, 0.0)
+
+
+def test_what_nobody_knew_of_cuts_a_lidar_s_plan_short() -> None:
+    """TIAGo drives in the open; then somebody shows in its way who comes at a walk: it brakes at once, as hard as it can."""
+    robot = load_robot("tiago")
+    navigator, aim = begun(robot, 0.6), goal(9.0, 0.0)
+    pose, velocity, t, ahead = np.zeros(3), np.zeros(2), 0.0, []
+    for k in range(25):
+        seen = obstacles([(pose[0] + 1.4, 0.0)], 0.25, (-1.3, 0.0), 0.05) if k >= 20 else obstacles()
+        command = navigator.step(observation(t, pose, aim, seen, velocity))
+        limits = robot.limits(0.6)
+        dv = np.clip(command.v - velocity[0], -limits.deceleration * robot.period, limits.acceleration * robot.period)
+        velocity = np.array([velocity[0] + dv, command.omega])
+        pose = pose + np.array([velocity[0] * robot.period, 0.0, 0.0])
+        ahead.append((command.v, command.status))
+        t += robot.period
+    assert min(v for v, _ in ahead[15:20]) > 0.5
+    assert ahead[20:22] == [(0.0, STATUSES[STORED])] * 2
 
 
 def test_without_forecast_a_swing_is_a_straight_line() -> None:

@@ -14,7 +14,7 @@ from space_time_scenes import OTHER, PERIOD, begun, foreseen, goal, observation,
 from clearway.contract import Obstacles
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.sight import Sight, depth, sight_of
+from clearway.navigators.hp_st.sight import Sight, beside, depth, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.robots import load_robot
 
@@ -37,6 +37,14 @@ def test_what_each_robot_sees() -> None:
     )  # type: ignore[union-attr]
     assert sight_of(around.model_copy(update={"lidar": lidar}), 4.0).half == math.pi
     assert sight_of(around.model_copy(update={"lidar": None}), 4.0).range == math.inf
+
+
+def test_what_lies_beside_the_sector_of_sight() -> None:
+    assert not beside(CIRCLE, ORIGIN, -1.0, 0.0)
+    assert not beside(TIAGO, ORIGIN, 9.0, 0.0)  # too far to be seen, but there it looks
+    assert not beside(TIAGO, ORIGIN, 0.2, 1.0)
+    assert beside(TIAGO, ORIGIN, 0.0, 1.0)  # 101 degrees from the sensor
+    assert beside(TIAGO, np.array([0.0, 0.0, math.pi]), 1.0, 0.0)
 
 
 def test_depth_by_hand() -> None:

@@ -276,6 +276,27 @@ def test_a_body_that_moves_is_found_and_its_velocity_within_the_bound(
     assert len(ids) == 1
 
 
+def test_who_stands_on_two_legs_may_walk_and_a_post_does_not() -> None:
+    """From the third look on a person is told as one that moves, as wide as the shoulders; a single post stays structure."""
+    robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0], "height": 0.2})
+    assert robot.lidar is not None
+    tracker, rng, mount = fresh("kalman", robot), np.random.default_rng(0), np.array([0.1, 0.0, 0.0])
+    rays = beams(robot.lidar.beams, robot.lidar.angle_min, robot.lidar.angle_max, 0.05, 25.0)
+    there = scene([Circle(0.06)] * 3, np.array([[1.5, 0.3, 0.0], [1.45, 0.55, 0.0], [1.5, -0.6, 0.0]]))
+    for k in range(8):
+        ranges = sweep(there, rays, mount) + robot.lidar.sigma * rng.standard_normal(robot.lidar.beams)
+        scan = Scan(ranges, rays.angle_min, rays.increment, 0.05, 25.0, mount)
+        out = tracker.update(sensing(0.1 * k, scan=scan), np.zeros(3))
+        told = np.flatnonzero(out.moving)
+        assert len(told) == (1 if k >= 2 else 0)
+        near = np.hypot(*(out.position[~out.moving] - (1.5, -0.6)).T) < 0.2
+        assert near.any()
+        for i in told:
+            assert out.position[i] == pytest.approx([1.47, 0.42], abs=0.1)
+            assert 0.25 <= out.radius[i] < 0.3
+            assert np.hypot(*out.velocity[i]) <= out.velocity_error[i]
+
+
 def test_without_memory_a_body_has_the_finite_difference() -> None:
     robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
     tracker, v = fresh("difference", robot), np.array([-0.6, 0.2])

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from worlds import Pilot, body, constant, make_robot, make_scenario, run_among
 
-from clearway.contract import BodyKind
+from clearway.contract import BodyKind, Command
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
@@ -114,6 +114,17 @@ def test_a_robot_that_stands_is_walked_around_by_who_sees_it_and_run_into_by_who
     blind = watch([person | {"sees_robots": False}], start=(0.0, 0.0, 0.0))
     assert blind.outcome is Outcome.COLLISION
     assert blind.reason == "contact with person 'ann'"
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_who_follows_a_robot_does_not_run_into_it_when_it_brakes(rule: str) -> None:
+    lane = [body(rectangle(20.0, 0.2), 0.0, y, name=f"wall {y}") for y in (0.6, -0.6)]
+    person = walker("ann", (-1.5, 0.0), (8.0, 0.0), behaviour=rule)
+    for at in (1.6, 2.0, 2.4, 2.8):
+        pilot = Pilot(lambda sensing, at=at: Command(0.5 if sensing.t < at else 0.0, 0.0))  # type: ignore[misc]
+        trial = watch([person], 6.0, (0.0, 0.0, 0.0), pilot, lane)
+        assert trial.outcome is Outcome.TIMEOUT, trial.reason
+        assert np.hypot(*(trial.moving_obstacles[:, 0, :2] - trial.pose[:, :2]).T).min() < 0.7  # it does follow
 
 
 def test_who_sees_nobody_walks_the_same_whatever_the_robot_does() -> None:

@@ -95,6 +95,13 @@ def take(
 
 
 @kernel
+def take_velocity(vx: float, vy: float, error: float, disc: FloatArray) -> None:
+    """Meet `disc` with a measured velocity [m/s] and the bound of its error, if the two have something in common."""
+    if math.hypot(vx - disc[3], vy - disc[4]) <= error + disc[5]:  # NaN: not measured
+        disc[3], disc[4], disc[5] = meet(disc[3], disc[4], disc[5], vx, vy, error)
+
+
+@kernel
 def reach(
     disc: FloatArray, step: float, speed: float, acceleration: float, centre: FloatArray, radius: FloatArray
 ) -> float:

@@ -195,6 +195,8 @@ def take_in(
             fresh(tracks, i, models, x, y, vx, vy, r, max(vv, _LEAST_VARIANCE))
             tracks.clock[i, FIRST], tracks.changes[i] = t, 0.0
             _bound_anew(tracks, i, limits, t, x, y, e)
+            if limits.velocities and told[j] == NEW:
+                bounds.take_velocity(velocity[j, 0], velocity[j, 1], velocity_error[j], tracks.disc[i])
             continue
         if dt[i] <= 0.0:
             continue
@@ -217,6 +219,8 @@ def take_in(
             t, x, y, e, limits.speed, limits.acceleration, tracks.disc[i], tracks.recent[i]
         ) and told[j] == HELD:  # fmt: skip
             told[j] = BENT
+        elif limits.velocities:
+            bounds.take_velocity(velocity[j, 0], velocity[j, 1], velocity_error[j], tracks.disc[i])
 
 
 @kernel

@@ -41,6 +41,7 @@ class Rules(NamedTuple):
         unseen: Speed at which something unperceived may come from beyond the sector's rim, in m/s.
         looked: How long before the plan begins that look was, in seconds.
         eye: (3,) the pose from which that look was, in the plan's frame; NaN: where the plan begins.
+        turning: Whether a round base that only turns on the spot counts as one that stands: its outline stays where it is.
     """
 
     acceleration: float
@@ -49,6 +50,7 @@ class Rules(NamedTuple):
     unseen: float
     looked: float = 0.0
     eye: FloatArray = np.full(3, math.nan)
+    turning: bool = False
 
 
 class Safety(NamedTuple):
@@ -102,7 +104,7 @@ def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Fo
         if t < first:
             which, first = i, t
     for i in range(forecast.radius.shape[0]):
-        t = _to_moving(plan, tube, period, body, forecast, i, rules.acceleration, first)
+        t = _to_moving(plan, tube, period, body, forecast, i, rules, first)
         if t < first:
             which, first = still.shape[0] + i, t
     t = _leaves(plan, tube, period, rules.area)
@@ -165,6 +167,13 @@ def longest_certified(
 
 
 @kernel
+def _rests(plan: Plan, j: int, body: Footprint, rules: Rules) -> bool:
+    """Whether the outline stays where it is all through period `j` of `plan`, as far as the rules ask."""
+    turns = rules.turning and body.lever == 0.0 and plan.inputs[j, 0] == 0.0 and plan.swings[j, 0] == 0.0
+    return bool(turns or stands(plan, j))
+
+
+@kernel
 def _to_still(
     plan: Plan, tube: Tube, period: float, body: Footprint, ox: float, oy: float, size: float, deadline: float
 ) -> float:
@@ -194,11 +203,10 @@ def _to_still(
 
 @kernel
 def _to_moving(
-    plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, i: int, acceleration: float,
-    deadline: float,
-) -> float:  # fmt: skip
+    plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, i: int, rules: Rules, deadline: float
+) -> float:
     """When the tube may first touch moving obstacle `i` while the robot moves, before `deadline` [s]; inf: not."""
-    step, speed = forecast.step, forecast.speed[i]
+    step, speed, acceleration = forecast.step, forecast.speed[i], rules.acceleration
     last = forecast.centre.shape[1] - 1
     sag = acceleration * step * step / 8.0
     for j in range(len(plan.inputs)):
@@ -206,7 +214,7 @@ def _to_moving(
         t, end = j * period, (j + 1) * period
         if j * period >= deadline:
             break
-        if stands(plan, j):
+        if _rests(plan, j, body, rules):
             continue
         x, y, theta = plan.states[j, 0], plan.states[j, 1], plan.states[j, 2]
         plain = forecast.radius[i] + tube.around[j]
@@ -281,7 +289,7 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, rules: Rules
         after = math.hypot(plan.states[j + 1, 0] - x, plan.states[j + 1, 1] - y)
         out = max(before, after) + _bow(plan.inputs[j, 0], plan.inputs[j, 1], period) + tube.around[j]
         out += shifted
-        still = stands(plan, j)
+        still = _rests(plan, j, body, rules)
         if not out < sight.range - (0.0 if still else unseen * ((j + 1) * period + rules.looked)):
             return j * period
         if not still and not _looks(plan, j, theta, sight, tube.turned[j]):

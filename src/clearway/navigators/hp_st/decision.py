@@ -390,11 +390,11 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 
 @kernel
 def decide(
-    settings: Settings, base: Base, memory: Memory, forecast: Forecast, field: Field, area: FloatArray, costs: SearchCosts,
-    rules: Rules, safety: Safety, pose: FloatArray,
+    settings: Settings, base: Base, memory: Memory, forecast: Forecast, counted: Forecast, field: Field, area: FloatArray,
+    costs: SearchCosts, rules: Rules, safety: Safety, pose: FloatArray,
 ) -> Decision:  # fmt: skip
-    """Decide what to drive from `pose` (3,)."""
+    """Decide what to drive from `pose` (3,); of the forecast that counts in certificates which is `counted`."""
     scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
     found = widen(scene, memory, find(scene, memory, settings.narrow, 0))
     ways = gather(scene, memory, found, settings.rounds)
-    return choose(scene, memory, forecast, rules, found, ways)
+    return choose(scene, memory, counted, rules, found, ways)

@@ -22,7 +22,7 @@ from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.common.inputs import area_of, finite
 from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
-from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
+from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified, stopped_after
 from clearway.navigators.hp_st.contact import Base
 from clearway.navigators.hp_st.decision import (
     STATUSES,
@@ -49,10 +49,10 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
 )
 from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.sight import sees, sight_of
+from clearway.navigators.hp_st.sight import beside, sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.stopping import longest_braking
-from clearway.navigators.hp_st.tube import Plan, Tube, drive
+from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import HOSPITAL, TunedOn
 
@@ -176,7 +176,9 @@ class HpSt:
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
         self._ahead = Ahead(task.latency, limits)
         late = self._ahead.time
-        self._rules = Rules(p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan))
+        self._rules = Rules(
+            p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
+        )
         later_error = blurred(start, disturbance, late, task.period, limits.fastest)
         self._safety = Safety(limits, task.period, disturbance, later_error)
         self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry, self._ahead)
@@ -195,6 +197,7 @@ class HpSt:
         )  # fmt: skip
         self._decision = None
         self._forecast: Forecast | None = None
+        self._counted: Forecast | None = None
         self._seconds = task.budget.seconds
         begin, faced = (BEGIN, HEADING) if car else (CLOSE if self._wishes.stop else BEGIN, FACED)
         self._approach = Approach(limits, task.period, begin, faced, not car)
@@ -235,6 +238,7 @@ class HpSt:
             given, pose = self._ahead.pose(observation.t, given), self._ahead.pose(observation.t, pose)
             self._rules = self._rules._replace(eye=perceived)
         self._forecast = later(now, self._ahead.time, self._p.obstacle_acceleration)
+        self._counted = self._count(self._forecast, perceived, pose)
         arrived = self._approach.reached(given, memory.velocity)
         if self._approach.stopping:
             v, omega, status = self._turn(self._approach.turn, pose)
@@ -266,12 +270,14 @@ class HpSt:
     def _think(self, costs: SearchCosts, pose: FloatArray, began: float) -> Decision:
         """Decide; where there is a deadline, what comes after the first search is left out once it is over."""
         assert self._forecast is not None
+        assert self._counted is not None
         assert self._field is not None
-        settings, memory, forecast = self._settings, self._memory, self._forecast
+        settings, memory, forecast, counted = self._settings, self._memory, self._forecast, self._counted
         if self._seconds is None:
             return decide(
-                settings, self._base, memory, forecast, self._field, self._area, costs, self._rules, self._safety, pose
-            )
+                settings, self._base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
+                pose,
+            )  # fmt: skip
         scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, costs, self._safety, pose)
         found, end = find(scene, memory, settings.narrow, 0), began + self._seconds
         late = time.perf_counter() >= end
@@ -281,7 +287,21 @@ class HpSt:
             found = widen(scene, memory, found)
             late = time.perf_counter() >= end
         ways = gather(scene, memory, found, 0 if late else settings.rounds)
-        return choose(scene, memory, forecast, self._rules, found._replace(cut=found.cut or late), ways)
+        return choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
+
+    def _count(self, forecast: Forecast, eye: FloatArray, pose: FloatArray) -> Forecast:
+        """Of `forecast` what certificates count with: all but who is out of view, beside the sector that is seen from `eye` (3,), and
+        by now may touch the robot at `pose` (3,). Nothing could be certified against those, as against whoever else is there unseen."""
+        sight = self._rules.sight
+        if sight.half >= math.pi:
+            return forecast
+        outline = self._base.foot.circumscribed + forecast.reach[:, 0] + forecast.radius
+        gone = np.hypot(*(forecast.centre[:, 0] - pose[:2]).T) <= outline
+        for i in np.flatnonzero(gone).tolist():
+            gone[i] = beside(sight, eye, *forecast.centre[i, 0].tolist())
+        if not gone.any():
+            return forecast
+        return forecast._replace(**{name: getattr(forecast, name)[~gone] for name in Forecast._fields[2:]})
 
     def _drive(self, pose: FloatArray, v: float, omega: float) -> Plan:
         """A period of motion from `pose`, as the base moves now."""
@@ -298,9 +318,9 @@ class HpSt:
             v, omega, _ = possible(base.limits, v, omega, 0.0)
         memory.age[1], self._decision = 0.0, None
         if self._settings.certified:
-            assert self._forecast is not None
+            assert self._counted is not None
             certified, plan, about = longest_certified(
-                self._drive(pose, v, omega), base.foot, self._forecast, self._rules, self._safety,
+                self._drive(pose, v, omega), base.foot, self._counted, self._rules, self._safety,
                 bool(memory.age[0] >= 2.0), 1,
             )  # fmt: skip
             if certified < 1:
@@ -329,12 +349,27 @@ class HpSt:
         plan, about, k = self._stored
         if k >= len(plan.commands):
             return 0.0, 0.0
+        if self._drifts and self._settings.certified:
+            plan, about, k = self._shortened(plan.commands[k:], pose)
         self._stored = plan, about, k + 1
         off = pose - plan.states[k]
         off[2] = math.remainder(off[2], 2.0 * math.pi)
         v, omega = (plan.commands[k] + about.gains[k] @ off).tolist()
         limits = self._base.limits  # beyond them only where it was pushed farther than is assumed
         return min(max(v, limits.v_min), limits.v_max), min(max(omega, -limits.omega_max), limits.omega_max)
+
+    def _shortened(self, commands: FloatArray, pose: FloatArray) -> tuple[Plan, Tube, int]:
+        """Of what remains as much as by what is seen now has a certificate, then the hardest braking; a lidar may have shown since what
+        nobody knew of when the plan was made."""
+        assert self._counted is not None
+        memory, safety = self._memory, self._safety
+        plan = drive(np.concatenate((pose, memory.velocity)), commands, safety.limits, self._period)
+        standing = bool(memory.age[0] >= 2.0)
+        kept, whole, about = longest_certified(plan, self._base.foot, self._counted, self._rules, safety, standing, 0)
+        if kept < 0:
+            whole = stopped_after(plan, 0, safety.limits, self._period)
+            about = tube(whole, room(whole, safety.limits), self._period, safety.disturbance, safety.start, standing)
+        return whole, about, 0
 
     def diagnostics(self) -> Diagnostics:
         """Polylines `plan`, `way 1`, ...; circles `obstacles`, `forecast` and `reach`; the tube along the certified plan."""

@@ -72,6 +72,7 @@ class Parameters(RobotTable):
     disturbed_at_rest: bool = Field(description="whether a robot that stands is disturbed too")
     pose_error: NonNegative = Field(description="assumed bound of the estimated position's error, m")
     heading_error: NonNegative = Field(description="the same of the heading, rad")
+    turning_rests: bool = Field(description="whether a round base that turns on the spot counts as one that stands")
     unseen_speed: NonNegative = Field(description="speed at which something unseen may enter the perceived circle, m/s")
     scan_range: Positive = Field(description="perception radius of a robot with a lidar is at most this, m")
 

@@ -60,6 +60,14 @@ def sees(sight: Sight, direction: float, doubt: float) -> bool:
     return bool(sight.half >= math.pi or abs(turn_between(sight.middle, direction)) + doubt <= sight.half)
 
 
+def beside(sight: Sight, pose: FloatArray, x: float, y: float) -> bool:
+    """Whether the place (x, y) lies in a direction into which the sensor doesn't look from `pose` (3,)."""
+    theta = float(pose[2])
+    dx = x - (float(pose[0]) + math.cos(theta) * sight.x - math.sin(theta) * sight.y)
+    dy = y - (float(pose[1]) + math.sin(theta) * sight.x + math.cos(theta) * sight.y)
+    return not sees(sight, math.atan2(dy, dx) - theta, 0.0)
+
+
 def depth(sight: Sight, pose: FloatArray, x: float, y: float) -> float:
     """How deep [m] the place (x, y) lies within the sector that is seen from `pose` (3,); below 0: so far outside."""
     theta = float(pose[2])

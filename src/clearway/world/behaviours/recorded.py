@@ -66,9 +66,9 @@ class Recorded:
         if math.hypot(*push) < PUSHED and math.dist(_pose(track, t)[:2], at[:2]) < BACK:
             return
         chosen = social_force.velocities(bodies, wishes, alone, social_force.MOUSSAID, _NOWHERE, PERIOD)[0]
-        for position, radius in zip(bodies.position[1:], bodies.radius[1:], strict=True):
-            away = position[0] - at[0], position[1] - at[1]
-            hold_off(chosen, away, self._people[k].radius + float(radius), dt)
+        for position, velocity, radius in zip(bodies.position[1:], bodies.velocity[1:], bodies.radius[1:], strict=True):
+            (x, y), (vx, vy) = (position - at[:2]).tolist(), (self._people[k].reaction * velocity).tolist()
+            hold_off(chosen, (x, y), (vx, vy), self._people[k].radius + float(radius), dt)
         planned[:2] = at[:2] + dt * chosen
         planned[2] = math.atan2(chosen[1], chosen[0]) if math.hypot(*chosen) > STEPPING else at[2]
 

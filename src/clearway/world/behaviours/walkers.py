@@ -332,11 +332,15 @@ def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float,
         dt: How long the step takes, s.
     """
     at, room, radius = crowd.at, crowd.route.room, crowd.route.radius
+    first = len(crowd.radius)
+    robots = (len(bodies.radius) - first) // max(len(crowd.reactions), 1)
     for k in range(len(at)):
-        for j in range(len(crowd.radius), len(bodies.radius)):
+        for j in range(first, len(bodies.radius)):
             if crowd.sees[k] & bodies.layer[j]:
+                reaction = crowd.reactions[(j - first) // robots]
                 away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
-                hold_off(chosen[k], away, radius[k] + bodies.radius[j], dt)
+                went = reaction * bodies.velocity[j, 0], reaction * bodies.velocity[j, 1]
+                hold_off(chosen[k], away, went, radius[k] + bodies.radius[j], dt)
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), 0.6 * radius[k]):
             chosen[k, 0] = chosen[k, 1] = 0.0
@@ -351,16 +355,20 @@ def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float,
 
 
 @light
-def hold_off(velocity: FloatArray, to: tuple[float, float], apart: float, dt: float) -> None:
-    """Take from the `velocity` (2,) [m/s] what would within `dt` [s] bring somebody up against a robot whose middle is `to` (x, y) [m]
-    away, and from which the person wants `apart` [m] from middle to middle."""
-    distance = math.hypot(to[0], to[1])
+def hold_off(velocity: FloatArray, to: tuple[float, float], went: tuple[float, float], apart: float, dt: float) -> None:
+    """Take from the `velocity` (2,) [m/s] what would within `dt` [s] bring somebody up against a robot that is taken to have gone `went`
+    (x, y) [m] since it was seen, so that its middle is `to` (x, y) [m] away: it may have braked anywhere on that way. From it the
+    person wants `apart` [m] from middle to middle."""
+    gone = went[0] * went[0] + went[1] * went[1]
+    back = min(max((to[0] * went[0] + to[1] * went[1]) / max(gone, 1e-12), 0.0), 1.0)
+    x, y = to[0] - back * went[0], to[1] - back * went[1]
+    distance = math.hypot(x, y)
     most = max((distance - apart + BESIDE - TOUCH) / dt, 0.0)
-    onto = (velocity[0] * to[0] + velocity[1] * to[1]) / max(distance, 1e-9)
+    onto = (velocity[0] * x + velocity[1] * y) / max(distance, 1e-9)
     if onto > most:
         excess = (onto - most) / max(distance, 1e-9)
-        velocity[0] -= excess * to[0]
-        velocity[1] -= excess * to[1]
+        velocity[0] -= excess * x
+        velocity[1] -= excess * y
 
 
 def course_of(person: PersonSpec) -> float:
