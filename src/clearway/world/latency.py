@@ -98,7 +98,7 @@ class Delays:
         self.rows = 4 + math.ceil((latency.command + latency.jitter) / period)
         self._latency, self._key = latency, stream(seed, "latency")
         self._sensed, self._followed = -math.inf, 0.0
-        self._several = True
+        self._several, self._prompt = True, latency.command + latency.jitter == 0.0
         self._sent: list[tuple[float, float, float, float]] = [(-math.inf, 0.0, 0.0, 0.0)]
 
     def stamp(self, t: float, count: int) -> float:
@@ -108,21 +108,25 @@ class Delays:
 
     def send(self, t: float, count: int, v: float, omega: float, v_y: float = 0.0) -> None:
         """In control period `count`, at time `t` [s], the navigator commands `v` [m/s], `omega` [rad/s] and `v_y` [m/s]."""
-        self._followed = max(self._followed, t + self._late(self._latency.command, count, 1))
+        if self._prompt and t >= self._followed:
+            self._followed = t
+        else:
+            self._followed = max(self._followed, t + self._late(self._latency.command, count, 1))
         self._sent.append((self._followed, v, omega, v_y))
 
     def fill(self, commands: FloatArray, t: float, period: float) -> None:
         """Write into `commands` (k, 4), as `setting.Setting` has it, what is followed in the `period` [s] from `t` [s] on."""
-        while len(self._sent) > 1 and self._sent[1][0] <= t + _SAME:
-            del self._sent[0]
+        sent = self._sent
+        while len(sent) > 1 and sent[1][0] <= t + _SAME:
+            del sent[0]
         if self._several:
             commands[1:, 0] = math.inf
-        first = self._sent[0]
+        first = sent[0]
         commands[0, 0], commands[0, 1], commands[0, 2], commands[0, 3] = 0.0, first[1], first[2], first[3]
-        self._several = len(self._sent) > 1
+        self._several = len(sent) > 1
         if not self._several:
             return
-        for row, (since, v, omega, v_y) in zip(commands[1:], self._sent[1:], strict=False):
+        for row, (since, v, omega, v_y) in zip(commands[1:], sent[1:], strict=False):
             if since < t + period - _SAME:
                 row[:] = since - t, v, omega, v_y
 

@@ -240,9 +240,10 @@ class World:
         self._count += 1
         if self._traffic.decided:
             self._began[:] = self._state
-        self._past.drive(t, self._period, self._way, self._state)
-        if self.scanner is not None:
-            self.scanner.keep(t, self._way)
+        if self._late:
+            self._past.drive(t, self._period, self._way, self._state)
+            if self.scanner is not None:
+                self.scanner.keep(t, self._way)
         if not self._far:
             self.between.look(self._traffic.leg, t, driven)
 
