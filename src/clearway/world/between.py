@@ -141,17 +141,19 @@ def instants(
 @light
 def far(setting: Setting, near: Near, leg: int, t: float, driven: float) -> bool:
     """Whether nothing of the period that began at `t` [s], of which `driven` [s] were driven, is worth being kept: nothing can have come
-    near enough, by where all were when it began and how fast they are."""
+    near enough, by where all were when it began and ended and how fast they are."""
     vehicle, moving, way = setting.vehicle, setting.moving, setting.way
     pivot, reach, nearest = near.pivot, near.reach, near.nearest
     if len(near.inner) == 0 or driven <= _SAME:
         return True
     own = 0.0
     h = vehicle.period / steps(vehicle.period)
-    for i in range(math.ceil(driven / h - 1e-6)):
+    last = math.ceil(driven / h - 1e-6)
+    for i in range(last):
         turned = abs(wrap(way[i + 1, 2] - way[i, 2]))
         own += 1.1 * math.hypot(way[i + 1, 0] - way[i, 0], way[i + 1, 1] - way[i, 1]) + turned * abs(pivot)
     x, y = way[0, 0] - pivot * math.cos(way[0, 2]), way[0, 1] - pivot * math.sin(way[0, 2])
+    x1, y1 = way[last, 0] - pivot * math.cos(way[last, 2]), way[last, 1] - pivot * math.sin(way[last, 2])
     at = setting.room.here
     for b in range(len(moving.since)):
         speed = moving.tracks.speed[b]
@@ -161,7 +163,9 @@ def far(setting: Setting, near: Near, leg: int, t: float, driven: float) -> bool
             if end > begin:
                 return False
             continue
-        d = math.hypot(at[0] - x, at[1] - y) - own - speed * driven
+        begun, ended = math.hypot(at[0] - x, at[1] - y), math.hypot(moving.poses[b, 0] - x1, moving.poses[b, 1] - y1)
+        together = own + speed * driven  # of which they have come nearer by some, and gone apart again by some
+        d = 0.5 * (begun + ended - together) if math.isfinite(ended) else begun - together
         if d - reach[0] - reach[1 + b] < nearest[0] + MARGIN or d < nearest[1] + MARGIN:
             return False
     return True
