@@ -123,16 +123,25 @@ def _add_others(bodies: Bodies, wishes: Wishes, model: SocialForce, total: IntAr
         fastest, broadest = max(fastest, math.sqrt(vx[k] * vx[k] + vy[k] * vy[k])), max(broadest, radius[k])
         if decider[i] >= 0:
             sees[k] = wishes.sees[decider[i]]
-    near, dx, dy = np.empty(n), np.empty(n), np.empty(n)
+    near, dx, dy, felt = np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64)
     for k in range(n):
         speed = math.sqrt(vx[k] * vx[k] + vy[k] * vy[k])
         reach = _FAINT * model.span * (1.0 + model.foresight * (speed + fastest)) + radius[k] + broadest
         end = np.searchsorted(x, x[k] + min(reach, model.reach), side="right")
-        _relate(k, end, x, y, vx, vy, radius, model, near, dx, dy, faint)
+        on = slice(k + 1, end)
+        _relate(
+            x[k], y[k], vx[k], vy[k], radius[k], x[on], y[on], vx[on], vy[on], radius[on], model,
+            near[on], dx[on], dy[on], faint[on],
+        )  # fmt: skip
+        count = 0
+        for m in range(k + 1, end):  # without branches, as who is felt is hard to guess
+            felt[count] = m
+            count += faint[m] < _FAINT
         a, qx, qy = decider[order[k]], 0, 0
-        for m in range(k + 1, end):
+        for f in range(count):
+            m = felt[f]
             on_k, on_m = layer[m] & sees[k] != 0, layer[k] & sees[m] != 0
-            if not (on_k or on_m) or not faint[m] < _FAINT:
+            if not (on_k or on_m):
                 continue
             rx, ry = x[m] - x[k], y[m] - y[k]
             if rx * rx + ry * ry > model.reach * model.reach:
@@ -153,22 +162,23 @@ def _add_others(bodies: Bodies, wishes: Wishes, model: SocialForce, total: IntAr
 
 @light
 def _relate(
-    k: int, end: int, x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatArray, radius: FloatArray,
+    x0: float, y0: float, vx0: float, vy0: float, radius0: float,
+    x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatArray, radius: FloatArray,
     model: SocialForce, near: FloatArray, dx: FloatArray, dy: FloatArray, faint: FloatArray,
 ) -> None:  # fmt: skip
-    """Write how `k` sees each of the next, up to `end`: D, d / B, and how often the force has fallen by 1/e at least.
+    """Write how one (x0, y0, ...) sees each of the others (x, y, ...): D, d / B, and how often the force has fallen by 1/e at least.
 
     A loop without branches, which the compiler makes work on several at once; 2 (1 - cos theta) is at most theta^2. All is
     NaN for who is in the same place.
     """
     least, foresight, gamma, breadth = min(model.turning, model.slowing), model.foresight, model.span, model.breadth
-    for m in range(k + 1, end):
-        rx, ry = x[m] - x[k], y[m] - y[k]
+    for m in range(len(x)):
+        rx, ry = x[m] - x0, y[m] - y0
         centres = math.sqrt(rx * rx + ry * ry)
-        ux, uy = foresight * (vx[k] - vx[m]) + rx / centres, foresight * (vy[k] - vy[m]) + ry / centres
+        ux, uy = foresight * (vx0 - vx[m]) + rx / centres, foresight * (vy0 - vy[m]) + ry / centres
         length = math.sqrt(ux * ux + uy * uy)
         narrow = least * gamma * length
-        fallen = (centres - max(radius[k] + radius[m] - breadth, 0.0)) / (gamma * length)
+        fallen = (centres - max(radius0 + radius[m] - breadth, 0.0)) / (gamma * length)
         dx[m], dy[m], near[m] = ux, uy, fallen
         faint[m] = fallen + 2.0 * narrow * narrow * (1.0 - (ux * rx + uy * ry) / (length * centres))
 
@@ -183,10 +193,9 @@ def _interaction(
     theta = math.atan2(across, dx * rx + dy * ry)  # from D to the direction in which the other is
     turned = model.span * length * theta
     slow, turn = near + (model.slowing * turned) ** 2, near + (model.turning * turned) ** 2
-    slower = model.strength * math.exp(-slow) / length if slow < 2.0 * _FAINT else 0.0
-    aside = model.strength * math.exp(-turn) / length if turn < 2.0 * _FAINT else 0.0
-    if across <= 0.0:
-        aside = 0.0 if across == 0.0 else -aside
+    slower, aside = model.strength * math.exp(-slow) / length, model.strength * math.exp(-turn) / length
+    slower, aside = slower if slow < 2.0 * _FAINT else 0.0, aside if turn < 2.0 * _FAINT else 0.0
+    aside = math.copysign(aside, across) if across != 0.0 else 0.0
     return -slower * dx + aside * dy, -slower * dy - aside * dx
 
 
