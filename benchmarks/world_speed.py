@@ -15,10 +15,14 @@ episodes of a minute counted in. Beside them stand the environments of robot_sf,
 CrowdNav, whose people cross the room by ORCA of Python-RVO2, where a step is 0.25 s and there is no lidar. CrowdNav's `gym`, of which it
 takes a base class and a list of names, is gymnasium here.
 
-    python benchmarks/world_speed.py [--people] [--learning] [--rivals PYTHON ...] [--steps N] [--rounds N] [--json] [--smoke]
+With `--alone` there are no discs. With `--before` the rival is an earlier Clearway, on rails or alone.
+
+    python benchmarks/world_speed.py [--people | --learning | --alone] [--rivals PYTHON ... | --before FOLDER] [--steps N] [--rounds N]
+                                     [--json] [--smoke]
 
 `--rivals`: one or more Pythons that have the packages ir-sim and navground, with `--learning` also robot_sf (its `pysocialforce` is another
 one than PyPI's) and crowd_sim of CrowdNav with rvo2; default: this one. The first that has a rival runs it; one that is missing is named.
+`--before`: the folder in which the package of that Clearway lies.
 """
 
 from __future__ import annotations
@@ -44,10 +48,10 @@ HALF, LANE_END, RADIUS, PERIOD, BEAMS, RANGE, SIGMA = 5.0, 4.5, 0.2, 0.1, 180, 1
 V, OMEGA = 0.3, 1.0
 WORLDS, EPISODE = 16, 600  # of a learner: how many side by side, and periods in an episode
 LANES = [((1 if i % 2 else -1) * (1.2 + 0.45 * (i // 2)), 0.5 + 0.05 * i) for i in range(16)]  # y [m], speed [m/s]
-AIM = {"irsim": 100.0, "navground": 1.0, "navground 20Hz": 1.0, "robot_sf": 50.0, "crowd_sim": 50.0}
+AIM = {"irsim": 100.0, "navground": 1.0, "navground 20Hz": 1.0, "robot_sf": 50.0, "crowd_sim": 50.0, "before": 1 / 1.05}
 
 
-def clearway(steps: int, people: bool, every: float = PERIOD) -> Callable[[], float]:
+def clearway(steps: int, people: bool, every: float = PERIOD, alone: bool = False) -> Callable[[], float]:
     """A whole trial, a fresh world each time."""
     import numpy as np
 
@@ -55,14 +59,13 @@ def clearway(steps: int, people: bool, every: float = PERIOD) -> Callable[[], fl
     from clearway.geometry.shapes import Circle, rectangle
     from clearway.trials import Body
     from clearway.world import simulate_in
-    from clearway.world.bodies import bodies_of
     from clearway.world.tracks import stack, tracks
 
     walls = [rectangle(2 * HALF, 0.1), rectangle(2 * HALF, 0.1), rectangle(0.1, 2 * HALF), rectangle(0.1, 2 * HALF)]
     places = [(0, HALF + 0.05), (0, -HALF - 0.05), (HALF + 0.05, 0), (-HALF - 0.05, 0)]
     bodies = [Body("wall", "wall", w, np.array([x, y, 0.0])) for w, (x, y) in zip(walls, places, strict=True)]
     knots = []
-    for y, speed in LANES:
+    for y, speed in () if alone else LANES:
         t, x, rows = 0.0, -LANE_END, []
         while t <= steps * PERIOD + 1:
             rows += [(t, x, y, 0.0), (t + 2 * LANE_END / speed, -x, y, 0.0)]
@@ -71,6 +74,8 @@ def clearway(steps: int, people: bool, every: float = PERIOD) -> Callable[[], fl
         bodies.append(Body("disc", "moving obstacle", Circle(RADIUS), None))
     robot, scenario = _scene(steps, people, every=every)
     if people:
+        from clearway.world.bodies import bodies_of
+
         bodies = [*bodies[: len(walls)], *bodies_of((), scenario)]
 
     class Pilot:
@@ -82,7 +87,7 @@ def clearway(steps: int, people: bool, every: float = PERIOD) -> Callable[[], fl
 
     def once() -> float:
         before = time.process_time()
-        way = tracks([], ["forth"], 0.0, len(LANES)) if people else stack([knots])
+        way = tracks([], ["forth"], 0.0, len(LANES)) if people else stack([knots]) if knots else tracks([], ["forth"])
         trial = simulate_in(bodies, way, scenario, robot, Pilot(), navigator="constant", localisation="truth")
         assert len(trial.t) == steps + 1, trial.reason
         return (time.process_time() - before) / steps
@@ -107,12 +112,12 @@ def _scene(
         "tolerances": {"xy": 0.1, "yaw": 0.1},
     })  # fmt: skip
     scenario = Scenario.model_validate({
-        "name": "s", "floor_plan": "open-25", "obstacles": walls, "start": (0, 0, 0), "speed": 1.0,
+        "name": "s", "floor_plan": "open-25" if walls else "hall", "obstacles": walls, "start": (0, 0, 0), "speed": 1.0,
         "legs": [{"name": "forth", "goal": (4, 4, 0), "time_limit": steps * PERIOD}],
-        "people": [
+        **({"people": [
             {"name": f"p{k}", "start": (-LANE_END, y), "route": [{"at": (LANE_END, y)}, {"at": (-LANE_END, y)}], "loop": True,
              "speed": speed, "radius": RADIUS, "behaviour": "orca", "decides_every": every} for k, (y, speed) in enumerate(LANES)
-        ] if people else [],
+        ]} if people else {}),
     })  # fmt: skip
     return robot, scenario
 
@@ -344,15 +349,23 @@ def main() -> int:
     parser.add_argument("--people", action="store_true", help="the discs decide, by ORCA")
     parser.add_argument("--only", choices=list(AIM), help=argparse.SUPPRESS)
     parser.add_argument("--learning", action="store_true", help="with --people: as a learner's environment")
+    parser.add_argument("--alone", action="store_true", help="without discs")
+    parser.add_argument("--before", metavar="FOLDER", help="an earlier Clearway, the only rival")
     options = parser.parse_args()
+    if options.before and (options.people or options.learning):
+        parser.error("--before is for the discs on rails, and for --alone")
     options.people |= options.learning
     if options.smoke:
         options.steps, options.rounds = 200, 1
         learner(options.steps)()
     if options.only:
-        return _serve(options.only, options.steps, options.people)
+        return _serve(options.only, options.steps, options.people, options.alone)
 
-    ours = {"clearway": learner(options.steps) if options.learning else clearway(options.steps, options.people)}
+    ours = {
+        "clearway": learner(options.steps)
+        if options.learning
+        else clearway(options.steps, options.people, alone=options.alone)
+    }
     if options.people and not options.learning:
         ours["clearway 20Hz"] = clearway(options.steps, True, 0.05)
     for once in ours.values():
@@ -381,7 +394,7 @@ def main() -> int:
     print(f"{'world':<14} {'steps/s':>10} {'us/step':>10}")
     for name, seconds in best.items():
         aim = 50.0 if options.learning and name == "irsim" else AIM.get(name)
-        ratio = f"{beside[name]} is {result['ratio'][name]:.3g} x as fast (aim: {aim:g} x)" if name in beside else ""
+        ratio = f"{beside[name]} is {result['ratio'][name]:.3g} x as fast (aim: {aim:.3g} x)" if name in beside else ""
         print(f"{name:<14} {1 / seconds:>10.0f} {seconds * 1e6:>10.1f}   {ratio}")
     for name in result["missing"]:
         print(f"{name:<14} is not installed for {' '.join(options.rivals)}, or fails there; left out")
@@ -389,18 +402,21 @@ def main() -> int:
 
 
 def _left_out(options: argparse.Namespace) -> tuple[str, ...]:
+    if options.before or options.alone:
+        return tuple(name for name in AIM if name != "before" or not options.before)
     if options.learning:
-        return ()
-    return ("robot_sf", "crowd_sim", "irsim" if options.people else "navground 20Hz")
+        return ("before",)
+    return ("before", "robot_sf", "crowd_sim", "irsim" if options.people else "navground 20Hz")
 
 
 def _start(name: str, options: argparse.Namespace) -> subprocess.Popen[str] | None:
     """A process that measures the rival each time it is asked; None if the rival can't be had."""
-    more = ["--only", name, "--steps", str(options.steps), *["--people"] * options.people]
-    for python in options.rivals:
+    more = ["--only", name, "--steps", str(options.steps), *["--people"] * options.people, *["--alone"] * options.alone]
+    earlier = os.environ | {"PYTHONPATH": options.before or ""}
+    for python in [sys.executable] if options.before else options.rivals:
         process = subprocess.Popen(
             [python, __file__, *more],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=earlier if options.before else None,
         )  # fmt: skip
         assert process.stdout
         for line in process.stdout:
@@ -421,11 +437,13 @@ def _ask(process: subprocess.Popen[str], what: str = "go\n") -> float:
     return math.inf
 
 
-def _serve(name: str, steps: int, people: bool) -> int:
+def _serve(name: str, steps: int, people: bool, alone: bool) -> int:
     package, *often = name.split()
-    if importlib.util.find_spec(package) is None:
+    if package != "before" and importlib.util.find_spec(package) is None:
         return 1
-    if package in ("robot_sf", "crowd_sim"):
+    if package == "before":
+        once = clearway(steps, people, alone=alone)
+    elif package in ("robot_sf", "crowd_sim"):
         once = (robot_sf if package == "robot_sf" else crowd_sim)(steps)
     else:
         once = irsim(steps, people) if package == "irsim" else navground(steps, people, 2 if often else 1)
