@@ -113,6 +113,10 @@ class HpSt:
             draws=range(3),
             note="the cost of contact, and for how long who is out of view is remembered",
         ),
+        *(
+            TunedOn("ward-day", ("tiago",), draws=draws, note="what counts in a certificate, and when it brakes at once")
+            for draws in (range(1), range(10, 14), range(30, 34))
+        ),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
