@@ -13,7 +13,7 @@ from clearway.contract import Scan
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
-from clearway.perception.clusters import PAIR, ClusterParameters, IntArray, Returns, cores
+from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
 from clearway.perception.seen_through import count_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot
@@ -79,7 +79,7 @@ class _Candidates(NamedTuple):
     circle: FloatArray  # (n, 3)
     variance: FloatArray  # (n,) of a coordinate of the centre, m^2
     cut: npt.NDArray[np.bool_]  # (n,) only a part of it is in view
-    legs: npt.NDArray[np.bool_]  # (n,) it is one leg of a person, or two
+    legs: npt.NDArray[np.bool_]  # (n,) it is two legs
 
 
 def _candidates(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> _Candidates:
@@ -91,7 +91,7 @@ def _candidates(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float
     if len(rows) > p.discs // 4:
         rows = np.sort(rows[np.argsort(returns.far[rows], kind="stable")[: p.discs // 4]])
     spacing = scan.angle_increment * returns.far[rows]
-    variance = (CENTRE * sigma) ** 2 + spacing**2 / 12.0 + np.where(returns.legs[rows] == 1, (0.25 * PAIR) ** 2, 0.0)
+    variance = (CENTRE * sigma) ** 2 + spacing**2 / 12.0
     return _Candidates(rows, returns.circles[rows], variance, returns.cut[rows] != 0, returns.legs[rows] != 0)
 
 
@@ -163,7 +163,7 @@ class BodyFollower:
         )  # when it last counted as moving, and when it last showed so
         self._largest = np.empty(0)  # radius that each body has shown
         self._signs = np.empty(0, dtype=np.int64)  # periods in a row with signs of motion
-        self._paired = np.empty(0, dtype=np.int64)  # periods in a row with legs
+        self._paired = np.empty(0, dtype=np.int64)  # periods in a row with two legs
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
         """See `Follower`."""
@@ -177,7 +177,7 @@ class BodyFollower:
         owner = body[returns.label] if len(returns.label) else np.empty(0, dtype=np.int64)
         self._notice(returns, scan, owner, t)
         self._paired[at] = np.where(found.legs, self._paired[at] + 1, 0)
-        people = self._paired >= PERSISTENCE  # who stands may walk off at any time
+        people = self._paired >= PERSISTENCE  # who stands on two legs may walk off at any time
         self._moved[people] = self._shown[people] = t
         self._past.append(_Past(t, scan, returns.sensor, returns.points, owner))
         while self._past[0].t < t - self._watch - 1e-9:

@@ -45,8 +45,6 @@ PERSON = 0.25
 """m: radius of the disc around two legs: what stands above them (shoulders: 0.51 m, Gordon et al. 2014)."""
 LEG_RETURNS = 2
 """A leg has at least so many: single ones are mixed pixels."""
-ONE_LEG = 1.0
-"""m: of who is nearer one leg may hide the other, or be as one with it; whatever is no thicker there is taken for a person."""
 
 
 class ClusterParameters(BaseModel):
@@ -82,7 +80,7 @@ class Returns(NamedTuple):
         far: (k,) mean distance from the sensor, m.
         cut: (k,) uint8, whether it ends where the view does or behind something nearer.
         sensor: (3,) pose of the lidar in the same frame.
-        legs: (k,) uint8, how many legs of a person it is.
+        legs: (k,) uint8, whether it is two legs, of a person.
     """
 
     points: FloatArray
@@ -227,9 +225,9 @@ def _perceive(
             k -= 1
     if sigma > 0.0:
         _smooth(points, distance, label, sensor, m, SIDES, JOIN * math.sqrt(2.0) * sigma)
-    people = np.empty((0, 4))
+    people = np.empty((0, 3))
     if legs:
-        people = _pair_legs(points, label[:m], known, k, sensor)
+        people = _pair_legs(points, label[:m], known, k)
         k = people.shape[0]
     circles, count, far, cut = np.empty((k, 3)), np.zeros(k, dtype=np.int64), np.zeros(k), np.zeros(k, dtype=np.uint8)
     paired = np.zeros(k, dtype=np.uint8)
@@ -255,8 +253,7 @@ def _perceive(
         for j in members:
             far[c] += distance[j] / count[c]
         if legs and people[c, 2] > 0.0:
-            circles[c, 0], circles[c, 1], circles[c, 2] = people[c, 0], people[c, 1], people[c, 2]
-            paired[c] = int(people[c, 3])
+            circles[c], paired[c] = people[c], 1
         else:
             circles[c, 0], circles[c, 1], circles[c, 2] = enclosing_circle(points, members)
         circles[c, 2] += 0.5 * increment * far[c]
@@ -264,11 +261,11 @@ def _perceive(
 
 
 @kernel
-def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int, sensor: FloatArray) -> FloatArray:
+def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int) -> FloatArray:
     """Give the k clusters of `label` (m,) new labels, one to two legs of a person.
 
     Returns:
-        (j, 4) of each of the j clusters then: x, y, radius of the person, and how many legs; radius 0 where it is none.
+        (j, 3) of each of the j clusters then: x, y, radius of the person; radius 0 where it is not two legs.
     """
     order, first = _by_label(label, k)
     leg, partner = np.full((k, 3), math.nan), np.full(k, -1, dtype=np.int64)
@@ -284,7 +281,7 @@ def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int, s
             apart = math.hypot(leg[c, 0] - leg[d, 0], leg[c, 1] - leg[d, 1])
             if d != c and apart <= nearest:  # never of one that is no leg: NaN
                 nearest, partner[c] = apart, d
-    renamed, people, j = np.full(k, -1, dtype=np.int64), np.zeros((k, 4)), 0
+    renamed, people, j = np.full(k, -1, dtype=np.int64), np.zeros((k, 3)), 0
     for c in range(k):
         d = partner[c]
         if d >= 0 and partner[d] == c:
@@ -294,9 +291,6 @@ def _pair_legs(points: FloatArray, label: IntArray, known: np.ndarray, k: int, s
             people[j, 0], people[j, 1] = 0.5 * (leg[c, 0] + leg[d, 0]), 0.5 * (leg[c, 1] + leg[d, 1])
             apart = math.hypot(leg[c, 0] - leg[d, 0], leg[c, 1] - leg[d, 1])
             people[j, 2] = max(PERSON, 0.5 * apart + max(leg[c, 2], leg[d, 2]))
-            people[j, 3] = 2.0
-        elif math.hypot(leg[c, 0] - sensor[0], leg[c, 1] - sensor[1]) < ONE_LEG:  # never of one that is no leg: NaN
-            people[j, 0], people[j, 1], people[j, 2], people[j, 3] = leg[c, 0], leg[c, 1], PERSON, 1.0
         renamed[c] = j
         j += 1
     for i in range(label.shape[0]):

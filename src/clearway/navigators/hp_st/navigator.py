@@ -114,7 +114,9 @@ class HpSt:
             note="the cost of contact, and for how long who is out of view is remembered",
         ),
         *(
-            TunedOn("ward-day", ("tiago",), draws=draws, note="what counts in a certificate, and when it brakes at once")
+            TunedOn(
+                "ward-day", ("tiago",), draws=draws, note="what counts in a certificate, and when it brakes at once"
+            )
             for draws in (range(1), range(10, 14), range(30, 34))
         ),
     )
