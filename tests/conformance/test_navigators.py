@@ -1,7 +1,7 @@
 """Every registered navigator keeps the contract that a user's own is held to.
 
 By default those that tests compile anyway, with one of the two robots of the hospital each; all of them by `make slow`, those that
-drive holonomic bases alone with a holonomic one.
+drive holonomic bases alone with a holonomic one that is told its obstacles.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from clearway.campaigns.conformance import check_navigator
 from clearway.navigators.registry import drives_of, make_navigator, navigator_class, navigator_names
 from clearway.robots import load_robot
 
-ROBOTS, HOLONOMIC = ("tiago", "hosbot"), ("tiago-omni",)
-OFTEN = {("move-base", "tiago"), ("orca", "hosbot"), ("ppo", "tiago-omni")}
+ROBOTS, HOLONOMIC = ("tiago", "hosbot"), ("crowdnav-disc",)
+OFTEN = {("move-base", "tiago"), ("orca", "hosbot"), ("ppo", "crowdnav-disc")}
 
 
 def robots_of(name: str) -> tuple[str, ...]:
