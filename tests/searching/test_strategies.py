@@ -57,7 +57,7 @@ def _first_break(method: str, seed: int, most: int) -> int:
     return most
 
 
-@pytest.mark.parametrize("method", ["gp", "cma", "qd"])
+@pytest.mark.parametrize("method", ["gp", "cma", pytest.param("qd", marks=pytest.mark.slow)])
 def test_a_search_needs_a_tenth_of_what_chance_needs(method):
     # The corner's ball of radius 0.25 holds less than 6.2e-5 of its cube: chance needs 48,000 trials in the mean.
     climbed = [_first_break(method, seed, 2500) for seed in range(4)]
