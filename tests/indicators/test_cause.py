@@ -83,8 +83,10 @@ def test_a_robot_that_stood_was_run_into() -> None:
     assert who_moved(stood) == "obstacle"
     assert who_moved(trial) == "both"
     turning = replace(trial, velocity=np.tile([0.0, 1.5], (len(trial.t), 1)))
-    assert who_moved(turning) == "obstacle"
-    assert who_moved(replace(turning, attempt=replace(trial.attempt, footprint=rectangle(0.5, 0.5)))) == "both"
+    assert (who_moved(turning), cause(turning)) == ("obstacle", "contact at rest"), "its outline stays where it is"
+    square = replace(turning, attempt=replace(trial.attempt, footprint=rectangle(0.5, 0.5)))
+    assert who_moved(square) == "both"
+    assert cause(square) != "contact at rest"
 
 
 def test_without_contact_the_outcome_is_the_cause() -> None:

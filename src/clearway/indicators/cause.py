@@ -1,6 +1,6 @@
 """Why a trial failed, in paper B's words, each decided by a test that is stated here.
 
-A contact while the robot stood (neither drove nor turned) is `contact at rest`. Otherwise, if no way out was left
+A contact while the robot stood (`success.outline_moves` says whether) is `contact at rest`. Otherwise, if no way out was left
 `WINDOW` before the contact, it was a `crushing zone`; a way out is a manoeuvre of two commands within the base's limits,
 its accelerations among them, each held for a window, that touches nothing while the obstacles move as they did, and after the contact as they did
 last: so to put the contact off by a moment is no way out. If there was one, the navigator's own last word
@@ -14,11 +14,11 @@ import numpy as np
 
 from clearway.contract import EventKind, Status
 from clearway.geometry.distance import min_clearance
-from clearway.geometry.shapes import Circle, FloatArray
+from clearway.geometry.shapes import FloatArray
 from clearway.indicators.escape import commands, state_at, stepped
 from clearway.indicators.indicator import NotComputable
-from clearway.indicators.legs import contact_on_a_leg, ground_speed, until_contact
-from clearway.indicators.success import AT_REST, failure
+from clearway.indicators.legs import contact_on_a_leg, until_contact
+from clearway.indicators.success import AT_REST, failure, outline_moves
 from clearway.robots.drive_limits import DriveLimits
 from clearway.trials import Outcome, Trial
 
@@ -65,10 +65,9 @@ def who_moved(trial: Trial) -> str:
     trial = until_contact(trial)
     if trial.velocity is None or len(trial.t) < 2:
         return ""
-    v, omega = float(ground_speed(trial.velocity[-1:])[0]), abs(float(trial.velocity[-1, 1]))
-    if not np.isfinite((v, omega)).all():
+    if not np.isfinite(trial.velocity[-1]).all():
         return ""
-    robot = v >= AT_REST or (omega >= AT_REST and not isinstance(trial.attempt.footprint, Circle))
+    robot = outline_moves(trial, -1)
     k = _touched(trial)
     obstacle = False
     if k is not None:

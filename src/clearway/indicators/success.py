@@ -13,14 +13,15 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from clearway.contract import EventKind
+from clearway.geometry.shapes import Circle
 from clearway.indicators.column import Kind
 from clearway.indicators.goal_error import Whose, distance_error, orientation_error
 from clearway.indicators.indicator import Indicator, NotComputable, measure
-from clearway.indicators.legs import DrivenLeg, begun, contact_on_a_leg, contact_time
+from clearway.indicators.legs import DrivenLeg, begun, contact_on_a_leg, contact_time, ground_speed
 from clearway.trials import Outcome, Trial
 
 AT_REST = 0.01
-"""m/s and rad/s below which a robot stands."""
+"""m/s and rad/s below which a robot stands; what turns is not round, see `outline_moves`."""
 SLACK = (0.02, 0.02)
 """m and rad; about what AMCL errs at a goal."""
 _ROUNDING = 1e-9
@@ -76,7 +77,14 @@ def _stood(trial: Trial) -> bool:
     if trial.attempt.source == "recorded" and touched >= float(trial.t[-1]):
         return False  # an operator saw it, and didn't say when
     at = min(int(np.searchsorted(trial.t, touched)), len(trial.t) - 1)
-    return bool((np.abs(trial.velocity[at]) < AT_REST).all())
+    return not outline_moves(trial, at)
+
+
+def outline_moves(trial: Trial, at: int) -> bool:
+    """Whether the robot's outline moves at sample `at` of a trial that has velocities: one that drives, and one that turns unless it is round."""
+    assert trial.velocity is not None
+    speed, turning = float(ground_speed(trial.velocity[[at]])[0]), abs(float(trial.velocity[at, 1]))
+    return not (speed < AT_REST and (turning < AT_REST or isinstance(trial.attempt.footprint, Circle)))
 
 
 @measure
