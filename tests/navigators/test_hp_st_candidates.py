@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from space_time_scenes import OTHER, finder, line
 
-from clearway.navigators.hp_st.candidates import _turns, by_first_step
+from clearway.navigators.hp_st.candidates import _differ, _turns, by_first_step
 from clearway.navigators.hp_st.contact import PredictedObstacles
 from clearway.navigators.hp_st.search_tree import TOTAL, Tree
 
@@ -53,12 +53,29 @@ def test_bearings_turn_as_the_sum_of_their_steps_says() -> None:
             np.ones(1),
             np.ones((21, 1)),
         )
-        turned = np.empty(3)
-        _turns(tree, seen, 1, 20, 0, turned)
+        last, rounds = np.empty((3, 2)), np.empty(3, np.int64)
+        _turns(tree, seen, 1, 20, 0, np.empty((21, 2)), last, rounds)
         paths = [seen.still[0, :2] - round_it, seen.still[1, :2] - round_it, at[:, 0] - round_it]
         steps = [np.angle((p[1:, 0] + 1j * p[1:, 1]) / (p[:-1, 0] + 1j * p[:-1, 1])).sum() for p in paths]
+        begun = [np.arctan2(*p[0, ::-1]) for p in paths]
+        turned = np.arctan2(last[:, 1], last[:, 0]) - begun + 2.0 * np.pi * rounds
         assert turned == pytest.approx(steps, abs=1e-9)
         assert abs(turned[0]) > 4.0 * np.pi
+
+
+def test_ways_differ_where_a_bearing_turns_farther_apart() -> None:
+    """Against the difference of the turns themselves, for every pair of bearings and rounds."""
+    angles = np.linspace(-np.pi + 0.01, np.pi - 0.02, 23)
+    for apart in (0.5, 1.5, 4.0):
+        for a in angles:
+            for b in angles:
+                for more in (-2, -1, 0, 1, 2):
+                    off = abs(a - b + 2.0 * np.pi * more)
+                    if abs(off - apart) < 1e-9:
+                        continue
+                    seen = [np.array([(0.3 * np.cos(t), 0.3 * np.sin(t))]) for t in (a, b)]
+                    told = _differ(seen[0], np.array([more]), seen[1], np.array([0]), apart)
+                    assert told == (off > apart)
 
 
 def test_in_the_open_there_is_one() -> None:

@@ -21,9 +21,9 @@ def risk_of(x: float, y: float, theta: float) -> float:
     """Of one standing step with a mover at (x, y), which stands too."""
     belt = np.array([[x, y, 0.0, 0.0, RADIUS, SIGMA, CHANCE, RADIUS + 3.5 * SIGMA, RADIUS + 3.5 * SIGMA]])
     room: FloatArray = np.empty((1, BELT))
-    nearby = Nearby(belt, np.empty((0, 3)), room)
+    nearby = Nearby(belt, np.empty((3, 0)), room, np.empty(0))
     n, m = near(np.empty((0, 3)), 1, 0.0, 0.0, FOOT.circumscribed, 0.0, nearby)
-    return collision_risk(nearby.stills, n, nearby.moving, m, FOOT, 0.0, 0.0, 0.0, theta, 0.0, 0.0, 0.0)
+    return collision_risk(nearby, n, m, FOOT, 0.0, 0.0, 0.0, theta, 0.0, 0.0, 0.0)
 
 
 @given(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-math.pi, math.pi))

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.robots.drive_limits import DriveLimits
 
 
-@kernel
+@light
 def spin(error: float, now: float, most: float, faster: float, slower: float, c: float) -> float:
     """Yaw rate [rad/s] of the next period with which a robot turns by `error` [rad] on the spot and stops there.
 

@@ -10,10 +10,10 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import PredictedObstacles
-from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree, X, Y, trace
+from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree, X, Y
 
 
 @kernel
@@ -32,11 +32,13 @@ def distinct(
         apart: Two ways differ where the bearing of an obstacle turns by more than that, in radians.
     """
     ends = np.empty((most, 2), np.int64)
-    turns = np.empty((most, len(obstacles.still) + len(obstacles.radius)))
+    count = len(obstacles.still) + len(obstacles.radius)
+    last_seen, rounds = np.empty((most, count, 2)), np.empty((most, count), np.int64)
     if index < 0 or most == 0:
         return ends[:0]
     ends[0, 0], ends[0, 1] = layer, index
-    _turns(tree, obstacles, stride, layer, index, turns[0])
+    way = np.empty((len(tree.count), 2))
+    _turns(tree, obstacles, stride, layer, index, way, last_seen[0], rounds[0])
     found = 1
     last = len(tree.count) - 1
     while last > 0 and tree.count[last] == 0:
@@ -47,13 +49,10 @@ def distinct(
     for b in order:
         if last == layer and b == index:
             continue
-        _turns(tree, obstacles, stride, last, b, turns[found])
+        _turns(tree, obstacles, stride, last, b, way, last_seen[found], rounds[found])
         new = True
         for p in range(found):
-            widest = 0.0
-            for i in range(turns.shape[1]):
-                widest = max(widest, abs(turns[p, i] - turns[found, i]))
-            if widest <= apart:
+            if not _differ(last_seen[p], rounds[p], last_seen[found], rounds[found], apart):
                 new = False
                 break
         if new:
@@ -89,27 +88,62 @@ def by_first_step(tree: Tree) -> IntArray:
     return found[:count]
 
 
-@kernel
-def _turns(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, out: FloatArray) -> None:
-    """Fill how far the bearing of each obstacle turns on the way to a node, rad; those that stand come first.
+@light
+def _turns(
+    tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, way: FloatArray, seen: FloatArray,
+    rounds: IntArray,
+) -> None:  # fmt: skip
+    """How each obstacle has turned about the robot on the way to a node; those that stand come first.
 
-    That is how much its bearing has changed in the end, and the rounds: how often it has come past west, which takes no
-    arc tangent at each node.
+    Args:
+        tree: What the search has found.
+        obstacles: As the search saw them.
+        stride: Instants of the obstacles in a layer.
+        layer: Of the node.
+        index: Of the node in its layer.
+        way: (L + 1, 2) filled with the places on the way, in metres.
+        seen: (n, 2) filled with where each is seen from the node, in metres.
+        rounds: (n,) filled with how often its bearing has come past west, counted up to the left.
     """
-    still, at, s = obstacles.still, obstacles.at, len(obstacles.still)
-    way, _ = trace(tree, layer, index)
-    for i in range(len(out)):
-        first, rounds, ax, ay = 0.0, 0, 0.0, 0.0
+    still, at, nodes, parent = obstacles.still, obstacles.at, tree.nodes, tree.parent
+    s = len(still)
+    node = index
+    for k in range(layer, -1, -1):
+        way[k, 0], way[k, 1] = nodes[k, node, X], nodes[k, node, Y]
+        node = parent[k, node]
+    for i in range(len(rounds)):
+        past, ax, ay = 0, 0.0, 0.0
         for k in range(layer + 1):
             if i < s:
-                bx, by = still[i, 0] - way[k, X], still[i, 1] - way[k, Y]
+                bx, by = still[i, 0] - way[k, 0], still[i, 1] - way[k, 1]
             else:
-                bx, by = at[k * stride, i - s, 0] - way[k, X], at[k * stride, i - s, 1] - way[k, Y]
-            if k == 0:
-                first = math.atan2(by, bx)
-            elif (ay < 0.0) != (by < 0.0):
+                bx, by = at[k * stride, i - s, 0] - way[k, 0], at[k * stride, i - s, 1] - way[k, 1]
+            if k > 0 and (ay < 0.0) != (by < 0.0):
                 left = ax * by - ay * bx > 0.0
                 if left == (by < 0.0):
-                    rounds += 1 if left else -1
+                    past += 1 if left else -1
             ax, ay = bx, by
-        out[i] = math.atan2(ay, ax) - first + 2.0 * math.pi * rounds
+        seen[i, 0], seen[i, 1], rounds[i] = ax, ay, past
+
+
+@light
+def _differ(a: FloatArray, rounds_a: IntArray, b: FloatArray, rounds_b: IntArray, apart: float) -> bool:
+    """Whether on two ways from one place, see `_turns`, the bearing of an obstacle turns by more than `apart` [rad] apart.
+
+    The rounds and the two last bearings tell; where no round lies between them, their angle's cosine does, without arc tangents.
+    """
+    least = math.cos(apart) if apart < math.pi else -2.0
+    for i in range(len(rounds_a)):
+        ax, ay, bx, by = a[i, 0], a[i, 1], b[i, 0], b[i, 1]
+        cross, dot = bx * ay - by * ax, bx * ax + by * ay
+        more = rounds_a[i] - rounds_b[i]
+        if (ay < 0.0) != (by < 0.0):  # the shorter way from b to a may lead past west
+            left = cross > 0.0
+            if left == (ay < 0.0):
+                more += -1 if left else 1
+        if more == 0:
+            if dot < least * math.sqrt((ax * ax + ay * ay) * (bx * bx + by * by)):
+                return True
+        elif abs(math.atan2(cross, dot) + 2.0 * math.pi * more) > apart:
+            return True
+    return False

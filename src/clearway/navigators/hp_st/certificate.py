@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
@@ -83,7 +83,7 @@ class Verdict(NamedTuple):
     time: float
 
 
-@kernel
+@light
 def certify(plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, rules: Rules) -> Verdict:
     """Whether the tube around the footprint along `plan` stays clear of everything until the plan's end.
 
@@ -166,14 +166,14 @@ def longest_certified(
             return -1, whole, about
 
 
-@kernel
+@light
 def _rests(plan: Plan, j: int, body: Footprint, rules: Rules) -> bool:
     """Whether the outline stays where it is all through period `j` of `plan`, as far as the rules ask."""
     turns = rules.turning and body.lever == 0.0 and plan.inputs[j, 0] == 0.0 and plan.swings[j, 0] == 0.0
     return bool(turns or stands(plan, j))
 
 
-@kernel
+@light
 def _to_still(
     plan: Plan, tube: Tube, period: float, body: Footprint, ox: float, oy: float, size: float, deadline: float
 ) -> float:
@@ -201,7 +201,7 @@ def _to_still(
     return math.inf
 
 
-@kernel
+@light
 def _to_moving(
     plan: Plan, tube: Tube, period: float, body: Footprint, forecast: Forecast, i: int, rules: Rules, deadline: float
 ) -> float:
@@ -252,7 +252,7 @@ def _to_moving(
     return math.inf
 
 
-@kernel
+@light
 def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
     """When the robot's centre may first leave `area` (4,); s, at the start of that period; inf: not."""
     x0, y0, r0 = plan.states[0, 0], plan.states[0, 1], tube.radius[0]
@@ -268,7 +268,7 @@ def _leaves(plan: Plan, tube: Tube, period: float, area: FloatArray) -> float:
     return math.inf
 
 
-@kernel
+@light
 def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, rules: Rules) -> float:
     """When the robot may first touch what nobody has seen, or drives where it doesn't look; s, at the start of that
     period; inf: not.
@@ -297,7 +297,7 @@ def _beyond(plan: Plan, tube: Tube, period: float, body: Footprint, rules: Rules
     return math.inf
 
 
-@kernel
+@light
 def _looks(plan: Plan, j: int, theta: float, sight: Sight, doubt: float) -> bool:
     """Whether the way that is driven in period `j` leads where the robot looked with the heading `theta` [rad]; the heading
     errs by `doubt` [rad]."""
@@ -312,7 +312,7 @@ def _looks(plan: Plan, j: int, theta: float, sight: Sight, doubt: float) -> bool
     return True
 
 
-@kernel
+@light
 def _bow(v: float, w: float, period: float) -> float:
     """How far [m] a period's arc bulges from its chord at most."""
     return abs(v * w) * period * period / 8.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.shapes import FloatArray
 from clearway.robots.drive_limits import DriveLimits
@@ -90,7 +90,7 @@ def predicted_obstacles(forecast: Forecast, spread: FloatArray, error: float, gr
     return PredictedObstacles(forecast.still, at, sigma, chance, radius, reach)
 
 
-@kernel
+@light
 def belts_of(
     obstacles: PredictedObstacles, k: int, stride: int, union: int, ahead: int, belts: FloatArray
 ) -> int:  # fmt: skip
@@ -139,23 +139,26 @@ class Nearby(NamedTuple):
 
     Attributes:
         belts: (M, BELT) what moves in this step, anywhere; see `belts_of`.
-        stills: (s, 3) x and y, from where the robot begins, and radius of what stands within reach, in metres.
+        stills: (3, s) x and y, from where the robot begins, and radius of what stands within reach, in metres.
         moving: (M, BELT) what moves within reach; x and y from where the robot begins.
+        apart: (s,) how near a step's way comes to the middle of each that stands, squared, in m^2.
     """
 
     belts: FloatArray
     stills: FloatArray
     moving: FloatArray
+    apart: FloatArray
 
 
 @kernel
 def room_around(obstacles: PredictedObstacles) -> Nearby:
     """Room for all of `obstacles`."""
     most = len(obstacles.radius) * (len(obstacles.at) + 1)
-    return Nearby(np.empty((most, BELT)), np.empty((len(obstacles.still), 3)), np.empty((most, BELT)))
+    s = len(obstacles.still)
+    return Nearby(np.empty((most, BELT)), np.empty((3, s)), np.empty((most, BELT)), np.empty(s))
 
 
-@kernel
+@light
 def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: float, nearby: Nearby) -> tuple[int, int]:
     """What a robot at (x, y) can meet in a step, into `nearby.stills` and `nearby.moving`.
 
@@ -171,13 +174,13 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
     Returns:
         How many of each.
     """
-    belts, stills, moving = nearby
+    belts, stills, moving, _ = nearby
     n, m = 0, 0
     for i in range(len(still)):
         dx, dy = still[i, 0] - x, still[i, 1] - y
         reach = still[i, 2] + own + soft
         if dx * dx + dy * dy < reach * reach:
-            stills[n, 0], stills[n, 1], stills[n, 2] = dx, dy, still[i, 2]
+            stills[0, n], stills[1, n], stills[2, n] = dx, dy, still[i, 2]
             n += 1
     for i in range(count):
         dx, dy = belts[i, 0] - x, belts[i, 1] - y
@@ -191,18 +194,17 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
     return n, m
 
 
-@kernel
+@light
 def collision_risk(
-    stills: FloatArray, n: int, moving: FloatArray, m: int, foot: Footprint, margin: float, soft: float, nearness: float,
-    theta: float, dx: float, dy: float, turn: float,
+    nearby: Nearby, n: int, m: int, foot: Footprint, margin: float, soft: float, nearness: float, theta: float,
+    dx: float, dy: float, turn: float,
 ) -> float:  # fmt: skip
     """Risk of a step: probability of contact with what moves, and what nearness to what stands costs; -1: it hits that.
 
     Args:
-        stills: (s, 3) what stands, as `near` fills it.
-        n: So many rows of `stills` are filled.
-        moving: (M, BELT) what moves, as `near` fills it.
-        m: So many rows of `moving` are filled.
+        nearby: What it can meet, as `near` fills it; of that `apart` is filled here.
+        n: So many stand.
+        m: So many move.
         foot: The robot's outline.
         margin: Distance that is kept from what stands, in metres.
         soft: Distance below which nearness to what stands costs, in metres.
@@ -213,17 +215,23 @@ def collision_risk(
         turn: By how much it turns, in radians.
     """
     vertices, rim, outer = foot.vertices, foot.radius, foot.circumscribed
+    _, stills, moving, apart = nearby
     risk = 0.0
     if n > 0:
         per = 1.0 / max(dx * dx + dy * dy, 1e-12)
-        for i in range(n):
-            cx, cy, body = stills[i, 0], stills[i, 1], stills[i, 2]
-            reach = body + outer + soft
+        for i in range(n):  # no branch: the loop runs on vector registers
+            cx, cy = stills[0, i], stills[1, i]
             share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
             ex, ey = cx - share * dx, cy - share * dy
-            d2 = ex * ex + ey * ey
+            apart[i] = ex * ex + ey * ey
+        for i in range(n):
+            d2, body = apart[i], stills[2, i]
+            reach = body + outer + soft
             if d2 >= reach * reach:
                 continue
+            cx, cy = stills[0, i], stills[1, i]
+            share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
+            ex, ey = cx - share * dx, cy - share * dy
             room = room_to(vertices, rim, theta + share * turn, ex, ey, d2) - body
             if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
                 then = room_to(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
@@ -255,13 +263,13 @@ def collision_risk(
     return risk
 
 
-@kernel
+@light
 def tail(z: float) -> float:
     """Probability of being less than `z` standard deviations away; `z` is below `BEYOND`."""
     return float(_TAIL[int(max(z + BEYOND, 0.0) * _PER)])
 
 
-@kernel
+@light
 def room_to(vertices: FloatArray, rim: float, theta: float, ex: float, ey: float, d2: float) -> float:
     """Distance [m] of the footprint, heading `theta`, to a point at (ex, ey) from its origin, sqrt(`d2`) away."""
     if len(vertices) == 1:

@@ -216,9 +216,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         moving = belts_of(obstacles, k, 1, costs.union, costs.ahead, nearby.belts)
         s, m = near(still, moving, x, y, foot.circumscribed + fastest * c + braking, costs.soft, nearby)
         turn = plan.inputs[k, 1] * c
-        risk = collision_risk(
-            nearby.stills, s, nearby.moving, m, foot, costs.margin, costs.soft, nearness, theta, dx, dy, turn
-        )
+        risk = collision_risk(nearby, s, m, foot, costs.margin, costs.soft, nearness, theta, dx, dy, turn)
         if risk < 0.0:
             risk = 1.0
         cost += weight * risk * c / costs.step

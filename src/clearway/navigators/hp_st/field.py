@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.crowds.ways import Ways, in_sight
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.frame import OdometryFrame
 
@@ -125,7 +125,7 @@ def _by_ways(ways: Ways, places: FloatArray) -> tuple[FloatArray, FloatArray]:
     return far, hidden
 
 
-@kernel
+@light
 def _sweep(distance: FloatArray, hidden: FloatArray, slow: FloatArray, h: float) -> None:
     """Fill the hidden cells of `distance`, `h` [m] apart, in which a metre counts `slow` times."""
     ny, nx = distance.shape
@@ -158,13 +158,13 @@ def _sweep(distance: FloatArray, hidden: FloatArray, slow: FloatArray, h: float)
             break
 
 
-@kernel
+@light
 def look(field: Field, x: float, y: float) -> tuple[float, float, float]:
     """Distance to the goal from (x, y) [m], and the unit direction in which the way leads."""
     return look_at(field.distance, field.hidden, field.origin, field.resolution, field.goal, x, y)
 
 
-@kernel
+@light
 def look_at(
     d: FloatArray, hidden: FloatArray, origin: FloatArray, h: float, goal: FloatArray, x: float, y: float
 ) -> tuple[float, float, float]:

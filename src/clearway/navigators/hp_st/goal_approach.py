@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.motion import spin
@@ -17,7 +17,7 @@ from clearway.robots.drive_limits import DriveLimits
 _BRAKING = 0.9  # share of the deceleration that is used: the rest is for what was rounded to periods
 
 
-@kernel
+@light
 def home(
     start: FloatArray, limits: DriveLimits, field: Field, period: float, reach: float, commands: FloatArray
 ) -> None:

@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import DriveLimits
 
@@ -52,7 +52,7 @@ def _table(radius: float, reverse: float) -> FloatArray:
     return np.concatenate((length, np.full((1, *length.shape[1:]), WIDE * radius / CELLS)))
 
 
-@kernel
+@light
 def iterate(length: FloatArray, radius: float, cell: float, reverse: float) -> None:
     """Fill `length` (HEADINGS, n, n) of a base whose narrowest turn has `radius` [m], on cells of `cell` [m]."""
     headings, n = length.shape[0], length.shape[1]
@@ -90,7 +90,7 @@ def iterate(length: FloatArray, radius: float, cell: float, reverse: float) -> N
             break
 
 
-@kernel
+@light
 def _between(length: FloatArray, turn: float, v: float, u: float) -> float:
     """The value at heading `turn`, row `v` and column `u`, in cells; headings go round."""
     headings, n = length.shape[0], length.shape[1]

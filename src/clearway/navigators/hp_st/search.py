@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.navigators.hp_st.contact import room_around
 from clearway.navigators.hp_st.field import look_at
 from clearway.navigators.hp_st.search_layer import SECTORS, Front, Problem, expand, keep_best, room_for
@@ -25,7 +25,7 @@ _SHARE = 20
 """Of each sector a node is kept for each so many of the beam, and at least one."""
 
 
-@kernel
+@light
 def nodes_of(beam: int) -> int:
     """How many nodes a layer has at most: the best `beam`, and a share for each sector."""
     return beam + SECTORS * max(1, beam // _SHARE)

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import Base
 
@@ -58,7 +58,7 @@ class SearchCosts(NamedTuple):
     sectors: bool
 
 
-@kernel
+@light
 def time_to_go(base: Base, far: float, cos_off: float, v: float, stop: bool) -> float:
     """How long it takes to a goal `far` [m] away past what stands, s, forwards or backwards, whichever is faster.
 
@@ -76,7 +76,7 @@ def time_to_go(base: Base, far: float, cos_off: float, v: float, stop: bool) -> 
     return to_go(limits.v_min, limits.v_max, limits.omega_max, limits.acceleration, fall, far, cos_off, v)
 
 
-@kernel
+@light
 def to_go(
     low: float, high: float, turn: float, rate: float, fall: float, far: float, cos_off: float, v: float
 ) -> float:
@@ -93,7 +93,7 @@ def to_go(
     return best
 
 
-@kernel
+@light
 def _along(high: float, rate: float, fall: float, far: float, v: float) -> float:
     """The same on a line, for one who drives towards the goal with `v`, at most with `high`."""
     lost = 0.0
@@ -111,13 +111,13 @@ def _along(high: float, rate: float, fall: float, far: float, v: float) -> float
     return far / high + lost
 
 
-@kernel
+@light
 def faces(costs: SearchCosts, theta: float) -> bool:
     """Whether the heading `theta` [rad] will do at the goal."""
     return costs.turn == math.inf or abs(wrap(theta - costs.heading)) <= costs.turn
 
 
-@kernel
+@light
 def worth(costs: SearchCosts, first: float, t: float, far: float, left: float) -> float:
     """What it counts to be `far` [m] from the goal `t` [s] from now, s.
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import Base, Nearby, PredictedObstacles, belts_of, collision_risk, near
@@ -97,7 +97,7 @@ def room_for(most: int) -> Children:
     )  # fmt: skip
 
 
-@kernel
+@light
 def expand(
     problem: Problem, tree: Tree, k: int, first: float, front: Front, children: Children, nearby: Nearby
 ) -> tuple[int, Front]:
@@ -128,7 +128,7 @@ def expand(
     fall = slower if costs.stop else math.inf
     car, coupled = limits.wheelbase > 0.0, limits.wheelbase > 0.0 or limits.v_y_max > 0.0
     poised = len(costs.manoeuvres) > 0
-    still_near, moving_near = nearby.stills, nearby.moving
+    moving_near = nearby.moving
     nodes, count, goal = tree.nodes, tree.count, tree.goal
     child, origin, command, cell, slot, sector, owner = children
 
@@ -212,7 +212,7 @@ def expand(
             follows = c == len(controls) + 2
             if rival >= 0 and child[rival, TOTAL] <= total and not follows:
                 continue
-            risk = collision_risk(still_near, s, moving_near, m, foot, margin, soft, nearness, theta0, dx, dy, 2.0 * h)
+            risk = collision_risk(nearby, s, m, foot, margin, soft, nearness, theta0, dx, dy, 2.0 * h)
             if risk < 0.0:
                 continue
             cost += weight * risk
@@ -251,7 +251,7 @@ def expand(
     return found, Front(next_hinted, best_goal)
 
 
-@kernel
+@light
 def _arrival(
     gx: float, gy: float, dx: float, dy: float, far: float, v: float, reach: float, fall: float, per_high: float
 ) -> float:
@@ -267,7 +267,7 @@ def _arrival(
     return max(far - reach, 0.0) * per_high
 
 
-@kernel
+@light
 def _attitude(theta: float, v: float) -> int:
     """One of `_PER_PLACE`: by heading, and by direction of travel."""
     turned = min(int((theta + math.pi) * (_HEADINGS / (2.0 * math.pi))), _HEADINGS - 1)
@@ -319,7 +319,7 @@ def keep_best(tree: Tree, k: int, children: Children, found: int, beam: int, quo
     return became
 
 
-@kernel
+@light
 def _sector(dx: float, dy: float, near2: float) -> int:
     """In which of `SECTORS` a place lies, seen from the start."""
     if dx * dx + dy * dy < near2:
@@ -329,7 +329,7 @@ def _sector(dx: float, dy: float, near2: float) -> int:
     return ring + (4 if dx < 0.0 else 0) + (2 if dy < 0.0 else 0) + (1 if steep else 0)
 
 
-@kernel
+@light
 def _nth_smallest(values: FloatArray, n: int) -> float:
     """The element that stands at `n` once `values`, which are re-ordered, are sorted: Hoare's quickselect.
 
@@ -382,6 +382,6 @@ def _limits(child: FloatArray, sector: IntArray, found: int, beam: int, quota: i
     return limits
 
 
-@kernel
+@light
 def _inside(area: FloatArray, x: float, y: float) -> bool:
     return bool(area[0] <= x <= area[2] and area[1] <= y <= area[3])

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 IntArray = npt.NDArray[np.int64]
@@ -35,7 +35,7 @@ class Tree(NamedTuple):
     goal: FloatArray
 
 
-@kernel
+@light
 def leaf(tree: Tree) -> tuple[int, int]:
     """Layer and index of the best end: an arrival, or the best node of the last layer."""
     last = len(tree.count) - 1

@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from clearway.geometry.angles import turn_between
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import Robot
 
@@ -54,7 +54,7 @@ def sight_of(robot: Robot, scan_range: float) -> Sight:
     )
 
 
-@kernel
+@light
 def sees(sight: Sight, direction: float, doubt: float) -> bool:
     """Whether a direction in base_link [rad] lies in the sector, and all that is `doubt` [rad] beside it."""
     return bool(sight.half >= math.pi or abs(turn_between(sight.middle, direction)) + doubt <= sight.half)

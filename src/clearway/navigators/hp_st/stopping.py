@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import light
 from clearway.geometry.footprint import Footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import BEYOND, room_to, tail
 from clearway.robots.drive_limits import DriveLimits
 
 
-@kernel
+@light
 def braking_time(limits: DriveLimits, v: float, omega: float) -> float:
     """How long the base takes from `v` [m/s] and `omega` [rad/s] to rest, s."""
     return max(abs(v) / limits.deceleration, abs(omega) / limits.angular_deceleration)
@@ -23,7 +23,7 @@ def longest_braking(limits: DriveLimits, period: float) -> int:
     return math.ceil(longest / period - 1e-9) + 1 if longest > 0.0 else 0
 
 
-@kernel
+@light
 def stopping_risk(
     moving: FloatArray, m: int, reach: FloatArray, period: float, step: float, limits: DriveLimits, foot: Footprint, theta: float,
     dx: float, dy: float, v: float, omega: float,

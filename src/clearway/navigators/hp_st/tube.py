@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.steering import steered
@@ -56,7 +56,7 @@ class Plan(NamedTuple):
     commands: FloatArray
 
 
-@kernel
+@light
 def stands(plan: Plan, j: int) -> bool:
     """Whether the base stands all through period `j` of `plan`."""
     still = plan.inputs[j, 0] == 0.0 and plan.inputs[j, 1] == 0.0
@@ -162,6 +162,7 @@ def tube(
         parts.rods[i, i] = start[i]
     radius[0], heading[0] = math.hypot(start[0], start[1]), start[2]
     poles, loop, b, row = np.array(POLES), np.empty((3, 3)), np.zeros((3, 2)), np.zeros(3)
+    reach = np.empty(DIRECTIONS)
     for j in range(n):
         v, w, k = plan.inputs[j, 0], plan.inputs[j, 1], gains[j]
         still = stands(plan, j)
@@ -199,20 +200,21 @@ def tube(
         _carry(loop, parts.rods, rods)
         parts.discs[2 * discs, 0] = parts.discs[2 * discs + 1, 1] = disturbance[0] + linear + bent
         discs += 1
-        parts.rods[rods, 2] = disturbance[1]
-        rods += 1
+        if disturbance[1] > 0.0:
+            parts.rods[rods, 2] = disturbance[1]
+            rods += 1
         for i in range(2):
             if disturbance[2 + i] > 0.0:
                 for m in range(3):
                     parts.rods[rods, m] = b[m, i] * disturbance[2 + i]
                 rods += 1
         for m in range(3):  # what the feedback misreads
-            if start[m] > 0.0 and not still:
+            if start[m] > 0.0 and (k[0, m] != 0.0 or k[1, m] != 0.0):
                 for i in range(3):
                     parts.rods[rods, i] = (b[i, 0] * k[0, m] + b[i, 1] * k[1, m]) * start[m]
                 rods += 1
 
-        radius[j + 1] = _radius(parts, discs, rods)
+        radius[j + 1] = _radius(parts, discs, rods, reach)
         row[0], row[1], row[2] = 0.0, 0.0, 1.0
         heading[j + 1] = _support(parts, discs, rods, row)
         turned[j] = max(heading[j], heading[j + 1])
@@ -234,7 +236,7 @@ class Parts(NamedTuple):
     rods: FloatArray
 
 
-@kernel
+@light
 def _support(parts: Parts, discs: int, rods: int, row: FloatArray) -> float:
     """The largest row @ e over the first `discs` and `rods` of the sum."""
     most = 0.0
@@ -246,28 +248,36 @@ def _support(parts: Parts, discs: int, rods: int, row: FloatArray) -> float:
     return most
 
 
-@kernel
+@light
 def _along(row: FloatArray, axes: FloatArray, i: int) -> float:
     return float(row[0] * axes[i, 0] + row[1] * axes[i, 1] + row[2] * axes[i, 2])
 
 
-@kernel
-def _radius(parts: Parts, discs: int, rods: int) -> float:
-    """Radius [m] of a disc that holds all (x, y) of the sum."""
+@light
+def _radius(parts: Parts, discs: int, rods: int, reach: FloatArray) -> float:
+    """Radius [m] of a disc that holds all (x, y) of the sum; `reach` (DIRECTIONS,) is filled with how far that goes each way."""
+    reach[:] = 0.0
+    for i in range(discs):  # the directions innermost: they run on vector registers
+        px, py, qx, qy = (
+            parts.discs[2 * i, 0],
+            parts.discs[2 * i, 1],
+            parts.discs[2 * i + 1, 0],
+            parts.discs[2 * i + 1, 1],
+        )
+        for a in range(DIRECTIONS):
+            p, q = _COS[a] * px + _SIN[a] * py, _COS[a] * qx + _SIN[a] * qy
+            reach[a] += math.sqrt(p * p + q * q)
+    for i in range(rods):
+        px, py = parts.rods[i, 0], parts.rods[i, 1]
+        for a in range(DIRECTIONS):
+            reach[a] += abs(_COS[a] * px + _SIN[a] * py)
     most = 0.0
     for a in range(DIRECTIONS):
-        cos, sin, reach = _COS[a], _SIN[a], 0.0
-        for i in range(discs):
-            p = cos * parts.discs[2 * i, 0] + sin * parts.discs[2 * i, 1]
-            q = cos * parts.discs[2 * i + 1, 0] + sin * parts.discs[2 * i + 1, 1]
-            reach += math.sqrt(p * p + q * q)
-        for i in range(rods):
-            reach += abs(cos * parts.rods[i, 0] + sin * parts.rods[i, 1])
-        most = max(most, reach)
+        most = max(most, reach[a])
     return most * _CORNER
 
 
-@kernel
+@light
 def _carry(loop: FloatArray, axes: FloatArray, count: int) -> None:
     """axes[i] <- loop @ axes[i] for the first `count`."""
     for i in range(count):
@@ -276,13 +286,13 @@ def _carry(loop: FloatArray, axes: FloatArray, count: int) -> None:
             axes[i, m] = loop[m, 0] * x + loop[m, 1] * y + loop[m, 2] * t
 
 
-@kernel
+@light
 def _misread(row: FloatArray, start: FloatArray) -> float:
     """The largest row @ error of the perceived pose."""
     return float(abs(row[0]) * start[0] + abs(row[1]) * start[1] + abs(row[2]) * start[2])
 
 
-@kernel
+@light
 def _remainder(
     length: float, turn: float, v: float, c: float, g_v: float, g_w: float, d_v: float, d_w: float, d_phi: float
 ) -> float:
@@ -298,7 +308,7 @@ def _remainder(
     return math.hypot(along, across)
 
 
-@kernel
+@light
 def _ramping(v: float, w: float, dv: float, dw: float, c: float) -> tuple[float, float, float]:
     """How far a period with v and omega that change monotonically by `dv`, `dw` is from the arc of their means, |v| and |w|.
 

@@ -15,12 +15,12 @@ import math
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.motion import sinc
 from clearway.geometry.shapes import FloatArray
 
 
-@kernel
+@light
 def chord(v: float, omega: float, c: float, literal: bool) -> tuple[float, float, float, float, float]:
     """Chord of one period `c` [s] at `v` [m/s] and `omega` [rad/s], relative to the heading at its start.
 
