@@ -29,7 +29,7 @@ PERIOD, RADIUS, WISH, V_MAX = 0.1, 0.25, 1.2, 1.6
 DISTANCE, NEIGHBOURS, HORIZON, WALL_HORIZON = 10.0, 10, 3.0, 1.0
 WALLS = [((0.0, 0.0), (50.0, 0.0)), ((0.0, 8.0), (50.0, 8.0))]
 RIVALS = {"corridor": "pysocialforce", "square": "pysocialforce", "circle": "pyrvo", "orca square": "pyrvo"}
-AIMS = {"corridor": 50.0}
+AIMS = {"corridor": 50.0, "square": 50.0}
 """How many times as fast as the rival it is to be."""
 
 

@@ -3,7 +3,8 @@
 Helbing, Molnár 1995 ("Social force model for pedestrian dynamics") in the form of Moussaïd, Perozo, Garnier, Helbing, Theraulaz
 2010 ("The walking behaviour of pedestrian social groups and its impact on crowd dynamics"), whose interaction between two is that
 of Moussaïd et al. 2009 ("Experimental study of the behavioural mechanisms underlying self-organization in human crowds"). Forces are
-per mass, so accelerations. They are summed as whole multiples of 2^-40 m/s^2: in which order bodies are listed changes no bit.
+per mass, so accelerations. They are summed as whole multiples of 2^-40 m/s^2: in which order bodies are listed changes no bit. Who
+feels whom, and what, is computed in loops without branches, which the compiler makes work on several at once.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.crowds.bodies import Bodies, IntArray, Wishes, sweep
+from clearway.crowds.elementary import atan2, exp
 from clearway.crowds.walls import Walls
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
@@ -67,6 +69,8 @@ _LARGEST = 1e5
 """No single force is larger, m/s^2: so that sums of whole multiples of `QUANTUM` stay within 64 bits."""
 _FAINT = 16.0
 """What has fallen by 1/e so often counts as nothing: less than 1e-6 m/s^2."""
+_BLOCK = 256
+"""So many pairs at least are worked on at once, but for the last: few enough to stay at hand."""
 
 
 @kernel
@@ -107,96 +111,106 @@ def forces(bodies: Bodies, wishes: Wishes, group: IntArray, model: SocialForce, 
 @kernel
 def _add_others(bodies: Bodies, wishes: Wishes, model: SocialForce, total: IntArray) -> None:
     """Add the forces between every two to `total` (k, 2). What acts on one of two is the opposite of what acts on the other."""
-    n = bodies.radius.shape[0]
-    order = sweep(bodies.position).order
-    x, y, vx, vy = np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    radius, layer, sees, decider = np.empty(n), np.empty(n, np.int64), np.zeros(n, np.int64), np.full(n, -1)
-    faint = np.empty(n)
+    n, most = bodies.radius.shape[0], bodies.radius.shape[0] + _BLOCK
+    order, decider = sweep(bodies.position).order, np.full(n, -1)
     for a in range(wishes.who.shape[0]):
         decider[wishes.who[a]] = a
+    decider = decider[order]
+    disc, layer, sees = np.empty((5, n)), bodies.layer[order], np.zeros(n, np.int64)
+    x, y, vx, vy, radius = disc[0], disc[1], disc[2], disc[3], disc[4]
     fastest = broadest = 0.0
     for k in range(n):  # from left to right
         i = order[k]
-        x[k], y[k] = bodies.position[i, 0], bodies.position[i, 1]
+        x[k], y[k], radius[k] = bodies.position[i, 0], bodies.position[i, 1], bodies.radius[i]
         vx[k], vy[k] = bodies.velocity[i, 0], bodies.velocity[i, 1]
-        radius[k], layer[k] = bodies.radius[i], bodies.layer[i]
         fastest, broadest = max(fastest, math.sqrt(vx[k] * vx[k] + vy[k] * vy[k])), max(broadest, radius[k])
-        if decider[i] >= 0:
-            sees[k] = wishes.sees[decider[i]]
-    near, dx, dy, felt = np.empty(n), np.empty(n), np.empty(n), np.empty(n, np.int64)
+        if decider[k] >= 0:
+            sees[k] = wishes.sees[decider[k]]
+    seen, faint, one, other = np.empty((5, n)), np.empty(n), np.empty(most, np.int64), np.empty(most, np.int64)
+    pair, push, count = np.empty((5, most)), np.empty((2, most), np.int64), 0
     for k in range(n):
         speed = math.sqrt(vx[k] * vx[k] + vy[k] * vy[k])
         reach = _FAINT * model.span * (1.0 + model.foresight * (speed + fastest)) + radius[k] + broadest
         end = np.searchsorted(x, x[k] + min(reach, model.reach), side="right")
-        on = slice(k + 1, end)
-        _relate(
-            x[k], y[k], vx[k], vy[k], radius[k], x[on], y[on], vx[on], vy[on], radius[on], model,
-            near[on], dx[on], dy[on], faint[on],
-        )  # fmt: skip
-        count = 0
+        _relate(k, end, disc, layer, sees, model, seen, faint)
+        before = count
         for m in range(k + 1, end):  # without branches, as who is felt is hard to guess
-            felt[count] = m
+            other[count] = m
             count += faint[m] < _FAINT
-        a, qx, qy = decider[order[k]], 0, 0
-        for f in range(count):
-            m = felt[f]
-            on_k, on_m = layer[m] & sees[k] != 0, layer[k] & sees[m] != 0
-            if not (on_k or on_m):
-                continue
-            rx, ry = x[m] - x[k], y[m] - y[k]
-            if rx * rx + ry * ry > model.reach * model.reach:
-                continue
-            fx, fy = _interaction(rx, ry, dx[m], dy[m], near[m], model)
-            px, py = _quanta(fx), _quanta(fy)
-            if on_k:
-                qx += px
-                qy += py
-            if on_m:
-                b = decider[order[m]]
+        for p in range(before, count):
+            one[p], m = k, other[p]
+            for row in range(5):
+                pair[row, p] = seen[row, m]
+        if count < _BLOCK and k < n - 1:
+            continue
+        _interact(count, pair, model, push)
+        for p in range(count):
+            here, there, px, py = one[p], other[p], push[0, p], push[1, p]
+            a, b = decider[here], decider[there]
+            if layer[there] & sees[here] != 0:
+                total[a, 0] += px
+                total[a, 1] += py
+            if layer[here] & sees[there] != 0:
                 total[b, 0] -= px
                 total[b, 1] -= py
-        if a >= 0:
-            total[a, 0] += qx
-            total[a, 1] += qy
+        count = 0
 
 
 @light
 def _relate(
-    x0: float, y0: float, vx0: float, vy0: float, radius0: float,
-    x: FloatArray, y: FloatArray, vx: FloatArray, vy: FloatArray, radius: FloatArray,
-    model: SocialForce, near: FloatArray, dx: FloatArray, dy: FloatArray, faint: FloatArray,
+    k: int, end: int, disc: FloatArray, layer: IntArray, sees: IntArray, model: SocialForce, seen: FloatArray,
+    faint: FloatArray,
 ) -> None:  # fmt: skip
-    """Write how one (x0, y0, ...) sees each of the others (x, y, ...): D, d / B, and how often the force has fallen by 1/e at least.
+    """Write how disc `k` sees those from the next one on and before `end`.
 
-    A loop without branches, which the compiler makes work on several at once; 2 (1 - cos theta) is at most theta^2. All is
-    NaN for who is in the same place.
+    Args:
+        disc: (5, n) x, y, vx, vy, radius, from left to right.
+        layer, sees: (n,) of each, the layers that it is on and looks at.
+        seen: (5, n) written: where the other is [m], D, the relative velocity and the direction to it in one, and d / B.
+        faint: (n,) written: how often the force has fallen by 1/e at least, as 2 (1 - cos theta) is at most theta^2; inf where
+            neither looks at the other; NaN for who is in the same place.
     """
-    least, foresight, gamma, breadth = min(model.turning, model.slowing), model.foresight, model.span, model.breadth
+    gamma, foresight, breadth, reach = model.span, model.foresight, model.breadth, model.reach
+    least, per_gamma = min(model.turning, model.slowing), 1.0 / gamma
+    x0, y0, vx0, vy0, radius0 = disc[0, k], disc[1, k], disc[2, k], disc[3, k], disc[4, k]
+    on, layer0, sees0 = slice(k + 1, end), layer[k], sees[k]
+    x, y, vx, vy, radius = disc[0, on], disc[1, on], disc[2, on], disc[3, on], disc[4, on]
+    rx, ry, dx, dy, near = seen[0, on], seen[1, on], seen[2, on], seen[3, on], seen[4, on]
+    layers, looks, fallen = layer[on], sees[on], faint[on]
     for m in range(len(x)):
-        rx, ry = x[m] - x0, y[m] - y0
-        centres = math.sqrt(rx * rx + ry * ry)
-        ux, uy = foresight * (vx0 - vx[m]) + rx / centres, foresight * (vy0 - vy[m]) + ry / centres
+        px, py = x[m] - x0, y[m] - y0
+        centres = math.sqrt(px * px + py * py)
+        per_centres = 1.0 / centres
+        ux, uy = foresight * (vx0 - vx[m]) + px * per_centres, foresight * (vy0 - vy[m]) + py * per_centres
         length = math.sqrt(ux * ux + uy * uy)
-        narrow = least * gamma * length
-        fallen = (centres - max(radius0 + radius[m] - breadth, 0.0)) / (gamma * length)
-        dx[m], dy[m], near[m] = ux, uy, fallen
-        faint[m] = fallen + 2.0 * narrow * narrow * (1.0 - (ux * rx + uy * ry) / (length * centres))
+        per_length, narrow = 1.0 / length, least * gamma * length
+        d = centres - max(radius0 + radius[m] - breadth, 0.0)
+        rx[m], ry[m], dx[m], dy[m], near[m] = px, py, ux, uy, d * per_length * per_gamma
+        cosine = (ux * px + uy * py) * per_length * per_centres
+        felt = (layers[m] & sees0 | layer0 & looks[m] != 0) & (centres <= reach)
+        fallen[m] = near[m] + 2.0 * narrow * narrow * (1.0 - cosine) if felt else math.inf
 
 
 @light
-def _interaction(
-    rx: float, ry: float, dx: float, dy: float, near: float, model: SocialForce
-) -> tuple[float, float]:  # fmt: skip
-    """What somebody feels by somebody else at (rx, ry) [m], m/s^2: slower along D, the relative velocity and the direction to the
-    other in one, and aside (Moussaïd et al. 2009, equations 3 to 6); `near` is d / B."""
-    length, across = math.sqrt(dx * dx + dy * dy), dx * ry - dy * rx
-    theta = math.atan2(across, dx * rx + dy * ry)  # from D to the direction in which the other is
-    turned = model.span * length * theta
-    slow, turn = near + (model.slowing * turned) ** 2, near + (model.turning * turned) ** 2
-    slower, aside = model.strength * math.exp(-slow) / length, model.strength * math.exp(-turn) / length
-    slower, aside = slower if slow < 2.0 * _FAINT else 0.0, aside if turn < 2.0 * _FAINT else 0.0
-    aside = math.copysign(aside, across) if across != 0.0 else 0.0
-    return -slower * dx + aside * dy, -slower * dy - aside * dx
+def _interact(count: int, pair: FloatArray, model: SocialForce, push: IntArray) -> None:
+    """Write what one of two feels by the other: slower along D, and aside (Moussaïd et al. 2009, equations 3 to 6).
+
+    Args:
+        count: How many pairs there are.
+        pair: (5, m) as `seen` of `_relate`.
+        push: (2, m) written, in `QUANTUM`.
+    """
+    gamma, turning, slowing, strength = model.span, model.turning, model.slowing, model.strength
+    rx, ry, dx, dy, near = pair[0, :count], pair[1, :count], pair[2, :count], pair[3, :count], pair[4, :count]
+    fx, fy = push[0, :count], push[1, :count]
+    for p in range(len(rx)):
+        length, across = math.sqrt(dx[p] * dx[p] + dy[p] * dy[p]), dx[p] * ry[p] - dy[p] * rx[p]
+        theta = atan2(across, dx[p] * rx[p] + dy[p] * ry[p])  # from D to the direction in which the other is
+        turned = gamma * length * theta
+        slower = strength / length * exp(-near[p] - (slowing * turned) * (slowing * turned))
+        aside = strength / length * exp(-near[p] - (turning * turned) * (turning * turned))
+        aside = (aside if across > 0.0 else -aside) if across != 0.0 else 0.0
+        fx[p], fy[p] = _quanta(aside * dy[p] - slower * dx[p]), _quanta(-aside * dx[p] - slower * dy[p])
 
 
 @light
@@ -222,7 +236,7 @@ def _add_walls(x: float, y: float, radius: float, walls: Walls, model: SocialFor
             rx, ry = -side * dy, side * dx
         d = math.sqrt(rx * rx + ry * ry)
         if 0.0 < d < reach:
-            force = model.wall_strength * math.exp((radius - d) / span) / d
+            force = model.wall_strength * exp((radius - d) / span) / d
             total[0] += _quanta(force * rx)
             total[1] += _quanta(force * ry)
 
@@ -253,7 +267,7 @@ def _add_group(i: int, bodies: Bodies, group: IntArray, model: SocialForce, tota
         total[0] += _quanta(model.attraction * ox / away)
         total[1] += _quanta(model.attraction * oy / away)
     vx, vy = bodies.velocity[i, 0], bodies.velocity[i, 1]
-    turn = abs(math.atan2(vx * oy - vy * ox, vx * ox + vy * oy)) - model.sight
+    turn = abs(atan2(vx * oy - vy * ox, vx * ox + vy * oy)) - model.sight
     if turn > 0.0:
         total[0] -= _quanta(model.gaze * turn * vx)
         total[1] -= _quanta(model.gaze * turn * vy)
