@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import ClassVar, Literal, Protocol, TypeAlias, runtime_checkable
+from typing import ClassVar, Literal, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -199,8 +199,7 @@ class Task:
     latency: Latency = Latency()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Sensing:
+class Sensing(NamedTuple):
     """What the robot's sensors gave: raw, before any estimation.
 
     Attributes:
@@ -347,8 +346,7 @@ class Tracker(Protocol):
         """The obstacles now, given the robot's estimated pose (3,) in the map frame."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Decision:
+class Decision(NamedTuple):
     """A pilot's answer.
 
     Attributes:

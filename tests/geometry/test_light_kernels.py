@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from clearway.geometry.compiled import kernel, light
+from clearway.geometry.held import Held
 
 
 class Pair(NamedTuple):
@@ -51,6 +53,33 @@ def asks(pair: Pair, k: int) -> float:
     row = pair.a[k]
     row[0] = 5.0
     return row[0] + pair.b[k, 1] + total(3)
+
+
+@kernel
+def hold(pair: Pair) -> Held[Pair]:
+    return Held(pair)
+
+
+@light
+def asks_held(held: Held[Pair], k: int) -> float:
+    return asks(held.value, k)
+
+
+@kernel
+def has_it_asked(held: Held[Pair], k: int) -> float:
+    return asks_held(held, k)
+
+
+def test_it_reads_what_is_held_and_what_is_let_go_is_gone() -> None:
+    pair = Pair(np.ones((2, 2)), np.full((2, 2), 3.0))
+    counts = [sys.getrefcount(array) for array in pair]
+    held = hold(pair)
+    assert has_it_asked(held, 1) == 14.0
+    assert pair.a[1, 0] == 5.0, "held, not copied"
+    with pytest.raises(TypeError, match="what is held goes to a kernel"):
+        asks_held(held, 1)
+    del held
+    assert [sys.getrefcount(array) for array in pair] == counts
 
 
 def test_one_that_makes_an_array_is_refused() -> None:

@@ -106,7 +106,7 @@ def test_the_factor_of_a_scenario_scales_it_and_the_navigator_is_told() -> None:
 )
 def test_messages_keep_their_order(sensing: float, command: float, jitter: float, period: float) -> None:
     delays = Delays(Latency(sensing, command, jitter), period, 3)
-    commands = np.empty((delays.rows, 4))
+    commands = np.zeros((delays.rows, 4))
     stamps, followed = [], {}
     for k in range(60):
         t = k * period

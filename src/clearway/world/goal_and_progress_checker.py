@@ -11,11 +11,9 @@ import math
 from collections.abc import Sequence
 from enum import IntEnum
 
-import numpy as np
-
 from clearway.contract import Command, EventKind, Goal
 from clearway.geometry.angles import turn_between
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import light, uncompiled
 from clearway.geometry.read_only import read_only
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.scenario import LegSpec
@@ -34,6 +32,9 @@ RULES = 9
 SINCE, CLOCK, FROM_X, FROM_Y, MOVED, MOVED_X, MOVED_Y = range(7)
 PROGRESS_STATE = 7
 """How far a leg has come: when it began, when its clock did (NaN: not yet), where it began; when and where there was progress last."""
+
+Row = FloatArray | list[float]
+"""The kernels' row of numbers, and ours: a few of them are looked at in Python before an array is taken apart for a kernel."""
 
 
 class Verdict(IntEnum):
@@ -64,8 +65,8 @@ class GoalAndProgressChecker:
 
     def __init__(self, legs: Sequence[Leg], rules: Sequence[LegSpec], livelock: bool, pose: FloatArray) -> None:
         self._legs, self._clocks, self._livelock = legs, [rule.clock_starts_after for rule in rules], livelock
-        self.rules = np.array([_row(leg, rule) for leg, rule in zip(legs, rules, strict=True)])
-        self.progress = np.empty(PROGRESS_STATE)
+        self.rules = [_row(leg, rule) for leg, rule in zip(legs, rules, strict=True)]
+        self.progress = [math.nan] * PROGRESS_STATE
         self.spans: list[Span] = []
         self.events: list[Event] = []
         self.reason = ""
@@ -77,7 +78,7 @@ class GoalAndProgressChecker:
         rule = self.rules[self.leg]
         if command.arrived is not None:
             return bool(command.arrived) and rule[MEASURED] == 0.0
-        return near_goal(rule, *estimate.tolist())
+        return _near_goal(rule, *estimate.tolist())
 
     def judge(self, t: float, state: FloatArray, called: bool, gave_up: str | None) -> Outcome | None:
         """Look at one instant.
@@ -93,7 +94,7 @@ class GoalAndProgressChecker:
         """
         x, y, _, v, omega, *sideways = state.tolist()
         speed = math.hypot(v, *sideways)
-        verdict = judged(
+        verdict = _judged(
             self.rules[self.leg], self.progress, t, x, y, speed, omega, called, gave_up is not None, self._livelock
         )
         if verdict == _GOES_ON:
@@ -133,23 +134,23 @@ class GoalAndProgressChecker:
         now = self._legs[leg]
         self.leg = leg
         self.goal = Goal(read_only(now.goal), now.planner_xy_tolerance, now.planner_yaw_tolerance, leg)
-        begin_leg(self.rules[leg], self.progress, t, float(pose[0]), float(pose[1]))
+        _begin_leg(self.rules[leg], self.progress, t, float(pose[0]), float(pose[1]))
 
     def _end(self, t: float, *, reached: bool) -> None:
-        since, clock = self.progress[[SINCE, CLOCK]].tolist()
+        since, clock = self.progress[SINCE], self.progress[CLOCK]
         start = since if math.isnan(clock) else clock
         self.spans.append(Span(self.leg, start, t, reached))
 
 
-def _row(leg: Leg, rule: LegSpec) -> tuple[float, ...]:
-    return (
+def _row(leg: Leg, rule: LegSpec) -> list[float]:
+    return [
         *leg.goal.tolist(), leg.planner_xy_tolerance, leg.planner_yaw_tolerance, leg.xy_tolerance, leg.time_limit,
         rule.clock_starts_after, float(rule.arrival == "measured"),
-    )  # fmt: skip
+    ]  # fmt: skip
 
 
 @light
-def near_goal(rule: FloatArray, x: float, y: float, theta: float) -> bool:
+def near_goal(rule: Row, x: float, y: float, theta: float) -> bool:
     """Whether a robot that takes itself to be at (x, y, theta) calls the goal of the leg `rule` (RULES,) reached."""
     if rule[MEASURED] != 0.0 or math.hypot(x - rule[GOAL_X], y - rule[GOAL_Y]) > rule[PLANNER_XY]:
         return False
@@ -157,7 +158,7 @@ def near_goal(rule: FloatArray, x: float, y: float, theta: float) -> bool:
 
 
 @light
-def begin_leg(rule: FloatArray, progress: FloatArray, t: float, x: float, y: float) -> None:
+def begin_leg(rule: Row, progress: Row, t: float, x: float, y: float) -> None:
     """A leg begins at time `t` [s], with the robot at (x, y) [m]: `progress` (PROGRESS_STATE,) is written."""
     progress[SINCE] = progress[MOVED] = t
     progress[CLOCK] = t if rule[CLOCK_STARTS_AFTER] == 0.0 else math.nan
@@ -166,7 +167,7 @@ def begin_leg(rule: FloatArray, progress: FloatArray, t: float, x: float, y: flo
 
 @light
 def judged(
-    rule: FloatArray, progress: FloatArray, t: float, x: float, y: float, speed: float, omega: float, called: bool,
+    rule: Row, progress: Row, t: float, x: float, y: float, speed: float, omega: float, called: bool,
     gave_up: bool, livelock: bool,
 ) -> int:  # fmt: skip
     """The `Verdict` on time `t` [s] of a leg.
@@ -204,3 +205,6 @@ def judged(
         elif t - progress[MOVED] >= PATIENCE - _EPS:
             return Verdict.LIVELOCK.value
     return Verdict.GOES_ON.value
+
+
+_near_goal, _begin_leg, _judged = uncompiled(near_goal), uncompiled(begin_leg), uncompiled(judged)

@@ -115,14 +115,15 @@ class Delays:
         self._sent.append((self._followed, v, omega, v_y))
 
     def fill(self, commands: FloatArray, t: float, period: float) -> None:
-        """Write into `commands` (k, 4), as `setting.Setting` has it, what is followed in the `period` [s] from `t` [s] on."""
+        """Write into `commands` (k, 4), as `setting.Setting` has it, what is followed in the `period` [s] from `t` [s] on; the first row's
+        time is 0 always, and stands there."""
         sent = self._sent
         while len(sent) > 1 and sent[1][0] <= t + _SAME:
             del sent[0]
         if self._several:
             commands[1:, 0] = math.inf
         first = sent[0]
-        commands[0, 0], commands[0, 1], commands[0, 2], commands[0, 3] = 0.0, first[1], first[2], first[3]
+        commands[0, 1], commands[0, 2], commands[0, 3] = first[1], first[2], first[3]
         self._several = len(sent) > 1
         if not self._several:
             return

@@ -154,6 +154,11 @@ def scan(ranges: FloatArray, x: float, y: float, theta: float, count: int, held:
         theta: Its heading, rad.
         count: Number of control periods so far.
     """
+    _scan(ranges, x, y, theta, count, held)
+
+
+@light
+def _scan(ranges: FloatArray, x: float, y: float, theta: float, count: int, held: Held[View]) -> None:
     scan_from(ranges, x, y, theta, count, held.value)
 
 

@@ -115,20 +115,35 @@ def seen_far(ride: Ride, leg: int, t: float, hit: int) -> bool:
 @kernel
 def rehearse_held(held: Held[Ride], count: int, leg: int, t: float) -> None:
     """`rehearse`."""
-    rehearse(held.value, count, leg, t)
+    _rehearse(held, count, leg, t)
 
 
 @kernel
 def drive_held(held: Held[Ride], count: int, leg: int, t: float) -> tuple[int, bool]:
     """`drive`; what it hit, and whether nothing is worth being kept."""
-    ride = held.value
-    hit = drive(ride, count, leg, t)
-    return hit, seen_far(ride, leg, t, hit)
+    return _drive(held, count, leg, t)
 
 
 @kernel
 def drive_on(held: Held[Ride], count: int, leg: int, t: float) -> tuple[int, bool]:
     """Drive among what stands or runs on rails; what it hit, and whether nothing is worth being kept."""
+    return _drive_on(held, count, leg, t)
+
+
+@light
+def _rehearse(held: Held[Ride], count: int, leg: int, t: float) -> None:
+    rehearse(held.value, count, leg, t)
+
+
+@light
+def _drive(held: Held[Ride], count: int, leg: int, t: float) -> tuple[int, bool]:
+    ride = held.value
+    hit = drive(ride, count, leg, t)
+    return hit, seen_far(ride, leg, t, hit)
+
+
+@light
+def _drive_on(held: Held[Ride], count: int, leg: int, t: float) -> tuple[int, bool]:
     ride = held.value
     hit = drive_period(ride.state, count, leg, t, ride.setting)
     return hit, seen_far(ride, leg, t, hit)

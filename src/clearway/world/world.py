@@ -79,6 +79,7 @@ class World:
         self._late = late + sweep > 0.0  # whether anybody asks for the past
         self._past = Past(late + 0.5 * sweep, robot.period, self._state)
         self._commands = np.full((self._delays.rows, 4), math.inf)
+        self._commands[0, 0] = 0.0
         self._sideways = robot.limits().v_y_max > 0.0
         self._odometry = slice(setting.ODOM_V, setting.ODOM_V + (3 if self._sideways else 2))
         self._components = setting.V_Y + self._sideways
@@ -150,7 +151,7 @@ class World:
     def _shifted(state: FloatArray, ahead: float) -> FloatArray:
         """A copy whose first three entries, a pose, are `ahead` m further along their heading."""
         out = state.copy()
-        if ahead != 0.0:
+        if ahead:
             out[0] += ahead * math.cos(out[2])
             out[1] += ahead * math.sin(out[2])
         return out
@@ -175,7 +176,8 @@ class World:
             self._past.see(t, self.moving_obstacles)
         if stamp >= t:
             stamp = t
-            moving[:] = self.moving_obstacles
+            if self._moving:
+                moving[:] = self.moving_obstacles
         else:
             inner = self._past.state(stamp)
             if stamp >= self._traffic.leg_began:
@@ -190,7 +192,7 @@ class World:
             None if self.scanner is None else self.scanner.look(stamp, inner[:3], self._count),
             self._picture(state),
             goal,
-            state[0:3].copy(),
+            state[0:3],
         )
 
     def _picture(self, state: FloatArray) -> Obstacles | None:
