@@ -51,15 +51,18 @@ ROWS = (
     *_hp_st("hp-st", "rescue"),
     *_hp_st("hp-st, forecasts of constant velocity", "rescue", "without=forecast"),
     *_hp_st("hp-st, bounds doubled", "rescue", _DOUBLED),
+    *_hp_st("hp-st, 0.1 s late", "rescue:late"),
     *_hp_st("hp-st, lidar", "rescue:lidar"),
     *_hp_st("hp-st, unlimited acceleration", "rescue:unlimited"),
     Row("hp-tmpc", "rescue", "hp-tmpc"),
     Row("hp-tmpc, at the set speed", "rescue:fast", "hp-tmpc"),
     Row("hp-tmpc, unlimited acceleration", "rescue:unlimited", "hp-tmpc"),
+    Row("hp-tmpc, 0.1 s late", "rescue:late", "hp-tmpc"),
     Row("hl-rrt", "rescue", "hl-rrt"),
     Row("hl-rrt, at the set speed", "rescue:fast", "hl-rrt"),
     Row("colregs-apf", "rescue", "colregs-apf"),
     Row("colregs-apf, at the set speed", "rescue:fast", "colregs-apf"),
+    Row("the clairvoyant", "rescue", "oracle"),
 )
 
 

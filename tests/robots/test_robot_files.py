@@ -21,7 +21,7 @@ from clearway.stand_ins import FILE as STAND_INS
 PRESETS = {
     "tiago": ["trajectory"],
     "hosbot": ["vendor", "literal", "melodic", "rollout"],
-    "rescue": ["unlimited", "lidar", "scout", "carrier", "fast"],
+    "rescue": ["unlimited", "lidar", "late", "scout", "carrier", "fast"],
     "jackal": ["hardware", "wide"],
     "turtlebot3-waffle": [],
     "turtlebot4": ["full"],
