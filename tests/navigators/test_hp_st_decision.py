@@ -110,3 +110,13 @@ def test_it_evades_what_comes_at_it_at_rest() -> None:
     went = drive(begun(guarantee="none"), (8.0, 0.0), coming, 60, start=(0.0, 0.0, math.pi / 2))
     assert min(gaps) > OWN + OTHER
     assert went.contact is None
+
+
+def test_a_search_that_would_be_no_wider_is_not_made() -> None:
+    """No way past the disc costs nothing, so each decision with a threshold of 0 s asks for the wide search."""
+    spent = []
+    for wide in (24, 25):
+        navigator = begun(narrow=24, wide=wide, low_cost_threshold=0.0)
+        drive(navigator, (6.0, 0.0), lambda t, pose: obstacles([(1.5, 0.0)]), periods=1)
+        spent.append(navigator.diagnostics().iterations)
+    assert 1.5 * spent[0] < spent[1] < 2.5 * spent[0]

@@ -283,7 +283,7 @@ def find(scene: Scene, memory: Memory, beam: int, spent: int) -> Found:
 def widen(scene: Scene, memory: Memory, found: Found) -> Found:
     """Search wider, where no way of low cost has been found and the budget leaves more than there was."""
     settings = scene.settings
-    if found.low_cost or found.cut:
+    if found.low_cost or found.cut or settings.wide <= settings.narrow:
         return found
     if settings.layers * nodes_of(settings.narrow) >= settings.budget - found.spent:
         return Found(found.tree, found.layer, found.node, found.low_cost, found.spent, True)
