@@ -60,10 +60,11 @@ def later(forecast: Forecast, time: float, acceleration: float) -> Forecast:
     count = forecast.reach.shape[1] - whole - (1 if share > 1e-9 else 0)
 
     def at(values: FloatArray, axis: int) -> FloatArray:
-        first = np.take(values, np.arange(whole, whole + count), axis)
+        before = (slice(None),) * axis
+        first = values[(*before, slice(whole, whole + count))]
         if share <= 1e-9:
             return np.ascontiguousarray(first)
-        second = np.take(values, np.arange(whole + 1, whole + 1 + count), axis)
+        second = values[(*before, slice(whole + 1, whole + 1 + count))]
         return np.ascontiguousarray((1.0 - share) * first + share * second)
 
     bow = np.zeros(len(forecast.speed))

@@ -39,4 +39,14 @@ class OdometryFrame:
         """Points (n, 2), or discs (n, 3), in the map; those that are finite."""
         out = np.array(points, np.float64)
         out[:, :2] = (out[:, :2] - self._odom[:2]) @ self._rotation.T + self._pose[:2]
-        return np.asarray(out[np.isfinite(out).all(axis=1)])
+        finite = np.isfinite(out)
+        return out if finite.all() else np.asarray(out[finite.all(axis=1)])
+
+    def grid_back(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        """(n m, 2) in the map: the points of a grid with columns at `x` (m,) and rows at `y` (n,), row by row."""
+        out = np.empty((len(y), len(x), 2))
+        out[:, :, 0], out[:, :, 1] = x - self._odom[0], (y - self._odom[1])[:, None]
+        out = out.reshape(-1, 2) @ self._rotation.T
+        for c in range(2):  # column by column, as NumPy is slow in rows of two
+            out[:, c] += self._pose[c]
+        return out

@@ -123,16 +123,22 @@ class Route:
 
     def ways(self, t: float, pose: FloatArray, goal: Goal, others: Seen) -> Ways:
         """The ways to `goal` at time `t` [s], past what stands of `others`; anew after `REPLAN`."""
+        held = self.held(t, goal)
+        if held is not None:
+            return held
         if goal is not self._goal:
-            self._goal, self._next, self._room = goal, -math.inf, None
-        if self._ways is None or t >= self._next:
-            if self._room is None:
-                self._room = room_of(self._task.map or self._open(pose, goal))
-            standing = others.discs[~others.moving][:, (0, 1, 4)]
-            room = with_discs(self._room, np.ascontiguousarray(standing), self._radius + COMFORT)
-            self._ways = ways_to(np.array(goal.pose[:2], np.float64), room, self._radius)
-            self._next = t + REPLAN - 1e-6
+            self._goal, self._room = goal, None
+        if self._room is None:
+            self._room = room_of(self._task.map or self._open(pose, goal))
+        standing = others.discs[~others.moving][:, (0, 1, 4)]
+        room = with_discs(self._room, np.ascontiguousarray(standing), self._radius + COMFORT)
+        self._ways = ways_to(np.array(goal.pose[:2], np.float64), room, self._radius)
+        self._next = t + REPLAN - 1e-6
         return self._ways
+
+    def held(self, t: float, goal: Goal) -> Ways | None:
+        """The last ways, if they are to `goal` and still hold at time `t` [s]."""
+        return self._ways if goal is self._goal and t < self._next else None
 
     def _open(self, pose: FloatArray, goal: Goal) -> OccupancyGrid:
         """A map without walls."""

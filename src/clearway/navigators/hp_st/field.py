@@ -94,8 +94,7 @@ def field_on_map(ways: Ways, frame: OdometryFrame, place: FloatArray, goal: Floa
     count = int(2.0 * half / h) + 2
     origin = np.floor(place[:2] / h) * h - half
     steps = h * np.arange(count)
-    at = np.stack(np.meshgrid(origin[0] + steps, origin[1] + steps), axis=-1)
-    distance, hidden = _by_ways(ways, frame.back(at.reshape(-1, 2)))
+    distance, hidden = _by_ways(ways, frame.grid_back(origin[0] + steps, origin[1] + steps))
     return Field(distance.reshape(count, count), hidden.reshape(count, count), origin, h, goal[:2].copy())
 
 

@@ -46,9 +46,10 @@ class GoalDistance:
         if old is not None and self._age < self._refresh and np.abs(old.goal - goal[:2]).max() < _SAME:
             return old
         if self._route is not None:
-            ways = self._route.ways(
-                observation.t, observation.pose, observation.goal, perceived(observation.obstacles, True)
-            )
+            t, told = observation.t, observation.goal
+            ways = self._route.held(t, told)
+            if ways is None:
+                ways = self._route.ways(t, observation.pose, told, perceived(observation.obstacles, True))
             found = field_on_map(ways, frame, pose, goal, self._half)
             if look(found, float(pose[0]), float(pose[1]))[0] < NO_WAY:
                 self._field, self._known, self._age = found, b"", 0

@@ -8,16 +8,22 @@ is never a false alarm. That something was hidden explains nothing: the theorem 
 from __future__ import annotations
 
 import math
+from itertools import repeat
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.contract import Obstacles
 from clearway.forecasts.forecast import Forecast
+from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.sight import Sight, depth
 
 ROUNDING = 1e-9
 """A bound counts as exceeded from here on, m, s."""
+
+_MANY = 2000
+"""Beyond so many, those that are remembered for too long are forgotten."""
 
 
 class SightMonitor:
@@ -55,23 +61,27 @@ class SightMonitor:
             forecast: Of these at `t`; what it holds beside them is out of view.
         """
         discs = np.column_stack((obstacles.position, obstacles.radius + obstacles.error))
-        good = np.isfinite(discs).all(axis=1)
-        discs, moving = discs[good], obstacles.moving[good]
-        names, error = obstacles.identity[good].tolist(), obstacles.error[good]
+        moving, names, error = obstacles.moving, obstacles.identity, obstacles.error
+        if not np.isfinite(discs).all():
+            good = np.isfinite(discs).all(axis=1)
+            discs, moving, names, error = discs[good], moving[good], names[good], error[good]
         if not t >= self._t:
             self.reset()
-        self._known = {n: k for n, k in self._known.items() if t - k[0] <= self._memory + ROUNDING}
+        known, most = self._known, self._memory + ROUNDING
+        who, move = names.tolist(), moving.tolist()
         texts, pieces = [], []
-        for j, name in enumerate(names if t > self._t else ()):
-            before = self._known.get(name)
-            if before is not None and (before[1] or not moving[j]):
+        for j, (name, moves) in enumerate(zip(who, move, strict=True) if t > self._t else ()):
+            before = known.get(name)
+            if before is not None and t - before[0] > most:
+                before = None
+            if before is not None and (before[1] or not moves):
                 continue
-            standing, within = self._appeared(t - self._t, discs[j], float(error[j]), bool(moving[j]), forecast)
-            if moving[j] and (standing or before is not None):
+            standing, within = self._appeared(t - self._t, discs[j], float(error[j]), moves, forecast)
+            if moves and (standing or before is not None):
                 texts.append(f"obstacle {name}: moves, but was perceived as standing")
             elif not within > ROUNDING:
                 continue
-            elif moving[j]:
+            elif moves:
                 deeper = f"{within:.2f} m deeper than it can have come since the last look"
                 texts.append(f"obstacle {name}: appeared within sight, {deeper}")
             elif self._surfaces:
@@ -80,7 +90,9 @@ class SightMonitor:
                 texts.append(f"obstacle {name}: stands {within:.2f} m within sight and was not perceived before")
         if pieces:
             texts.append(f"surface: stands {max(pieces):.2f} m within sight and was not perceived before")
-        self._known |= {n: (t, m) for n, m in zip(names, moving.tolist(), strict=True)}
+        known.update(zip(who, zip(repeat(t), move, strict=False), strict=True))
+        if len(known) > _MANY:
+            self._known = {n: k for n, k in known.items() if t - k[0] <= most}
         self._t, self._pose, self._discs, self._moving = t, np.array(pose, dtype=np.float64), discs, moving
         return tuple(texts)
 
@@ -94,10 +106,9 @@ class SightMonitor:
         misread = math.hypot(self._start[0], self._start[1]) + float(self._start[2]) * away
         doubt = 2.0 * misread  # the pose now, by which a lidar places what it sees, and the pose then
         if self._surfaces:
-            apart = np.hypot(self._discs[:, 0] - x, self._discs[:, 1] - y)
-            touching = apart <= self._discs[:, 2] + size + doubt
-            if touching.any():
-                return bool((touching & ~self._moving).any()), 0.0
+            touching, standing = _touches(self._discs, self._moving, x, y, size, doubt)
+            if touching:
+                return standing, 0.0
         if moving:
             unseen = forecast.age > 0.0
             off = np.hypot(forecast.centre[unseen, 0, 0] - x, forecast.centre[unseen, 0, 1] - y)
@@ -105,3 +116,17 @@ class SightMonitor:
                 return False, 0.0
         came = self._speed * dt if moving else 0.0
         return False, depth(self._sight, self._pose, x, y) + size - 2.0 * error - doubt - came
+
+
+@light
+def _touches(
+    discs: FloatArray, moving: npt.NDArray[np.bool_], x: float, y: float, size: float, doubt: float
+) -> tuple[bool, bool]:  # fmt: skip
+    """Whether a disc of radius `size` [m] at (x, y) comes within `doubt` [m] of any of `discs` (n, 3), and of one that isn't `moving`."""
+    any_touches = False
+    for k in range(len(discs)):
+        if math.hypot(discs[k, 0] - x, discs[k, 1] - y) <= discs[k, 2] + size + doubt:
+            if not moving[k]:
+                return True, True
+            any_touches = True
+    return any_touches, False
