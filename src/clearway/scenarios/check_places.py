@@ -59,7 +59,7 @@ def fleet_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: Cr
             yield ClearwayError(found.problem, field=f"robots.{i}.{found.field}")
         start = np.array(spec.start)
         for name, shape, at in placed:
-            if clearance(other.shape, start, shape, at) <= 0.0:
+            if _overlap(other.shape, start, shape, at):
                 problem = f"{spec.name!r} at {at_text(spec.start)} would stand in {name!r}"
                 yield ClearwayError(problem, field=f"robots.{i}.start")
                 break
@@ -92,7 +92,7 @@ def people_errors(scenario: Scenario, robot: Robot, plan: FloorPlan, standing: C
             continue
         start = np.array((*person.start, 0.0))
         for name, other, at in placed:
-            if clearance(shape, start, other, at) <= 0.0:
+            if _overlap(shape, start, other, at):
                 yield ClearwayError(
                     f"{person.name!r} at {at_text((*person.start, 0.0))} would stand in {name!r}", field=fields[0]
                 )
@@ -121,9 +121,18 @@ def _met_at_once(scenario: Scenario, i: int, placed: Sequence[_Placed]) -> Itera
         return
     at = np.array((np.interp(0.0, t, x), np.interp(0.0, t, y), 0.0))
     for name, other, there in robots:
-        if clearance(Circle(person.radius), at, other, there) <= 0.0:
+        if _overlap(Circle(person.radius), at, other, there):
             yield ClearwayError(f"{person.name!r} at {at_text(at)} would stand in {name!r}", field=f"people.{i}.track")
             return
+
+
+def _overlap(shape: Shape, pose: FloatArray, other: Shape, there: FloatArray) -> bool:
+    """Whether `shape` at `pose` (3,) touches the `other` at `there` (3,); most are far apart."""
+    apart = math.hypot(pose[0] - there[0], pose[1] - there[1])
+    return (
+        apart <= circumscribed_radius(shape) + circumscribed_radius(other) + 1e-6
+        and clearance(shape, pose, other, there) <= 0.0
+    )
 
 
 def place_problem(what: str, pose: PoseSpec, robot: Robot, plan: FloorPlan, standing: Crowd) -> str | None:

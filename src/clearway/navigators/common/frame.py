@@ -46,7 +46,7 @@ class OdometryFrame:
         """(n m, 2) in the map: the points of a grid with columns at `x` (m,) and rows at `y` (n,), row by row."""
         out = np.empty((len(y), len(x), 2))
         out[:, :, 0], out[:, :, 1] = x - self._odom[0], (y - self._odom[1])[:, None]
-        out = out.reshape(-1, 2) @ self._rotation.T
+        turned: FloatArray = out.reshape(-1, 2) @ self._rotation.T
         for c in range(2):  # column by column, as NumPy is slow in rows of two
-            out[:, c] += self._pose[c]
-        return out
+            turned[:, c] += self._pose[c]
+        return turned
