@@ -18,7 +18,7 @@ from clearway.contract import BodyKind, Command
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
-from clearway.world.behaviours.walkers import FASTER
+from clearway.world.behaviours.walkers import FASTER, IN_TIME, TOUCH
 from clearway.world.behaviours.wishes import speed_of
 
 RULES = ("orca", "social-force", "headed-social-force")
@@ -124,7 +124,44 @@ def test_who_follows_a_robot_does_not_run_into_it_when_it_brakes(rule: str) -> N
         pilot = Pilot(lambda sensing, at=at: Command(0.5 if sensing.t < at else 0.0, 0.0))  # type: ignore[misc]
         trial = watch([person], 6.0, (0.0, 0.0, 0.0), pilot, lane)
         assert trial.outcome is Outcome.TIMEOUT, trial.reason
-        assert np.hypot(*(trial.moving_obstacles[:, 0, :2] - trial.pose[:, :2]).T).min() < 0.7  # it does follow
+        assert np.hypot(*(trial.moving_obstacles[:, 0, :2] - trial.pose[:, :2]).T).min() < 0.9  # it does follow
+
+
+def lane(width: float) -> list[Body]:
+    """Two walls along x, so far apart."""
+    return [body(rectangle(40.0, 0.2), 0.0, y, name=f"wall {y}") for y in (0.5 * width + 0.1, -0.5 * width - 0.1)]
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_nobody_nears_a_robot_that_stands_so_fast_that_they_would_meet_within_half_a_second(rule: str) -> None:
+    trial = watch([walker("ann", (-3.0, 0.0), (4.0, 0.0), behaviour=rule)], 6.0, (0.0, 0.0, 0.0), walls=lane(0.9))
+    gap = np.hypot(*(trial.moving_obstacles[:, 0, :2] - trial.pose[:, :2]).T) - 0.5
+    nearing = -np.diff(gap) / np.diff(trial.t)
+    assert (nearing <= gap[:-1] / IN_TIME + 1e-6).all()
+    assert nearing.max() > 0.6  # who is farther away walks on
+    assert TOUCH - 1e-6 < gap.min() < 0.7
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_who_sees_a_robot_come_makes_room_and_who_turns_the_back_is_run_over(rule: str) -> None:
+    comes, goes = (walker("ann", (3.0, 0.0), (x, 0.0), speed=0.5, behaviour=rule) for x in (-9.0, 15.0))
+    for speed, person, expected in ((0.5, comes, Outcome.TIMEOUT), (1.0, goes, Outcome.COLLISION)):
+        trial = watch([person], 10.0, (0.0, 0.0, 0.0), constant(speed), lane(0.9))
+        assert trial.outcome is expected, trial.reason
+        if expected is Outcome.TIMEOUT:
+            assert (
+                trial.moving_obstacles[-1, 0, 0] > trial.pose[-1, 0] > 3.0
+            )  # where the person was, who has walked back
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_who_is_held_up_again_and_again_steps_back(rule: str) -> None:
+    trial = watch([walker("ann", (-3.0, 0.0), (4.0, 0.0), behaviour=rule)], 40.0, (0.0, 0.0, 0.0), walls=lane(0.9))
+    x = trial.moving_obstacles[:, 0, 0]
+    came = int(np.argmax(x > -1.0))
+    went = came + int(np.argmin(x[came:-80]))
+    assert x[came] > -1.0 > -2.0 > x[went]  # a metre, at least
+    assert x[went:].max() > -1.0  # and comes again
 
 
 def test_who_sees_nobody_walks_the_same_whatever_the_robot_does() -> None:

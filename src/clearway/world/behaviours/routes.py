@@ -22,9 +22,11 @@ ARRIVED = 0.3
 """So near to a place of the route the next one is walked to, m."""
 STOPPING = 1.0
 """Who comes to stay somewhere slows down so as to be there in no less than this, s."""
-HELD_UP, PATIENCE, SIDESTEP, ASIDE = 0.3, 1.0, 1.0, 2.0
-"""Who comes no faster than this share of the preferred speed for so long, s, heads so far to the right, rad, for so long, s:
-those who give way to each other exactly would stand for ever."""
+HELD_UP, PATIENCE, ASIDE = 0.3, 1.0, 2.0
+"""Who comes no faster than this share of the preferred speed for so long, s, heads elsewhere for so long, s: those who give way to each
+other exactly would stand for ever."""
+ELSEWHERE = (-1.0, 1.0, math.pi)
+"""To the right first, rad; to the left when soon after held up again; then back, out of the way."""
 STRAYING = 0.02
 """By how much a person's course errs at most, rad: two who want exactly through each other would stand for ever."""
 KNOWN_BYTES = 64 << 20
@@ -56,7 +58,8 @@ class OnRoute(NamedTuple):
         distance: (n, rows, columns) see `Ways`.
         room: Where what stands leaves how much.
         moved: (k,) when each last came on, s.
-        aside: (k,) until when each heads to the right, s.
+        aside: (k,) until when each heads elsewhere, s.
+        tries: (k,) int64, how often each has without coming on since.
         decided: (1,) int64, how often they have.
     """
 
@@ -81,6 +84,7 @@ class OnRoute(NamedTuple):
     room: Room
     moved: FloatArray
     aside: FloatArray
+    tries: npt.NDArray[np.int64]
     decided: npt.NDArray[np.int64]
 
 
@@ -129,6 +133,7 @@ class Routes:
             room=room,
             moved=np.zeros(k),
             aside=np.full(k, -math.inf),
+            tries=np.zeros(k, np.int64),
             decided=np.zeros(1, np.int64),
         )
 
@@ -223,9 +228,12 @@ def wish(t: float, at: FloatArray, velocity: FloatArray, now: OnRoute, out: Floa
         course = math.atan2(ty - y, tx - x) + STRAYING * (2.0 * uniform(now.keys[k], 1, now.decided[0]) - 1.0)
         if math.hypot(velocity[k, 0], velocity[k, 1]) >= HELD_UP * wanted:
             now.moved[k] = t
-        elif t > now.moved[k] + PATIENCE:
+            if t > now.aside[k] + PATIENCE:
+                now.tries[k] = 0
+        elif t > max(now.moved[k], now.aside[k]) + PATIENCE:
             now.aside[k] = t + ASIDE
+            now.tries[k] += 1
         if t < now.aside[k]:
-            course -= SIDESTEP
+            course += ELSEWHERE[(now.tries[k] - 1) % len(ELSEWHERE)]
         out[k, 0], out[k, 1] = wanted * math.cos(course), wanted * math.sin(course)
     now.decided[0] += 1

@@ -33,10 +33,13 @@ from clearway.world.tracks import place_twice, pose_at
 
 FASTER = 1.3
 """The most that a person hurries, of the preferred speed (Helbing, Molnár 1995)."""
-BESIDE = 0.1
-"""A person leaves a robot so much room beyond its circumscribed disc where there is, m."""
+BESIDE = 0.3
+"""A person leaves a robot so much room beyond its circumscribed disc where there is, m: what people leave to what stands on either side
+when they walk between (Hackney, Vallis, Cinelli 2013)."""
 TOUCH = 0.03
 """Nearer than this nobody walks up to a robot's disc, m."""
+IN_TIME = 0.5
+"""Nobody nears a robot so fast that they would meet sooner, s (tau of Moussaïd, Helbing, Theraulaz 2011)."""
 TURNING = 4.0
 """The most that a person turns, rad/s."""
 
@@ -225,7 +228,7 @@ def look_round(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, w
 def heed(crowd: Crowd, dt: float, work: Scratch) -> None:
     """Take everybody of a crowd on for `dt` [s] by ORCA."""
     orca.choose(work.bodies, work.wanted, crowd.care, crowd.walls, crowd.every * PERIOD, work.orca, work.chosen)
-    walk(crowd, work.chosen, work.headings, TURNING * dt, work.bodies, dt)
+    walk(crowd, work.wanted.velocity, work.chosen, work.headings, TURNING * dt, work.bodies, dt)
 
 
 @kernel
@@ -250,7 +253,7 @@ def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
         )
         headings, turning = facing.heading, -1.0
         crowd.turn_rate[:] = facing.turn_rate
-    walk(crowd, chosen, headings, turning, bodies, dt)
+    walk(crowd, wanted.velocity, chosen, headings, turning, bodies, dt)
 
 
 @light
@@ -320,14 +323,17 @@ def glance(
 
 
 @light
-def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float, bodies: Bodies, dt: float) -> None:
+def walk(
+    crowd: Crowd, wanted: FloatArray, chosen: FloatArray, headings: FloatArray, turning: float, bodies: Bodies, dt: float
+) -> None:  # fmt: skip
     """Take each person a step further; never into what stands, whatever pushes, nor up against a robot that it sees.
 
     Args:
         crowd: Who they are; where they are, and how fast, is updated.
+        wanted: (k, 2) velocities at which they would walk alone, m/s.
         chosen: (k, 2) velocities by the rule, m/s; updated to those that are walked.
         headings: (k,) by the rule, rad.
-        turning: The most that a person turns, rad, who faces where it walks; negative: the rule says where it faces.
+        turning: The most that a person turns, rad, who faces where it wants to walk; negative: the rule says where it faces.
         bodies: Everything that moves, robots last.
         dt: How long the step takes, s.
     """
@@ -337,10 +343,12 @@ def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float,
     for k in range(len(at)):
         for j in range(first, len(bodies.radius)):
             if crowd.sees[k] & bodies.layer[j]:
-                reaction = crowd.reactions[(j - first) // robots]
                 away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
-                went = reaction * bodies.velocity[j, 0], reaction * bodies.velocity[j, 1]
-                hold_off(chosen[k], away, went, radius[k] + bodies.radius[j], dt)
+                drives = bodies.velocity[j, 0], bodies.velocity[j, 1]
+                apart = radius[k] + bodies.radius[j] - BESIDE + TOUCH
+                hold_off(
+                    chosen[k], at[k, 2], away, drives, crowd.reactions[(j - first) // robots], apart, crowd.v_max[k]
+                )
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), 0.6 * radius[k]):
             chosen[k, 0] = chosen[k, 1] = 0.0
@@ -349,26 +357,50 @@ def walk(crowd: Crowd, chosen: FloatArray, headings: FloatArray, turning: float,
         crowd.velocity[k, 0], crowd.velocity[k, 1] = chosen[k, 0], chosen[k, 1]
         if turning < 0.0:
             at[k, 2] = headings[k]
-        elif math.hypot(chosen[k, 0], chosen[k, 1]) > STEPPING:
-            turn = wrap(math.atan2(chosen[k, 1], chosen[k, 0]) - at[k, 2])
+        elif math.hypot(wanted[k, 0], wanted[k, 1]) > STEPPING:  # who makes room goes on looking there
+            turn = wrap(math.atan2(wanted[k, 1], wanted[k, 0]) - at[k, 2])
             at[k, 2] = wrap(at[k, 2] + min(max(turn, -turning), turning))
 
 
 @light
-def hold_off(velocity: FloatArray, to: tuple[float, float], went: tuple[float, float], apart: float, dt: float) -> None:
-    """Take from the `velocity` (2,) [m/s] what would within `dt` [s] bring somebody up against a robot that is taken to have gone `went`
-    (x, y) [m] since it was seen, so that its middle is `to` (x, y) [m] away: it may have braked anywhere on that way. From it the
-    person wants `apart` [m] from middle to middle."""
-    gone = went[0] * went[0] + went[1] * went[1]
-    back = min(max((to[0] * went[0] + to[1] * went[1]) / max(gone, 1e-12), 0.0), 1.0)
-    x, y = to[0] - back * went[0], to[1] - back * went[1]
-    distance = math.hypot(x, y)
-    most = max((distance - apart + BESIDE - TOUCH) / dt, 0.0)
-    onto = (velocity[0] * x + velocity[1] * y) / max(distance, 1e-9)
-    if onto > most:
-        excess = (onto - most) / max(distance, 1e-9)
-        velocity[0] -= excess * x
-        velocity[1] -= excess * y
+def hold_off(
+    velocity: FloatArray,
+    heading: float,
+    to: tuple[float, float],
+    drives: tuple[float, float],
+    reaction: float,
+    apart: float,
+    v_max: float,
+) -> None:
+    """Have somebody near a robot no faster than lets them meet `IN_TIME` from now, wherever it has braked since it was seen; and make room
+    for one that is before its eyes and comes on faster.
+
+    Args:
+        velocity: (2,) of the person, m/s; updated.
+        heading: Where the person looks, rad.
+        to: (x, y) from the person to where the robot is by now if it has driven on, m.
+        drives: (vx, vy) of the robot when it was seen, m/s.
+        reaction: How long ago that was, s.
+        apart: How far from middle to middle they meet, m.
+        v_max: The most that the person walks at, m/s.
+    """
+    wx, wy = reaction * drives[0], reaction * drives[1]
+    back = min(max((to[0] * wx + to[1] * wy) / max(wx * wx + wy * wy, 1e-12), 0.0), 1.0)
+    x, y = to[0] - back * wx, to[1] - back * wy
+    _near(velocity, x, y, max((math.hypot(x, y) - apart) / IN_TIME, 0.0))
+    away, onto = math.hypot(to[0], to[1]), drives[0] * to[0] + drives[1] * to[1]
+    if onto < 0.0 and math.cos(heading) * to[0] + math.sin(heading) * to[1] > 0.0:
+        _near(velocity, to[0], to[1], max((away - apart) / IN_TIME + onto / max(away, 1e-9), -v_max))
+
+
+@light
+def _near(velocity: FloatArray, x: float, y: float, most: float) -> None:
+    """Take from the `velocity` (2,) what is more than `most` [m/s] towards (x, y)."""
+    distance = max(math.hypot(x, y), 1e-9)
+    excess = (velocity[0] * x + velocity[1] * y) / distance - most
+    if excess > 0.0:
+        velocity[0] -= excess * x / distance
+        velocity[1] -= excess * y / distance
 
 
 def course_of(person: PersonSpec) -> float:
