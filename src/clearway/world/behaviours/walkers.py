@@ -36,8 +36,9 @@ FASTER = 1.3
 BESIDE = 0.3
 """A person leaves a robot so much room beyond its circumscribed disc where there is, m: what people leave to what stands on either side
 when they walk between (Hackney, Vallis, Cinelli 2013)."""
-TOUCH = 0.03
-"""Nearer than this nobody walks up to a robot's disc, m."""
+TOUCH = 0.07
+"""Nearer than this nobody walks up to a robot's disc, m: who has less to either side, of a shoulder's width of 0.5 m, turns the shoulders
+(Warren, Whang 1987)."""
 IN_TIME = 0.5
 """Nobody nears a robot so fast that they would meet sooner, s (tau of Moussaïd, Helbing, Theraulaz 2011)."""
 TURNING = 4.0
