@@ -141,13 +141,13 @@ class Nearby(NamedTuple):
         belts: (M, BELT) what moves in this step, anywhere; see `belts_of`.
         stills: (3, s) x and y, from where the robot begins, and radius of what stands within reach, in metres.
         moving: (M, BELT) what moves within reach; x and y from where the robot begins.
-        apart: (s,) how near a step's way comes to the middle of each that stands, squared, in m^2.
+        lack: (s,) which share of the distance up to which nearness costs a step's way lacks to each that stands, taken as a disc.
     """
 
     belts: FloatArray
     stills: FloatArray
     moving: FloatArray
-    apart: FloatArray
+    lack: FloatArray
 
 
 @kernel
@@ -202,7 +202,7 @@ def collision_risk(
     """Risk of a step: probability of contact with what moves, and what nearness to what stands costs; -1: it hits that.
 
     Args:
-        nearby: What it can meet, as `near` fills it; of that `apart` is filled here.
+        nearby: What it can meet, as `near` fills it; of that `lack` is filled here.
         n: So many stand.
         m: So many move.
         foot: The robot's outline.
@@ -215,24 +215,29 @@ def collision_risk(
         turn: By how much it turns, in radians.
     """
     vertices, rim, outer = foot.vertices, foot.radius, foot.circumscribed
-    _, stills, moving, apart = nearby
+    _, stills, moving, lack = nearby
     risk = 0.0
     if n > 0:
         per = 1.0 / max(dx * dx + dy * dy, 1e-12)
+        tight = 0
         for i in range(n):  # no branch: the loop runs on vector registers
             cx, cy = stills[0, i], stills[1, i]
             share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
             ex, ey = cx - share * dx, cy - share * dy
-            apart[i] = ex * ex + ey * ey
+            room = math.sqrt(ex * ex + ey * ey) - outer - stills[2, i]
+            tight += room < margin
+            lack[i] = max(1.0 - max(room, 0.0) / soft, 0.0)
+        if tight == 0 and len(vertices) == 1:
+            for i in range(n):
+                risk += nearness * lack[i] ** 2
+            n = 0
         for i in range(n):
-            d2, body = apart[i], stills[2, i]
-            reach = body + outer + soft
-            if d2 >= reach * reach:
+            if lack[i] == 0.0:
                 continue
-            cx, cy = stills[0, i], stills[1, i]
+            cx, cy, body = stills[0, i], stills[1, i], stills[2, i]
             share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
             ex, ey = cx - share * dx, cy - share * dy
-            room = room_to(vertices, rim, theta + share * turn, ex, ey, d2) - body
+            room = room_to(vertices, rim, theta + share * turn, ex, ey, ex * ex + ey * ey) - body
             if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
                 then = room_to(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
                 room = min(room, then)

@@ -37,6 +37,9 @@ PLANNED, KEPT, STORED, STOPPED = range(4)
 STATUSES = ("planned", "kept", "stored", "stopped")
 """How a decision was found: a new plan; the last one; the remainder of the last certified plan; no way at all."""
 
+ENDLESS = 2**62
+"""A budget of so many nodes is none."""
+
 
 class Settings(NamedTuple):
     """What doesn't change during a trial.
@@ -263,8 +266,9 @@ def pose_scene(
 
 
 @kernel
-def find(scene: Scene, memory: Memory, beam: int, spent: int) -> Found:
-    """Search with up to `beam` nodes a layer, fewer where what the budget leaves after `spent` nodes asks for it."""
+def find(scene: Scene, memory: Memory, beam: int, spent: int, dear: float) -> Found:
+    """Search with up to `beam` nodes a layer, fewer where what the budget leaves after `spent` nodes asks for it; no farther once
+    all ways risk more than `dear` [s]."""
     settings = scene.settings
     width = beam
     while width > 1 and settings.layers * nodes_of(width) > settings.budget - spent:
@@ -273,7 +277,7 @@ def find(scene: Scene, memory: Memory, beam: int, spent: int) -> Found:
         scene.start, scene.base, scene.obstacles, scene.field, scene.area, scene.costs, settings.controls,
         _hint(scene, memory),
     )  # fmt: skip
-    tree = search(problem, settings.layers, width)
+    tree = search(problem, settings.layers, width, dear)
     layer, index = leaf(tree)
     low_cost = index >= 0 and layer > 0 and tree.nodes[layer, index, COST] <= settings.low_cost_threshold
     return Found(tree, layer, index, low_cost, spent + int(tree.count.sum()), width < beam)
@@ -287,7 +291,7 @@ def widen(scene: Scene, memory: Memory, found: Found) -> Found:
         return found
     if settings.layers * nodes_of(settings.narrow) >= settings.budget - found.spent:
         return Found(found.tree, found.layer, found.node, found.low_cost, found.spent, True)
-    return find(scene, memory, settings.wide, found.spent)
+    return find(scene, memory, settings.wide, found.spent, math.inf)
 
 
 @kernel
@@ -393,6 +397,8 @@ def decide(
 ) -> Decision:  # fmt: skip
     """Decide what to drive from `pose` (3,); of the forecast that counts in certificates which is `counted`."""
     scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
-    found = widen(scene, memory, find(scene, memory, settings.narrow, 0))
+    surely = settings.narrow < settings.wide and settings.budget == ENDLESS
+    dear = settings.low_cost_threshold if surely else math.inf  # it searches wider then
+    found = widen(scene, memory, find(scene, memory, settings.narrow, 0, dear))
     ways = gather(scene, memory, found, settings.rounds)
     return choose(scene, memory, counted, rules, found, ways)

@@ -25,6 +25,7 @@ from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
 from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified, stopped_after
 from clearway.navigators.hp_st.contact import Base
 from clearway.navigators.hp_st.decision import (
+    ENDLESS,
     STATUSES,
     STOPPED,
     STORED,
@@ -159,14 +160,15 @@ class HpSt:
         self._base = Base(limits, footprint(robot.shape))
         self._settings = Settings(
             period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
-            budget=_ENDLESS if task.budget.iterations is None else task.budget.iterations,
+            budget=ENDLESS if task.budget.iterations is None else task.budget.iterations,
             controls=CONTROLS if limits.v_min < 0.0 else CONTROLS[:11].copy(),
             candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=0 if car else p.rounds,
             effort=p.effort, heading_weight=p.heading_weight,
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
             certified=certified,
         )  # fmt: skip
-        ahead = longest_braking(limits, task.period) if certified and math.isfinite(limits.deceleration) else 0
+        halts = certified and p.halt_cost > 0.0 and math.isfinite(limits.deceleration)
+        ahead = longest_braking(limits, task.period) if halts else 0
         self._wishes = SearchCosts(
             stride * task.period, stride, p.contact_cost, p.discount, p.margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
             0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
@@ -285,7 +287,7 @@ class HpSt:
                 pose,
             )  # fmt: skip
         scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, costs, self._safety, pose)
-        found, end = find(scene, memory, settings.narrow, 0), began + self._seconds
+        found, end = find(scene, memory, settings.narrow, 0, math.inf), began + self._seconds
         late = time.perf_counter() >= end
         if late:
             found = found._replace(cut=found.cut or not found.low_cost)
@@ -412,8 +414,6 @@ class HpStForesight(HpSt):
 
 
 _UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"
-
-_ENDLESS = 2**62  # nodes
 
 _NOTHING = Obstacles(
     np.zeros((0, 2)),

@@ -32,8 +32,9 @@ def nodes_of(beam: int) -> int:
 
 
 @kernel
-def search(problem: Problem, layers: int, beam: int) -> Tree:
-    """Search `layers` layers ahead, with the best `beam` nodes of each and some of each sector."""
+def search(problem: Problem, layers: int, beam: int, dear: float) -> Tree:
+    """Search `layers` layers ahead, with the best `beam` nodes of each and some of each sector; no farther once all ways risk more
+    than `dear` [s]."""
     start, field = problem.start, problem.field
     quota, size = max(1, beam // _SHARE), nodes_of(beam)
     if not problem.costs.sectors:
@@ -53,6 +54,7 @@ def search(problem: Problem, layers: int, beam: int) -> Tree:
         found, front = expand(problem, tree, k, first, front, children, nearby)
         hinted = keep_best(tree, k, children, found, beam, quota, front.hinted)
         front = Front(hinted, front.best)
-        if tree.count[k + 1] == 0:
+        m = tree.count[k + 1]
+        if m == 0 or (tree.goal[0] < 0.0 and tree.nodes[k + 1, :m, COST].min() > dear):
             break
     return tree
