@@ -25,6 +25,9 @@ from clearway.robots.drive_limits import DriveLimits
 TOUCH = 1e-4
 """A gap below this counts as contact, m: advancement comes close to zero, but never there."""
 
+SOON = 15
+"""Most plans conflict within so many periods; to bound all of a long one takes the square of its length."""
+
 CLEAR, AREA, UNSEEN = -1, -2, -3
 """What a plan conflicts with, beside i (a standing obstacle) and s + i (one that moves): nothing, the area, the unseen."""
 
@@ -153,17 +156,23 @@ def longest_certified(
     Returns:
         k, -1 if there is none; the plan so stopped (for -1 the last one that was tried); and its tube.
     """
-    k = len(plan.inputs)
+    n = len(plan.inputs)
+    k, soon = min(n, SOON), SOON < n
     while True:
         whole = stopped_after(plan, k, safety.limits, safety.period)
         about = tube(whole, room(whole, safety.limits), safety.period, safety.disturbance, safety.start, standing)
         verdict = certify(whole, about, safety.period, body, forecast, rules)
-        if verdict.ok:
-            return k, whole, about
         # a conflict on the common part stays one for every k beyond it: the tube does not depend on what follows
-        k = min(k - 1, int(verdict.time / safety.period + 1e-9))
-        if k < least:
-            return -1, whole, about
+        free = n if verdict.ok else int(verdict.time / safety.period + 1e-9)
+        if soon and free >= k:
+            k = n
+        elif verdict.ok:
+            return k, whole, about
+        else:
+            k = min(k - 1, free)
+            if k < least:
+                return -1, whole, about
+        soon = False
 
 
 @light
