@@ -8,13 +8,12 @@ nobody knows, but by how much at most (`blurred`).
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import NamedTuple
 
 import numpy as np
 
 from clearway.contract import Latency
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.steering import steered
@@ -55,20 +54,19 @@ class Ahead:
     def __init__(self, latency: Latency, limits: DriveLimits) -> None:
         self.time = latency.sensing + latency.command
         self._limits = limits
-        rest = np.zeros(2)
-        self._given: deque[tuple[float, FloatArray, FloatArray]] = deque([(-math.inf, rest, rest)])
+        self._given = np.array(((-math.inf, 0.0, 0.0, 0.0, 0.0),))  # since when, the velocity (2,) then, the command (2,)
 
     def decided(self, t: float, velocity: FloatArray, v: float, omega: float) -> None:
         """On what was told of time `t` [s] a command was given; the base will move at `velocity` (2,) when it is followed."""
         if self.time > 0.0:
-            self._given.append((t + self.time, velocity.copy(), np.array((v, omega))))
+            self._given = np.vstack((self._given, (t + self.time, velocity[0], velocity[1], v, omega)))
 
     def pose(self, t: float, pose: FloatArray) -> FloatArray:
         """(3,) where a robot that is told to be at `pose` at time `t` [s] will be when a decision of now is followed."""
         if self.time == 0.0:
             return pose
-        while len(self._given) > 1 and self._given[1][0] <= t - _KEPT:
-            self._given.popleft()
+        while len(self._given) > 1 and self._given[1, 0] <= t - _KEPT:
+            self._given = self._given[1:]
         return self.way(pose, t, t + self.time).pose
 
     def state(self, t: float, pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -85,22 +83,36 @@ class Ahead:
 
     def way(self, pose: FloatArray, begin: float, end: float) -> Way:
         """How the base moves from `pose` (3,) at time `begin` until `end` [s], by what was commanded before."""
-        at, velocity = np.array(pose, np.float64), np.zeros(2)
-        if end <= begin + _SAME:
-            return Way(at, velocity, velocity.copy(), velocity.copy())
-        low, high = np.full(2, math.inf), np.full(2, -math.inf)
-        rows = list(self._given)
-        for k, (since, first, command) in enumerate(rows):
-            until = rows[k + 1][0] if k + 1 < len(rows) else math.inf
-            if until <= begin + _SAME or since >= end - _SAME:
-                continue
-            a, b = max(since, begin), min(until, end)
-            velocity = first.copy()
-            follow(at, velocity, low, high, command, self._limits, a - since if since > -math.inf else 0.0, b - a)
-        return Way(at, velocity, low, high)
+        return follow_all(self._given, self._limits, pose, begin, end)
 
 
 @kernel
+def follow_all(given: FloatArray, limits: DriveLimits, pose: FloatArray, begin: float, end: float) -> Way:
+    """How a base of these `limits` moves from `pose` (3,) at time `begin` until `end` [s].
+
+    Args:
+        given: (n, 5) from which time on which command was followed, one after another: that time [s], v [m/s] and omega [rad/s] of
+            the base then, and those commanded.
+        limits: Of the base.
+        pose: At its begin.
+        begin: See above.
+        end: See above.
+    """
+    at, velocity = pose.copy(), np.zeros(2)
+    if end <= begin + _SAME:
+        return Way(at, velocity, velocity.copy(), velocity.copy())
+    low, high = np.full(2, math.inf), np.full(2, -math.inf)
+    for k in range(len(given)):
+        since, until = given[k, 0], given[k + 1, 0] if k + 1 < len(given) else math.inf
+        if until <= begin + _SAME or since >= end - _SAME:
+            continue
+        a, b = max(since, begin), min(until, end)
+        velocity[:] = given[k, 1:3]
+        follow(at, velocity, low, high, given[k, 3:], limits, a - since if since > -math.inf else 0.0, b - a)
+    return Way(at, velocity, low, high)
+
+
+@light
 def follow(
     pose: FloatArray, velocity: FloatArray, low: FloatArray, high: FloatArray, command: FloatArray, limits: DriveLimits,
     since: float, duration: float,

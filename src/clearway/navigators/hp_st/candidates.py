@@ -9,11 +9,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import PredictedObstacles
 from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree, X, Y
+
+Rounds = npt.NDArray[np.int16]
 
 
 @kernel
@@ -32,27 +35,26 @@ def distinct(
         apart: Two ways differ where the bearing of an obstacle turns by more than that, in radians.
     """
     ends = np.empty((most, 2), np.int64)
-    count = len(obstacles.still) + len(obstacles.radius)
-    last_seen, rounds = np.empty((most, count, 2)), np.empty((most, count), np.int64)
     if index < 0 or most == 0:
         return ends[:0]
     ends[0, 0], ends[0, 1] = layer, index
-    way = np.empty((len(tree.count), 2))
-    _turns(tree, obstacles, stride, layer, index, way, last_seen[0], rounds[0])
-    found = 1
     last = len(tree.count) - 1
     while last > 0 and tree.count[last] == 0:
         last -= 1
     if most == 1 or last == 0:
         return ends[:1]
+    rounds = _rounds(tree, obstacles, stride, layer, index, last)
+    seen = np.empty((most, rounds.shape[2], 2))
+    _see(tree, obstacles, stride, layer, index, seen[0])
+    found = 1
     order = np.argsort(tree.nodes[last, : tree.count[last], TOTAL].copy())
     for b in order:
         if last == layer and b == index:
             continue
-        _turns(tree, obstacles, stride, last, b, way, last_seen[found], rounds[found])
+        _see(tree, obstacles, stride, last, b, seen[found])
         new = True
         for p in range(found):
-            if not _differ(last_seen[p], rounds[p], last_seen[found], rounds[found], apart):
+            if not _differ(seen[p], rounds[ends[p, 0], ends[p, 1]], seen[found], rounds[last, b], apart):
                 new = False
                 break
         if new:
@@ -88,46 +90,57 @@ def by_first_step(tree: Tree) -> IntArray:
     return found[:count]
 
 
-@light
-def _turns(
-    tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, way: FloatArray, seen: FloatArray,
-    rounds: IntArray,
-) -> None:  # fmt: skip
-    """How each obstacle has turned about the robot on the way to a node; those that stand come first.
-
-    Args:
-        tree: What the search has found.
-        obstacles: As the search saw them.
-        stride: Instants of the obstacles in a layer.
-        layer: Of the node.
-        index: Of the node in its layer.
-        way: (L + 1, 2) filled with the places on the way, in metres.
-        seen: (n, 2) filled with where each is seen from the node, in metres.
-        rounds: (n,) filled with how often its bearing has come past west, counted up to the left.
-    """
-    still, at, nodes, parent = obstacles.still, obstacles.at, tree.nodes, tree.parent
+@kernel
+def _rounds(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, last: int) -> Rounds:
+    """(L + 1, B, n) how often the bearing of each obstacle has come past west on the way to a node, counted up to the left; those that
+    stand come first. Filled for the ends, which are all nodes of layer `last` and one of `layer`, and all nodes on the way to them."""
+    still, at, nodes, parent, count = obstacles.still, obstacles.at, tree.nodes, tree.parent, tree.count
     s = len(still)
-    node = index
-    for k in range(layer, -1, -1):
-        way[k, 0], way[k, 1] = nodes[k, node, X], nodes[k, node, Y]
-        node = parent[k, node]
-    for i in range(len(rounds)):
-        past, ax, ay = 0, 0.0, 0.0
-        for k in range(layer + 1):
-            if i < s:
-                bx, by = still[i, 0] - way[k, 0], still[i, 1] - way[k, 1]
-            else:
-                bx, by = at[k * stride, i - s, 0] - way[k, 0], at[k * stride, i - s, 1] - way[k, 1]
-            if k > 0 and (ay < 0.0) != (by < 0.0):
-                left = ax * by - ay * bx > 0.0
-                if left == (by < 0.0):
-                    past += 1 if left else -1
-            ax, ay = bx, by
-        seen[i, 0], seen[i, 1], rounds[i] = ax, ay, past
+    needed = np.zeros(parent.shape, np.bool_)
+    needed[last, : count[last]] = needed[layer, index] = True
+    for k in range(last, 0, -1):
+        for b in range(count[k]):
+            if needed[k, b]:
+                needed[k - 1, parent[k, b]] = True
+    rounds = np.empty((*parent.shape, s + len(obstacles.radius)), np.int16)
+    rounds[0, 0] = 0
+    for k in range(1, last + 1):
+        for b in range(count[k]):
+            if not needed[k, b]:
+                continue
+            a = parent[k, b]
+            for i in range(rounds.shape[2]):
+                ax, ay = _bearing(still, at, (k - 1) * stride, i, nodes[k - 1, a, X], nodes[k - 1, a, Y])
+                bx, by = _bearing(still, at, k * stride, i, nodes[k, b, X], nodes[k, b, Y])
+                past = rounds[k - 1, a, i]
+                if (ay < 0.0) != (by < 0.0):
+                    left = ax * by - ay * bx > 0.0
+                    if left == (by < 0.0):
+                        past += 1 if left else -1
+                rounds[k, b, i] = past
+    return rounds
 
 
 @light
-def _differ(a: FloatArray, rounds_a: IntArray, b: FloatArray, rounds_b: IntArray, apart: float) -> bool:
+def _see(
+    tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, seen: FloatArray
+) -> None:  # fmt: skip
+    """Fill `seen` (n, 2) with where each obstacle is seen from a node, in metres; those that stand come first."""
+    x, y = tree.nodes[layer, index, X], tree.nodes[layer, index, Y]
+    for i in range(len(seen)):
+        seen[i, 0], seen[i, 1] = _bearing(obstacles.still, obstacles.at, layer * stride, i, x, y)
+
+
+@light
+def _bearing(still: FloatArray, at: FloatArray, k: int, i: int, x: float, y: float) -> tuple[float, float]:
+    """Where obstacle `i` is at instant `k`, seen from (x, y), in metres; those that stand come first."""
+    if i < len(still):
+        return still[i, 0] - x, still[i, 1] - y
+    return at[k, i - len(still), 0] - x, at[k, i - len(still), 1] - y
+
+
+@light
+def _differ(a: FloatArray, rounds_a: Rounds, b: FloatArray, rounds_b: Rounds, apart: float) -> bool:
     """Whether on two ways from one place, see `_turns`, the bearing of an obstacle turns by more than `apart` [rad] apart.
 
     The rounds and the two last bearings tell; where no round lies between them, their angle's cosine does, without arc tangents.

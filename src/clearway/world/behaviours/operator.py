@@ -49,6 +49,7 @@ class Operator:
     ) -> None:
         self.members: tuple[int, ...] = (member,)
         self._spec, self._runs = spec, runs
+        self._thoughts = np.linspace(spec.reaction, spec.reaction + spec.foresight, _THOUGHTS)[:, None]
         packed = pack([shape])
         self._outline, self._rim, self._reach = packed.points, float(packed.radius[0]), float(packed.reach[0])
         fastest = max((run.speed for on_leg in runs.values() for run in on_leg), default=0.0)
@@ -120,9 +121,9 @@ class Operator:
         for robot in robots:
             seen = t - spec.reaction
             now, before = robot.track.at(seen), robot.track.at(seen - GLANCE)
-            velocity = (now[:2] - before[:2]) / GLANCE
-            ahead = np.linspace(spec.reaction, spec.reaction + spec.foresight, _THOUGHTS)
-            places = np.column_stack([now[:2] + ahead[:, None] * velocity, np.full(_THOUGHTS, now[2])])
+            velocity = (now - before) / GLANCE
+            velocity[2] = 0.0
+            places = now + self._thoughts * velocity
             far = free_way(
                 path.points, path.along, path.stray, self._phases, self._s, way, far, self._outline, self._rim,
                 robot.shape.points, float(robot.shape.radius[0]), places, spec.beside,
