@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.crowds.ways import Ways, in_sight
 from clearway.geometry.compiled import kernel, light
@@ -40,14 +41,14 @@ class Field(NamedTuple):
 
     Attributes:
         distance: (ny, nx) way from the cell (i, j), whose centre is at origin + (j, i) resolution, in metres.
-        hidden: (ny, nx) 0 where the goal is in sight, else 1.
+        hidden: (ny, nx) where the goal is not in sight.
         origin: (2,) centre of the first cell, in metres.
         resolution: Distance between two cells, in metres.
         goal: (2,) where all ways lead, in metres.
     """
 
     distance: FloatArray
-    hidden: FloatArray
+    hidden: npt.NDArray[np.bool_]
     origin: FloatArray
     resolution: float
     goal: FloatArray
@@ -59,7 +60,7 @@ def make_field(goal: FloatArray, discs: FloatArray, area: FloatArray) -> Field:
     wide, high = area[2] - area[0], area[3] - area[1]
     h = max(FINEST, math.sqrt(wide * high / CELLS))
     nx, ny = int(wide / h) + 2, int(high / h) + 2
-    distance, hidden, slow = np.empty((ny, nx)), np.zeros((ny, nx)), np.ones((ny, nx))
+    distance, hidden, slow = np.empty((ny, nx)), np.zeros((ny, nx), np.bool_), np.ones((ny, nx))
     n = len(discs)
     for i in range(ny):
         for j in range(nx):
@@ -72,7 +73,7 @@ def make_field(goal: FloatArray, discs: FloatArray, area: FloatArray) -> Field:
                 along = min(max((cx * dx + cy * dy) / max(far2, 1e-12), 0.0), 1.0)
                 ex, ey = cx - along * dx, cy - along * dy
                 if ex * ex + ey * ey < r * r:
-                    hidden[i, j] = 1.0
+                    hidden[i, j] = True
                     if (cx - dx) ** 2 + (cy - dy) ** 2 < r * r:
                         slow[i, j] = THICK
     if n > 0:
@@ -99,16 +100,16 @@ def field_on_map(ways: Ways, frame: OdometryFrame, place: FloatArray, goal: Floa
 
 
 @kernel
-def _by_ways(ways: Ways, places: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n,) way to the goal from each of `places` (n, 2) on the map, and 0 where it is straight, else 1."""
+def _by_ways(ways: Ways, places: FloatArray) -> tuple[FloatArray, npt.NDArray[np.bool_]]:
+    """(n,) way to the goal from each of `places` (n, 2) on the map, and where it is not straight."""
     d, room, goal = ways.distance, ways.room, ways.goal
     rows, columns = d.shape
-    far, hidden = np.empty(len(places)), np.ones(len(places))
+    far, hidden = np.empty(len(places)), np.ones(len(places), np.bool_)
     for n in range(len(places)):
         x, y = places[n, 0], places[n, 1]
         away = math.sqrt((x - goal[0]) ** 2 + (y - goal[1]) ** 2)
         if away <= EXACT and in_sight(ways, x, y, goal[0], goal[1]):
-            far[n], hidden[n] = away, 0.0
+            far[n], hidden[n] = away, False
             continue
         a = min(max((x - room.origin[0]) / room.resolution - 0.5, 0.0), columns - 1.001)
         b = min(max((y - room.origin[1]) / room.resolution - 0.5, 0.0), rows - 1.001)
@@ -125,12 +126,12 @@ def _by_ways(ways: Ways, places: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 @light
-def _sweep(distance: FloatArray, hidden: FloatArray, slow: FloatArray, h: float) -> None:
+def _sweep(distance: FloatArray, hidden: npt.NDArray[np.bool_], slow: FloatArray, h: float) -> None:
     """Fill the hidden cells of `distance`, `h` [m] apart, in which a metre counts `slow` times."""
     ny, nx = distance.shape
     for i in range(ny):
         for j in range(nx):
-            if hidden[i, j] > 0.0:
+            if hidden[i, j]:
                 distance[i, j] = math.inf
     for _ in range(_ROUNDS):
         change = 0.0
@@ -139,7 +140,7 @@ def _sweep(distance: FloatArray, hidden: FloatArray, slow: FloatArray, h: float)
                 i = a if way < 2 else ny - 1 - a
                 for b in range(nx):
                     j = b if way % 2 == 0 else nx - 1 - b
-                    if hidden[i, j] == 0.0:
+                    if not hidden[i, j]:
                         continue
                     p = min(distance[i - 1, j] if i > 0 else math.inf, distance[i + 1, j] if i < ny - 1 else math.inf)
                     q = min(distance[i, j - 1] if j > 0 else math.inf, distance[i, j + 1] if j < nx - 1 else math.inf)
@@ -165,7 +166,7 @@ def look(field: Field, x: float, y: float) -> tuple[float, float, float]:
 
 @light
 def look_at(
-    d: FloatArray, hidden: FloatArray, origin: FloatArray, h: float, goal: FloatArray, x: float, y: float
+    d: FloatArray, hidden: npt.NDArray[np.bool_], origin: FloatArray, h: float, goal: FloatArray, x: float, y: float
 ) -> tuple[float, float, float]:
     """`look`, on the parts of a field: to take them out of the tuple each time costs more than to look."""
     ny, nx = d.shape
@@ -173,7 +174,7 @@ def look_at(
     b = min(max((y - origin[1]) / h, 0.0), ny - 1.001)
     j, i = int(a), int(b)
     dx, dy = goal[0] - x, goal[1] - y
-    if hidden[i, j] + hidden[i, j + 1] + hidden[i + 1, j] + hidden[i + 1, j + 1] > 0.0:
+    if hidden[i, j] or hidden[i, j + 1] or hidden[i + 1, j] or hidden[i + 1, j + 1]:
         s, t = a - j, b - i
         d00, d01, d10, d11 = d[i, j], d[i, j + 1], d[i + 1, j], d[i + 1, j + 1]
         here = (1 - t) * ((1 - s) * d00 + s * d01) + t * ((1 - s) * d10 + s * d11)
