@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from clearway.contract import Command, Goal, Observation, Obstacles, Task
+from clearway.contract import Budget, Command, Goal, Observation, Obstacles, Task
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
@@ -69,7 +69,7 @@ class Finder:
             np.array(start, dtype=np.float64), self.base, self.obstacles, distances, inside, self.costs,
             self.settings.controls, np.zeros((0, 2)),
         )  # fmt: skip
-        self.tree = search(problem, self.settings.layers, beam or self.settings.wide)
+        self.tree = search(problem, self.settings.layers, beam or self.settings.wide, np.inf)
         return self.tree
 
     def best(self) -> tuple[FloatArray, FloatArray]:
@@ -137,11 +137,13 @@ def observation(
 
 
 def begun(
-    robot: Robot = RESCUE, speed: float = 1.0, within: tuple[float, float, float, float] | None = None, **options: Any
-) -> HpSt:
+    robot: Robot = RESCUE, speed: float = 1.0, within: tuple[float, float, float, float] | None = None,
+    budget: Budget | None = None, **options: Any,
+) -> HpSt:  # fmt: skip
     """A navigator at the beginning of a trial."""
     navigator = HpSt(**options)
-    navigator.reset(Task(robot.period, speed, np.zeros(3), area=within), robot, np.random.default_rng(0))
+    task = Task(robot.period, speed, np.zeros(3), area=within, budget=budget or Budget())
+    navigator.reset(task, robot, np.random.default_rng(0))
     return navigator
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from space_time_scenes import OTHER, finder, line
 
-from clearway.navigators.hp_st.candidates import _differ, _turns, by_first_step
+from clearway.navigators.hp_st.candidates import _differ, _rounds, _see, by_first_step
 from clearway.navigators.hp_st.contact import PredictedObstacles
 from clearway.navigators.hp_st.search_tree import TOTAL, Tree
 
@@ -53,8 +53,8 @@ def test_bearings_turn_as_the_sum_of_their_steps_says() -> None:
             np.ones(1),
             np.ones((21, 1)),
         )
-        last, rounds = np.empty((3, 2)), np.empty(3, np.int64)
-        _turns(tree, seen, 1, 20, 0, np.empty((21, 2)), last, rounds)
+        last, rounds = np.empty((3, 2)), _rounds(tree, seen, 1, 20, 0, 20)[20, 0]
+        _see(tree, seen, 1, 20, 0, last)
         paths = [seen.still[0, :2] - round_it, seen.still[1, :2] - round_it, at[:, 0] - round_it]
         steps = [np.angle((p[1:, 0] + 1j * p[1:, 1]) / (p[:-1, 0] + 1j * p[:-1, 1])).sum() for p in paths]
         begun = [np.arctan2(*p[0, ::-1]) for p in paths]
@@ -74,7 +74,7 @@ def test_ways_differ_where_a_bearing_turns_farther_apart() -> None:
                     if abs(off - apart) < 1e-9:
                         continue
                     seen = [np.array([(0.3 * np.cos(t), 0.3 * np.sin(t))]) for t in (a, b)]
-                    told = _differ(seen[0], np.array([more]), seen[1], np.array([0]), apart)
+                    told = _differ(seen[0], np.array([more], np.int16), seen[1], np.array([0], np.int16), apart)
                     assert told == (off > apart)
 
 

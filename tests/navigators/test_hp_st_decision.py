@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from space_time_scenes import OTHER, OWN, PERIOD, Drive, begun, drive, obstacles
 
+from clearway.contract import Budget
 from clearway.geometry.shapes import FloatArray
 
 BOUND = 1.25
 """Assumed of the obstacles' acceleration, m/s^2; of their speed 4.4 m/s."""
 SEEN = 4.0
+ENOUGH = Budget(iterations=10**9)
 
 
 class Pursuers:
@@ -116,7 +118,27 @@ def test_a_search_that_would_be_no_wider_is_not_made() -> None:
     """No way past the disc costs nothing, so each decision with a threshold of 0 s asks for the wide search."""
     spent = []
     for wide in (24, 25):
-        navigator = begun(narrow=24, wide=wide, low_cost_threshold=0.0)
+        navigator = begun(narrow=24, wide=wide, low_cost_threshold=0.0, budget=ENOUGH)
         drive(navigator, (6.0, 0.0), lambda t, pose: obstacles([(1.5, 0.0)]), periods=1)
         spent.append(navigator.diagnostics().iterations)
     assert 1.5 * spent[0] < spent[1] < 2.5 * spent[0]
+
+
+def searched(budget: Budget | None) -> tuple[list[tuple[float, float]], int]:
+    """What is commanded among pursuers, and how many nodes that takes."""
+    navigator, pursuers, nodes = begun(budget=budget), Pursuers(3, 8), []
+
+    def look(t: float, pose: FloatArray) -> Any:
+        nodes.append(navigator.diagnostics().iterations)
+        return pursuers.look(t, pose)
+
+    went = drive(navigator, (6.0, 0.0), look, 40, touches=pursuers.move)
+    return [(c.v, c.omega) for c in went.commands], sum(nodes)
+
+
+def test_a_narrow_search_that_finds_nothing_cheap_is_broken_off_and_the_decisions_are_the_same() -> None:
+    """Whoever counts nodes searches to the end, as what is left decides how wide the next search is."""
+    (whole, most), (commands, spent) = searched(ENOUGH), searched(None)
+    assert commands == whole
+    assert len(set(commands)) > 5
+    assert spent < 0.95 * most

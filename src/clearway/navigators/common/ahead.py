@@ -54,7 +54,7 @@ class Ahead:
     def __init__(self, latency: Latency, limits: DriveLimits) -> None:
         self.time = latency.sensing + latency.command
         self._limits = limits
-        self._given = np.array(((-math.inf, 0.0, 0.0, 0.0, 0.0),))  # since when, the velocity (2,) then, the command (2,)
+        self._given = np.array(((-math.inf, 0.0, 0.0, 0.0, 0.0),))  # see `follow_all`
 
     def decided(self, t: float, velocity: FloatArray, v: float, omega: float) -> None:
         """On what was told of time `t` [s] a command was given; the base will move at `velocity` (2,) when it is followed."""
@@ -88,16 +88,8 @@ class Ahead:
 
 @kernel
 def follow_all(given: FloatArray, limits: DriveLimits, pose: FloatArray, begin: float, end: float) -> Way:
-    """How a base of these `limits` moves from `pose` (3,) at time `begin` until `end` [s].
-
-    Args:
-        given: (n, 5) from which time on which command was followed, one after another: that time [s], v [m/s] and omega [rad/s] of
-            the base then, and those commanded.
-        limits: Of the base.
-        pose: At its begin.
-        begin: See above.
-        end: See above.
-    """
+    """How a base of these `limits` moves from `pose` (3,) at time `begin` until `end` [s] by the commands `given`: (n, 5) from when on
+    each was followed [s], v [m/s] and omega [rad/s] of the base then, and those commanded."""
     at, velocity = pose.copy(), np.zeros(2)
     if end <= begin + _SAME:
         return Way(at, velocity, velocity.copy(), velocity.copy())

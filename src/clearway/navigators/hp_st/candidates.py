@@ -95,14 +95,13 @@ def _rounds(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, 
     """(L + 1, B, n) how often the bearing of each obstacle has come past west on the way to a node, counted up to the left; those that
     stand come first. Filled for the ends, which are all nodes of layer `last` and one of `layer`, and all nodes on the way to them."""
     still, at, nodes, parent, count = obstacles.still, obstacles.at, tree.nodes, tree.parent, tree.count
-    s = len(still)
     needed = np.zeros(parent.shape, np.bool_)
     needed[last, : count[last]] = needed[layer, index] = True
     for k in range(last, 0, -1):
         for b in range(count[k]):
             if needed[k, b]:
                 needed[k - 1, parent[k, b]] = True
-    rounds = np.empty((*parent.shape, s + len(obstacles.radius)), np.int16)
+    rounds = np.empty((*parent.shape, len(still) + len(obstacles.radius)), np.int16)
     rounds[0, 0] = 0
     for k in range(1, last + 1):
         for b in range(count[k]):
@@ -122,9 +121,7 @@ def _rounds(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, 
 
 
 @light
-def _see(
-    tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, seen: FloatArray
-) -> None:  # fmt: skip
+def _see(tree: Tree, obstacles: PredictedObstacles, stride: int, layer: int, index: int, seen: FloatArray) -> None:
     """Fill `seen` (n, 2) with where each obstacle is seen from a node, in metres; those that stand come first."""
     x, y = tree.nodes[layer, index, X], tree.nodes[layer, index, Y]
     for i in range(len(seen)):
@@ -141,7 +138,7 @@ def _bearing(still: FloatArray, at: FloatArray, k: int, i: int, x: float, y: flo
 
 @light
 def _differ(a: FloatArray, rounds_a: Rounds, b: FloatArray, rounds_b: Rounds, apart: float) -> bool:
-    """Whether on two ways from one place, see `_turns`, the bearing of an obstacle turns by more than `apart` [rad] apart.
+    """Whether on two ways from one place, see `_rounds`, the bearing of an obstacle turns by more than `apart` [rad] apart.
 
     The rounds and the two last bearings tell; where no round lies between them, their angle's cosine does, without arc tangents.
     """

@@ -157,7 +157,7 @@ def longest_certified(
         k, -1 if there is none; the plan so stopped (for -1 the last one that was tried); and its tube.
     """
     n = len(plan.inputs)
-    k, soon = min(n, SOON), SOON < n
+    k, soon = min(n, SOON), n > SOON
     while True:
         whole = stopped_after(plan, k, safety.limits, safety.period)
         about = tube(whole, room(whole, safety.limits), safety.period, safety.disturbance, safety.start, standing)
