@@ -118,7 +118,7 @@ class HpSt:
             TunedOn(
                 "ward-day", ("tiago",), draws=draws, note="what counts in a certificate, and when it brakes at once"
             )
-            for draws in (range(1), range(10, 14), range(30, 34))
+            for draws in (range(1), range(10, 14), range(30, 34), range(50, 54))
         ),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
