@@ -193,8 +193,8 @@ def _to_still(
         v, w = plan.inputs[j, 0], plan.inputs[j, 1]
         x, y, theta = plan.states[j, 0], plan.states[j, 1], plan.states[j, 2]
         off = size + tube.around[j]
-        far = math.hypot(x - ox, y - oy) - body.circumscribed - off
-        if far > abs(v) * period + TOUCH:
+        reach = body.circumscribed + off + abs(v) * period + TOUCH
+        if (x - ox) ** 2 + (y - oy) ** 2 > reach * reach:
             continue
         off += body.lever * min(2.0, tube.turned[j])
         rate = abs(v) + abs(w) * body.lever

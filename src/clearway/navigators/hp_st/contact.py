@@ -179,9 +179,8 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
     for i in range(len(still)):
         dx, dy = still[i, 0] - x, still[i, 1] - y
         reach = still[i, 2] + own + soft
-        if dx * dx + dy * dy < reach * reach:
-            stills[0, n], stills[1, n], stills[2, n] = dx, dy, still[i, 2]
-            n += 1
+        stills[0, n], stills[1, n], stills[2, n] = dx, dy, still[i, 2]
+        n += dx * dx + dy * dy < reach * reach  # no branch: nobody can foretell it
     for i in range(count):
         dx, dy = belts[i, 0] - x, belts[i, 1] - y
         mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
