@@ -185,7 +185,7 @@ def _relate(
         length = math.sqrt(ux * ux + uy * uy)
         per_length, narrow = 1.0 / length, least * gamma * length
         d = centres - max(radius0 + radius[m] - breadth, 0.0)
-        rx[m], ry[m], dx[m], dy[m], near[m] = px, py, ux, uy, d * per_length * per_gamma
+        rx[m], ry[m], dx[m], dy[m], near[m] = px, py, ux, uy, max(d * per_length * per_gamma, -_FAINT)
         cosine = (ux * px + uy * py) * per_length * per_centres
         felt = (layers[m] & sees0 | layer0 & looks[m] != 0) & (centres <= reach)
         fallen[m] = near[m] + 2.0 * narrow * narrow * (1.0 - cosine) if felt else math.inf
