@@ -18,7 +18,7 @@ from clearway.contract import BodyKind, Command
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
-from clearway.world.behaviours.walkers import FASTER, IN_TIME, TOUCH
+from clearway.world.behaviours.walkers import FASTER, IN_TIME, TOUCH, hold_off
 from clearway.world.behaviours.wishes import speed_of
 
 RULES = ("orca", "social-force", "headed-social-force")
@@ -152,6 +152,28 @@ def test_who_sees_a_robot_come_makes_room_and_who_turns_the_back_is_run_over(rul
             assert (
                 trial.moving_obstacles[-1, 0, 0] > trial.pose[-1, 0] > 3.0
             )  # where the person was, who has walked back
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_who_decides_seldom_does_not_run_into_a_robot_that_stands(rule: str) -> None:
+    for y in (0.0, 0.1, 0.2, 0.3):
+        person = walker("ann", (-4.0, y), (4.0, 0.0), behaviour=rule, decides_every=1.0)
+        assert watch([person], start=(0.0, 0.0, 0.0)).outcome is Outcome.TIMEOUT
+
+
+def test_who_makes_room_walks_no_faster_than_it_says() -> None:
+    velocity = np.array([0.3, 1.5])
+    hold_off(velocity, 0.0, (0.7, 0.0), (-2.0, 0.0), 0.3, 0.57, 0.05, 1.56)
+    assert velocity[0] < 0.0
+    assert np.hypot(*velocity) <= 1.56 + 1e-9
+
+
+def test_a_recorded_person_who_makes_room_goes_on_looking_at_the_robot() -> None:
+    track = [(0.0, 4.0, 0.0), (20.0, -8.0, 0.0)]
+    person = {"name": "ann", "start": (4.0, 0.0), "behaviour": "recorded", "track": track}
+    trial = watch([person], 6.0, (0.0, 0.0, 0.0), constant(0.5))
+    assert trial.outcome is Outcome.TIMEOUT, trial.reason
+    assert np.cos(trial.moving_obstacles[:, 0, 2]).max() < 0.0
 
 
 @pytest.mark.parametrize("rule", RULES)

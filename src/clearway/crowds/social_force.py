@@ -166,9 +166,9 @@ def _relate(
     Args:
         disc: (5, n) x, y, vx, vy, radius, from left to right.
         layer, sees: (n,) of each, the layers that it is on and looks at.
-        seen: (5, n) written: where the other is [m], D, the relative velocity and the direction to it in one, and d / B.
+        seen: (5, n) written: where the other is [m], D, the relative velocity and the direction to it in one, and d / B, never less than -16.
         faint: (n,) written: how often the force has fallen by 1/e at least, as 2 (1 - cos theta) is at most theta^2; inf where
-            neither looks at the other; NaN for who is in the same place.
+            neither looks at the other; NaN for who is in the same place, or where D is nothing.
     """
     gamma, foresight, breadth, reach = model.span, model.foresight, model.breadth, model.reach
     least, per_gamma = min(model.turning, model.slowing), 1.0 / gamma

@@ -69,9 +69,9 @@ class Recorded:
         for position, velocity, radius in zip(bodies.position[1:], bodies.velocity[1:], bodies.radius[1:], strict=True):
             (x, y), (vx, vy), person = (position - at[:2]).tolist(), velocity.tolist(), self._people[k]
             apart = person.radius + float(radius) - BESIDE + TOUCH
-            hold_off(chosen, float(at[2]), (x, y), (vx, vy), person.reaction, apart, float(self.speed[k]))
+            hold_off(chosen, float(at[2]), (x, y), (vx, vy), person.reaction, apart, dt, float(self.speed[k]))
         planned[:2] = at[:2] + dt * chosen
-        planned[2] = math.atan2(chosen[1], chosen[0]) if math.hypot(*chosen) > STEPPING else at[2]
+        planned[2] = math.atan2(wish[1], wish[0]) if math.hypot(*wish) > STEPPING else at[2]
 
     def _bodies(self, k: int, at: FloatArray, t: float, scene: Scene) -> Bodies:
         """Person `k` at `at` (3,), and the robots as it sees them at time `t` [s]."""

@@ -347,9 +347,8 @@ def walk(
                 away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
                 drives = bodies.velocity[j, 0], bodies.velocity[j, 1]
                 apart = radius[k] + bodies.radius[j] - BESIDE + TOUCH
-                hold_off(
-                    chosen[k], at[k, 2], away, drives, crowd.reactions[(j - first) // robots], apart, crowd.v_max[k]
-                )
+                reaction = crowd.reactions[(j - first) // robots]
+                hold_off(chosen[k], at[k, 2], away, drives, reaction, apart, dt, crowd.v_max[k])
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), 0.6 * radius[k]):
             chosen[k, 0] = chosen[k, 1] = 0.0
@@ -371,10 +370,11 @@ def hold_off(
     drives: tuple[float, float],
     reaction: float,
     apart: float,
+    dt: float,
     v_max: float,
 ) -> None:
-    """Have somebody near a robot no faster than lets them meet `IN_TIME` from now, wherever it has braked since it was seen; and make room
-    for one that is before its eyes and comes on faster.
+    """Have somebody near a robot no faster than lets them meet `IN_TIME` from now, or at the next decision if that is later, wherever it has
+    braked since it was seen; and make room for one that is before its eyes and comes on faster.
 
     Args:
         velocity: (2,) of the person, m/s; updated.
@@ -383,15 +383,20 @@ def hold_off(
         drives: (vx, vy) of the robot when it was seen, m/s.
         reaction: How long ago that was, s.
         apart: How far from middle to middle they meet, m.
+        dt: Until the next decision, s.
         v_max: The most that the person walks at, m/s.
     """
     wx, wy = reaction * drives[0], reaction * drives[1]
     back = min(max((to[0] * wx + to[1] * wy) / max(wx * wx + wy * wy, 1e-12), 0.0), 1.0)
     x, y = to[0] - back * wx, to[1] - back * wy
-    _near(velocity, x, y, max((math.hypot(x, y) - apart) / IN_TIME, 0.0))
+    in_time = max(IN_TIME, dt)
+    _near(velocity, x, y, max((math.hypot(x, y) - apart) / in_time, 0.0))
     away, onto = math.hypot(to[0], to[1]), drives[0] * to[0] + drives[1] * to[1]
     if onto < 0.0 and math.cos(heading) * to[0] + math.sin(heading) * to[1] > 0.0:
-        _near(velocity, to[0], to[1], max((away - apart) / IN_TIME + onto / max(away, 1e-9), -v_max))
+        _near(velocity, to[0], to[1], max((away - apart) / in_time + onto / max(away, 1e-9), -v_max))
+        faster = max(math.hypot(velocity[0], velocity[1]) / v_max, 1.0)  # who steps back goes on sideways too
+        velocity[0] /= faster
+        velocity[1] /= faster
 
 
 @light
