@@ -346,7 +346,7 @@ def walk(
             if crowd.sees[k] & bodies.layer[j]:
                 away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
                 drives = bodies.velocity[j, 0], bodies.velocity[j, 1]
-                apart = radius[k] + bodies.radius[j] - BESIDE + TOUCH
+                apart = radius[k] + bodies.radius[j]
                 reaction = crowd.reactions[(j - first) // robots]
                 hold_off(chosen[k], at[k, 2], away, drives, reaction, apart, dt, crowd.v_max[k])
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
@@ -382,18 +382,18 @@ def hold_off(
         to: (x, y) from the person to where the robot is by now if it has driven on, m.
         drives: (vx, vy) of the robot when it was seen, m/s.
         reaction: How long ago that was, s.
-        apart: How far from middle to middle they meet, m.
+        apart: How far from middle to middle the person would leave it, m.
         dt: Until the next decision, s.
         v_max: The most that the person walks at, m/s.
     """
     wx, wy = reaction * drives[0], reaction * drives[1]
     back = min(max((to[0] * wx + to[1] * wy) / max(wx * wx + wy * wy, 1e-12), 0.0), 1.0)
     x, y = to[0] - back * wx, to[1] - back * wy
-    in_time = max(IN_TIME, dt)
-    _near(velocity, x, y, max((math.hypot(x, y) - apart) / in_time, 0.0))
+    in_time, meet = max(IN_TIME, dt), apart - BESIDE + TOUCH
+    _near(velocity, x, y, max((math.hypot(x, y) - meet) / in_time, 0.0))
     away, onto = math.hypot(to[0], to[1]), drives[0] * to[0] + drives[1] * to[1]
     if onto < 0.0 and math.cos(heading) * to[0] + math.sin(heading) * to[1] > 0.0:
-        _near(velocity, to[0], to[1], max((away - apart) / in_time + onto / max(away, 1e-9), -v_max))
+        _near(velocity, to[0], to[1], max((away - meet) / in_time + onto / max(away, 1e-9), -v_max))
         faster = max(math.hypot(velocity[0], velocity[1]) / v_max, 1.0)  # who steps back goes on sideways too
         velocity[0] /= faster
         velocity[1] /= faster
