@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import inlined, kernel, light
 from clearway.geometry.held import Held
 
 
@@ -24,6 +24,11 @@ def makes(a: np.ndarray) -> float:
 
 @light
 def hands_on(a: np.ndarray) -> np.ndarray:
+    return a
+
+
+@inlined
+def hands_on_inlined(a: np.ndarray) -> np.ndarray:
     return a
 
 
@@ -87,7 +92,7 @@ def test_one_that_makes_an_array_is_refused() -> None:
         makes(np.ones(3))
 
 
-@pytest.mark.parametrize("function", [hands_on, hands_on_inside, gets])
+@pytest.mark.parametrize("function", [hands_on, hands_on_inlined, hands_on_inside, gets])
 def test_one_that_hands_arrays_on_is_refused(function: object) -> None:
     with pytest.raises(TypeError, match="hands arrays on"):
         function(np.ones(3))  # type: ignore[operator]

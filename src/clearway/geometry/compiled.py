@@ -67,7 +67,16 @@ def light(function: _F) -> _F:
     Numba counts an array up and down again whenever it is taken from a NamedTuple or a part of it is looked at, in steps on which all
     cores agree. In a small kernel that can be most of the time. Whoever calls one holds all that it is given. One that makes an array, or hands one on, is refused when it is compiled.
     """
-    compiled = _compiled(function, _OPTIONS | {"_nrt": False})
+    return _light(function, _OPTIONS)
+
+
+def inlined(function: _F) -> _F:
+    """A light kernel that is compiled anew into each that calls it: for what is called in a loop that is to run on vector registers."""
+    return _light(function, _OPTIONS | {"forceinline": True})
+
+
+def _light(function: _F, options: dict[str, Any]) -> _F:
+    compiled = _compiled(function, options | {"_nrt": False})
     compiler = compiled._compiler
     compile_ = compiler.compile
 

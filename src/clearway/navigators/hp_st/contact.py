@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearway.forecasts.forecast import Forecast
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import inlined, kernel, light
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.shapes import FloatArray
 from clearway.robots.drive_limits import DriveLimits
@@ -193,7 +193,7 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
     return n, m
 
 
-@light
+@inlined
 def collision_risk(
     nearby: Nearby, n: int, m: int, foot: Footprint, margin: float, soft: float, nearness: float, theta: float,
     dx: float, dy: float, turn: float,

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.crowds.ways import Ways, in_sight
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import inlined, kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.frame import OdometryFrame
 
@@ -164,7 +164,7 @@ def look(field: Field, x: float, y: float) -> tuple[float, float, float]:
     return look_at(field.distance, field.hidden, field.origin, field.resolution, field.goal, x, y)
 
 
-@light
+@inlined
 def look_at(
     d: FloatArray, hidden: npt.NDArray[np.bool_], origin: FloatArray, h: float, goal: FloatArray, x: float, y: float
 ) -> tuple[float, float, float]:

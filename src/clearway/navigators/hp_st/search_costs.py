@@ -6,7 +6,7 @@ import math
 from typing import NamedTuple
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import inlined, light
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.contact import Base
 
@@ -76,7 +76,7 @@ def time_to_go(base: Base, far: float, cos_off: float, v: float, stop: bool) -> 
     return to_go(limits.v_min, limits.v_max, limits.omega_max, limits.acceleration, fall, far, cos_off, v)
 
 
-@light
+@inlined
 def to_go(
     low: float, high: float, turn: float, rate: float, fall: float, far: float, cos_off: float, v: float
 ) -> float:
@@ -93,7 +93,7 @@ def to_go(
     return best
 
 
-@light
+@inlined
 def _along(high: float, rate: float, fall: float, far: float, v: float) -> float:
     """The same on a line, for one who drives towards the goal with `v`, at most with `high`."""
     lost = 0.0

@@ -18,10 +18,18 @@ from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
 from clearway.navigators.hp_st.search_costs import SearchCosts, faces, to_go, worth
 from clearway.navigators.hp_st.search_tree import COST, OMEGA, THETA, TOTAL, IntArray, Tree, V, X, Y
 from clearway.navigators.hp_st.stopping import stopping_risk
-from clearway.robots.drive_limits import immediate, possible
+from clearway.robots.drive_limits import DriveLimits, immediate, possible
 
 SECTORS = 17
 """Eight directions from the start in two rings, and what has hardly left it."""
+
+STEPS = 32
+"""Room for so many steps from a node."""
+
+V_TOLD, OMEGA_TOLD, V_END, OMEGA_END, V_MEAN, OMEGA_MEAN = range(0, 6 * STEPS, STEPS)
+TURN, DX, DY, COS, SIN, FAR, ALONG, LEFT = range(6 * STEPS, 14 * STEPS, STEPS)
+"""Where in `Children.step` begins what is known of each of them: v and omega that are told, at its end and on the mean; by how much it
+turns and leads along x and y; the heading there; how far the goal is from there, how far ahead that way leads, and how long it takes."""
 
 _HEADINGS = 16
 _PER_PLACE = 3 * _HEADINGS
@@ -62,6 +70,7 @@ class Children(NamedTuple):
         slot: (M,) of the table, where that cell is entered.
         sector: (M,) in which it lies, seen from the start.
         owner: (a power of 2,) the table: which child holds a cell, open addressing; -1: none.
+        step: (14 STEPS,) the steps from a node, see `V_TOLD`: all are driven at once, on vector registers.
     """
 
     node: FloatArray
@@ -71,6 +80,7 @@ class Children(NamedTuple):
     slot: npt.NDArray[np.int32]
     sector: IntArray
     owner: npt.NDArray[np.int32]
+    step: FloatArray
 
 
 class Front(NamedTuple):
@@ -93,7 +103,7 @@ def room_for(most: int) -> Children:
         size *= 2
     return Children(
         np.empty((most, 7)), np.empty(most, np.int32), np.empty((most, 2)), np.empty(most, np.int32),
-        np.empty(most, np.int32), np.empty(most, np.int64), np.full(size, -1, np.int32),
+        np.empty(most, np.int32), np.empty(most, np.int64), np.full(size, -1, np.int32), np.zeros(14 * STEPS),
     )  # fmt: skip
 
 
@@ -121,16 +131,15 @@ def expand(
     limits, foot = base.limits, base.foot
     low, high, yaw = limits.v_min, limits.v_max, limits.omega_max
     faster, slower = limits.acceleration, limits.deceleration
-    turn_faster, turn_slower = limits.angular_acceleration, limits.angular_deceleration
     margin, soft = costs.margin, costs.soft
     dt, yaw_change_cost, pace = costs.step, costs.yaw_change_cost, costs.pace
-    free, reach, per_high = immediate(limits), costs.reach, 1.0 / high
+    reach, per_high = costs.reach, 1.0 / high
     fall = slower if costs.stop else math.inf
-    car, coupled = limits.wheelbase > 0.0, limits.wheelbase > 0.0 or limits.v_y_max > 0.0
+    coupled = limits.wheelbase > 0.0 or limits.v_y_max > 0.0
     poised = len(costs.manoeuvres) > 0
     moving_near = nearby.moving
     nodes, count, goal = tree.nodes, tree.count, tree.goal
-    child, origin, command, cell, slot, sector, owner = children
+    child, origin, command, cell, slot, sector, owner, step = children
 
     mask, half = len(owner) - 1, 2 * len(count)
     fastest, halt = max(high, -low), costs.halt * dt * costs.discount ** (k * dt)
@@ -152,6 +161,7 @@ def expand(
         inside = _inside(area, x0, y0)
         s, m = near(obstacles.still, moving, x0, y0, foot.circumscribed + fastest * dt + braking, soft, nearby)
         extra = 2 if b == front.hinted and k < len(hint) else 1
+        steps = 0
         for c in range(len(controls) + 1 + extra):
             if c < len(controls):
                 v_goal = controls[c, 0] * (high if controls[c, 0] >= 0.0 else -low)
@@ -166,39 +176,31 @@ def expand(
                 v_goal, w_goal = hint[k, 0], hint[k, 1]
             if coupled:
                 v_goal, w_goal, _ = possible(limits, v_goal, w_goal, 0.0)
-            if car:  # the wheels are steered in less than a step
-                v_end, v = ramp(v0, v_goal, faster, slower, dt)
-                bent = w_goal / v_goal if v_goal != 0.0 else (w0 / v0 if v0 != 0.0 else 0.0)
-                w_end, w = bent * v_end, bent * v
-            elif free:
-                v_end, v, w_end, w = v_goal, v_goal, w_goal, w_goal
-            else:
-                v_end, v = ramp(v0, v_goal, faster, slower, dt)
-                w_end, w = ramp(w0, w_goal, turn_faster, turn_slower, dt)
-            # the arc, by series: half the turn of a step is small
-            h = 0.5 * w * dt
-            h2 = h * h
-            wave = 1.0 - h2 * (1.0 / 6.0 - h2 * (1.0 / 120.0 - h2 / 5040.0))  # sin h / h
-            ch, sh = 1.0 - h2 * (0.5 - h2 * (1.0 / 24.0 - h2 / 720.0)), wave * h
-            chord = v * dt * wave
-            dx, dy = chord * (cos0 * ch - sin0 * sh), chord * (sin0 * ch + cos0 * sh)
-            x, y = x0 + dx, y0 + dy
+            step[V_TOLD + steps], step[OMEGA_TOLD + steps] = v_goal, w_goal
+            steps += 1
+        _velocities(step, steps, limits, v0, w0, dt)
+        _arcs(step, steps, cos0, sin0, dt)
+        for c in range(steps):
+            x, y = x0 + step[DX + c], y0 + step[DY + c]
+            step[FAR + c], ux, uy = look_at(distance, hidden, corner, resolution, target, x, y)
+            step[ALONG + c] = ux * step[COS + c] + uy * step[SIN + c]
+        _times_to_go(step, steps, low, high, yaw, faster, fall)
+        for c in range(steps):
+            dx, dy, turn, left = step[DX + c], step[DY + c], step[TURN + c], step[LEFT + c]
+            x, y, v_end, w_end = x0 + dx, y0 + dy, step[V_END + c], step[OMEGA_END + c]
             if inside and not _inside(area, x, y):
                 continue
-            c2, s2 = ch * ch - sh * sh, 2.0 * sh * ch
-            cost = cost0 + yaw_change_cost * abs(w_end - w0) + (costs.reverse_cost * dt if v < 0.0 else 0.0)
-            far1, ux, uy = look_at(distance, hidden, corner, resolution, target, x, y)
-            along = ux * (cos0 * c2 - sin0 * s2) + uy * (sin0 * c2 + cos0 * s2)
-            left = to_go(low, high, yaw, faster, fall, far1, along, v_end)
+            cost = cost0 + yaw_change_cost * abs(w_end - w0)
+            cost += costs.reverse_cost * dt if step[V_MEAN + c] < 0.0 else 0.0
             if poised:
                 left = max(
                     left,
-                    to_manoeuvre(costs.manoeuvres, target, costs.heading, x, y, theta0 + 2.0 * h) * per_high,
+                    to_manoeuvre(costs.manoeuvres, target, costs.heading, x, y, theta0 + turn) * per_high,
                 )
-            total = worth(costs, first, ended, far1, left) + cost
+            total = worth(costs, first, ended, step[FAR + c], left) + cost
             if total >= best_goal and pace == 0.0:
                 continue
-            theta = wrap(theta0 + 2.0 * h)
+            theta = wrap(theta0 + turn)
             i = int((x - start[X]) * per_cell + (half + 0.5))
             j = int((y - start[Y]) * per_cell + (half + 0.5))
             if i < 0 or j < 0 or i >= wide or j >= wide:
@@ -209,17 +211,17 @@ def expand(
             while rival >= 0 and cell[rival] != place:
                 at = (at + 1) & mask
                 rival = owner[at]
-            follows = c == len(controls) + 2
+            follows = extra == 2 and c == steps - 1
             if rival >= 0 and child[rival, TOTAL] <= total and not follows:
                 continue
-            risk = collision_risk(nearby, s, m, foot, margin, soft, nearness, theta0, dx, dy, 2.0 * h)
+            risk = collision_risk(nearby, s, m, foot, margin, soft, nearness, theta0, dx, dy, turn)
             if risk < 0.0:
                 continue
             cost += weight * risk
             total += weight * risk
             if halt > 0.0 and m > 0:
                 late = halt * stopping_risk(
-                    moving_near, m, obstacles.reach, period, dt, limits, foot, theta0 + 2.0 * h, dx, dy, v_end, w_end
+                    moving_near, m, obstacles.reach, period, dt, limits, foot, theta0 + turn, dx, dy, v_end, w_end
                 )
                 cost += late
                 total += late
@@ -241,7 +243,7 @@ def expand(
                 found += 1
             child[n, X], child[n, Y], child[n, THETA], child[n, V], child[n, OMEGA] = x, y, theta, v_end, w_end
             child[n, COST], child[n, TOTAL] = cost, total
-            origin[n], command[n, 0], command[n, 1] = b, v_goal, w_goal
+            origin[n], command[n, 0], command[n, 1] = b, step[V_TOLD + c], step[OMEGA_TOLD + c]
             sector[n] = _sector(x - start[X], y - start[Y], near_start)
             if follows:
                 next_hinted = n
@@ -249,6 +251,53 @@ def expand(
                 best_goal = total
                 goal[0], goal[1], goal[2] = k + 1.0, float(n), total
     return found, Front(next_hinted, best_goal)
+
+
+@light
+def _velocities(step: FloatArray, count: int, limits: DriveLimits, v0: float, w0: float, dt: float) -> None:
+    """How fast a base that drives `v0` and `w0` is at the end of each of the first `count` steps, and on the mean."""
+    car, free = limits.wheelbase > 0.0, immediate(limits)
+    faster, slower = limits.acceleration, limits.deceleration
+    turn_faster, turn_slower = limits.angular_acceleration, limits.angular_deceleration
+    for i in range(_whole(count)):
+        v_goal, w_goal = step[V_TOLD + i], step[OMEGA_TOLD + i]
+        if free and not car:
+            v_end, v, w_end, w = v_goal, v_goal, w_goal, w_goal
+        else:
+            v_end, v = ramp(v0, v_goal, faster, slower, dt)
+            w_end, w = ramp(w0, w_goal, turn_faster, turn_slower, dt)
+        if car:  # the wheels are steered in less than a step
+            bent = w_goal / v_goal if v_goal != 0.0 else (w0 / v0 if v0 != 0.0 else 0.0)
+            w_end, w = bent * v_end, bent * v
+        step[V_END + i], step[OMEGA_END + i], step[V_MEAN + i], step[OMEGA_MEAN + i] = v_end, w_end, v, w
+
+
+@light
+def _arcs(step: FloatArray, count: int, cos0: float, sin0: float, dt: float) -> None:
+    """Where the first `count` steps from a heading, of which `cos0` and `sin0` are told, lead: arcs, by series, as half their turn is small."""
+    for i in range(_whole(count)):
+        h = 0.5 * step[OMEGA_MEAN + i] * dt
+        h2 = h * h
+        wave = 1.0 - h2 * (1.0 / 6.0 - h2 * (1.0 / 120.0 - h2 / 5040.0))  # sin h / h
+        ch, sh = 1.0 - h2 * (0.5 - h2 * (1.0 / 24.0 - h2 / 720.0)), wave * h
+        chord = step[V_MEAN + i] * dt * wave
+        c2, s2 = ch * ch - sh * sh, 2.0 * sh * ch
+        step[TURN + i] = 2.0 * h
+        step[DX + i], step[DY + i] = chord * (cos0 * ch - sin0 * sh), chord * (sin0 * ch + cos0 * sh)
+        step[COS + i], step[SIN + i] = cos0 * c2 - sin0 * s2, sin0 * c2 + cos0 * s2
+
+
+@light
+def _times_to_go(step: FloatArray, count: int, low: float, high: float, turn: float, rate: float, fall: float) -> None:
+    """How long it takes to the goal from where the first `count` steps end, see `to_go`."""
+    for i in range(_whole(count)):
+        step[LEFT + i] = to_go(low, high, turn, rate, fall, step[FAR + i], step[ALONG + i], step[V_END + i])
+
+
+@light
+def _whole(count: int) -> int:
+    """So many steps fill whole vector registers; what is made of those beyond `count`, nobody reads."""
+    return (count + 7) // 8 * 8
 
 
 @light
