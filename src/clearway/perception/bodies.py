@@ -14,7 +14,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
-from clearway.perception.seen_through import count_seen_through
+from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot
 
@@ -308,11 +308,6 @@ class BodyFollower:
         self, points: FloatArray, body: IntArray, scan: Scan, sensor: FloatArray, margin: float, slack: float
     ) -> FloatArray:
         """The share of each body's points that `scan`, taken at `sensor`, looked through."""
-        owner = kalman.find(self._ids, body)
-        n = len(self._ids)
-        through = count_seen_through(
-            points, owner, n, scan.ranges, sensor, scan.angle_min, scan.angle_increment, scan.range_max, margin, slack
-        )
-        of = np.bincount(owner[owner >= 0], minlength=n)
-        share: FloatArray = np.where((through >= 2) & (of > 0), through / np.maximum(of, 1), 0.0)
-        return share
+        return share_seen_through(
+            points, body, self._ids, scan.ranges, sensor, scan.angle_min, scan.angle_increment, scan.range_max, margin, slack,
+        )  # fmt: skip

@@ -14,31 +14,36 @@ import numpy as np
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
+from clearway.perception import kalman
+
+FEWEST = 2
+"""Fewer points than that count as none."""
 
 
 @kernel
-def count_seen_through(
-    points: FloatArray, owner: np.ndarray, owners: int,
+def share_seen_through(
+    points: FloatArray, owner: np.ndarray, owners: np.ndarray,
     ranges: FloatArray, sensor: FloatArray, angle_min: float, increment: float, range_max: float,
     margin: float, slack: float,
-) -> np.ndarray:  # fmt: skip
-    """How many points of each owner lie where a scan saw nothing: (owners,) int64.
+) -> FloatArray:  # fmt: skip
+    """(n,) which share of the points of each of `owners` (n,), which are sorted, lies where a scan saw nothing; 0 if fewer than `FEWEST` do.
 
     Args:
         points: (m, 2) in a frame that does not move.
-        owner: (m,) to whom each belongs, from 0; negative: to nobody.
+        owner: (m,) to whom each belongs; to nobody who isn't among `owners`.
         ranges: (n,) of the scan; inf: nothing up to `range_max`.
         sensor: (3,) where it was taken, in the same frame.
         margin: By so much the beams must have gone beyond the point, m.
         slack: For so far to either side of it, rad.
     """
-    found = np.zeros(owners, dtype=np.int64)
+    found, all_of, place = np.zeros(len(owners)), np.zeros(len(owners)), kalman.find(owners, owner)
     n = ranges.shape[0]
     aside = max(1, math.ceil(slack / increment)) if increment > 0.0 else 0
     around = abs(n * increment - 2.0 * math.pi) < 0.5 * increment
     for j in range(points.shape[0]):
-        if owner[j] < 0:
+        if place[j] < 0:
             continue
+        all_of[place[j]] += 1.0
         dx, dy = points[j, 0] - sensor[0], points[j, 1] - sensor[1]
         d = math.hypot(dx, dy)
         if d + margin >= range_max:
@@ -55,5 +60,7 @@ def count_seen_through(
                 free = False
                 break
         if free:
-            found[owner[j]] += 1
+            found[place[j]] += 1.0
+    for k in range(len(owners)):
+        found[k] = found[k] / all_of[k] if found[k] >= FEWEST else 0.0
     return found
