@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 
 
@@ -57,22 +58,35 @@ def later(forecast: Forecast, time: float, acceleration: float) -> Forecast:
     step = forecast.step
     whole = math.floor(time / step + 1e-9)
     share = max(time / step - whole, 0.0)
-    count = forecast.reach.shape[1] - whole - (1 if share > 1e-9 else 0)
-
-    def at(values: FloatArray, axis: int) -> FloatArray:
-        before = (slice(None),) * axis
-        first = values[(*before, slice(whole, whole + count))]
-        if share <= 1e-9:
-            return np.ascontiguousarray(first)
-        second = values[(*before, slice(whole + 1, whole + 1 + count))]
-        return np.ascontiguousarray((1.0 - share) * first + share * second)
-
-    bow = np.zeros(len(forecast.speed))
-    if share > 1e-9:
+    path, sigma, centre, reach = forecast.path, forecast.sigma, forecast.centre, forecast.reach
+    if share <= 1e-9:
+        found = path[:, :, whole:], sigma[:, :, whole:], centre[:, whole:], reach[:, whole:]
+    else:
         bow = 2.0 * forecast.speed * step * share * (1.0 - share)
         if math.isfinite(acceleration):
             bow = np.minimum(bow, 0.5 * acceleration * step * step * share * (1.0 - share))
-    return forecast._replace(
-        path=at(forecast.path, 2), sigma=at(forecast.sigma, 2), centre=at(forecast.centre, 1),
-        reach=at(forecast.reach, 1) + bow[:, None],
-    )  # fmt: skip
+        found = _between(path, sigma, centre, reach, bow, whole, share)
+    path, sigma, centre, reach = map(np.ascontiguousarray, found)
+    return forecast._replace(path=path, sigma=sigma, centre=centre, reach=reach)
+
+
+@kernel
+def _between(
+    path: FloatArray, sigma: FloatArray, centre: FloatArray, reach: FloatArray, bow: FloatArray, whole: int, share: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    """The arrays of a forecast of that name a `share` of a step after each instant but the last, from number `whole` on; `bow` (n,) is
+    added to `reach`."""
+    n, most, count = sigma.shape[0], sigma.shape[1], reach.shape[1] - whole - 1
+    paths, sigmas = np.empty((n, most, count, 2)), np.empty((n, most, count))
+    centres, reaches = np.empty((n, count, 2)), np.empty((n, count))
+    for i in range(n):
+        for k in range(count):
+            a, b = whole + k, whole + k + 1
+            for c in range(2):
+                centres[i, k, c] = (1.0 - share) * centre[i, a, c] + share * centre[i, b, c]
+                for h in range(most):
+                    paths[i, h, k, c] = (1.0 - share) * path[i, h, a, c] + share * path[i, h, b, c]
+            for h in range(most):
+                sigmas[i, h, k] = (1.0 - share) * sigma[i, h, a] + share * sigma[i, h, b]
+            reaches[i, k] = (1.0 - share) * reach[i, a] + share * reach[i, b] + bow[i]
+    return paths, sigmas, centres, reaches
