@@ -50,7 +50,7 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
 )
 from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.sight import beside, sees, sight_of
+from clearway.navigators.hp_st.sight import hidden_within, sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.stopping import longest_braking
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
@@ -304,9 +304,7 @@ class HpSt:
         if sight.half >= math.pi:
             return forecast
         outline = self._base.foot.circumscribed + forecast.reach[:, 0] + forecast.radius
-        gone = np.hypot(*(forecast.centre[:, 0] - pose[:2]).T) <= outline
-        for i in np.flatnonzero(gone).tolist():
-            gone[i] = beside(sight, eye, *forecast.centre[i, 0].tolist())
+        gone = hidden_within(sight, eye, pose, forecast.centre, outline)
         if not gone.any():
             return forecast
         return forecast._replace(**{name: getattr(forecast, name)[~gone] for name in Forecast._fields[2:]})

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from clearway.geometry.angles import turn_between
-from clearway.geometry.compiled import light
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 from clearway.robots import Robot
 
@@ -60,12 +63,26 @@ def sees(sight: Sight, direction: float, doubt: float) -> bool:
     return bool(sight.half >= math.pi or abs(turn_between(sight.middle, direction)) + doubt <= sight.half)
 
 
+@light
 def beside(sight: Sight, pose: FloatArray, x: float, y: float) -> bool:
     """Whether the place (x, y) lies in a direction into which the sensor doesn't look from `pose` (3,)."""
-    theta = float(pose[2])
-    dx = x - (float(pose[0]) + math.cos(theta) * sight.x - math.sin(theta) * sight.y)
-    dy = y - (float(pose[1]) + math.sin(theta) * sight.x + math.cos(theta) * sight.y)
+    theta = pose[2]
+    dx = x - (pose[0] + math.cos(theta) * sight.x - math.sin(theta) * sight.y)
+    dy = y - (pose[1] + math.sin(theta) * sight.x + math.cos(theta) * sight.y)
     return not sees(sight, math.atan2(dy, dx) - theta, 0.0)
+
+
+@kernel
+def hidden_within(
+    sight: Sight, eye: FloatArray, pose: FloatArray, centre: FloatArray, reach: FloatArray
+) -> npt.NDArray[np.bool_]:
+    """(n,) which of the discs about `centre` (n, K + 1, 2) at its first instant, with radii `reach` (n,) [m], hold the place of `pose` (3,)
+    while their centres are `beside` what is seen from `eye` (3,)."""
+    found = np.zeros(len(reach), np.bool_)
+    for i in range(len(reach)):
+        x, y = centre[i, 0, 0], centre[i, 0, 1]
+        found[i] = math.hypot(x - pose[0], y - pose[1]) <= reach[i] and beside(sight, eye, x, y)
+    return found
 
 
 def depth(sight: Sight, pose: FloatArray, x: float, y: float) -> float:
