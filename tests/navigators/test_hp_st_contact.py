@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from clearway.geometry.footprint import footprint, gap
 from clearway.geometry.shapes import FloatArray, Polygon
-from clearway.navigators.hp_st.contact import BELT, Nearby, collision_risk, near
+from clearway.navigators.hp_st.contact import LANES, Nearby, collision_risk, near
 
 FOOT = footprint(Polygon(((0.6, 0.2), (-0.6, 0.2), (-0.6, -0.2), (0.6, -0.2))))
 RADIUS, SIGMA, CHANCE = 0.3, 0.05, 0.7
@@ -19,8 +19,8 @@ RADIUS, SIGMA, CHANCE = 0.3, 0.05, 0.7
 
 def risk_of(x: float, y: float, theta: float) -> float:
     """Of one standing step with a mover at (x, y), which stands too."""
-    belt = np.array([[x, y, 0.0, 0.0, RADIUS, SIGMA, CHANCE, RADIUS + 3.5 * SIGMA, RADIUS + 3.5 * SIGMA]])
-    room: FloatArray = np.empty((1, BELT))
+    belt = np.array([[x, y, 0.0, 0.0, RADIUS, SIGMA, CHANCE, RADIUS + 3.5 * SIGMA, RADIUS + 3.5 * SIGMA, 0.0]])
+    room: FloatArray = np.zeros((1, 12 * LANES))
     nearby = Nearby(belt, np.empty((3, 0)), room, np.empty(0))
     n, m = near(np.empty((0, 3)), 1, 0.0, 0.0, FOOT.circumscribed, 0.0, nearby)
     return collision_risk(nearby, n, m, FOOT, 0.0, 0.0, 0.0, theta, 0.0, 0.0, 0.0)

@@ -12,7 +12,7 @@ from clearway.forecasts.forecast import Forecast
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import Circle, FloatArray
 from clearway.navigators.hp_st.certificate import Rules, certify, stopped_after
-from clearway.navigators.hp_st.contact import belts_of, predicted_obstacles, room_around
+from clearway.navigators.hp_st.contact import belts_of, near, predicted_obstacles, room_around
 from clearway.navigators.hp_st.sight import Sight
 from clearway.navigators.hp_st.stopping import braking_time, longest_braking, stopping_risk
 from clearway.navigators.hp_st.tube import drive, room, tube
@@ -39,8 +39,11 @@ def risk(forecast: Forecast, v: float, omega: float = 0.0) -> float:
     """Of one who stays at the origin for a period and then drives with `v` along x."""
     obstacles = predicted_obstacles(forecast, np.array((1e-3, 0.0, 1.0)), 0.0, 0.0)
     nearby = room_around(obstacles)
-    belts_of(obstacles, 0, 1, 0, longest_braking(LIMITS, PERIOD), nearby.belts)
-    return float(stopping_risk(nearby.belts, 1, obstacles.reach, PERIOD, PERIOD, LIMITS, BODY, 0.0, 0.0, 0.0, v, omega))
+    count = belts_of(obstacles, 0, 1, 0, longest_braking(LIMITS, PERIOD), nearby.belts)
+    _, m = near(obstacles.still, count, 0.0, 0.0, 1e3, 0.0, nearby)
+    return float(
+        stopping_risk(nearby.moving, m, obstacles.reach, PERIOD, PERIOD, LIMITS, BODY, 0.0, 0.0, 0.0, v, omega)
+    )
 
 
 def certified(forecast: Forecast, v: float) -> bool:

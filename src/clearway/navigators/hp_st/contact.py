@@ -19,8 +19,17 @@ _PER = 32  # entries of the table below per standard deviation
 _TAIL = np.array([0.5 * math.erfc((i / _PER - BEYOND) * math.sqrt(0.5)) for i in range(int(2 * BEYOND * _PER) + 2)])
 """Probability of being less than z standard deviations away, from z = -BEYOND on."""
 
+_AT_ONCE, _FAR = 4, 1e6
+"""So many that stand are looked at at once, on vector registers; in the place of each that is missing stands one so far away, m."""
+
 BELT = 10
 """Columns of `belts_of`."""
+
+LANES = 8
+"""So many that move are looked at at once, too."""
+AT_X, AT_Y, BY_X, BY_Y, RADIUS, SIGMA, CHANCE, WIDEST, _, WHICH, HITS, DEEP = range(0, 12 * LANES, LANES)
+"""Where in a row of `Nearby.moving` each column of `belts_of` begins, of `LANES` that move; and of each whether a step may hit it, by its
+probability then, and how deep, as a place in the table."""
 
 
 class Base(NamedTuple):
@@ -140,7 +149,7 @@ class Nearby(NamedTuple):
     Attributes:
         belts: (M, BELT) what moves in this step, anywhere; see `belts_of`.
         stills: (3, s) x and y, from where the robot begins, and radius of what stands within reach, in metres.
-        moving: (M, BELT) what moves within reach; x and y from where the robot begins.
+        moving: (M, 12 LANES) what moves within reach, so many in a row, see `AT_X`; x and y from where the robot begins.
         lack: (s,) which share of the distance up to which nearness costs a step's way lacks to each that stands, taken as a disc.
     """
 
@@ -155,7 +164,9 @@ def room_around(obstacles: PredictedObstacles) -> Nearby:
     """Room for all of `obstacles`."""
     most = len(obstacles.radius) * (len(obstacles.at) + 1)
     s = len(obstacles.still)
-    return Nearby(np.empty((most, BELT)), np.empty((3, s)), np.empty((most, BELT)), np.empty(s))
+    return Nearby(
+        np.empty((most, BELT)), np.empty((3, s + _AT_ONCE)), np.zeros((most // LANES + 1, 12 * LANES)), np.empty(s + _AT_ONCE)
+    )  # fmt: skip
 
 
 @light
@@ -181,15 +192,21 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
         reach = still[i, 2] + own + soft
         stills[0, n], stills[1, n], stills[2, n] = dx, dy, still[i, 2]
         n += dx * dx + dy * dy < reach * reach  # no branch: nobody can foretell it
+    while n % _AT_ONCE > 0:
+        stills[0, n], stills[1, n], stills[2, n] = _FAR, _FAR, 0.0
+        n += 1
     for i in range(count):
         dx, dy = belts[i, 0] - x, belts[i, 1] - y
         mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
         reach = belts[i, 8] + own
         if mx * mx + my * my < reach * reach:
-            moving[m, 0], moving[m, 1] = dx, dy
+            some, lane = moving[m // LANES], m % LANES
+            some[AT_X + lane], some[AT_Y + lane] = dx, dy
             for j in range(2, BELT):
-                moving[m, j] = belts[i, j]
+                some[LANES * j + lane] = belts[i, j]
             m += 1
+    for lane in range(m % LANES, LANES):  # of those that are missing none counts; there is always room for one more
+        moving[m // LANES, CHANCE + lane] = 0.0
     return n, m
 
 
@@ -246,31 +263,47 @@ def collision_risk(
                         return -1.0
             if room < soft:
                 risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
-    for i in range(m):
-        ax, ay = moving[i, 0], moving[i, 1]
-        ux, uy = dx - moving[i, 2], dy - moving[i, 3]
-        reach = moving[i, 7] + outer
-        along, long2 = ax * ux + ay * uy, ux * ux + uy * uy
-        if along <= 0.0:  # nearest at the start
-            share = 0.0
-        elif along >= long2:
-            share = 1.0
-        else:
-            share = along / long2
-        ex, ey = ax - share * ux, ay - share * uy
-        d2 = ex * ex + ey * ey
-        if d2 >= reach * reach:
+    for b in range((m + LANES - 1) // LANES):
+        some = moving[b]
+        if len(vertices) == 1:
+            for i in range(LANES):  # no branch
+                _, _, _, d2 = _nearest(some, i, dx, dy)
+                reach, sigma, room = some[WIDEST + i] + outer, some[SIGMA + i], math.sqrt(d2) - rim - some[RADIUS + i]
+                hits = d2 < reach * reach and room < BEYOND * sigma
+                some[HITS + i] = some[CHANCE + i] if hits else 0.0
+                some[DEEP + i] = _place_in_tail(room / sigma) if hits else 0.0
+            for i in range(LANES):
+                risk += some[HITS + i] * _TAIL[int(some[DEEP + i])]
             continue
-        room = room_to(vertices, rim, theta + share * turn, ex, ey, d2) - moving[i, 4]
-        if room < BEYOND * moving[i, 5]:  # beside a polygon there is more room than around its circumscribed circle
-            risk += moving[i, 6] * tail(room / moving[i, 5])
+        for i in range(min(LANES, m - LANES * b)):
+            share, ex, ey, d2 = _nearest(some, i, dx, dy)
+            reach, sigma = some[WIDEST + i] + outer, some[SIGMA + i]
+            if d2 < reach * reach:
+                room = gap(vertices, rim, 0.0, 0.0, theta + share * turn, ex, ey) - some[RADIUS + i]
+                if room < BEYOND * sigma:  # beside a polygon there is more room than around its circumscribed circle
+                    risk += some[CHANCE + i] * tail(room / sigma)
     return risk
+
+
+@inlined
+def _nearest(some: FloatArray, i: int, dx: float, dy: float) -> tuple[float, float, float, float]:
+    """When in a step by (dx, dy) [m] number `i` of `some` that move comes nearest, as a share of it; where it is then, seen from the robot
+    [m], and how far away, squared."""
+    ax, ay, ux, uy = some[AT_X + i], some[AT_Y + i], dx - some[BY_X + i], dy - some[BY_Y + i]
+    share = min(max((ax * ux + ay * uy) / max(ux * ux + uy * uy, 1e-300), 0.0), 1.0)
+    ex, ey = ax - share * ux, ay - share * uy
+    return share, ex, ey, ex * ex + ey * ey
 
 
 @light
 def tail(z: float) -> float:
     """Probability of being less than `z` standard deviations away; `z` is below `BEYOND`."""
-    return float(_TAIL[int(max(z + BEYOND, 0.0) * _PER)])
+    return float(_TAIL[int(_place_in_tail(z))])
+
+
+@inlined
+def _place_in_tail(z: float) -> float:
+    return max(z + BEYOND, 0.0) * _PER
 
 
 @light

@@ -7,7 +7,21 @@ import math
 from clearway.geometry.compiled import light
 from clearway.geometry.footprint import Footprint
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import BEYOND, room_to, tail
+from clearway.navigators.hp_st.contact import (
+    AT_X,
+    AT_Y,
+    BEYOND,
+    BY_X,
+    BY_Y,
+    CHANCE,
+    LANES,
+    RADIUS,
+    SIGMA,
+    WHICH,
+    WIDEST,
+    room_to,
+    tail,
+)
 from clearway.robots.drive_limits import DriveLimits
 
 
@@ -33,8 +47,8 @@ def stopping_risk(
     From where it is expected to be then an obstacle goes on as it did in the step; a certificate has it within `reach` of that.
 
     Args:
-        moving: (M, BELT) what moves, as `near` fills it.
-        m: So many rows of `moving` are filled.
+        moving: (M, 12 LANES) what moves, as `near` fills it.
+        m: So many move.
         reach: (K + 1, m), see `PredictedObstacles`.
         period: Control period, in which the robot goes on before it brakes, and time between two rows of `reach`, in seconds.
         step: Duration of the step in seconds.
@@ -55,18 +69,19 @@ def stopping_risk(
     risk = 0.0
     for i in range(m):
         share = time / step
-        ax, ay = moving[i, 0] + moving[i, 2] - dx, moving[i, 1] + moving[i, 3] - dy
-        ux, uy = bx - share * moving[i, 2], by - share * moving[i, 3]
-        which, sigma = int(moving[i, 9]), moving[i, 5]
+        some, lane = moving[i // LANES], i % LANES
+        ax, ay = some[AT_X + lane] + some[BY_X + lane] - dx, some[AT_Y + lane] + some[BY_Y + lane] - dy
+        ux, uy = bx - share * some[BY_X + lane], by - share * some[BY_Y + lane]
+        which, sigma = int(some[WHICH + lane]), some[SIGMA + lane]
         along, long2 = ax * ux + ay * uy, ux * ux + uy * uy
         near = 0.0 if along <= 0.0 else (1.0 if along >= long2 else along / long2)
         ex, ey = ax - near * ux, ay - near * uy
         d2 = ex * ex + ey * ey
-        widest = moving[i, 7] + outer + reach[most, which]
+        widest = some[WIDEST + lane] + outer + reach[most, which]
         if d2 >= widest * widest:
             continue
         grown = reach[min(int(near * time / period + 1e-9) + 1, top), which]
-        room = room_to(vertices, rim, theta, ex, ey, d2) - moving[i, 4] - grown
+        room = room_to(vertices, rim, theta, ex, ey, d2) - some[RADIUS + lane] - grown
         if room < BEYOND * sigma:
-            risk += moving[i, 6] * tail(room / sigma)
+            risk += some[CHANCE + lane] * tail(room / sigma)
     return min(risk, 1.0)
