@@ -53,8 +53,7 @@ class PredictedObstacles(NamedTuple):
         spread: (K + 1, m) standard deviation of each centre along either axis, in metres.
         chance: (m,) probability of each hypothesis.
         radius: (m,) radius of the obstacle of each hypothesis, in metres.
-        reach: (K + 1, m) how far from where it is expected a certificate lets it be after so many instants, and the robot
-            from its plan, in metres.
+        reach: (K + 1, m) how far from where it is expected a certificate lets it be after so many instants, in metres.
     """
 
     still: FloatArray
@@ -66,14 +65,12 @@ class PredictedObstacles(NamedTuple):
 
 
 @kernel
-def predicted_obstacles(forecast: Forecast, spread: FloatArray, error: float, growth: float) -> PredictedObstacles:
+def predicted_obstacles(forecast: Forecast, spread: FloatArray) -> PredictedObstacles:
     """The forecast as the search sees it.
 
     Args:
         forecast: What is expected of the obstacles.
         spread: (3,) standard deviation of the robot's own place [m], its growth [m/s], and the most that counts [m].
-        error: Bound on the error of the robot's own place, in metres.
-        growth: By so much that bound grows from one instant to the next, in metres.
     """
     n, most, instants = forecast.path.shape[0], forecast.path.shape[1], forecast.path.shape[2]
     m = 0
@@ -94,7 +91,7 @@ def predicted_obstacles(forecast: Forecast, spread: FloatArray, error: float, gr
                 at[k, j, 0], at[k, j, 1] = path[i, h, k, 0], path[i, h, k, 1]
                 own = spread[0] + spread[1] * k * forecast.step
                 sigma[k, j] = min(math.sqrt(doubt[i, h, k] ** 2 + own * own), spread[2])
-                reach[k, j] = forecast.reach[i, k] + error + k * growth
+                reach[k, j] = forecast.reach[i, k]
             j += 1
     return PredictedObstacles(forecast.still, at, sigma, chance, radius, reach)
 

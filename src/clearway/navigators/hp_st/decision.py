@@ -205,7 +205,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     cost, total = 0.0, -1.0
     first, _, _ = look(field, start[0], start[1])
     fall = base.limits.deceleration
-    braking = 0.5 * fastest * fastest / fall if costs.halt > 0.0 else 0.0
+    braking = 0.5 * fastest * fastest / fall + costs.margin if costs.halt > 0.0 else 0.0
     states[0] = start
     for k in range(n):
         x, y, theta = plan.states[k, 0], plan.states[k, 1], plan.states[k, 2]
@@ -223,9 +223,9 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         if risk < 0.0:
             risk = 1.0
         cost += weight * risk * c / costs.step
-        if costs.halt > 0.0 and m > 0:
+        if costs.halt > 0.0:
             cost += costs.halt * c * costs.discount ** (k * c) * stopping_risk(
-                nearby.moving, m, obstacles.reach, c, c, base.limits, foot, theta + turn, dx, dy, plan.velocities[k + 1, 0],
+                nearby, s, m, obstacles.reach, costs.margin, c, c, base.limits, foot, theta + turn, dx, dy, plan.velocities[k + 1, 0],
                 plan.velocities[k + 1, 1],
             )  # fmt: skip
         cost += costs.yaw_change_cost * abs(plan.velocities[k + 1, 1] - plan.velocities[k, 1])
@@ -261,7 +261,7 @@ def pose_scene(
     start = np.empty(5)
     start[0], start[1], start[2] = pose[0], pose[1], pose[2]
     start[3], start[4] = memory.velocity[0], memory.velocity[1]
-    obstacles = predicted_obstacles(forecast, settings.spread, safety.start[0], safety.disturbance[0])
+    obstacles = predicted_obstacles(forecast, settings.spread)
     return Scene(settings, base, obstacles, field, area, costs, safety, start)
 
 

@@ -52,7 +52,7 @@ from clearway.navigators.hp_st.parameters import (
 from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.sight import hidden_within, sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
-from clearway.navigators.hp_st.stopping import longest_braking
+from clearway.navigators.hp_st.stopping import fastest_certified, longest_braking, widest_braking
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import HOSPITAL, TunedOn
@@ -156,8 +156,24 @@ class HpSt:
         blind = certified and not sees(sight, math.pi, 0.0)  # what leads where it doesn't look is never certified
         if blind or not p.reverse or "reverse" in without:
             limits = limits._replace(v_min=0.0)
-        self._p, self._period = p, task.period
-        self._base = Base(limits, footprint(robot.shape))
+        self._p, self._period, body = p, task.period, footprint(robot.shape)
+        disturbance = np.array(
+            (p.disturbance_position, p.disturbance_heading, p.disturbance_velocity, p.disturbance_turn,
+             float(p.disturbed_at_rest))
+        )  # fmt: skip
+        start = np.array((p.pose_error, p.pose_error, p.heading_error))
+        self._ahead = Ahead(task.latency, limits)
+        late = self._ahead.time
+        later_error = blurred(start, disturbance, late, task.period, limits.fastest)
+        self._safety = Safety(limits, task.period, disturbance, later_error)
+        self._area = area_of(task)
+        self._rules = Rules(
+            p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
+        )
+        if certified:  # what it could not stop from in time it need not think of
+            v = fastest_certified(body, self._safety, self._rules)
+            limits = limits._replace(v_max=v, v_min=max(limits.v_min, -v))
+        self._base = Base(limits, body)
         self._settings = Settings(
             period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
             budget=ENDLESS if task.budget.iterations is None else task.budget.iterations,
@@ -169,26 +185,14 @@ class HpSt:
         )  # fmt: skip
         halts = certified and p.halt_cost > 0.0 and math.isfinite(limits.deceleration)
         ahead = longest_braking(limits, task.period) if halts else 0
+        margin = max(p.margin, widest_braking(self._safety)) if halts else p.margin
         self._wishes = SearchCosts(
-            stride * task.period, stride, p.contact_cost, p.discount, p.margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
+            stride * task.period, stride, p.contact_cost, p.discount, margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
             0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
             0.0 if "time-to-go" not in without else PACE * limits.v_max, 0.0, math.inf, NONE, p.halt_cost if ahead else 0.0,
             ahead, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
-        self._area = area_of(task)
-        disturbance = np.array(
-            (p.disturbance_position, p.disturbance_heading, p.disturbance_velocity, p.disturbance_turn,
-             float(p.disturbed_at_rest))
-        )  # fmt: skip
-        start = np.array((p.pose_error, p.pose_error, p.heading_error))
-        self._ahead = Ahead(task.latency, limits)
-        late = self._ahead.time
-        self._rules = Rules(
-            p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
-        )
-        later_error = blurred(start, disturbance, late, task.period, limits.fastest)
-        self._safety = Safety(limits, task.period, disturbance, later_error)
         self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry, self._ahead)
         self._looks = SightMonitor(sight, p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
@@ -200,7 +204,7 @@ class HpSt:
         self._goal: Goal | None = None
         self._field: Field | None = None
         self._distance = GoalDistance(
-            task, self._area, self._base.foot.circumscribed + p.margin, limits, periods * task.period,
+            task, self._area, self._base.foot.circumscribed + margin, limits, periods * task.period,
             1 if robot.camera else max(1, round(REFRESH / task.period)),
         )  # fmt: skip
         self._decision = None

@@ -137,13 +137,12 @@ def expand(
     fall = slower if costs.stop else math.inf
     coupled = limits.wheelbase > 0.0 or limits.v_y_max > 0.0
     poised = len(costs.manoeuvres) > 0
-    moving_near = nearby.moving
     nodes, count, goal = tree.nodes, tree.count, tree.goal
     child, origin, command, cell, slot, sector, owner, step = children
 
     mask, half = len(owner) - 1, 2 * len(count)
     fastest, halt = max(high, -low), costs.halt * dt * costs.discount ** (k * dt)
-    period, braking = dt / costs.stride, 0.5 * fastest * fastest / slower if halt > 0.0 else 0.0
+    period, braking = dt / costs.stride, 0.5 * fastest * fastest / slower + margin if halt > 0.0 else 0.0
     per_cell, wide = 2.0 / (fastest * dt), 2 * half + 1
     found, next_hinted, best_goal = 0, -1, front.best
     weight = costs.contact_cost * costs.discount ** (k * dt)
@@ -219,9 +218,9 @@ def expand(
                 continue
             cost += weight * risk
             total += weight * risk
-            if halt > 0.0 and m > 0:
+            if halt > 0.0:
                 late = halt * stopping_risk(
-                    moving_near, m, obstacles.reach, period, dt, limits, foot, theta0 + turn, dx, dy, v_end, w_end
+                    nearby, s, m, obstacles.reach, margin, period, dt, limits, foot, theta0 + turn, dx, dy, v_end, w_end
                 )
                 cost += late
                 total += late

@@ -4,9 +4,13 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
+from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import light
 from clearway.geometry.footprint import Footprint
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.certificate import Rules, Safety, certify, stopped_after
 from clearway.navigators.hp_st.contact import (
     AT_X,
     AT_Y,
@@ -19,10 +23,21 @@ from clearway.navigators.hp_st.contact import (
     SIGMA,
     WHICH,
     WIDEST,
+    Nearby,
     room_to,
     tail,
 )
+from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots.drive_limits import DriveLimits
+
+
+_SHARES = 20
+"""Speeds that are tried, as shares of the limit."""
+
+_NOBODY = Forecast(
+    1.0, np.zeros((0, 3)), np.zeros((0, 1, 1, 2)), np.zeros((0, 1, 1)), np.zeros((0, 1)), np.zeros(0), np.zeros((0, 1, 2)),
+    np.zeros((0, 1)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0),
+)  # fmt: skip
 
 
 @light
@@ -37,19 +52,47 @@ def longest_braking(limits: DriveLimits, period: float) -> int:
     return math.ceil(longest / period - 1e-9) + 1 if longest > 0.0 else 0
 
 
+def fastest_certified(body: Footprint, safety: Safety, rules: Rules) -> float:
+    """The highest speed at which a certificate lets the robot drive on for a period and brake, straight or in the sharpest turn, with
+    nothing around it but what nobody has seen, in m/s; where there is none, its limit."""
+    anywhere = rules._replace(area=np.array((-math.inf, -math.inf, math.inf, math.inf)), eye=np.zeros(3))
+    turns = (0.0, safety.limits.omega_max)
+    for share in range(_SHARES, 0, -1):
+        v = safety.limits.v_max * share / _SHARES
+        plans = [_braking(safety, v, omega, v * rules.looked) for omega in turns]
+        if all(certify(plan, about, safety.period, body, _NOBODY, anywhere).ok for plan, about in plans):
+            return v
+    return safety.limits.v_max
+
+
+def widest_braking(safety: Safety) -> float:
+    """How far from its plan a certificate lets the robot be that drives on for a period at full speed and brakes, in metres."""
+    return float(_braking(safety, safety.limits.v_max, 0.0, 0.0)[1].around.max())
+
+
+def _braking(safety: Safety, v: float, omega: float, x: float) -> tuple[Plan, Tube]:
+    """From `x` [m] ahead a period of `v` [m/s] and `omega` [rad/s], then the hardest braking, and the tube about it."""
+    limits, period = safety.limits, safety.period
+    plan = drive(np.array((x, 0.0, 0.0, v, omega)), np.array([[v, omega]]), limits, period)
+    plan = stopped_after(plan, 1, limits, period)
+    return plan, tube(plan, room(plan, limits), period, safety.disturbance, safety.start, False)
+
+
 @light
 def stopping_risk(
-    moving: FloatArray, m: int, reach: FloatArray, period: float, step: float, limits: DriveLimits, foot: Footprint, theta: float,
-    dx: float, dy: float, v: float, omega: float,
+    nearby: Nearby, n: int, m: int, reach: FloatArray, margin: float, period: float, step: float, limits: DriveLimits,
+    foot: Footprint, theta: float, dx: float, dy: float, v: float, omega: float,
 ) -> float:  # fmt: skip
-    """Probability that, at the end of a step, the robot can't be certified to come to rest before it may be touched.
+    """Probability that, at the end of a step, the robot can't be certified to come to rest before it touches or may be touched.
 
     From where it is expected to be then an obstacle goes on as it did in the step; a certificate has it within `reach` of that.
 
     Args:
-        moving: (M, 12 LANES) what moves, as `near` fills it.
+        nearby: What it can meet, as `near` fills it.
+        n: So many stand.
         m: So many move.
         reach: (K + 1, m), see `PredictedObstacles`.
+        margin: How far from its plan a certificate lets the robot be, in metres.
         period: Control period, in which the robot goes on before it brakes, and time between two rows of `reach`, in seconds.
         step: Duration of the step in seconds.
         limits: Limits of the base.
@@ -65,6 +108,16 @@ def stopping_risk(
     time = max(needed, 2.0 * period)  # one that stands and can't be sure of two periods can't get away
     bx, by = way * math.cos(theta), way * math.sin(theta)
     vertices, rim, outer, top = foot.vertices, foot.radius, foot.circumscribed, len(reach) - 1
+    _, stills, moving, _ = nearby
+    if way != 0.0:
+        per = 1.0 / (way * way)
+        for i in range(n):
+            ax, ay = stills[0, i] - dx, stills[1, i] - dy
+            share = min(max((ax * bx + ay * by) * per, 0.0), 1.0)
+            ex, ey = ax - share * bx, ay - share * by
+            d2 = ex * ex + ey * ey
+            if share > 0.0 and room_to(vertices, rim, theta, ex, ey, d2) < stills[2, i] + margin:
+                return 1.0
     most = min(int(time / period) + 2, top)
     risk = 0.0
     for i in range(m):
@@ -77,11 +130,11 @@ def stopping_risk(
         near = 0.0 if along <= 0.0 else (1.0 if along >= long2 else along / long2)
         ex, ey = ax - near * ux, ay - near * uy
         d2 = ex * ex + ey * ey
-        widest = some[WIDEST + lane] + outer + reach[most, which]
+        widest = some[WIDEST + lane] + outer + margin + reach[most, which]
         if d2 >= widest * widest:
             continue
         grown = reach[min(int(near * time / period + 1e-9) + 1, top), which]
-        room = room_to(vertices, rim, theta, ex, ey, d2) - some[RADIUS + lane] - grown
+        room = room_to(vertices, rim, theta, ex, ey, d2) - some[RADIUS + lane] - margin - grown
         if room < BEYOND * sigma:
             risk += some[CHANCE + lane] * tail(room / sigma)
     return min(risk, 1.0)
