@@ -64,7 +64,7 @@ class Finder:
         forecast = foreseen(still, moving_obstacles, self.settings.period, self.settings.periods)
         grown = forecast.still + np.array([0.0, 0.0, self.base.foot.circumscribed + self.costs.margin])
         distances = make_field(np.array([*goal, 0.0]), grown, inside)
-        self.obstacles = predicted_obstacles(forecast, self.settings.spread, 0.0, 0.0)
+        self.obstacles = predicted_obstacles(forecast, self.settings.spread)
         problem = Problem(
             np.array(start, dtype=np.float64), self.base, self.obstacles, distances, inside, self.costs,
             self.settings.controls, np.zeros((0, 2)),

@@ -11,10 +11,17 @@ from space_time_scenes import OTHER, OWN
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import Circle, FloatArray
-from clearway.navigators.hp_st.certificate import Rules, certify, stopped_after
+from clearway.navigators.hp_st.certificate import Rules, Safety, certify, stopped_after
 from clearway.navigators.hp_st.contact import belts_of, near, predicted_obstacles, room_around
 from clearway.navigators.hp_st.sight import Sight
-from clearway.navigators.hp_st.stopping import braking_time, longest_braking, stopping_risk
+from clearway.navigators.hp_st.stopping import (
+    NOBODY,
+    braking_time,
+    fastest_certified,
+    longest_braking,
+    stopping_risk,
+    widest_braking,
+)
 from clearway.navigators.hp_st.tube import drive, room, tube
 from clearway.robots import load_robot
 
@@ -35,14 +42,22 @@ def coming(x: float, y: float, vx: float, vy: float) -> Forecast:
     )  # fmt: skip
 
 
-def risk(forecast: Forecast, v: float, omega: float = 0.0) -> float:
+def standing(x: float, y: float) -> Forecast:
+    """One that stands, and nobody who moves."""
+    none = coming(0.0, 0.0, 0.0, 0.0)
+    return none._replace(
+        still=np.array([[x, y, OTHER]]), **{name: getattr(none, name)[:0] for name in Forecast._fields[2:]}
+    )
+
+
+def risk(forecast: Forecast, v: float, omega: float = 0.0, margin: float = 0.0) -> float:
     """Of one who stays at the origin for a period and then drives with `v` along x."""
-    obstacles = predicted_obstacles(forecast, np.array((1e-3, 0.0, 1.0)), 0.0, 0.0)
+    obstacles = predicted_obstacles(forecast, np.array((1e-3, 0.0, 1.0)))
     nearby = room_around(obstacles)
-    count = belts_of(obstacles, 0, 1, 0, longest_braking(LIMITS, PERIOD), nearby.belts)
-    _, m = near(obstacles.still, count, 0.0, 0.0, 1e3, 0.0, nearby)
+    moving = belts_of(obstacles, 0, 1, 0, longest_braking(LIMITS, PERIOD), nearby.belts)
+    n, m = near(obstacles.still, moving, 0.0, 0.0, 3.0, 0.0, nearby)
     return float(
-        stopping_risk(nearby.moving, m, obstacles.reach, PERIOD, PERIOD, LIMITS, BODY, 0.0, 0.0, 0.0, v, omega)
+        stopping_risk(nearby, n, m, obstacles.reach, margin, PERIOD, PERIOD, LIMITS, BODY, 0.0, 0.0, 0.0, v, omega)
     )
 
 
@@ -64,6 +79,50 @@ def test_who_comes_head_on_has_to_be_as_far_as_both_go_until_it_stands(v: float,
     needed = OWN + OTHER + 0.5 * v * time + speed * (span + PERIOD) + 0.5 * ACCELERATION * (instants * PERIOD) ** 2
     assert risk(coming(needed + 0.02, 0.0, -speed, 0.0), v) == 0.0
     assert risk(coming(needed - 0.02, 0.0, -speed, 0.0), v) > 0.99
+    assert risk(coming(needed + 0.02, 0.0, -speed, 0.0), v, margin=0.04) > 0.99
+
+
+def test_what_stands_in_the_way_of_its_braking_counts() -> None:
+    needed = OWN + OTHER + 1.0 / (2.0 * LIMITS.deceleration)
+    assert risk(standing(needed + 0.01, 0.0), 1.0) == 0.0
+    assert risk(standing(needed - 0.01, 0.0), 1.0) == 1.0
+    assert risk(standing(needed + 0.01, 0.0), 1.0, margin=0.02) == 1.0
+    assert risk(standing(-OWN - OTHER - 0.01, 0.0), 1.0, margin=0.02) == 0.0, "it leaves that"
+    assert risk(standing(OWN + OTHER - 0.01, 0.0), 0.0) == 0.0, "one that stands comes no nearer"
+
+
+def test_the_search_keeps_as_far_off_as_a_certificate_lets_it_be_off_its_plan() -> None:
+    safety = Safety(LIMITS, PERIOD, np.array((0.01, 0.01, 0.0, 0.0, 1.0)), np.array((0.02, 0.02, 0.02)))
+    margin = widest_braking(safety)
+    start: FloatArray = np.array((0.0, 0.0, 0.0, 1.0, 0.0))
+    whole = stopped_after(drive(start, np.array([[1.0, 0.0]]), LIMITS, PERIOD), 1, LIMITS, PERIOD)
+    about = tube(whole, room(whole, LIMITS), PERIOD, safety.disturbance, safety.start, False)
+    rules = Rules(ACCELERATION, EVERYWHERE, Sight(math.inf), 0.0)
+    along = np.linspace(0.0, 0.4, 41)
+    for off, clear in ((0.001, True), (-0.002, False)):
+        row = np.column_stack((along, np.full(41, OWN + OTHER + margin + off), np.full(41, OTHER)))
+        assert certify(whole, about, PERIOD, BODY, NOBODY._replace(still=row), rules).ok is clear
+
+
+@pytest.mark.parametrize("late", [0.0, 0.1])
+def test_it_goes_no_faster_than_it_could_stop_before_who_is_unseen(late: float) -> None:
+    safety = Safety(LIMITS, PERIOD, np.array((0.01, 0.01, 0.0, 0.0, 1.0)), np.zeros(3))
+    rules = Rules(ACCELERATION, EVERYWHERE, Sight(4.0), 4.4, late)
+    v = fastest_certified(BODY, safety, rules)
+    assert 0.5 < v < 1.0
+
+    def allowed(v: float) -> bool:
+        start: FloatArray = np.array((v * late, 0.0, 0.0, v, 0.0))
+        whole = stopped_after(drive(start, np.array([[v, 0.0]]), LIMITS, PERIOD), 1, LIMITS, PERIOD)
+        about = tube(whole, room(whole, LIMITS), PERIOD, safety.disturbance, safety.start, False)
+        return bool(certify(whole, about, PERIOD, BODY, NOBODY, rules._replace(eye=np.zeros(3))).ok)
+
+    assert allowed(v)
+    assert not allowed(v + 0.1)
+    assert fastest_certified(BODY, safety, rules._replace(unseen=0.0)) == 1.0
+    assert fastest_certified(BODY, safety, rules._replace(unseen=100.0)) == 1.0, (
+        "there is none: nothing is gained by going slowly"
+    )
 
 
 def test_one_that_stands_is_free_as_long_as_it_could_get_away() -> None:

@@ -1,4 +1,4 @@
-"""What the certificate will ask of a step's end: that the robot can brake to rest before who moves may come there."""
+"""What the certificate will ask: that at a step's end the robot can brake to rest before it may touch anything."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ from clearway.navigators.hp_st.contact import (
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots.drive_limits import DriveLimits
 
-
 _SHARES = 20
 """Speeds that are tried, as shares of the limit."""
 
-_NOBODY = Forecast(
+NOBODY = Forecast(
     1.0, np.zeros((0, 3)), np.zeros((0, 1, 1, 2)), np.zeros((0, 1, 1)), np.zeros((0, 1)), np.zeros(0), np.zeros((0, 1, 2)),
     np.zeros((0, 1)), np.zeros(0), np.zeros(0, np.int64), np.zeros(0),
 )  # fmt: skip
+"""The forecast where nobody is seen."""
 
 
 @light
@@ -60,7 +60,7 @@ def fastest_certified(body: Footprint, safety: Safety, rules: Rules) -> float:
     for share in range(_SHARES, 0, -1):
         v = safety.limits.v_max * share / _SHARES
         plans = [_braking(safety, v, omega, v * rules.looked) for omega in turns]
-        if all(certify(plan, about, safety.period, body, _NOBODY, anywhere).ok for plan, about in plans):
+        if all(certify(plan, about, safety.period, body, NOBODY, anywhere).ok for plan, about in plans):
             return v
     return safety.limits.v_max
 
