@@ -104,25 +104,29 @@ def test_the_search_keeps_as_far_off_as_a_certificate_lets_it_be_off_its_plan() 
         assert certify(whole, about, PERIOD, BODY, NOBODY._replace(still=row), rules).ok is clear
 
 
-@pytest.mark.parametrize("late", [0.0, 0.1])
-def test_it_goes_no_faster_than_it_could_stop_before_who_is_unseen(late: float) -> None:
+@pytest.mark.parametrize(("late", "low", "high"), [(0.0, 0.9, 1.0), (0.1, 0.8, 0.95), (0.187, 0.5, 0.65)])
+def test_it_goes_no_faster_than_it_could_stop_before_who_is_unseen(late: float, low: float, high: float) -> None:
     safety = Safety(LIMITS, PERIOD, np.array((0.01, 0.01, 0.0, 0.0, 1.0)), np.zeros(3))
     rules = Rules(ACCELERATION, EVERYWHERE, Sight(4.0), 4.4, late)
-    v = fastest_certified(BODY, safety, rules)
-    assert 0.5 < v < 1.0
+    v, omega = fastest_certified(BODY, safety, rules)
 
-    def allowed(v: float) -> bool:
-        start: FloatArray = np.array((v * late, 0.0, 0.0, v, 0.0))
-        whole = stopped_after(drive(start, np.array([[v, 0.0]]), LIMITS, PERIOD), 1, LIMITS, PERIOD)
+    def allowed(v: float, omega: float) -> bool:
+        start: FloatArray = np.array((v * late, 0.0, 0.0, v, omega))
+        whole = stopped_after(drive(start, np.array([[v, omega]]), LIMITS, PERIOD), 1, LIMITS, PERIOD)
         about = tube(whole, room(whole, LIMITS), PERIOD, safety.disturbance, safety.start, False)
         return bool(certify(whole, about, PERIOD, BODY, NOBODY, rules._replace(eye=np.zeros(3))).ok)
 
-    assert allowed(v)
-    assert not allowed(v + 0.1)
-    assert fastest_certified(BODY, safety, rules._replace(unseen=0.0)) == 1.0
-    assert fastest_certified(BODY, safety, rules._replace(unseen=100.0)) == 1.0, (
-        "there is none: nothing is gained by going slowly"
-    )
+    assert low <= v < high
+    assert allowed(v, omega)
+    assert not allowed(v + 0.05, 0.0)
+    assert omega == LIMITS.omega_max or not allowed(v, omega + 0.1 * LIMITS.omega_max)
+
+
+@pytest.mark.parametrize("unseen", [0.0, 100.0])
+def test_what_slowness_would_not_help_does_not_slow_it(unseen: float) -> None:
+    safety = Safety(LIMITS, PERIOD, np.zeros(5), np.zeros(3))
+    rules = Rules(ACCELERATION, EVERYWHERE, Sight(4.0), unseen)
+    assert fastest_certified(BODY, safety, rules) == (1.0, LIMITS.omega_max)
 
 
 def test_one_that_stands_is_free_as_long_as_it_could_get_away() -> None:

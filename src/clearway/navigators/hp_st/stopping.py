@@ -30,7 +30,7 @@ from clearway.navigators.hp_st.contact import (
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots.drive_limits import DriveLimits
 
-_SHARES = 20
+_SHARES = np.linspace(1.0, 0.05, 20)
 """Speeds that are tried, as shares of the limit."""
 
 NOBODY = Forecast(
@@ -52,17 +52,18 @@ def longest_braking(limits: DriveLimits, period: float) -> int:
     return math.ceil(longest / period - 1e-9) + 1 if longest > 0.0 else 0
 
 
-def fastest_certified(body: Footprint, safety: Safety, rules: Rules) -> float:
-    """The highest speed at which a certificate lets the robot drive on for a period and brake, straight or in the sharpest turn, with
-    nothing around it but what nobody has seen, in m/s; where there is none, its limit."""
+def fastest_certified(body: Footprint, safety: Safety, rules: Rules) -> tuple[float, float]:
+    """The highest speed at which a certificate lets the robot drive on for a period and brake, with nothing around it but what nobody
+    has seen, in m/s, and at that speed the highest yaw rate, in rad/s; where there is none, its limit."""
     anywhere = rules._replace(area=np.array((-math.inf, -math.inf, math.inf, math.inf)), eye=np.zeros(3))
-    turns = (0.0, safety.limits.omega_max)
-    for share in range(_SHARES, 0, -1):
-        v = safety.limits.v_max * share / _SHARES
-        plans = [_braking(safety, v, omega, v * rules.looked) for omega in turns]
-        if all(certify(plan, about, safety.period, body, NOBODY, anywhere).ok for plan, about in plans):
-            return v
-    return safety.limits.v_max
+    limits = safety.limits
+
+    def allowed(v: float, omega: float) -> bool:
+        plan, about = _braking(safety, v, omega, v * rules.looked)
+        return bool(certify(plan, about, safety.period, body, NOBODY, anywhere).ok)
+
+    v = next((v for v in limits.v_max * _SHARES if allowed(v, 0.0)), limits.v_max)
+    return float(v), float(next((w for w in limits.omega_max * _SHARES if allowed(v, w)), limits.omega_max))
 
 
 def widest_braking(safety: Safety) -> float:
