@@ -97,8 +97,14 @@ class HpSt:
     privileged: ClassVar[bool] = False
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         *(
-            TunedOn(suite, ("rescue",), draws=range(100))
-            for suite in ("sar-case1", "sar-case2", "sar-case3", "sar-stress")
+            TunedOn(suite, ("rescue",), draws=draws)
+            for suite, draws in (
+                ("sar-case1", range(300)),
+                ("sar-case2", range(300)),
+                ("sar-case3", range(300)),
+                ("sar-stress", range(300)),
+                ("sar-confined", range(200, 230)),
+            )
         ),
         TunedOn(
             "crowd",
