@@ -176,7 +176,7 @@ class HpSt:
         self._rules = Rules(
             p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
         )
-        if certified:  # what it could not stop from in time it need not think of
+        if certified:  # it plans to go no faster than it could be certified to stop
             v, omega = fastest_certified(body, self._safety, self._rules)
             limits = limits._replace(v_max=v, v_min=max(limits.v_min, -v), omega_max=omega)
         self._base = Base(limits, body)
@@ -193,13 +193,15 @@ class HpSt:
         ahead = longest_braking(limits, task.period) if halts else 0
         margin = max(p.margin, widest_braking(self._safety)) if halts else p.margin
         self._wishes = SearchCosts(
-            stride * task.period, stride, p.contact_cost, p.discount, margin, p.soft, p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
+            stride * task.period, stride, p.contact_cost, p.discount, margin, max(p.soft, margin), p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
             0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
             0.0 if "time-to-go" not in without else PACE * limits.v_max, 0.0, math.inf, NONE, p.halt_cost if ahead else 0.0,
             ahead, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
-        self._watch = AssumptionMonitor(limits, task.period, disturbance, start, robot.odometry, self._ahead)
+        self._watch = AssumptionMonitor(
+            self._safety.limits, task.period, disturbance, start, robot.odometry, self._ahead
+        )
         self._looks = SightMonitor(sight, p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
@@ -371,7 +373,7 @@ class HpSt:
         off = pose - plan.states[k]
         off[2] = math.remainder(off[2], 2.0 * math.pi)
         v, omega = (plan.commands[k] + about.gains[k] @ off).tolist()
-        limits = self._base.limits  # beyond them only where it was pushed farther than is assumed
+        limits = self._safety.limits  # beyond them only where it was pushed farther than is assumed
         return min(max(v, limits.v_min), limits.v_max), min(max(omega, -limits.omega_max), limits.omega_max)
 
     def _shortened(self, commands: FloatArray, pose: FloatArray) -> tuple[Plan, Tube, int]:
