@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from space_time_scenes import OTHER, PERIOD, begun, drive, goal, line, observation, obstacles
+from space_time_scenes import OTHER, OWN, PERIOD, begun, drive, goal, line, observation, obstacles
 
 from clearway.campaigns.conformance import check_navigator
 from clearway.campaigns.pilot import compose
@@ -248,3 +248,21 @@ def test_foresight_knows_of_a_turn_that_nobody_could_expect() -> None:
         times.append(len(went.commands))
     assert times[1] * PERIOD < 5.2
     assert times[1] <= times[0]
+
+
+def test_it_keeps_to_what_its_certificate_asks() -> None:
+    """Where it did not, each other period at full speed was refused, and it braked beside what stands within the tube."""
+    gap = [(2.0, OWN + OTHER + 0.08), (2.0, -OWN - OTHER - 0.08)]
+    went, bold = (
+        drive(
+            begun(RESCUE, guarantee=guarantee, pose_error=0.04), (5.0, 0.0), lambda t, pose: obstacles(gap, moving=False), 120
+        )
+        for guarantee in HpSt.GUARANTEES
+    )  # fmt: skip
+    assert went.arrived
+    assert STATUSES[STORED] not in {c.status for c in went.commands}
+    assert 0.8 < max(c.v for c in went.commands) < 0.96
+    assert max(c.v for c in bold.commands) > 0.99
+    rooms = [min(math.dist(p[:2], o) for p in w.poses for o in gap) - OWN - OTHER for w in (went, bold)]
+    assert rooms[0] > 0.1, "around the gap"
+    assert rooms[1] < 0.085, "through it"
