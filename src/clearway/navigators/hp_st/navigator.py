@@ -177,8 +177,8 @@ class HpSt:
             p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
         )
         if certified:  # it plans to go no faster than it could be certified to stop
-            v, omega = fastest_certified(body, self._safety, self._rules)
-            limits = limits._replace(v_max=v, v_min=max(limits.v_min, -v), omega_max=omega)
+            v = fastest_certified(body, self._safety, self._rules)
+            limits = limits._replace(v_max=v, v_min=max(limits.v_min, -v))
         self._base = Base(limits, body)
         self._settings = Settings(
             period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,

@@ -20,7 +20,7 @@ class SearchCosts(NamedTuple):
         contact_cost: So many seconds a contact is worth.
         discount: Factor on that per second ahead, as there is time to think again.
         margin: Distance that is kept from what stands, m.
-        soft: Distance up to which nearness to what stands costs, m.
+        soft: Distance up to which nearness to what stands costs, m; no less than the margin.
         near: What it costs at the margin, s per s.
         yaw_change_cost: What a change of the yaw rate costs, s per rad/s.
         reverse_cost: What driving backwards costs, s per s.

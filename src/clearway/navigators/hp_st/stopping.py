@@ -9,7 +9,6 @@ import numpy as np
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import light
 from clearway.geometry.footprint import Footprint
-from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.certificate import Rules, Safety, certify, stopped_after
 from clearway.navigators.hp_st.contact import (
@@ -53,30 +52,28 @@ def longest_braking(limits: DriveLimits, period: float) -> int:
     return math.ceil(longest / period - 1e-9) + 1 if longest > 0.0 else 0
 
 
-def fastest_certified(body: Footprint, safety: Safety, rules: Rules) -> tuple[float, float]:
-    """The highest speed at which a certificate lets the robot drive on straight for a period and brake, with nothing around it but what
-    nobody has seen, in m/s, and at half that speed the highest yaw rate, in rad/s; where there is none, its limit."""
+def fastest_certified(body: Footprint, safety: Safety, rules: Rules) -> float:
+    """The highest speed at which a certificate lets the robot drive straight on for a period and brake, with nothing around it but what
+    nobody has seen, in m/s; where there is none, its limit."""
     anywhere = rules._replace(area=np.array((-math.inf, -math.inf, math.inf, math.inf)), eye=np.zeros(3))
-    limits = safety.limits
-
-    def allowed(v: float, omega: float) -> bool:
-        plan, about = _braking(safety, v, omega, rules.looked)
-        return bool(certify(plan, about, safety.period, body, NOBODY, anywhere).ok)
-
-    v = next((v for v in limits.v_max * _SHARES if allowed(v, 0.0)), limits.v_max)
-    return float(v), float(next((w for w in limits.omega_max * _SHARES if allowed(0.5 * v, w)), limits.omega_max))
+    for v in safety.limits.v_max * _SHARES:
+        plan, about = _braking(safety, v, v * rules.looked)
+        if certify(plan, about, safety.period, body, NOBODY, anywhere).ok:
+            return float(v)
+    return safety.limits.v_max
 
 
 def widest_braking(safety: Safety) -> float:
     """How far from its plan a certificate lets the robot be that drives on for a period at full speed and brakes, in metres."""
-    return float(_braking(safety, safety.limits.v_max, 0.0, 0.0)[1].around.max())
+    return float(_braking(safety, safety.limits.v_max, 0.0)[1].around.max())
 
 
-def _braking(safety: Safety, v: float, omega: float, late: float) -> tuple[Plan, Tube]:
-    """After `late` [s] of `v` [m/s] and `omega` [rad/s] a period more, then the hardest braking, and the tube about it."""
+def _braking(safety: Safety, v: float, x: float) -> tuple[Plan, Tube]:
+    """From `x` [m] ahead a period of `v` [m/s], then the hardest braking, and the tube about it."""
     limits, period = safety.limits, safety.period
-    plan = drive(np.array((*arc(0.0, 0.0, 0.0, v, omega, late), v, omega)), np.array([[v, omega]]), limits, period)
-    plan = stopped_after(plan, 1, limits, period)
+    plan = stopped_after(
+        drive(np.array((x, 0.0, 0.0, v, 0.0)), np.array([[v, 0.0]]), limits, period), 1, limits, period
+    )
     return plan, tube(plan, room(plan, limits), period, safety.disturbance, safety.start, False)
 
 
