@@ -69,23 +69,28 @@ def test_curves_by_the_number_of_people() -> None:
 
 
 def test_the_table_of_fleets() -> None:
-    def run(trial: int, makespan: float | None, deadlocks: float, waiting: dict[tuple[str, str], float]) -> fleets.Run:
+    def run(
+        trial: int, makespan: float | None, deadlocks: float, waiting: dict[tuple[str, str], float], *others: System
+    ) -> fleets.Run:
         values = {
             "makespan": makespan,
             "sum_of_times": makespan and 2 * makespan,
             "contacts": 1.0,
             "deadlocks": deadlocks,
         }
-        return fleets.Run(row(trial), 2, {name: fleets.Value(v) for name, v in values.items()}, waiting)
+        known = {name: fleets.Value(v) for name, v in values.items()}
+        return fleets.Run(row(trial), (SYSTEM, *others), 2, known, waiting)
 
     there = [
         run(0, 10.0, 0.0, {("a", "b"): 3.0}),
         run(2, 14.0, 0.0, {}),
         run(4, None, 1.0, {("b", "a"): 9.0, ("a", "b"): 6.0}),
+        run(6, 20.0, 0.0, {}, System("hosbot", "hp-st", None)),
     ]
     table = fleets.fleets(found([]), there)
     assert table is not None
-    (cells,) = table.rows
+    cells, mixed = table.rows
     assert [c.text for c in cells] == ["orca", "people-5, pharmacy", "2", "3", "2", "12.0", "24.0", "3", "1", "6.0"]
     assert (cells[-1].small, cells[-1].trials) == ("b for a, 9.0 s", (4,))
+    assert [c.text for c in mixed][:4] == ["orca and hp-st", "people-5, pharmacy", "2", "1"]
     assert fleets.fleets(found([]), []) is None

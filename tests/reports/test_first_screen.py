@@ -13,7 +13,7 @@ from clearway.reports.causes import causes, causes_of_all, failures, of_slack, w
 from clearway.reports.findings import Findings
 from clearway.reports.same_tests import same_tests
 from clearway.reports.selection import System
-from clearway.reports.summary import summary
+from clearway.reports.summary import _who, summary
 from clearway.reports.verdicts import arrived, collision_free, precise, verdicts
 from clearway.scenarios.suites import Selection
 from clearway.statistics import wilson_interval
@@ -97,6 +97,15 @@ def test_robots_of_one_simulation_are_paired_by_name_and_their_dependence_is_tol
     )
     apart = made_up(("a", "x", [{"run": "1", "member": "robot"}, {"run": "2", "member": "robot"}]))
     assert "met each other" not in only(apart).caption
+
+
+def test_who_drove_what_is_told_where_not_all_drove_all() -> None:
+    def who(*systems: tuple[str, str]) -> str:
+        f: Any = SimpleNamespace(title=str.upper)
+        return _who([System(robot, navigator, None) for robot, navigator in systems], f)
+
+    assert who(("a", "x"), ("a", "y"), ("b", "x"), ("b", "y")) == "A and B, each driven by x and y"
+    assert who(("a", "x"), ("b", "y")) == "A driven by x and B driven by y"
 
 
 def test_a_difference_is_shown_by_the_paired_test_alone() -> None:

@@ -136,3 +136,8 @@ def test_a_robot_larger_than_the_largest_floor_is_refused() -> None:
         MEETING_POINTS.build(large)
     with pytest.raises(ClearwayError, match="brings its own floor plans"):
         MEETING_POINTS.build(TIAGO, Selection(floor_plan="ward"))
+
+
+def test_their_page_says_whom_they_are_taken_from() -> None:
+    for suite in (MEETING_POINTS, HELD_OUT_MEETING_POINTS):
+        assert "Helbing" in suite.source

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from worlds import constant
 
+from clearway.errors import ClearwayError
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.people_scenes import PEOPLE, SCENES
@@ -24,6 +25,11 @@ def test_every_scene_is_sound_and_says_what_is_expected(robot: str) -> None:
     for scenario in PEOPLE.build(ready, Selection(repetitions=1)):
         assert [str(problem) for problem in check_scenario(scenario, ready)] == []
     assert all(scene.course.endswith(".") and "robot" in scene.course.lower() for scene in SCENES)
+
+
+def test_there_is_no_other_floor_plan_for_them() -> None:
+    with pytest.raises(ClearwayError, match="takes place in the floor plan 'ward'"):
+        PEOPLE.build(load_robot("tiago"), Selection(floor_plan="hall"))
 
 
 @pytest.mark.parametrize("name", [name for name, scene in BUILT.items() if not scene.robots])

@@ -11,7 +11,7 @@ from clearway.indicators.fleet import FLEET, waiting
 from clearway.indicators.indicator import Value
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, span, text
-from clearway.reports.selection import Row, system_of
+from clearway.reports.selection import Row, System, systems
 from clearway.statistics import mean_interval
 
 
@@ -21,12 +21,14 @@ class Run:
 
     Attributes:
         row: Of its first robot's trial.
+        systems: What was tested, each kind once.
         robots: How many were tested.
         values: Of the indicators of `FLEET`, by name.
         waiting: Who waited for whom, s.
     """
 
     row: Row
+    systems: tuple[System, ...]
     robots: int
     values: dict[str, Value]
     waiting: dict[tuple[str, str], float]
@@ -40,21 +42,22 @@ def runs(f: Findings) -> list[Run]:
         if len(numbers) > 1 and all(f.results.kept(by_number[n]) for n in numbers):
             trials = [f.results.trial(n) for n in numbers]
             values = {one.name: one.function(trials) for one in FLEET}
-            found.append(Run(by_number[numbers[0]], len(numbers), values, waiting(trials)))
+            rows = [by_number[n] for n in numbers]
+            found.append(Run(rows[0], tuple(systems(rows)), len(numbers), values, waiting(trials)))
     return found
 
 
 def fleets(f: Findings, runs: Sequence[Run]) -> Grid | None:
     """By system, test and number of robots; None without such runs."""
-    groups: dict[tuple[object, ...], list[Run]] = {}
+    groups: dict[tuple[tuple[System, ...], str, str, int], list[Run]] = {}
     for run in runs:
-        key = (system_of(run.row), run.row["batch"], run.row["configuration"], run.robots)
+        key = (run.systems, run.row["batch"], run.row["configuration"], run.robots)
         groups.setdefault(key, []).append(run)
     rows: Rows = []
-    for (_, batch, configuration, robots), there in groups.items():
+    for (tested, batch, configuration, robots), there in groups.items():
         all_there = sum(run.values["makespan"].value is not None for run in there)
         cells: list[Cell | str] = [
-            Cell(f.name(system_of(there[0].row)), strong=True), f"{batch}, {configuration}", str(robots), str(len(there)), str(all_there),
+            Cell(" and ".join(f.name(s) for s in tested), strong=True), f"{batch}, {configuration}", str(robots), str(len(there)), str(all_there),
         ]  # fmt: skip
         cells += [_mean([run.values[name].value for run in there]) for name in ("makespan", "sum_of_times")]
         cells += [f"{sum(run.values[name].value or 0.0 for run in there):.0f}" for name in ("contacts", "deadlocks")]

@@ -70,6 +70,9 @@ def _tested(f: Findings, found: Sequence[Verdicts]) -> str:
 def _who(systems: Sequence[System], f: Findings) -> str:
     robots, navigators = (list(dict.fromkeys(getattr(s, a) for s in systems)) for a in ("robot", "navigator"))
     titles = [f.title(r) for r in robots]
+    by = {r: [s.navigator for s in systems if s.robot == r] for r in robots}
+    if len(robots) <= FEW and any(set(own) != set(navigators) for own in by.values()):
+        return _and([f"{f.title(r)} driven by {_and(list(dict.fromkeys(own)))}" for r, own in by.items()])
     if len(robots) <= FEW and len(navigators) <= FEW:
         return f"{_and(titles)}{', each' if len(robots) > 1 else ''} driven by {_and(navigators)}"
     return f"{_and(titles) if len(robots) <= FEW else f'{len(robots)} robots'} with {len(navigators)} navigators"

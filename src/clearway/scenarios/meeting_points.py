@@ -138,6 +138,8 @@ def _suite(geometry: Geometry, title: str, description: str) -> Suite:
         report=(Section.BY_NUMBER,),
         floor_plans=floor_plans(geometry),
         generator=without_drawing(make),
+        source="Antipodal circle, swap, crossing, corridor and doorway are what several robots have always been tried on (van den Berg, Guy, Lin, Manocha 2011;"
+        " Alonso-Mora et al. 2013; Helbing, Molnár 1995; Helbing et al. 2005); sizes and rooms are ours, so no figures of others stand beside it.",
     )
 
 

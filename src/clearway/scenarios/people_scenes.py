@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from clearway.errors import ClearwayError
 from clearway.quantities import PoseSpec
 from clearway.robots import Robot
 from clearway.scenarios.behaviours import OperatorSpec
@@ -126,6 +127,8 @@ SCENES = (
 
 def build(robot: Robot, selection: Selection, seed: int) -> Sequence[Scenario]:
     """Every scene with its repetitions; who waits at first does so for up to half a second more or less."""
+    if selection.floor_plan is not None:
+        raise ClearwayError("the suite 'people' takes place in the floor plan 'ward'", field="floor_plan")
     made = []
     for scene in SCENES:
         for repetition in range(1, (selection.repetitions or REPETITIONS) + 1):

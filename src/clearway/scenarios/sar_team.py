@@ -174,6 +174,8 @@ def _suite(setting: Setting, title: str, description: str) -> Suite:
         robots=(RESCUE,),
         report=(Section.BY_NUMBER,),
         generator=generator,
+        source="Paper B's cases (Rado, Baglioni, Jamshidnejad 2025) with several robots, equal or of different kinds, which that paper names as future work. It has no figures"
+        " of several robots, so none stand beside it.",
     )
 
 

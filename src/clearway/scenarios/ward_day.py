@@ -39,8 +39,7 @@ _PUSHED = (
     ("bed", RectangleSpec(kind="rectangle", length=2.1, width=0.96), 0.7, 0.4),
     ("wheelchair", RectangleSpec(kind="rectangle", length=1.1, width=0.7), 0.9, 0.6),
 )
-"""Name, outline, speed [m/s] and acceleration [m/s^2]; one after the other by the number of the repetition, or the seed. With nothing pushed it is
-known what people do without a robot: what is pushed goes by the robot's legs."""
+"""Name, outline, speed [m/s] and acceleration [m/s^2]; one after the other by the number of the repetition, or the seed."""
 
 
 def build(robot: Robot, selection: Selection, seed: int, ward: Ward) -> Sequence[Scenario]:
