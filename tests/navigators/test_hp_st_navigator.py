@@ -266,3 +266,10 @@ def test_it_keeps_to_what_its_certificate_asks() -> None:
     rooms = [min(math.dist(p[:2], o) for p in w.poses for o in gap) - OWN - OTHER for w in (went, bold)]
     assert rooms[0] > 0.1, "around the gap"
     assert rooms[1] < 0.085, "through it"
+
+
+def test_a_wide_margin_is_kept_whatever_nearness_costs() -> None:
+    """What stands farther than `soft` is passed over, so that has to reach as far as the margin."""
+    costs = begun(RESCUE, pose_error=0.04)._wishes
+    assert costs.margin > 0.1
+    assert costs.soft >= costs.margin
