@@ -22,6 +22,7 @@ SUITES = Registry(
         "crowd": "clearway.scenarios.crowdnav:CROWD",
         "crowd-held-out": "clearway.scenarios.crowdnav:HELD_OUT",
         "dynabarn": "clearway.scenarios.dynabarn:DYNABARN",
+        "dynabarn-held-out": "clearway.scenarios.dynabarn:HELD_OUT_DYNABARN",
         "hospital": "clearway.scenarios.hospital:HOSPITAL",
         "hospital-blind": "clearway.scenarios.hospital:BLIND",
         "hospital-held-out": "clearway.scenarios.hospital:HELD_OUT",
