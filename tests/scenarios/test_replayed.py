@@ -1,18 +1,21 @@
-"""The suite `replayed` sends a robot through people who walk as they were recorded."""
+"""The suites `replayed` send a robot through people who walk as they were recorded."""
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
 import pytest
 
+from clearway.clairvoyant.space_time import shortest
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.replay import Replay, Walk
-from clearway.scenarios.replayed import made
+from clearway.scenarios.replayed import FROZEN, made
+from clearway.scenarios.replayed_draws import COUNTERFLOW, CROSSING, SIDE, Streams, draw
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
 
@@ -22,8 +25,8 @@ ACROSS = Walk("anna", tuple((float(t), 0.0, t - 20.0) for t in range(10, 41)))
 STANDS = Walk("bert", ((0.0, 3.0, 3.0), (60.0, 3.0, 3.0)))
 
 
-def built(replay: Replay | None = None, **selection: object) -> list[Scenario]:
-    return load_suite("replayed").build(TIAGO, Selection(replay=replay, **selection), 1)  # type: ignore[arg-type]
+def built(replay: Replay | None = None, suite: str = "replayed", **selection: object) -> list[Scenario]:
+    return load_suite(suite).build(TIAGO, Selection(replay=replay, **selection), 1)  # type: ignore[arg-type]
 
 
 def sent(*walks: Walk, start: tuple[float, float, float] = (-5.0, 0.0, 0.0), goal: tuple[float, ...] = (5.0, 0.0), at: tuple[float, ...] = ()) -> list[Scenario]:  # fmt: skip
@@ -115,3 +118,101 @@ def test_other_suites_have_no_recorded_people() -> None:
 
 def test_the_page_says_that_people_are_blind() -> None:
     assert "its effect on them is zero by construction" in load_suite("replayed").about()["source"]
+
+
+BOTH = pytest.mark.parametrize("streams", [CROSSING, COUNTERFLOW], ids=lambda s: s.suite)
+
+
+@BOTH
+def test_seeds_draw_other_people_the_same_ones_each_time(streams: Streams) -> None:
+    scenarios = built(suite=streams.suite, seeds=(0, 3))
+    assert [(s.labels.batch, s.labels.configuration) for s in scenarios] == [
+        (streams.batch, f"seed-{k}") for k in range(3)
+    ]
+    tracks = [p.track for s in scenarios for p in s.people]
+    assert len(set(tracks)) == len(tracks)
+    assert not {p.track for s in built(suite=streams.suite) for p in s.people} & set(tracks)
+    for scenario in scenarios:
+        assert check_scenario(scenario, TIAGO) == []
+        assert all(p.behaviour == "recorded" and not p.sees_robots for p in scenario.people)
+    (again,) = built(suite=streams.suite, seeds=(0, 10**6), scenarios=(scenarios[2].name,))
+    assert again == scenarios[2]
+
+
+@BOTH
+def test_people_come_for_as_long_as_the_robot_has(streams: Streams) -> None:
+    for scenario in built(suite=streams.suite, seeds=(5, 7)):
+        for t in np.arange(0.0, scenario.legs[0].time_limit, 5.0):
+            assert sum(p.track[0][0] <= t <= p.track[-1][0] for p in scenario.people) >= 3
+
+
+@BOTH
+def test_people_cross_the_floor_at_about_the_speed_that_they_prefer(streams: Streams) -> None:
+    walks = draw(streams, 3).walks
+    assert max(abs(v) for w in walks for _, *at in w.track for v in at) <= SIDE
+    whole = [w for w in walks if w.track[-1][0] < 90.0]
+    ways = np.array([np.subtract(w.track[-1][1:], w.track[0][1:]) for w in whole])
+    turns = np.abs(np.arctan2(ways[:, 1], ways[:, 0]))
+    assert ((turns < 0.6) | (np.abs(turns - streams.turn) < 0.6)).all()
+    assert 0.3 < np.mean(turns < 0.6) < 0.7
+    speed = [np.hypot(*way) / (w.track[-1][0] - w.track[0][0]) for w, way in zip(whole, ways, strict=True)]
+    assert 0.75 * streams.speed[0] < np.mean(speed) < 1.05 * streams.speed[0]
+
+
+def test_a_drawn_recording_is_the_same_after_it_was_written_down() -> None:
+    generator = load_suite("replayed").generator
+    assert generator is not None
+    (call,) = generator.calls(Selection(seeds=(4, 5)))
+    assert generator.read(json.loads(json.dumps(generator.written(generator(*call))))) == generator(*call)
+
+
+def test_a_drawn_recording_stays_what_it_is() -> None:
+    assert draw(COUNTERFLOW, 1, "frozen").walks[4].track[8] == (14.4, -2.75, -0.61)
+
+
+def test_the_held_out_geometry_is_another_one_throughout() -> None:
+    for name in ("suite", "batch", "turn", "every", "width", "speed", "start", "goal", "set_speed"):
+        assert getattr(CROSSING, name) != getattr(COUNTERFLOW, name), name
+    frozen = built(suite="replayed-held-out")
+    assert [s.labels.configuration for s in frozen] == [f"recording-{k}" for k in range(1, FROZEN + 1)]
+    assert len({s.people[0].track for s in frozen}) == FROZEN
+    assert (frozen[0].speed, frozen[0].start, frozen[0].legs[0].goal[:2]) == (0.8, (0.0, -5.5, 1.5708), (0.0, 5.5))
+    for scenario in frozen[::6]:
+        assert check_scenario(scenario, TIAGO) == []
+
+
+def test_each_frozen_recording_held_out_can_be_crossed() -> None:
+    """By a disc of the robot's size that knows everybody's future."""
+    for scenario in built(suite="replayed-held-out"):
+        t = 0.05 * np.arange(round(scenario.legs[0].time_limit / 0.05))
+        at = [
+            [np.interp(t, *np.array(p.track).T[[0, k]], left=math.nan, right=math.nan) for k in (1, 2)]
+            for p in scenario.people
+        ]
+        way = shortest(
+            np.array(scenario.start[:2]), np.array(scenario.legs[0].goal[:2]), goal_radius=TIAGO.tolerances.xy, v_max=0.8,
+            static=np.zeros((0, 3)), moving=np.array(at).transpose(2, 0, 1), dt=0.05, bound=False,
+            radii=np.full(len(at), 0.25 + circumscribed_radius(TIAGO.shape)),
+        )  # fmt: skip
+        assert way is not None, scenario.name
+
+
+def test_of_somebody_s_own_recording_seeds_draw_times() -> None:
+    replay = Replay("some.txt", (STANDS, ACROSS), (-5.0, 0.0, 0.0), (5.0, 0.0))
+    begun = [-s.people[0].track[0][0] for s in built(replay, seeds=(0, 50))]
+    assert {s.labels.batch for s in built(replay, seeds=(0, 2))} == {"own"}
+    assert len(set(begun)) == 50
+    assert min(begun) < 5.0
+    assert 38.0 < max(begun) <= 60.0 - 10.0 / 0.6 + 0.2
+    assert begun[7:9] == [-s.people[0].track[0][0] for s in built(replay, seeds=(7, 9))]
+    asked = Replay("some.txt", (STANDS, ACROSS), (-5.0, 0.0, 0.0), (5.0, 0.0), (1.0, 30.0))
+    assert {-s.people[0].track[0][0] for s in built(asked, seeds=(0, 20))} == {1.0, 30.0}
+
+
+def test_what_the_held_out_suite_refuses() -> None:
+    with pytest.raises(ClearwayError, match="'3:3' is no range of seeds"):
+        built(seeds=(3, 3))
+    with pytest.raises(ClearwayError, match="the suite 'replayed-held-out' has no recorded people; 'replayed' has"):
+        built(made(), "replayed-held-out")
+    with pytest.raises(ClearwayError, match="out of reach"):
+        built(suite="replayed-held-out", speeds=(3.0,))

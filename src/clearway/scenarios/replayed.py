@@ -1,16 +1,19 @@
-"""The suite `replayed`: a robot is sent from A to B through people who were recorded, at several times of the recording.
+"""The suites `replayed` and `replayed-held-out`: a robot is sent from A to B through people who were recorded.
 
 They walk as they were recorded, blindly: they don't see the robot, so that its effect on them is zero by construction. A
-recording of nothing but people comes with it; `Selection.replay` holds a user's own, which somebody else has read.
+recording of nothing but people comes with `replayed`, which is entered at several times; `Selection.replay` holds a user's own, which somebody
+else has read. `Selection.seeds` draws others, see `replayed_draws`, one for each trial, or times of the user's own; the frozen ones of
+`replayed-held-out` are drawn from numbers of their own.
 """
 
 from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from importlib import resources
+from typing import Any
 
 import numpy as np
 
@@ -18,18 +21,27 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.reading.limits import PEOPLE
 from clearway.robots import Robot
+from clearway.scenarios import replayed_draws
 from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.replay import MOST_TIMES, Replay, Walk
+from clearway.scenarios.replayed_draws import BEGIN, COUNTERFLOW, CROSSING, RADIUS, Streams
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
-from clearway.scenarios.suite import Selection, Suite, refuse_speeds, scenario_seed
+from clearway.scenarios.suite import (
+    Generator,
+    Selection,
+    Suite,
+    draw,
+    draw_label,
+    refuse_speeds,
+    scenario_seed,
+    selected_seeds,
+)
 
-SPEED = 0.6
-"""Set speed unless the run says otherwise, m/s."""
 TIMES = 10
 """At so many times of the recording the robot starts, if nobody says when."""
-RADIUS = 0.25
-"""Of a person, m."""
+FROZEN = 20
+"""Recordings of `replayed-held-out`."""
 STAYS_FREE = 0.1
 """Gap between a person and the robot at its start below which it waits, m."""
 WAIT = 0.2
@@ -40,8 +52,11 @@ REACH = 10.0
 """Start and goal lie no further from where people walk, m: else the coordinates are of another frame."""
 EDGES = (25, 50, 100)
 """Half the edges of the open floors that a recording may be on, m."""
-MADE = Replay("crossing.csv", (), (-5.0, 0.0, 0.0), (5.0, 0.0))
+OWN = "own"
+"""The batch of somebody's own recording."""
+MADE = Replay("crossing.csv", (), CROSSING.start, CROSSING.goal)
 """The task in the recording that comes with Clearway, less who walks there."""
+_Draw = Callable[[Streams, int], Replay | None]
 
 
 @cache
@@ -60,48 +75,104 @@ def floor(edge: int) -> FloorPlan:
     return FloorPlan(f"open-{edge}", f"Open floor, {2 * edge} m square", (), None, None, None, None, bounds)
 
 
-def build(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
-    """One scenario for each time (and speed, and repetition) at which the robot starts.
+@cache
+def _frozen(streams: Streams) -> tuple[Replay, ...]:
+    return tuple(replayed_draws.draw(streams, k, "frozen") for k in range(1, FROZEN + 1))
+
+
+def build(robot: Robot, selection: Selection, seed: int, streams: Streams, drawn: _Draw) -> list[Scenario]:
+    """One scenario for each recording, or each time at which the robot starts in one (and speed, and repetition).
 
     Raises:
         ClearwayError: start or goal lie far from everybody, somebody stands at the start, or the floor is too small.
     """
-    replay = selection.replay or made()
-    plan = selection.floor_plan or f"open-{_edge(replay)}"
     refuse_speeds(selection.speeds, robot)
-    found = []
-    for speed in selection.speeds or (min(SPEED, robot.drive.v_max),):
+    return [
+        _scenario(streams, selection, label, replay, t, speed, repetition, seed)
+        for speed in selection.speeds or (min(streams.set_speed, robot.drive.v_max),)
+        for label, replay, t in _entered(robot, selection, speed, streams, drawn)
+        for repetition in range(1, (selection.repetitions or 1) + 1)
+    ]
+
+
+def _entered(
+    robot: Robot, selection: Selection, speed: float, streams: Streams, drawn: _Draw
+) -> Iterator[tuple[str, Replay | None, float]]:
+    """Labels, recordings (None: it has yet to be drawn), and when the robot starts in each, s on its clock."""
+    own = selection.replay
+    if selection.seeds is not None:
+        for one in _seeds(selection, streams):
+            if own is not None:
+                yield draw_label(one), own, _some_time(robot, own, speed, one)
+            else:
+                replay = drawn(streams, one)
+                yield draw_label(one), replay, 0.0 if replay is None else _begin(robot, replay)
+    elif own is not None or streams is CROSSING:
+        replay = own or made()
         for k, t in enumerate(_starts(robot, replay, speed), start=1):
-            for repetition in range(1, (selection.repetitions or 1) + 1):
-                found.append(_scenario(replay, plan, speed, k, t, repetition, seed, own=selection.replay is not None))
-    return found
+            yield f"time-{k}", replay, t
+    else:
+        for k, replay in enumerate(_frozen(streams), start=1):
+            yield f"recording-{k}", replay, _begin(robot, replay)
+
+
+def _seeds(selection: Selection, streams: Streams) -> list[int]:
+    return selected_seeds(selection, f"{streams.suite}-seed-")
+
+
+def _calls(selection: Selection, streams: Streams) -> list[tuple[Streams, int]]:
+    """What `replayed_draws.draw` is to be called with for the `selection`: nothing is drawn but a time where somebody brings a recording."""
+    return [] if selection.replay is not None else [(streams, s) for s in _seeds(selection, streams)]
+
+
+def _begin(robot: Robot, replay: Replay) -> float:
+    """When the robot starts in a recording that was drawn, s."""
+    return _free(robot, replay, BEGIN, replay.walks[-1].track[-1][0])
+
+
+def _some_time(robot: Robot, replay: Replay, speed: float, seed: int) -> float:
+    """The time that `seed` gives of somebody's recording: one of those that were asked for, else any at which the start is free, s."""
+    part = draw(seed, "when the robot starts")
+    if replay.times:
+        return _starts(robot, replay, speed)[int(part * len(replay.times))]
+    first, last, span = _span(replay, speed)
+    return _free(robot, replay, first + part * span, last)
 
 
 def _scenario(
-    replay: Replay, plan: str, speed: float, k: int, t: float, repetition: int, seed: int, *, own: bool
+    streams: Streams,
+    selection: Selection,
+    label: str,
+    replay: Replay | None,
+    t: float,
+    speed: float,
+    repetition: int,
+    seed: int,
 ) -> Scenario:
-    name = f"replayed-time-{k}-v{speed:g}-r{repetition}"
-    x, y, *heading = replay.goal
-    limit = LEAST + PATIENCE * math.dist(replay.start[:2], (x, y)) / speed
+    name = f"{streams.suite}-{label}-v{speed:g}-r{repetition}"
+    start, goal = (streams.start, streams.goal) if replay is None else (replay.start, replay.goal)
+    x, y, *heading = goal
+    limit = LEAST + PATIENCE * math.dist(start[:2], (x, y)) / speed
     leg = LegSpec(
         name="there",
         goal=(x, y, heading[0] if heading else 0.0),
         yaw_tolerance=None if heading else math.inf,
         time_limit=limit,
     )
-    people = tuple(_people(replay, t, t + limit))
-    if len(people) > PEOPLE:
+    people = () if replay is None else tuple(_people(replay, t, t + limit))
+    if replay is not None and len(people) > PEOPLE:
         raise ClearwayError(
             f"{len(people)} people walk there within {limit:.0f} s; at most {PEOPLE} do", file=replay.source
         )
+    batch = streams.batch if selection.replay is None else OWN
     return Scenario(
         name=name,
-        floor_plan=plan,
-        start=replay.start,
+        floor_plan=selection.floor_plan or f"open-{EDGES[0] if replay is None else _edge(replay)}",
+        start=start,
         legs=(leg,),
         speed=speed,
         people=people,
-        labels=LabelSpec(batch="own" if own else "made", configuration=f"time-{k}", repetition=repetition),
+        labels=LabelSpec(batch=batch, configuration=label, repetition=repetition),
         localisation="truth",
         seed=scenario_seed(seed, name),
     )
@@ -132,7 +203,7 @@ def _starts(robot: Robot, replay: Replay, speed: float) -> list[float]:
     Raises:
         ClearwayError: at a time that was asked for somebody stands there, or nobody walks any more; or it is never free.
     """
-    first, last = min(w.track[0][0] for w in replay.walks), max(w.track[-1][0] for w in replay.walks)
+    first, last, span = _span(replay, speed)
     for t in replay.times:
         if not first <= t <= last:
             raise ClearwayError(f"nobody walks at {t:g} s; people do from {first:g} to {last:g} s", field="at")
@@ -140,9 +211,15 @@ def _starts(robot: Robot, replay: Replay, speed: float) -> list[float]:
             raise ClearwayError(f"person {near!r} is where {robot.name!r} is to start at {t:g} s", field="at")
     if replay.times:
         return list(replay.times)
-    takes = math.dist(replay.start[:2], replay.goal[:2]) / speed
-    span = max(last - first - takes, 0.5 * (last - first))
     return [_free(robot, replay, first + span * k / TIMES, last) for k in range(TIMES)]
+
+
+def _span(replay: Replay, speed: float) -> tuple[float, float, float]:
+    """When the first person walks and the last one does, and how long after the first one the robot may start, s: so that its straight way ends
+    before the last one goes, or in the first half of a short recording."""
+    first, last = min(w.track[0][0] for w in replay.walks), max(w.track[-1][0] for w in replay.walks)
+    takes = math.dist(replay.start[:2], replay.goal[:2]) / speed
+    return first, last, max(last - first - takes, 0.5 * (last - first))
 
 
 def _free(robot: Robot, replay: Replay, t: float, last: float) -> float:
@@ -200,16 +277,59 @@ def _places(replay: Replay) -> FloatArray:
     return np.concatenate([np.array(walk.track)[:, 1:] for walk in replay.walks])
 
 
-REPLAYED = Suite(
-    name="replayed",
-    title="A robot among recorded people",
-    description="a robot goes from A to B through people who walk as they were recorded and do not see it",
-    batches=("made", "own"),
-    configurations=tuple(f"time-{k + 1}" for k in range(MOST_TIMES)),
-    make=build,
-    robots=("tiago",),
-    source="Among recorded people a robot goes from A to B while they walk as they were recorded, as many have done with the ETH and UCY sets: they do"
+def _written(replay: Replay) -> list[Any]:
+    return [replay.source, [[walk.name, walk.track] for walk in replay.walks]]
+
+
+def _read(values: list[Any], streams: Streams) -> Replay:
+    source, walks = values
+    tracks = ((name, tuple((t, x, y) for t, x, y in track)) for name, track in walks)
+    return Replay(source, tuple(Walk(name, track) for name, track in tracks), streams.start, streams.goal)
+
+
+def _suite(
+    streams: Streams,
+    title: str,
+    description: str,
+    source: str,
+    batches: tuple[str, ...],
+    configurations: tuple[str, ...],
+) -> Suite:
+    make = partial(build, streams=streams)
+    outlines = partial(make, drawn=lambda streams, seed: None)
+    generator = Generator(
+        partial(_calls, streams=streams), replayed_draws.draw, outlines, _written, partial(_read, streams=streams)
+    )
+    return Suite(
+        streams.suite,
+        title,
+        description,
+        batches=batches,
+        configurations=configurations,
+        make=partial(make, drawn=generator),
+        robots=("tiago",),
+        source=source,
+        replays=streams is CROSSING,
+        floor_plans={f"open-{edge}": partial(floor, edge) for edge in EDGES} if streams is CROSSING else {},
+        generator=generator,
+    )
+
+
+REPLAYED = _suite(
+    CROSSING,
+    "A robot among recorded people",
+    "a robot goes from A to B through people who walk as they were recorded and do not see it",
+    "Among recorded people a robot goes from A to B while they walk as they were recorded, as many have done with the ETH and UCY sets: they do"
     " not see it, so its effect on them is zero by construction, and what is asked is whether it gets through.",
-    replays=True,
-    floor_plans={f"open-{edge}": partial(floor, edge) for edge in EDGES},
+    (CROSSING.batch, OWN),
+    tuple(f"time-{k + 1}" for k in range(MOST_TIMES)),
+)
+HELD_OUT_REPLAYED = _suite(
+    COUNTERFLOW,
+    "A robot among recorded people, held out",
+    "a robot goes across two streams of people towards each other, at another density and other speeds, on which nothing was chosen",
+    "Among recorded people, held out, a robot goes across two streams of people towards each other, who walk as Clearway's own social force had them walk: they do"
+    " not see it, so its effect on them is zero by construction. Nothing was chosen there, and nothing is published of it.",
+    (COUNTERFLOW.batch,),
+    tuple(f"recording-{k + 1}" for k in range(FROZEN)),
 )

@@ -31,6 +31,7 @@ SUITES = Registry(
         "meeting-points-held-out": "clearway.scenarios.meeting_points:HELD_OUT_MEETING_POINTS",
         "people": "clearway.scenarios.people_scenes:PEOPLE",
         "replayed": "clearway.scenarios.replayed:REPLAYED",
+        "replayed-held-out": "clearway.scenarios.replayed:HELD_OUT_REPLAYED",
         "sar-case1": "clearway.scenarios.sar:CASE_1",
         "sar-case2": "clearway.scenarios.sar:CASE_2",
         "sar-case3": "clearway.scenarios.sar:CASE_3",
