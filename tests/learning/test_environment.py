@@ -198,7 +198,7 @@ def test_what_comes_depends_on_the_seed_alone() -> None:
     assert len({info["scenario"] for _, info in first}) == 3
 
 
-@pytest.mark.parametrize("suite", ["hospital", "crowd", "ward-day", "sar-stress"])
+@pytest.mark.parametrize("suite", ["hospital", "crowd", "ward-day", "sar-stress", "dynabarn", "replayed"])
 def test_no_campaign_meets_what_a_learner_meets(suite: str) -> None:
     scenes = Scenes(suite, None, {})
     scenes.seed(0)
