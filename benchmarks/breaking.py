@@ -81,7 +81,7 @@ CASES = {
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=list(CASES), help="repeatable; default: all")
-    parser.add_argument("--method", choices=[m for m in METHODS if m != "random"], default="gp", help="of the search")
+    parser.add_argument("--method", choices=[m for m in METHODS if m != "random"], default="screen", help="of the search")
     parser.add_argument("--repetitions", type=int, default=5, help="of the search")
     parser.add_argument("--most", type=int, default=200, help="trials of one of them")
     parser.add_argument("--random", type=int, default=1000, help="trials of random search")
@@ -115,7 +115,7 @@ def measure(name: str, asked: argparse.Namespace, known: list[dict[str, Any]]) -
         bench = CASES[name].bench(work)
         for method, seed, most in wanted:
             began = time.perf_counter()
-            strategy = strategy_named(method, FamilySpace(bench.families), most, max(1, asked.workers), seed)
+            strategy = strategy_named(method, FamilySpace(bench), most, max(1, asked.workers), seed)
             done = search(bench, strategy, most, most if method == "random" else 1, lambda *_: None)
             broken = [k for k, one in enumerate(done, 1) if one.tried.broken]
             trials = broken[0] if broken and method != "random" else len(done)

@@ -164,7 +164,7 @@ def find_breaks(
     make_folder(out)
     with pool(processes, out) as work:
         bench, batch = bench_of(plan, sought, work), max(1, processes)
-        strategy = strategy_named(method, FamilySpace(bench.families), trials, batch, plan.seed)
+        strategy = strategy_named(method, FamilySpace(bench), trials, batch, plan.seed)
         done = search(bench, strategy, trials, breaks, tell)
         _write_table(done, out / "search.csv")
         found = []

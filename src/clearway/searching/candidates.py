@@ -25,6 +25,7 @@ from clearway.scenarios.family import Family
 from clearway.scenarios.perturbing import perturbed
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import scenario_seed
+from clearway.searching.encounters import hardness
 from clearway.searching.failures import Failure, party
 from clearway.trials import Outcome, Trial
 
@@ -62,6 +63,10 @@ class Space(Protocol):
 
     def nominal(self, base: int) -> FloatArray:
         """Where its scenario itself lies in its unit cube."""
+        ...
+
+    def hardness(self, candidate: Candidate) -> float:
+        """How hard a member looks before any trial of it; -inf where it makes no scenario."""
         ...
 
 
@@ -172,14 +177,24 @@ class Bench:
 
     def scenario(self, candidate: Candidate) -> Scenario | None:
         """The candidate's scenario, as it runs; None where it would be meaningless."""
-        family = self.families[candidate.base]
-        name = f"{family.base.name} draw {candidate.noise}"
         try:
-            made = family.scenario(family.values(candidate.point))
+            made = self._made(candidate)
         except ClearwayError:
             return None
-        made = made.model_copy(update={"name": name})
         return self.valid(made)
+
+    def hardness(self, candidate: Candidate) -> float:
+        """How hard the candidate's scenario looks, see `encounters`; -inf where it makes none. Whether it is meaningful is not checked."""
+        try:
+            made = self._made(candidate)
+            return hardness(made, [load_robot(name) for name in self._groups[candidate.base][0].robots])
+        except ClearwayError:
+            return -math.inf
+
+    def _made(self, candidate: Candidate) -> Scenario:
+        family = self.families[candidate.base]
+        made = family.scenario(family.values(candidate.point))
+        return made.model_copy(update={"name": f"{family.base.name} draw {candidate.noise}"})
 
     def valid(self, scenario: Scenario) -> Scenario | None:
         """The scenario as it runs; None where it would be meaningless."""

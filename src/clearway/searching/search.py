@@ -36,10 +36,10 @@ class Attempted:
 
 
 class FamilySpace:
-    """Families as what a strategy searches."""
+    """The families of a bench as what a strategy searches."""
 
-    def __init__(self, families: Families) -> None:
-        self._families = families
+    def __init__(self, bench: Bench) -> None:
+        self._bench, self._families = bench, bench.families
 
     def __len__(self) -> int:
         return len(self._families)
@@ -51,6 +51,10 @@ class FamilySpace:
     def nominal(self, base: int) -> FloatArray:
         """Where its scenario itself lies in its unit cube."""
         return self._families[base].nominal
+
+    def hardness(self, candidate: Candidate) -> float:
+        """How hard a member looks before any trial of it; -inf where it makes no scenario."""
+        return self._bench.hardness(candidate)
 
 
 def search(

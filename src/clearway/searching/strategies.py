@@ -8,6 +8,7 @@ others were climbed. A climb ends with a break (quality diversity goes on, as it
 
 from __future__ import annotations
 
+import heapq
 import math
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -19,7 +20,9 @@ from clearway.geometry.shapes import FloatArray
 from clearway.searching.candidates import NOISES, WORST, Candidate, Space, Tried, anywhere
 from clearway.searching.surrogate import Surrogate
 
-METHODS = ("gp", "cma", "qd", "random")
+METHODS = ("screen", "gp", "cma", "qd", "random")
+_ANYWHERE, _LATEST = 0.25, 0.25
+_LOOKS, _FIRST_LOOKS, _REMEMBERED = 16, 64, 1000
 _FIRST_STEP, _DIVERSE_STEP = 0.25, 0.15
 """Standard deviation of the first generation, in the unit cube; shorter where breaks are looked for all along where they lie."""
 _CHANCE = 0.5
@@ -61,6 +64,8 @@ def strategy_named(name: str, space: Space, trials: int, batch: int, seed: int) 
     """
     if name == "random":
         return Random(space, batch, seed)
+    if name == "screen":
+        return Screen(space, batch, seed)
     if name == "gp":
         return Surrogate(space, batch, seed)
     if name not in METHODS:
@@ -88,6 +93,43 @@ class Random:
 
     def tell(self, candidates: Sequence[Candidate], tried: Sequence[Tried | None]) -> None:
         """Nothing is learned."""
+
+
+class Screen:
+    """Tries what looks hardest, among members that are drawn by chance and looked at without a trial.
+
+    Args:
+        space: What is searched.
+        batch: How many trials can run at once.
+        seed: Of its draws.
+    """
+
+    def __init__(self, space: Space, batch: int, seed: int) -> None:
+        self._space, self._batch, self._rng = space, batch, np.random.default_rng(seed)
+        self._waiting: list[tuple[float, int, Candidate]] = []
+        self._drawn = 0
+
+    def ask(self) -> list[Candidate]:
+        """As many as can run at once."""
+        return [self._next() for _ in range(self._batch)]
+
+    def tell(self, candidates: Sequence[Candidate], tried: Sequence[Tried | None]) -> None:
+        """Nothing is learned."""
+
+    def _next(self) -> Candidate:
+        how = self._rng.random()
+        if how < _ANYWHERE:
+            return anywhere(self._space, self._rng)
+        latest = [self._looked_at() for _ in range(_LOOKS if self._drawn else _FIRST_LOOKS)]
+        self._waiting = heapq.nsmallest(_REMEMBERED, [*self._waiting, *latest])
+        chosen = min(latest) if how < _ANYWHERE + _LATEST else self._waiting[0]
+        self._waiting.remove(chosen)
+        return chosen[2]
+
+    def _looked_at(self) -> tuple[float, int, Candidate]:
+        one = anywhere(self._space, self._rng)
+        self._drawn += 1
+        return -self._space.hardness(one), self._drawn, one
 
 
 class _Climb(Protocol):
