@@ -67,14 +67,14 @@ def straight(scenario: Scenario, robot: Robot) -> Way:
     return Way(np.column_stack([at, np.arctan2(steps[:, 1], steps[:, 0])]), tuple(times[:-1]), speed)
 
 
-def hardness(scenario: Scenario, robots: Sequence[Robot]) -> float:
+def hardness(scenario: Scenario, robots: Sequence[Robot], ways: Sequence[Way] = ()) -> float:
     """How hard the scenario looks, see above; -inf where nobody moves but one robot.
 
     Args:
         scenario: The test.
         robots: Its own robot, then its other `robots` in their order.
     """
-    ways = [straight(member, robot) for member, robot in zip(scenario.members(), robots, strict=True)]
+    ways = ways or [straight(member, robot) for member, robot in zip(scenario.members(), robots, strict=True)]
     instants = max(len(way.poses) for way in ways)
     others = _others(scenario, robots[0], ways[0])
     reach = [circumscribed_radius(o.shape.shape()) for o in moving_obstacles_of(scenario)]

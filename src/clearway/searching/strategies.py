@@ -8,7 +8,6 @@ others were climbed. A climb ends with a break (quality diversity goes on, as it
 
 from __future__ import annotations
 
-import heapq
 import math
 from collections.abc import Sequence
 from typing import Any, Protocol
@@ -17,12 +16,11 @@ import numpy as np
 
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
-from clearway.searching.candidates import NOISES, WORST, Candidate, Space, Tried, anywhere
+from clearway.searching.candidates import NOISES, WORST, Candidate, Space, Tried, anywhere, member
 from clearway.searching.surrogate import Surrogate
 
 METHODS = ("screen", "gp", "cma", "qd", "random")
-_ANYWHERE, _LATEST = 0.25, 0.25
-_LOOKS, _FIRST_LOOKS, _REMEMBERED = 16, 64, 1000
+_LOOKS = (1, 4, 16, 64)
 _FIRST_STEP, _DIVERSE_STEP = 0.25, 0.15
 """Standard deviation of the first generation, in the unit cube; shorter where breaks are looked for all along where they lie."""
 _CHANCE = 0.5
@@ -106,8 +104,6 @@ class Screen:
 
     def __init__(self, space: Space, batch: int, seed: int) -> None:
         self._space, self._batch, self._rng = space, batch, np.random.default_rng(seed)
-        self._waiting: list[tuple[float, int, Candidate]] = []
-        self._drawn = 0
 
     def ask(self) -> list[Candidate]:
         """As many as can run at once."""
@@ -117,19 +113,9 @@ class Screen:
         """Nothing is learned."""
 
     def _next(self) -> Candidate:
-        how = self._rng.random()
-        if how < _ANYWHERE:
-            return anywhere(self._space, self._rng)
-        latest = [self._looked_at() for _ in range(_LOOKS if self._drawn else _FIRST_LOOKS)]
-        self._waiting = heapq.nsmallest(_REMEMBERED, [*self._waiting, *latest])
-        chosen = min(latest) if how < _ANYWHERE + _LATEST else self._waiting[0]
-        self._waiting.remove(chosen)
-        return chosen[2]
-
-    def _looked_at(self) -> tuple[float, int, Candidate]:
-        one = anywhere(self._space, self._rng)
-        self._drawn += 1
-        return -self._space.hardness(one), self._drawn, one
+        base, looks = int(self._rng.integers(len(self._space))), int(self._rng.choice(_LOOKS))
+        drawn = [member(self._space, base, self._rng) for _ in range(looks)]
+        return max(drawn, key=self._space.hardness) if looks > 1 else drawn[0]
 
 
 class _Climb(Protocol):
