@@ -115,7 +115,7 @@ def measure(name: str, asked: argparse.Namespace, known: list[dict[str, Any]]) -
         bench = CASES[name].bench(work)
         for method, seed, most in wanted:
             began = time.perf_counter()
-            strategy = strategy_named(method, FamilySpace(bench), most, max(1, asked.workers), seed)
+            strategy = strategy_named(method, FamilySpace(bench), max(1, asked.workers), seed)
             done = search(bench, strategy, most, most if method == "random" else 1, lambda *_: None)
             broken = [k for k, one in enumerate(done, 1) if one.tried.broken]
             trials = broken[0] if broken and method != "random" else len(done)

@@ -210,7 +210,7 @@ def find_breaks(
     failure: str = "contact while moving",
     trials: int = 500,
     breaks: int = 3,
-    method: str = "gp",
+    method: str | None = None,
     shrink: bool = True,
     rarity: int = 0,
     batches: Iterable[str] = (),
@@ -236,7 +236,8 @@ def find_breaks(
             as `MDO<0.1` and `CT>60`.
         trials: How many trials the search may take, without those of shrinking.
         breaks: How many different breaks are enough: of another outcome, with another party, on another leg or test, or 1 m apart.
-        method: `gp` (a Gaussian process), `random`; `cma` (CMA-ES), `qd` (quality diversity), which need `clearway[search]`.
+        method: `screen` (what looks hardest before any trial), `gp` (a Gaussian process over margins), `random`; None: `screen` for a
+            contact, `gp` for any other failure.
         shrink: Whether breaks are made smaller: fewer goals and bodies, fewer changed and rounder numbers.
         rarity: About how many trials more may tell how probable a break is among all members of the family, with an interval: by
             plain sampling, or by adaptive multilevel splitting where it is rare; 0: none. 10,000 suffice down to 1e-5.
@@ -247,7 +248,7 @@ def find_breaks(
         seed: Of the search.
         localisation: As for `run`.
         tracking: As for `run`.
-        workers: How many processes; None: one a core. What a generation tries at once depends on it, hence what is found.
+        workers: How many processes; None: one a core. By `gp` what is tried at once depends on it, hence what is found.
         out: The folder for what is found; None: `results/break-SUITE`, numbered if that is taken.
         progress: Called with (done, total, note).
 

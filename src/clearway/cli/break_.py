@@ -43,11 +43,12 @@ def break_(
     trials: Annotated[int, typer.Option(min=1, help="Trials at most, without those of shrinking.")] = 500,
     breaks: Annotated[int, typer.Option(min=1, help="Different breaks that are enough.")] = 3,
     method: Annotated[
-        str,
+        str | None,
         typer.Option(
-            help="gp (Gaussian process), cma (CMA-ES), qd (quality diversity: breaks at many places), or random."
+            help="screen (what looks hardest before any trial), gp (a Gaussian process over margins), or random;"
+            " default: screen for a contact, else gp."
         ),
-    ] = "gp",
+    ] = None,
     no_shrink: Annotated[bool, typer.Option("--no-shrink", help="Leave breaks as they are found.")] = False,
     rarity: Annotated[
         int,

@@ -34,7 +34,7 @@ from clearway.searching.failures import Failure, failure_named
 from clearway.searching.rarity import FEWEST, Judge, Rarity, rarity
 from clearway.searching.search import Attempted, FamilySpace, different, search
 from clearway.searching.shrinking import Shrunk, shrunk, unshrunk
-from clearway.searching.strategies import strategy_named
+from clearway.searching.strategies import MARGINS, SCREEN, strategy_named
 from clearway.trials.store import Results, refuse_results
 
 SHRINKING = 150
@@ -130,7 +130,7 @@ def find_breaks(
     failure: str,
     trials: int,
     breaks: int,
-    method: str,
+    method: str | None = None,
     shrink: bool = True,
     rare: int = 0,
     workers: int | None = None,
@@ -145,7 +145,7 @@ def find_breaks(
         failure: What counts as a break, as `failures` has it.
         trials: How many trials the search may take.
         breaks: How many different breaks are enough.
-        method: One of `strategies.METHODS`.
+        method: One of `strategies.METHODS`; None: by what looks hard where a contact is searched for, else by margins.
         shrink: Whether breaks are made smaller.
         rare: About how many trials more may tell how rare a break is; 0: none.
         workers: How many processes; None: one a core.
@@ -164,7 +164,8 @@ def find_breaks(
     make_folder(out)
     with pool(processes, out) as work:
         bench, batch = bench_of(plan, sought, work), max(1, processes)
-        strategy = strategy_named(method, FamilySpace(bench), trials, batch, plan.seed)
+        usual = SCREEN if sought.touches else MARGINS
+        strategy = strategy_named(usual if method is None else method, FamilySpace(bench), batch, plan.seed)
         done = search(bench, strategy, trials, breaks, tell)
         _write_table(done, out / "search.csv")
         found = []

@@ -61,10 +61,6 @@ class Space(Protocol):
         """How many numbers vary in one."""
         ...
 
-    def nominal(self, base: int) -> FloatArray:
-        """Where its scenario itself lies in its unit cube."""
-        ...
-
     def hardness(self, candidate: Candidate) -> float:
         """How hard a member looks before any trial of it; -inf where it makes no scenario."""
         ...

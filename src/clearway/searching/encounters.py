@@ -7,9 +7,9 @@ one would hit its rear half, times how deep they would overlap, times how fast t
 
     hardness = (1 - along / reach) (1 - (miss / reach)^2) closing / speed
 
-`miss` is the smallest distance between the two, `along` the part of it by which the other one is ahead of the robot along its way, `reach`
-the sum of their radii, `closing` their relative speed and `speed` the robot's set speed. A scenario is as hard as its hardest
-encounter; where there is none it is negative, the farther they miss each other.
+`miss` is the distance between the two, `along` the part of it by which the other one is ahead of the robot along its way, `reach` the sum
+of their radii, `closing` their relative speed and `speed` the robot's set speed; of an encounter the instant counts at which that is most. A
+scenario is as hard as its hardest encounter; where there is none it is negative, the farther they miss each other.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 
 from clearway.geometry.packing import pack
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
+from clearway.indicators.clearance import FASTEST
 from clearway.robots import Robot
 from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
@@ -67,14 +68,14 @@ def straight(scenario: Scenario, robot: Robot) -> Way:
     return Way(np.column_stack([at, np.arctan2(steps[:, 1], steps[:, 0])]), tuple(times[:-1]), speed)
 
 
-def hardness(scenario: Scenario, robots: Sequence[Robot], ways: Sequence[Way] = ()) -> float:
+def hardness(scenario: Scenario, robots: Sequence[Robot]) -> float:
     """How hard the scenario looks, see above; -inf where nobody moves but one robot.
 
     Args:
         scenario: The test.
         robots: Its own robot, then its other `robots` in their order.
     """
-    ways = ways or [straight(member, robot) for member, robot in zip(scenario.members(), robots, strict=True)]
+    ways = [straight(member, robot) for member, robot in zip(scenario.members(), robots, strict=True)]
     instants = max(len(way.poses) for way in ways)
     others = _others(scenario, robots[0], ways[0])
     reach = [circumscribed_radius(o.shape.shape()) for o in moving_obstacles_of(scenario)]
@@ -115,7 +116,8 @@ def encounters(own: FloatArray, others: FloatArray, reach: FloatArray, speed: fl
     moves = np.minimum(driven / (STEP * speed), 1.0)[:, None]  # who stands at its goal is not run into
     overlap = 1.0 - np.square(miss)
     hard = np.where(overlap > 0.0, overlap * (1.0 - ahead) * np.sqrt(way) / (STEP * speed) * moves, overlap)
-    found: FloatArray = np.where(np.isfinite(hard), hard, -np.inf).max(axis=0, initial=-np.inf)
+    leaps = np.hypot(*np.moveaxis(np.diff(others, axis=0), 2, 0)) > FASTEST * STEP
+    found: FloatArray = np.where(np.isfinite(hard) & ~leaps, hard, -np.inf).max(axis=0, initial=-np.inf)
     return found
 
 

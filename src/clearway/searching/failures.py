@@ -55,6 +55,11 @@ class Failure:
     limit: float = math.nan
     beyond: bool = False
 
+    @property
+    def touches(self) -> bool:
+        """Whether it is a contact."""
+        return self.name in (MOVING, CONTACT)
+
     def margin(self, trial: Trial) -> float:
         """How far the trial is from failing so; 0 or less: it does.
 

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from clearway.errors import ClearwayError
-from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.scenario import Scenario
 from clearway.searching.candidates import Bench, Candidate, Families, Tried
 from clearway.searching.strategies import Strategy
@@ -39,18 +38,14 @@ class FamilySpace:
     """The families of a bench as what a strategy searches."""
 
     def __init__(self, bench: Bench) -> None:
-        self._bench, self._families = bench, bench.families
+        self._bench = bench
 
     def __len__(self) -> int:
-        return len(self._families)
+        return len(self._bench.families)
 
     def size(self, base: int) -> int:
         """How many numbers vary in one."""
-        return self._families.size(base)
-
-    def nominal(self, base: int) -> FloatArray:
-        """Where its scenario itself lies in its unit cube."""
-        return self._families[base].nominal
+        return self._bench.families.size(base)
 
     def hardness(self, candidate: Candidate) -> float:
         """How hard a member looks before any trial of it; -inf where it makes no scenario."""
