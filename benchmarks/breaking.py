@@ -59,17 +59,21 @@ CASES = {
     "tuning-orca": Case(str(EXAMPLE), "rescue", "orca"),
     "tuning-social-force": Case(str(EXAMPLE), "rescue", "social-force"),
     "example": Case(str(EXAMPLE), "rescue", "colregs-apf"),
+    "example-retuned": Case(str(EXAMPLE), "rescue", "colregs-apf-retuned"),
+    "example-hp-tmpc": Case(str(EXAMPLE), "rescue", "hp-tmpc"),
+    "example-mpc-cbf": Case(str(EXAMPLE), "rescue", "mpc-cbf"),
     "hospital": Case("hospital", "tiago", "move-base", batches=("MO",)),
+    "hospital-blind": Case("hospital-blind", "tiago", "move-base", batches=("MO",)),
     "sar-stress": Case("sar-stress", "rescue", "hp-st[guarantee=none]"),
     "sar-stress-passive": Case("sar-stress", "rescue", "hp-st[guarantee=passive]"),
-    "sar-case1": Case("sar-case1", "rescue", "hp-st"),
-    "sar-case2": Case("sar-case2", "rescue", "hp-st"),
-    "sar-case3": Case("sar-case3", "rescue", "hp-st"),
-    "sar-confined": Case("sar-confined", "rescue", "hp-st"),
-    "sar-misspecified": Case("sar-misspecified", "rescue", "hp-st"),
+    "sar-case1": Case("sar-case1", "rescue", "hp-st[guarantee=none]"),
+    "sar-case2": Case("sar-case2", "rescue", "hp-st[guarantee=none]"),
+    "sar-case3": Case("sar-case3", "rescue", "hp-st[guarantee=none]"),
+    "sar-confined": Case("sar-confined", "rescue", "hp-st[guarantee=none]"),
+    "sar-misspecified": Case("sar-misspecified", "rescue", "hp-st[guarantee=none]"),
     "sar-team": Case("sar-team", "rescue", "hp-st"),
     "people": Case("people", "tiago", "move-base"),
-    "replayed": Case("replayed", "tiago", "move-base"),
+    "replayed": Case("replayed", "tiago", "hp-st"),
     "crowd": Case("crowd", "crowdnav-disc", "hp-st"),
     "meeting-points": Case("meeting-points", "tiago", "move-base"),
     "dynabarn": Case("dynabarn", "jackal:wide", "hp-st"),
@@ -81,7 +85,9 @@ CASES = {
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=list(CASES), help="repeatable; default: all")
-    parser.add_argument("--method", choices=[m for m in METHODS if m != "random"], default="screen", help="of the search")
+    parser.add_argument(
+        "--method", choices=[m for m in METHODS if m != "random"], default="screen", help="of the search"
+    )
     parser.add_argument("--repetitions", type=int, default=5, help="of the search")
     parser.add_argument("--most", type=int, default=200, help="trials of one of them")
     parser.add_argument("--random", type=int, default=1000, help="trials of random search")

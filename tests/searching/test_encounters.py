@@ -50,8 +50,8 @@ def test_the_faster_the_harder():
 
 
 def test_who_is_absent_or_leaps_meets_nobody():
-    leap = _crossing(0.0, 0.0) + [0.0, 5.0]
-    leap[50:, 1] -= 10.0  # through the robot, in no time
+    leap = np.hstack([0.0 * T + 5.0, 0.0 * T + 5.0])
+    leap[50:, 1] = -5.0  # through the robot, in no time
     absent = np.full_like(leap, np.nan)
     assert _hard(leap)[0] < 0.0
     assert _hard(absent) == [-math.inf]

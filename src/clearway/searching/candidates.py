@@ -68,11 +68,7 @@ class Space(Protocol):
 
 def anywhere(space: Space, rng: np.random.Generator) -> Candidate:
     """A member of any family by chance, anywhere in it."""
-    return member(space, int(rng.integers(len(space))), rng)
-
-
-def member(space: Space, base: int, rng: np.random.Generator) -> Candidate:
-    """A member of one family by chance, anywhere in it."""
+    base = int(rng.integers(len(space)))
     return Candidate(base, rng.random(space.size(base)), int(rng.integers(NOISES)))
 
 

@@ -14,6 +14,7 @@ scenario is as hard as its hardest encounter; where there is none it is negative
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -58,10 +59,10 @@ def straight(scenario: Scenario, robot: Robot) -> Way:
     speed, drive = min(scenario.speed, robot.drive.v_max), robot.drive
     places = [scenario.start[:2], *(leg.goal[:2] for leg in scenario.legs)]
     times = [0.0]
-    for a, b in zip(places[:-1], places[1:], strict=True):
+    late = 0.5 * speed / drive.acceleration  # than without having to get up to speed
+    for a, b in itertools.pairwise(places):
         far = math.dist(a, b)
-        ramp = 0.5 * speed / drive.acceleration  # so much later than without having to get up to speed
-        times.append(times[-1] + (ramp + far / speed if far > 0.0 else math.pi / drive.omega_max))
+        times.append(times[-1] + (late + far / speed if far > 0.0 else math.pi / drive.omega_max))
     instants = np.arange(0.0, min(times[-1], LONGEST) + STEP, STEP)
     at = np.stack([np.interp(instants, times, [p[c] for p in places]) for c in range(2)], axis=1)
     steps = np.diff(at, axis=0, append=at[-1:])

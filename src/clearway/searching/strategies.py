@@ -8,17 +8,17 @@ from typing import Protocol
 import numpy as np
 
 from clearway.errors import unknown
-from clearway.searching.candidates import Candidate, Space, Tried, anywhere, member
+from clearway.searching.candidates import Candidate, Space, Tried, anywhere
 from clearway.searching.surrogate import Surrogate
 
 SCREEN, MARGINS, CHANCE = "screen", "gp", "random"
 METHODS = (SCREEN, MARGINS, CHANCE)
 _LOOKS = (1, 4, 16, 64)
-"""Among how many new members of a family the hardest is chosen, each as often as the others, after the most looks also among all that were
-looked at before. One is chance: a search is never much slower than that, whatever breaks its navigator. The more the better where an
+"""Among how many new members the hardest is chosen, each as often as the others, after the most looks also among all that were looked at
+before. One is chance: a search is never much slower than that, whatever breaks its navigator. The more the better where an
 encounter has to be met exactly; where those who are met look themselves, the very hardest are no longer those that break."""
-_REMEMBERED = 200
-"""How many members that were looked at and not tried are remembered of each family, the hardest."""
+_REMEMBERED = 1000
+"""How many members that were looked at and not tried are remembered, the hardest."""
 
 
 class Strategy(Protocol):
@@ -66,9 +66,9 @@ class Random:
 
 
 class Screen:
-    """Tries what looks hardest among some members of a family that are drawn by chance, and looked at without a trial.
+    """Tries what looks hardest among some members of any family that are drawn by chance, and looked at without a trial.
 
-    All families are tried equally often. Nothing is learned from trials: where a search is worth its while breaks are so rare that it would
+    Nothing is learned from trials: where a search is worth its while breaks are so rare that it would
     have to learn from the margins of trials that hold, which tell little (docs/measurements.md).
 
     Args:
@@ -79,7 +79,7 @@ class Screen:
 
     def __init__(self, space: Space, batch: int, seed: int) -> None:
         self._space, self._batch, self._rng = space, batch, np.random.default_rng(seed)
-        self._seen: dict[int, list[tuple[float, Candidate]]] = {}
+        self._seen: list[tuple[float, Candidate]] = []
 
     def ask(self) -> list[Candidate]:
         """As many as can run at once."""
@@ -89,15 +89,14 @@ class Screen:
         """Nothing is learned."""
 
     def _next(self) -> Candidate:
-        base, looks = int(self._rng.integers(len(self._space))), int(self._rng.choice(_LOOKS))
-        drawn = [member(self._space, base, self._rng) for _ in range(looks)]
+        looks = int(self._rng.choice(_LOOKS))
+        drawn = [anywhere(self._space, self._rng) for _ in range(looks)]
         if looks == 1:
             return drawn[0]
         new = [(self._space.hardness(one), one) for one in drawn]
-        seen = [*self._seen.get(base, ()), *new]
-        chosen = max(seen if looks == max(_LOOKS) else new, key=_hardness)
-        seen.sort(key=_hardness, reverse=True)
-        self._seen[base] = [one for one in seen if one is not chosen][:_REMEMBERED]
+        seen = sorted([*self._seen, *new], key=_hardness, reverse=True)
+        chosen = seen[0] if looks == max(_LOOKS) else max(new, key=_hardness)
+        self._seen = [one for one in seen if one is not chosen][:_REMEMBERED]
         return chosen[1]
 
 
