@@ -31,7 +31,7 @@ def _crossing(ahead: float, speed: float) -> np.ndarray:
 
 
 def _hard(*others: np.ndarray) -> list[float]:
-    return encounters(EAST, np.stack(others, axis=1), np.full(len(others), 0.8), 0.5).tolist()
+    return encounters(EAST, np.stack(others, axis=1), np.full(len(others), 0.8), 0.5).max(axis=0).tolist()
 
 
 def test_the_formula_where_both_are_at_one_place_at_once():
@@ -58,8 +58,8 @@ def test_who_is_absent_or_leaps_meets_nobody():
 
 
 def test_who_stands_at_its_goal_is_not_run_into():
-    (at_rest,) = encounters(np.zeros((101, 2)), _crossing(-5.0, 1.0)[:, None], np.full(1, 0.8), 0.5)
-    assert at_rest == 0.0
+    at_rest = encounters(np.zeros((101, 2)), _crossing(-5.0, 1.0)[:, None], np.full(1, 0.8), 0.5)
+    assert at_rest.max() == 0.0
 
 
 def _example(delay: float, **cart: object) -> Scenario:
@@ -76,6 +76,16 @@ def test_a_scenario_is_hardest_where_the_timing_makes_them_meet():
     assert found[0.0] > 1.0
     assert found[0.0] > found[3.0] > found[6.0]
     assert found[6.0] < 0.0
+
+
+def test_what_comes_long_after_the_first_encounter_does_not_count():
+    robot, scenario = load_robot("rescue"), _example(0.0)
+    (run,) = scenario.obstacles[0].runs
+    second = run.model_copy(update={"path": ((9.0, 12.5), (9.0, 3.5)), "speed": 1.2, "delay": 5.5})
+    later = scenario.obstacles[0].model_copy(update={"name": "later", "runs": (second,)})
+    alone, both = (scenario.model_copy(update={"obstacles": o}) for o in ((later,), (scenario.obstacles[0], later)))
+    assert hardness(alone, [robot]) > 1.3 * hardness(scenario, [robot]) > 1.3
+    assert hardness(both, [robot]) == hardness(scenario, [robot])
 
 
 def test_who_looks_is_laid_out_as_one_who_sees_the_robot():

@@ -8,8 +8,9 @@ one would hit its rear half, times how deep they would overlap, times how fast t
     hardness = (1 - along / reach) (1 - (miss / reach)^2) closing / speed
 
 `miss` is the distance between the two, `along` the part of it by which the other one is ahead of the robot along its way, `reach` the sum
-of their radii, `closing` their relative speed and `speed` the robot's set speed; of an encounter the instant counts at which that is most. A
-scenario is as hard as its hardest encounter; where there is none it is negative, the farther they miss each other.
+of their radii, `closing` their relative speed and `speed` the robot's set speed. A scenario is as hard as this gets in its first encounter
+and those soon after it; later ones are not foreseen, as the robot has changed its way by then. Where nobody meets the robot
+it is negative, the more the farther they miss it.
 """
 
 from __future__ import annotations
@@ -37,6 +38,8 @@ STEP = 0.2
 """Between so long instants all go straight, s."""
 LONGEST = 120.0
 """Encounters after that are not looked for, s."""
+_TOGETHER = 3.0
+"""What begins within that time of the first encounter counts, s."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,13 +95,16 @@ def hardness(scenario: Scenario, robots: Sequence[Robot]) -> float:
         around[: len(others), : others.shape[1]] = others[:n]
         around[:, others.shape[1] :] = drives[:n, rest]
         sums = np.array([*reach, *(radii[j] for j in rest)]) + radii[k]
-        found = encounters(ways[k].poses[:, :2], around, sums, ways[k].speed)
+        found = encounters(ways[k].poses[:, :2], around, sums, ways[k].speed).max(axis=1, initial=-math.inf)
+        met = np.flatnonzero(found > 0.0)
+        if len(met):
+            found = found[met[0] : met[0] + round(_TOGETHER / STEP)]
         hardest = max(hardest, float(found.max(initial=-math.inf)))
     return hardest
 
 
 def encounters(own: FloatArray, others: FloatArray, reach: FloatArray, speed: float) -> FloatArray:
-    """(m,) how hard each of m others is for a robot, see above; -inf for one that is never there.
+    """(k - 1, m) how hard each of m others is for a robot in each step, see above; -inf where one is absent or leaps.
 
     Args:
         own: (k, 2) where the robot is at instants `STEP` apart, m.
@@ -118,7 +124,7 @@ def encounters(own: FloatArray, others: FloatArray, reach: FloatArray, speed: fl
     overlap = 1.0 - np.square(miss)
     hard = np.where(overlap > 0.0, overlap * (1.0 - ahead) * np.sqrt(way) / (STEP * speed) * moves, overlap)
     leaps = np.hypot(*np.moveaxis(np.diff(others, axis=0), 2, 0)) > FASTEST * STEP
-    found: FloatArray = np.where(np.isfinite(hard) & ~leaps, hard, -np.inf).max(axis=0, initial=-np.inf)
+    found: FloatArray = np.where(np.isfinite(hard) & ~leaps, hard, -np.inf)
     return found
 
 
