@@ -4,7 +4,7 @@ Of `RESULTS` of `clearway run crowd`, each batch in which people don't see the r
 the mean of the clairvoyant's limit in the same ones (`clearway.clairvoyant`: a disc that takes up any velocity up to the set speed at once, from
 the start to within the tolerance of the goal; arrival counts at the end of a control period, as it does for the robot).
 
-Of a suite whose movers are known ahead, as they see nobody (`dynabarn`, `replayed` and the held-out ones), each batch: of how many scenarios a way was
+Of a suite whose movers are known ahead, as they see nobody (`dynabarn`, `replayed` and their held-out kin), each batch: of how many scenarios a way was
 found for the robot's circumscribed disc within the time limit, which is therefore solvable; in how many of the others there is none, not even for its
 inscribed disc; over the former the mean time of that way, and the mean bound before which the inscribed disc, so no robot, arrives.
 
@@ -37,7 +37,9 @@ from clearway.trials import Outcome, Trial
 from clearway.trials.store import open_results
 
 SAMPLE = 0.05
-"""Of the motions that are known ahead, s."""
+"""Of the motions that are known ahead, s: straight in between, and who is absent at one is absent up to the next one."""
+AHEAD = ("dynabarn", "dynabarn-held-out", "replayed", "replayed-held-out")
+"""Suites whose movers are known ahead."""
 LAYER = 0.1
 """Of the bound's grid, m at full speed."""
 
@@ -115,7 +117,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("results", type=Path, nargs="?")
     parser.add_argument("--trials", type=int, default=500)
-    parser.add_argument("--suite", action="append", default=[])
+    parser.add_argument("--suite", action="append", default=[], choices=AHEAD)
     parser.add_argument("--batch", action="append", default=[])
     parser.add_argument("--seeds", metavar="A:B")
     parser.add_argument("--smoke", action="store_true")

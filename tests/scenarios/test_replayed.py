@@ -15,7 +15,7 @@ from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.replay import Replay, Walk
 from clearway.scenarios.replayed import FROZEN, made
-from clearway.scenarios.replayed_draws import COUNTERFLOW, CROSSING, SIDE, Streams, draw
+from clearway.scenarios.replayed_draws import COUNTERFLOW, CROSSING, SIDE, Streams, draw, one_draw, solvable
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suites import Selection, load_suite
 
@@ -166,8 +166,19 @@ def test_a_drawn_recording_is_the_same_after_it_was_written_down() -> None:
     assert generator.read(json.loads(json.dumps(generator.written(generator(*call))))) == generator(*call)
 
 
+def test_a_recording_in_which_the_robot_is_run_over_at_once_is_none() -> None:
+    """Of crossings at seed 14: the first draw can't be got through."""
+    assert not solvable(CROSSING, one_draw(CROSSING, 14, "held out"))
+    assert draw(CROSSING, 14) == one_draw(CROSSING, 14, "held out", 1)
+    alone = Walk("alone", ((0.0, 4.0, 4.0), (90.0, 4.0, 4.0)))
+    waits = Walk("waits", ((0.0, -5.5, 0.0), (90.0, -5.5, 0.0)))
+    on_the_goal = Walk("on the goal", ((0.0, 5.0, 0.0), (90.0, 5.0, 0.0)))
+    for walk, well in ((alone, True), (waits, False), (on_the_goal, False)):
+        assert solvable(CROSSING, Replay("x", (walk,), CROSSING.start, CROSSING.goal)) == well
+
+
 def test_a_drawn_recording_stays_what_it_is() -> None:
-    assert draw(COUNTERFLOW, 1, "frozen").walks[4].track[8] == (14.4, -2.75, -0.61)
+    assert one_draw(COUNTERFLOW, 1, "frozen").walks[4].track[8] == (14.4, -2.75, -0.61)
 
 
 def test_the_held_out_geometry_is_another_one_throughout() -> None:

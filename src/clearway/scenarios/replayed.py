@@ -25,7 +25,7 @@ from clearway.scenarios import replayed_draws
 from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.replay import MOST_TIMES, Replay, Walk
-from clearway.scenarios.replayed_draws import BEGIN, COUNTERFLOW, CROSSING, RADIUS, Streams
+from clearway.scenarios.replayed_draws import BEGIN, COUNTERFLOW, CROSSING, RADIUS, STAYS_FREE, Streams
 from clearway.scenarios.scenario import LabelSpec, LegSpec, Scenario
 from clearway.scenarios.suite import (
     Generator,
@@ -42,8 +42,6 @@ TIMES = 10
 """At so many times of the recording the robot starts, if nobody says when."""
 FROZEN = 20
 """Recordings of `replayed-held-out`."""
-STAYS_FREE = 0.1
-"""Gap between a person and the robot at its start below which it waits, m."""
 WAIT = 0.2
 """After which it looks again, s."""
 PATIENCE, LEAST = 3.0, 30.0
@@ -77,7 +75,8 @@ def floor(edge: int) -> FloorPlan:
 
 @cache
 def _frozen(streams: Streams) -> tuple[Replay, ...]:
-    return tuple(replayed_draws.draw(streams, k, "frozen") for k in range(1, FROZEN + 1))
+    """Recordings of which every one can be got through: a test says so, and nobody has to search for the ways again."""
+    return tuple(replayed_draws.one_draw(streams, k, "frozen") for k in range(1, FROZEN + 1))
 
 
 def build(robot: Robot, selection: Selection, seed: int, streams: Streams, drawn: _Draw) -> list[Scenario]:
@@ -126,7 +125,7 @@ def _calls(selection: Selection, streams: Streams) -> list[tuple[Streams, int]]:
 
 
 def _begin(robot: Robot, replay: Replay) -> float:
-    """When the robot starts in a recording that was drawn, s."""
+    """When the robot starts in a recording that was drawn, s: at once, unless it is so large that somebody stands at its start."""
     return _free(robot, replay, BEGIN, replay.walks[-1].track[-1][0])
 
 
