@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from clearway.campaigns.by_robot import navigator_of
 from clearway.campaigns.plan import CampaignPlan
 from clearway.campaigns.rerun import rerun
 from clearway.errors import ClearwayError
+from clearway.reports import write_report
 from clearway.robots import load_robot
 from clearway.scenarios.suite import Selection
 from clearway.scenarios.suites import load_suite
@@ -128,6 +130,23 @@ def test_a_pair_gets_past_each_other_in_every_batch(tmp_path: Path) -> None:
     rows = results.trials.to_pylist()
     assert len(rows) == 10
     assert [row["scenario"] for row in rows if row["outcome"] != "reached"] == []
+
+
+def test_what_a_fleet_did_is_told_though_only_rows_were_kept(tmp_path: Path) -> None:
+    asked: dict[str, Any] = {"navigators": ["orca"], "batches": ["doorway"], "configurations": ["2", "4"], "workers": 1}
+    told = []
+    for keep in ("trajectories", "table"):
+        results = clearway.run("meeting-points", keep=keep, repetitions=1, out=tmp_path / keep, **asked)
+        page = write_report(results.path)
+        assert "Fleets: of the runs in which all arrived" in page.read_text("utf-8")
+        told.append((page.parent / "tables" / "fleets.csv").read_text("utf-8"))
+    assert told[0] == told[1]
+    runs = list(csv.DictReader(told[0].splitlines()))
+    assert [(r["configuration"], r["robots"]) for r in runs] == [("2", "2"), ("4", "4")] * (len(runs) // 2)
+    for run in runs:
+        arrived = [row["arrived"] for row in results.trials.to_pylist() if row["run"] == run["run"]]
+        assert float(run["makespan"]) == max(arrived)
+        assert float(run["sum_of_times"]) == pytest.approx(sum(arrived))
 
 
 def test_a_team_of_two_kinds_with_a_navigator_each(tmp_path: Path) -> None:

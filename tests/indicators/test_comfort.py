@@ -12,12 +12,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from indicator_trials import box, shuttle
 
-from clearway.contract import BodyKind
+from clearway.contract import BodyKind, EventKind
 from clearway.geometry.distance import clearance
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.indicators import score_row
 from clearway.indicators.comfort import _until
-from clearway.trials import Body, Outcome
+from clearway.trials import Body, Event, Outcome
 
 NAMES = ("person_distance", "social_time", "personal_time", "intimate_time", "person_speed", "person_ttc")
 
@@ -125,6 +125,19 @@ def test_obstacles_are_no_people_and_without_people_nothing_is_said():
 def test_a_person_is_an_obstacle_too():
     row = score_row(shuttle(bodies=(person(2.5, 1.0), box(2.5, 3.0))))
     assert row["MDO"] == row["person_distance"]
+
+
+def test_who_was_touched_was_at_no_distance_though_the_trial_is_unfinished():
+    trial = shuttle(bodies=(person(2.5, 0.4),))
+    n = int(np.flatnonzero(trial.pose[:, 0] > 2.2)[0])
+    cut = replace(
+        trial, t=trial.t[:n], pose=trial.pose[:n], velocity=trial.velocity[:n], estimate=None, command=None, leg=trial.leg[:n],
+        moving_obstacles=trial.moving_obstacles[:n], spans=(replace(trial.spans[0], end=float(trial.t[n - 1]), reached=False),),
+        outcome=Outcome.COLLISION, events=(Event(float(trial.t[n - 1]), EventKind.CONTACT, "", 0),),
+    )  # fmt: skip
+    row = score_row(cut)
+    assert row["person_distance"] == row["MDO"] == 0.0
+    assert (row["touched"], row["touched_body"], row["personal_time"]) == ("person", "anna", None)
 
 
 def test_one_who_gave_up_was_near_nobody_for_no_time():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,12 @@ from indicator_trials import box, shuttle
 from clearway.contract import BodyKind, EventKind
 from clearway.geometry.shapes import Circle
 from clearway.indicators import score_row
-from clearway.indicators.fleet import contacts, deadlocks, makespan, sum_of_times, waited_for, waiting, waits
+from clearway.indicators.fleet import contacts, deadlocks, makespan, sum_of_times, waiting, waits
 from clearway.trials import Body, Event, Outcome
+
+
+def rows(*trials):
+    return [score_row(trial) for trial in trials]
 
 
 def other(name):
@@ -41,10 +46,11 @@ def arrived(trial, at):
 
 
 def test_makespan_and_sum_are_of_robots_that_all_arrived():
-    run = [arrived(driving("a"), 12.0), arrived(driving("b"), 15.5)]
+    run = rows(arrived(driving("a"), 12.0), arrived(driving("b"), 15.5))
     assert (makespan(run).value, sum_of_times(run).value) == (15.5, 27.5)
-    assert makespan([*run, driving("c")]).why == "c did not arrive (timeout)"
-    assert sum_of_times([*run, driving("c")]).value is None
+    late = [*run, *rows(driving("c"))]
+    assert makespan(late).why == "c did not arrive (timeout)"
+    assert sum_of_times(late).value is None
 
 
 def test_it_waits_for_the_nearest_while_it_stands_within_a_metre():
@@ -54,12 +60,12 @@ def test_it_waits_for_the_nearest_while_it_stands_within_a_metre():
     moving[trial.t > 12.0, 0] = np.nan
     left = replace(trial, moving_obstacles=moving)
     assert waits(left) == {"b": pytest.approx(12.1), "c": pytest.approx(7.9)}
-    assert waited_for(left) == score_row(left)["waited_for"] == "b 12.1 s, c 7.9 s"
+    assert json.loads(score_row(left)["waits"]) == waits(left)
     turning = trial.velocity.copy()
     turning[trial.t < 5.0, 1] = 0.1
     assert waits(replace(trial, velocity=turning)) == {"b": pytest.approx(15.0)}
     assert waits(driving("a", [("b", (1.6, 0.0))])) == {}
-    assert waiting([trial, driving("b", [("a", (1.0, 0.0))])]) == {
+    assert waiting(rows(trial, driving("b", [("a", (1.0, 0.0))]))) == {
         ("a", "b"): pytest.approx(20.0),
         ("b", "a"): pytest.approx(20.0),
     }
@@ -70,12 +76,12 @@ def test_a_circle_of_those_who_wait_is_one_deadlock_and_whoever_waits_for_it_is_
     circle = [driving(a, [(b, near)]) for a, b in ("ab", "bc", "ca")]
     behind = driving("d", [("a", near)])
     pair = [driving(a, [(b, near)]) for a, b in ("ef", "fe")]
-    assert deadlocks([*circle, behind, *pair]).value == 2
-    assert deadlocks([*circle[:2], behind]).value == 0
-    assert deadlocks([*circle[:2], arrived(circle[2], 9.0)]).value == 0, "who has arrived waits for nobody"
+    assert deadlocks(rows(*circle, behind, *pair)).value == 2
+    assert deadlocks(rows(*circle[:2], behind)).value == 0
+    assert deadlocks(rows(*circle[:2], arrived(circle[2], 9.0))).value == 0, "who has arrived waits for nobody"
     moved = circle[2].velocity.copy()
     moved[-10, 0] = 0.3
-    assert deadlocks([*circle[:2], replace(circle[2], velocity=moved)]).value == 0
+    assert deadlocks(rows(*circle[:2], replace(circle[2], velocity=moved))).value == 0
 
 
 def test_two_who_touch_each_other_have_one_contact():
@@ -84,10 +90,11 @@ def test_two_who_touch_each_other_have_one_contact():
         return replace(trial, events=(Event(3.0, EventKind.CONTACT, "", 1),), outcome=Outcome.COLLISION)
 
     wall = replace(driving("c"), events=(Event(4.0, EventKind.CONTACT, "", 0),), outcome=Outcome.COLLISION)
-    assert contacts([touching("a", "b"), touching("b", "a")]).value == 1
-    assert contacts([touching("a", "b"), touching("b", "a"), wall, driving("d")]).value == 2
+    assert contacts(rows(touching("a", "b"), touching("b", "a"))).value == 1
+    assert contacts(rows(touching("a", "b"), touching("b", "a"), wall, driving("d"))).value == 2
 
 
 def test_a_robot_alone_waits_for_nobody():
     assert waits(shuttle(bodies=(box(2.5, 1.0),))) == {}
-    assert score_row(shuttle())["waited_for"] == ""
+    row = score_row(shuttle())
+    assert (row["waits"], row["blocked_by"]) == ("", "")

@@ -24,7 +24,9 @@ def row(trial: int, **more: Any) -> dict[str, Any]:
 
 def found(rows: list[dict[str, Any]], **more: Any) -> Any:
     of = lambda system: [r for r in rows if system_of(r) == system]  # noqa: E731
-    return SimpleNamespace(rows=rows, systems=[SYSTEM], of=of, name=lambda s: s.navigator, **more)
+    return SimpleNamespace(
+        rows=rows, systems=[SYSTEM], of=of, name=lambda s: s.navigator, batch=lambda r: str(r["batch"]), **more
+    )
 
 
 def test_the_table_of_people_has_means_intervals_and_the_worst() -> None:

@@ -57,7 +57,7 @@ class Results(store.Results):
         return super().trial(number)
 
     def summary(self) -> Any:
-        """A row a system, batch and speed, as a pyarrow.Table: success with its exact 95 % interval, the same by the robot's own
+        """A row a system, suite, batch and speed, as a pyarrow.Table: success with its exact 95 % interval, the same by the robot's own
         estimate, and the mean of each of paper A's indicators with its bootstrap interval; `to_pandas()` makes a frame of it.
         """
         from clearway.statistics.summary import summary

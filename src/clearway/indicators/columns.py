@@ -16,7 +16,7 @@ from clearway.indicators.cause import cause, who_moved
 from clearway.indicators.clipping import clipped
 from clearway.indicators.column import Column, Kind
 from clearway.indicators.confirm import near_tolerance, to_confirm
-from clearway.indicators.fleet import waited_for
+from clearway.indicators.fleet import arrived, blocked_by, waited_for
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.success import failure
 from clearway.trials import Trial
@@ -40,6 +40,11 @@ def _count(kind: BodyKind) -> Callable[[Trial], int]:
 def _touched(trial: Trial) -> str:
     body = touched_body(trial)
     return "" if body is None else str(body.kind)
+
+
+def _touched_body(trial: Trial) -> str:
+    body = touched_body(trial)
+    return "" if body is None else body.name
 
 
 def _legs_by_motion(trial: Trial) -> bool:
@@ -112,13 +117,15 @@ COLUMNS = (
     Column("cause", Kind.WORD, "why success is false in paper B's words, each decided by a stated test", cause),
     Column(
         "moved_at_contact", Kind.WORD,
-        "who moved at contact: robot, obstacle, both or neither; empty without one", who_moved,
+        "who moved at contact: robot, obstacle, both or neither; empty without one (Tsoi et al. 2022, SEAN 2.0, count a robot's contacts "
+        "with people and people's with a robot apart)", who_moved,
     ),
     Column(
         "touched", Kind.WORD,
         "what kind of body was touched: wall, furniture, obstacle, moving obstacle, person, robot; empty without a contact, or where"
         " nobody knows", _touched,
     ),
+    Column("touched_body", Kind.WORD, "the name of the body that was touched; empty likewise", _touched_body),
     Column(
         "avoidable", Kind.WORD,
         "of a contact: seen too late, escape existed when first seen, or planner's fault, each decided by a stated test",
@@ -132,9 +139,16 @@ COLUMNS = (
     _attempted("member", Kind.WORD, "the name of its robot there"),
     Column("people", Kind.COUNT, "how many people are there", _count(BodyKind.PERSON)),
     Column("other_robots", Kind.COUNT, "how many robots drive there beside it", _count(BodyKind.ROBOT)),
+    Column("arrived", Kind.NUMBER, "when it had arrived at the last of its goals, since the trial began", arrived, "s"),
     Column(
-        "waited_for", Kind.WORD,
-        "for which other robots it waited, and how long: stood within 1 m of their outline, the nearest of them counts", waited_for,
+        "waits", Kind.WORD,
+        "JSON: other robot -> s for which it waited for it: stood within 1 m of its outline, the nearest of them counts; empty: for none",
+        waited_for,
+    ),
+    Column(
+        "blocked_by", Kind.WORD,
+        "the robot for which it waited in the last 5 s of its trial without arriving; empty: it arrived, touched something, drove, or nobody "
+        "was near", blocked_by,
     ),
     Column(
         "clipped", Kind.COUNT,

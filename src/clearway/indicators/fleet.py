@@ -1,15 +1,18 @@
-"""What the robots of one run did as a fleet: one pure function an indicator, of the trials of all of its tested robots.
+"""What the robots of one run did as a fleet: one pure function an indicator, of the rows in the table of all of its tested robots.
 
-Makespan and sum of times (sum of costs) are those of multi-agent path finding (Stern et al. 2019). A robot waits for the nearest other
-one while it stands within `NEAR` of its outline. A deadlock is a circle of robots that did not arrive, each of which stood for
-the last `LAST` of its trial and waited for the next.
+Each row holds what its own trial tells: when it arrived, what it touched, for whom it waited, who blocked it at last. Makespan
+and sum of times (sum of costs) are those of multi-agent path finding (Stern et al. 2019). A robot waits for the nearest other one
+while it stands within `NEAR` of its outline. A deadlock is a circle of robots that did not arrive, each of which stood for the
+last `LAST` of its trial and waited for the next.
 """
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +20,7 @@ import numpy.typing as npt
 from clearway.contract import BodyKind, EventKind
 from clearway.geometry.distance import min_clearance
 from clearway.indicators.indicator import Value
-from clearway.indicators.legs import ended, ground_speed, legs_reached
+from clearway.indicators.legs import ground_speed, legs_reached
 from clearway.indicators.success import AT_REST
 from clearway.trials import Trial
 
@@ -25,6 +28,8 @@ NEAR = 1.0
 """m, outline to outline; who stands further from any other robot waits for none of them."""
 LAST = 5.0
 """s."""
+Row: TypeAlias = Mapping[str, Any]
+"""Of the trials' table."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,13 +40,22 @@ class FleetIndicator:
         name: What it is called.
         title: How it is printed.
         unit: `s`, or empty for a count.
-        function: The trials of a run -> Value; never raises for want of data.
+        function: The rows of a run -> Value; never raises for want of data.
     """
 
     name: str
     title: str
     unit: str
-    function: Callable[[Sequence[Trial]], Value]
+    function: Callable[[Sequence[Row]], Value]
+
+
+# --- of one trial -----------------------------------------------------------------------------------------------------
+
+
+def arrived(trial: Trial) -> float | None:
+    """When the robot had arrived at the last of its goals, s since the run began; None: it did not."""
+    there = trial.spans and len(legs_reached(trial)) == len(trial.attempt.legs)
+    return float(max(span.end for span in trial.spans)) if there else None
 
 
 def waits(trial: Trial) -> dict[str, float]:
@@ -56,71 +70,22 @@ def waits(trial: Trial) -> dict[str, float]:
 
 
 def waited_for(trial: Trial) -> str:
-    """The same in words, the longest first."""
+    """The same as JSON, the longest first; empty where it waited for nobody."""
     found = sorted(waits(trial).items(), key=lambda one: (-one[1], one[0]))
-    return ", ".join(f"{name} {seconds:.1f} s" for name, seconds in found)
+    return json.dumps(dict(found)) if found else ""
 
 
-def waiting(trials: Sequence[Trial]) -> dict[tuple[str, str], float]:
-    """Who waited for whom in a run, and for how long, s."""
-    return {(trial.attempt.member, name): seconds for trial in trials for name, seconds in waits(trial).items()}
-
-
-def makespan(trials: Sequence[Trial]) -> Value:
-    """When the last robot had arrived, s since the run began."""
-    return _of_times(trials, max)
-
-
-def sum_of_times(trials: Sequence[Trial]) -> Value:
-    """The times of all robots until they had arrived, s."""
-    return _of_times(trials, math.fsum)
-
-
-def contacts(trials: Sequence[Trial]) -> Value:
-    """How often a robot touched something; of two robots that touched each other, once."""
-    found = set()
-    for trial in trials:
-        for k, event in enumerate(trial.events):
-            if event.kind == EventKind.CONTACT:
-                body = None if event.body is None else trial.attempt.bodies[event.body]
-                met = body is not None and body.kind == BodyKind.ROBOT
-                found.add(frozenset({trial.attempt.member, body.name if met and body else f"event {k}"}))
-    return Value(float(len(found)))
-
-
-def deadlocks(trials: Sequence[Trial]) -> Value:
-    """How many circles of robots waited for each other when their trials ended."""
-    blocked = {trial.attempt.member: _blocked_by(trial) for trial in trials}
-    circles = set()
-    for start in blocked:
-        way: list[str] = []
-        at: str | None = start
-        while at is not None and at not in way:
-            way.append(at)
-            at = blocked.get(at)
-        if at is not None:
-            circles.add(frozenset(way[way.index(at) :]))
-    return Value(float(len(circles)))
-
-
-def _of_times(trials: Sequence[Trial], put_together: Callable[[list[float]], float]) -> Value:
-    for trial in trials:
-        if len(legs_reached(trial)) < len(trial.attempt.legs):
-            return Value(None, f"{trial.attempt.member} did not arrive ({ended(trial)})")
-    return Value(put_together([max(span.end for span in trial.spans) for trial in trials]))
-
-
-def _blocked_by(trial: Trial) -> str | None:
-    """For whom a robot waited that did not arrive; None: it did, touched something, drove, or nobody was near."""
+def blocked_by(trial: Trial) -> str:
+    """For whom a robot waited that did not arrive; empty: it did, touched something, drove, or nobody was near."""
     n = len(trial.t)
-    if n < 2 or len(legs_reached(trial)) == len(trial.attempt.legs):
-        return None
+    if n < 2 or arrived(trial) is not None:
+        return ""
     if any(event.kind == EventKind.CONTACT for event in trial.events):
-        return None
+        return ""
     if not _rest(trial)[np.searchsorted(trial.t, trial.t[-1] - LAST) :].all() or trial.t[-1] < LAST:
-        return None
+        return ""
     name, gap = _nearest(trial, np.array([n - 1])).get(n - 1, ("", math.inf))
-    return name if gap < NEAR else None
+    return name if gap < NEAR else ""
 
 
 def _rest(trial: Trial) -> npt.NDArray[np.bool_]:
@@ -145,6 +110,52 @@ def _nearest(trial: Trial, at: npt.NDArray[np.int64]) -> dict[int, tuple[str, fl
         int(i): (moving[robots[k]].name, float(gaps[k, j]))
         for j, (i, k) in enumerate(zip(at.tolist(), gaps.argmin(axis=0).tolist(), strict=True))
     }
+
+
+# --- of a run ---------------------------------------------------------------------------------------------------------
+
+
+def waiting(rows: Sequence[Row]) -> dict[tuple[str, str], float]:
+    """Who waited for whom in a run, and for how long, s."""
+    return {(r["member"], name): seconds for r in rows for name, seconds in json.loads(r["waits"] or "{}").items()}
+
+
+def makespan(rows: Sequence[Row]) -> Value:
+    """When the last robot had arrived, s since the run began."""
+    return _of_times(rows, max)
+
+
+def sum_of_times(rows: Sequence[Row]) -> Value:
+    """The times of all robots until they had arrived, s."""
+    return _of_times(rows, math.fsum)
+
+
+def contacts(rows: Sequence[Row]) -> Value:
+    """How often a robot touched something; of two robots that touched each other, once."""
+    pairs = {frozenset({r["member"], r["touched_body"]}) for r in rows if r["touched"] == BodyKind.ROBOT}
+    return Value(float(len(pairs) + sum(r["contacts"] or 0 for r in rows if r["touched"] != BodyKind.ROBOT)))
+
+
+def deadlocks(rows: Sequence[Row]) -> Value:
+    """How many circles of robots waited for each other when their trials ended."""
+    blocked = {r["member"]: r["blocked_by"] for r in rows}
+    circles = set()
+    for start in blocked:
+        way: list[str] = []
+        at = start
+        while at and at not in way:
+            way.append(at)
+            at = blocked.get(at)
+        if at:
+            circles.add(frozenset(way[way.index(at) :]))
+    return Value(float(len(circles)))
+
+
+def _of_times(rows: Sequence[Row], put_together: Callable[[list[float]], float]) -> Value:
+    for r in rows:
+        if r["arrived"] is None:
+            return Value(None, f"{r['member']} did not arrive ({r['outcome']})")
+    return Value(put_together([float(r["arrived"]) for r in rows]))
 
 
 FLEET = (

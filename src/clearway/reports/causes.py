@@ -14,7 +14,7 @@ from statistics import median
 from clearway.indicators.avoidable import FORESIGHT, PLANNER, TOO_LATE
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num
-from clearway.reports.selection import Row, System, is_recorded, label, system_of
+from clearway.reports.selection import Row, System, configuration_of, is_recorded, label, system_of
 from clearway.reports.words import WAYS_OUT, contact
 
 MOST = 3
@@ -104,8 +104,8 @@ def what_happened(row: Row) -> str:
 
 def most_typical(rows: Sequence[Row]) -> Row:
     """Of the batch and configuration with most of these trials, the one in the middle by how far off, or how long, it was."""
-    (batch, configuration), _ = Counter((r["batch"], r["configuration"]) for r in rows).most_common(1)[0]
-    there = [r for r in rows if (r["batch"], r["configuration"]) == (batch, configuration)]
+    most, _ = Counter(map(configuration_of, rows)).most_common(1)[0]
+    there = [r for r in rows if configuration_of(r) == most]
     ordered = sorted(there, key=lambda r: (r["DE_max"] or 0.0, r["duration"] or 0.0, r["trial"]))
     return ordered[(len(ordered) - 1) // 2]
 

@@ -55,22 +55,29 @@ class Bars:
             wilcoxon_between_speeds(table).to_pylist(),
         )
 
+    def of_batch(self, suite: str, batch: str) -> Bars:
+        """What they show of one batch of a suite."""
+        parts = (self.descriptions, self.rates, self.tests)
+        return Bars(*([r for r in rows if (r["suite"], r["batch"]) == (suite, batch)] for rows in parts))
+
 
 def bars(data: Bars) -> Figure:
     """A panel a batch: each indicator at each set speed, normalised by its range over the batch, 95 % intervals."""
-    batches = list(dict.fromkeys(r["batch"] for r in data.rates))
+    batches = list(dict.fromkeys((r["suite"], r["batch"]) for r in data.rates))
+    several = len({suite for suite, _ in batches}) > 1
     speeds = sorted({r["speed"] for r in data.rates}, key=by_speed)
     colours = shades(len(speeds))
     lines = -(-len(batches) // 2)
     figure = theme.new_figure(10.0, 0.45 + 2.3 * lines)
     figure.get_layout_engine().set(hspace=0.1)  # type: ignore[union-attr,call-arg]
     top = 1.1
-    for i, batch in enumerate(batches):
+    for i, (suite, batch) in enumerate(batches):
+        shown = data.of_batch(suite, batch)
         ax = figure.add_subplot(lines, min(2, len(batches)), i + 1)
         theme.panel_grid(ax)
         for k, name in enumerate(SHOWN):
-            top = max(top, _group(ax, k, name, batch, speeds, colours, data))
-        ax.set_title(f"{batch}   n = {_counts(data, batch, speeds)}")
+            top = max(top, _group(ax, k, name, speeds, colours, shown))
+        ax.set_title(f"{f'{suite} ' if several else ''}{batch}   n = {_counts(shown, speeds)}")
         ax.set(xlim=(-0.55, len(SHOWN) - 0.45), xticks=range(len(SHOWN)), yticks=[0, 0.5, 1.0])
         ax.set_xticklabels(SHOWN, color=theme.INK)
         ax.spines["left"].set_visible(False)
@@ -88,20 +95,20 @@ def shades(count: int) -> Sequence[str]:
     return theme.SPEEDS[1:2] if count == 1 else (theme.SPEEDS * (1 + count // len(theme.SPEEDS)))[:count]
 
 
-def _counts(data: Bars, batch: str, speeds: Sequence[float | None]) -> str:
-    found = {r["speed"]: r["n"] for r in data.rates if r["batch"] == batch}
+def _counts(data: Bars, speeds: Sequence[float | None]) -> str:
+    found = {r["speed"]: r["n"] for r in data.rates}
     return ", ".join(str(found[s]) for s in speeds if s in found)
 
 
 def _group(
-    ax: Axes, place: int, name: str, batch: str, speeds: Sequence[float | None], colours: Sequence[str], data: Bars
+    ax: Axes, place: int, name: str, speeds: Sequence[float | None], colours: Sequence[str], data: Bars
 ) -> float:
     """Draw an indicator's bars; returns how high they and their asterisks reach."""
     width = 0.78 / len(speeds)
     at = {s: place + (i - (len(speeds) - 1) / 2) * width for i, s in enumerate(speeds)}
     tops: dict[float | None, float] = {}
     for speed, colour in zip(speeds, colours, strict=True):
-        found = _bar(name, batch, speed, data)
+        found = _bar(name, speed, data)
         if found is None:
             continue
         mean, low, high, n = found
@@ -119,7 +126,7 @@ def _group(
         return 0.0
     level = max(tops.values()) + 0.05
     for a, b in combinations(sorted(s for s in tops if s is not None), 2):
-        test = next((t for t in data.tests if _is(t, name, batch, a, b)), None)
+        test = next((t for t in data.tests if _is(t, name, a, b)), None)
         if test is None or not test["stars"]:
             continue
         kept = bool(test["stars_holm"])
@@ -138,14 +145,13 @@ def _group(
     return level
 
 
-def _bar(name: str, batch: str, speed: float | None, data: Bars) -> tuple[float, float, float, int] | None:
+def _bar(name: str, speed: float | None, data: Bars) -> tuple[float, float, float, int] | None:
     if name == "SR":
-        rate = next((r for r in data.rates if (r["batch"], r["speed"]) == (batch, speed)), None)
+        rate = next((r for r in data.rates if r["speed"] == speed), None)
         if rate is None or rate["SR"] is None:
             return None
         return rate["SR"] / 100, rate["low"] / 100, rate["high"] / 100, rate["n"]
-    key = (batch, speed, name)
-    row = next((r for r in data.descriptions if (r["batch"], r["speed"], r["indicator"]) == key), None)
+    row = next((r for r in data.descriptions if (r["speed"], r["indicator"]) == (speed, name)), None)
     if row is None or row["norm_mean"] is None or row["range_low"] == row["range_high"]:
         return None  # one value, or all alike: there is no range to normalise by
     mean = row["norm_mean"]
@@ -157,9 +163,9 @@ def _bar(name: str, batch: str, speed: float | None, data: Bars) -> tuple[float,
     )
 
 
-def _is(test: Mapping[str, Any], name: str, batch: str, a: float, b: float) -> bool:
+def _is(test: Mapping[str, Any], name: str, a: float, b: float) -> bool:
     return test["analysis"] == "complete pairs" and (
-        (test["indicator"], test["batch"], test["speed_a"], test["speed_b"]) == (name, batch, a, b)
+        (test["indicator"], test["speed_a"], test["speed_b"]) == (name, a, b)
     )
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from clearway.geometry.shapes import FloatArray
 from clearway.reports import theme
 from clearway.reports.findings import Findings
 from clearway.reports.selection import Row
@@ -32,9 +33,13 @@ FEWEST = 5
 
 
 def distances(f: Findings) -> Figure | None:
-    """In what share of the trials a robot stayed at least how far from people, system by system; None without enough of them."""
-    samples = {f.name(s): _known(f.of(s), "person_distance") for s in f.systems}
-    drawn = {name: np.sort(values) for name, values in samples.items() if len(values) >= FEWEST}
+    """In what share of the trials a robot stayed at least how far from people, system by system, of the trials
+    that finished or touched one; None without enough of them."""
+    drawn: dict[str, FloatArray] = {}
+    for system in f.systems:
+        among = [r for r in f.of(system) if r.get("people") or r.get("person_distance") is not None]
+        if len(known := _known(among, "person_distance")) >= FEWEST:
+            drawn[f"{f.name(system)}, {len(known)} of {len(among)}"] = np.sort(known)
     if not drawn:
         return None
     figure = theme.new_figure(6.2, 3.8)

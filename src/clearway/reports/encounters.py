@@ -1,8 +1,9 @@
-"""Tables of what robots had to do with people and things: nearness to people, contacts, interventions."""
+"""Tables of what robots had to do with people and things: nearness to people, contacts, smoothness, interventions."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -20,37 +21,68 @@ _NEARNESS = {
 _COST = {
     "people_delay": ("delay (s)", 2), "people_delay_max": ("delay of the one delayed most (s)", 2), "people_detour": ("detour (m)", 2),
 }  # fmt: skip
-"""Indicators of people: how each is printed, with how many digits."""
+_SMOOTHNESS = {
+    "jerk": ("mean jerk (m/s³)", 2), "jerk_max": ("largest jerk (m/s³)", 1), "stopped_time": ("stopped (s)", 1),
+}  # fmt: skip
+"""Indicators: how each is printed, with how many digits."""
+_MEANS = "Means with their 95 % intervals (t), and the worst trial; below, of how many trials: those that did not finish have none"
 
 
 def people(f: Findings) -> list[Grid]:
     """How near each system came to people and what it cost them, by batch; nothing without people."""
-    means = "Means with their 95 % intervals (t), and the worst trial; below, of how many trials: those that did not finish have none"
     tables = (
         _table(
             f, _NEARNESS,
             "People: in how many trials one was touched; the smallest distance from a person, the time within the social (3.6 m), the "
             "personal (1.2 m) and the intimate zone (0.45 m; Hall 1966), the robot's speed when nearest, and the smallest time to collision, "
-            f"from outline to outline on the legs. {means}, nor have those in which nobody was on a collision course a time to collision.",
+            f"from outline to outline on the legs. {_MEANS} but for the distance, which is 0 where one was touched; nor have those in which nobody was on a collision course a time to collision.",
         ),
         _table(
             f, _COST,
             "What robots cost people: how much later they arrive, and how much further they walk, than the same people in the same scene "
-            f"without robots; the mean of a trial's people. {means}.",
+            f"without robots; the mean of a trial's people. {_MEANS}.",
         ),
     )  # fmt: skip
     return [table for table in tables if table is not None]
+
+
+def driving(f: Findings) -> Grid | None:
+    """Who moved at contact, and how smoothly each system drove, by batch; None of recordings without contacts."""
+    kinds = ("robot", "both", "obstacle", "neither")
+    shown = {name: how for name, how in _SMOOTHNESS.items() if any(r.get(name) is not None for r in f.rows)}
+    rows: Rows = []
+    groups: list[int] = []
+    for system in f.systems:
+        groups.append(len(rows))
+        for batch, there in _by_batch(f, f.of(system)).items():
+            who = Counter(r.get("moved_at_contact") for r in there)
+            cells: list[Cell | str] = [Cell(f.name(system), strong=True), batch, str(len(there))]
+            cells += [str(who[kind]) for kind in kinds]
+            rows.append(cells + [_mean([r.get(name) for r in there], name, how[1]) for name, how in shown.items()])
+    contacts = any(r.get("moved_at_contact") for r in f.rows)
+    heads: Heads = [
+        text("Robot"), text("Batch"), "n", "contacts: robot moved", "both", "the other", "neither", *(head for head, _ in shown.values()),
+    ]  # fmt: skip
+    return grid(
+        "Contacts by who moved (Tsoi et al. 2022 count a robot's and a person's apart; a round robot that only turns does not move), and how "
+        "smoothly it drove: mean and largest jerk from velocities 0.25 s apart, and the time stopped on the way (Francis et al. 2023). "
+        f"{_MEANS}.", heads, rows, groups,
+    ) if contacts or shown else None  # fmt: skip
+
+
+def _by_batch(f: Findings, rows: Iterable[Row]) -> dict[str, list[Row]]:
+    batches: dict[str, list[Row]] = {}
+    for r in rows:
+        batches.setdefault(f.batch(r), []).append(r)
+    return batches
 
 
 def _table(f: Findings, indicators: Mapping[str, tuple[str, int]], caption: str) -> Grid | None:
     shown = {name: how for name, how in indicators.items() if any(r.get(name) is not None for r in f.rows)}
     rows: Rows = []
     for system in f.systems:
-        batches: dict[str, list[Row]] = {}
-        for r in f.of(system):
-            if r.get("people") or any(r.get(name) is not None for name in shown):
-                batches.setdefault(str(r["batch"]), []).append(r)
-        for batch, there in batches.items():
+        among = [r for r in f.of(system) if r.get("people") or any(r.get(name) is not None for name in shown)]
+        for batch, there in _by_batch(f, among).items():
             touched = sum(r.get("touched") == "person" for r in there)
             cells: list[Cell | str] = [Cell(f.name(system), strong=True), batch, str(len(there)), str(touched)]
             rows.append(cells + [_mean([r.get(name) for r in there], name, how[1]) for name, how in shown.items()])

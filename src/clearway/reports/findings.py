@@ -17,6 +17,7 @@ from clearway.robots import Robot
 from clearway.scenarios.suite import Section
 from clearway.statistics import (
     FEWEST,
+    GROUP,
     POOLED,
     SYSTEM,
     correlation_table,
@@ -28,7 +29,11 @@ from clearway.statistics import (
 from clearway.trials.store import Results
 
 BREAKDOWN = ("T_acceleration", "T_cruise", "T_approach", "T_rotation", "T_turn")
-DESCRIBED = (*HEADLINE, "DE_max", "OE_max", *BREAKDOWN, "DE_self", "OE_self", "MDO_walls", "space", "space_rel")
+DESCRIBED = (
+    *HEADLINE, "DE_max", "OE_max", *BREAKDOWN, "DE_self", "OE_self", "MDO_walls", "space", "space_rel", "jerk", "jerk_max", "stopped_time",
+    "person_distance", "social_time", "personal_time", "intimate_time", "person_speed", "person_ttc", "ttc", "people_delay",
+    "people_delay_max", "people_detour",
+)  # fmt: skip
 UNCERTAINTIES = tuple(f"{name}_U" for name in HEADLINE)
 
 
@@ -91,7 +96,7 @@ class Findings:
 
     @cached_property
     def described(self) -> list[Row]:
-        """Mean, spread and intervals by system, batch, speed and indicator."""
+        """Mean, spread and intervals by system, suite, batch, speed and indicator."""
         wanted = (*DESCRIBED, *UNCERTAINTIES) if self.recorded else DESCRIBED
         there = [n for n in wanted if n in self.results.trials.column_names]
         rows: list[Row] = describe(self.results.trials, there).to_pylist()
@@ -99,7 +104,7 @@ class Findings:
 
     @cached_property
     def rates(self) -> list[Row]:
-        """SR by system, batch and speed."""
+        """SR by system, suite, batch and speed."""
         rows: list[Row] = success_rates(self.results.trials).to_pylist()
         return rows
 
@@ -168,13 +173,17 @@ class Findings:
             parts.append(f"set-up {system.setup}")
         return " · ".join(parts)
 
-    def mean(self, system: System, batch: str, speed: float | None, indicator: str) -> Row | None:
-        """The row of `described`, or None."""
-        return self._by_key.get((system, batch, speed, indicator))
+    def batch(self, row: Row) -> str:
+        """The batch of a row; with its suite before it where there are several suites, whose batches may have the same names."""
+        return f"{row['suite']} {row['batch']}" if len(self.suites) > 1 else str(row["batch"])
+
+    def mean(self, group: Row, indicator: str) -> Row | None:
+        """The row of `described` of the same system, suite, batch and speed as the row `group`, or None."""
+        return self._by_key.get((*(group[c] for c in GROUP), indicator))
 
     @cached_property
     def _by_key(self) -> dict[tuple[Any, ...], Row]:
-        return {(system_of(r), r["batch"], r["speed"], r["indicator"]): r for r in self.described}
+        return {(*(r[c] for c in GROUP), r["indicator"]): r for r in self.described}
 
     @cached_property
     def tolerances(self) -> dict[tuple[System, str], float]:

@@ -35,15 +35,14 @@ class Run:
 
 
 def runs(f: Findings) -> list[Run]:
-    """All of them, in the order of the results; a robot that was tested alone among others makes none, nor
-    does one that was not kept."""
+    """All of them, in the order of the results; a robot that was tested alone among others makes none, nor do results of
+    before a row told what is needed."""
     by_number, found = {r["trial"]: r for r in f.rows}, []
-    for numbers in f.results.runs.values():
-        if len(numbers) > 1 and all(f.results.kept(by_number[n]) for n in numbers):
-            trials = [f.results.trial(n) for n in numbers]
-            values = {one.name: one.function(trials) for one in FLEET}
+    for numbers in f.results.runs.values() if "arrived" in f.results.trials.column_names else ():
+        if len(numbers) > 1:
             rows = [by_number[n] for n in numbers]
-            found.append(Run(rows[0], tuple(systems(rows)), len(numbers), values, waiting(trials)))
+            values = {one.name: one.function(rows) for one in FLEET}
+            found.append(Run(rows[0], tuple(systems(rows)), len(numbers), values, waiting(rows)))
     return found
 
 
@@ -51,7 +50,7 @@ def fleets(f: Findings, runs: Sequence[Run]) -> Grid | None:
     """By system, test and number of robots; None without such runs."""
     groups: dict[tuple[tuple[System, ...], str, str, int], list[Run]] = {}
     for run in runs:
-        key = (run.systems, run.row["batch"], run.row["configuration"], run.robots)
+        key = (run.systems, f.batch(run.row), run.row["configuration"], run.robots)
         groups.setdefault(key, []).append(run)
     rows: Rows = []
     for (tested, batch, configuration, robots), there in groups.items():

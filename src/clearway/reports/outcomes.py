@@ -8,10 +8,10 @@ from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
 from clearway.reports import paper, recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System, by_speed, system_of, verdict
+from clearway.reports.selection import Row, System, system_of, verdict
 from clearway.reports.words import contact
 from clearway.scenarios.suite import Section
-from clearway.statistics import FEWEST, PAPER_A, POOLED, reduced_set
+from clearway.statistics import FEWEST, GROUP, PAPER_A, POOLED, reduced_set
 from clearway.trials import Attempt
 
 SLACK_WORDS = f"{100 * SLACK[0]:g} cm and {SLACK[1]:g} rad"
@@ -28,20 +28,19 @@ def batches(f: Findings, system: System) -> Grid:
     names = _judged(f)
     notes = sharing.footnote(own) + tuning.footnote(own)
     for rate in system.of(f.rates):
-        if rate["batch"] != last:
+        if f.batch(rate) != last:
             groups.append(len(rows))
-            last = rate["batch"]
-        here = [r for r in own if (r["batch"], r["speed"]) == (rate["batch"], rate["speed"])]
+            last = f.batch(rate)
+        here = [r for r in own if all(r[c] == rate[c] for c in GROUP)]
         cells: list[Cell | str] = [
-            Cell(f"{rate['batch']}{tuning.sign(here)}", strong=True),
+            Cell(f"{f.batch(rate)}{tuning.sign(here)}", strong=True),
             Cell(_speed(rate["speed"])),
             Cell(str(rate["n"] + rate["unknown"])),
             Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
             *(Cell(NONE if rate[c] is None else f"{num(rate[c], 1)} %") for c in ("SR_self", "SR_slack")),
         ]
         for name in names:
-            found = f.mean(system, rate["batch"], rate["speed"], name)
-            measured = f.mean(system, rate["batch"], rate["speed"], f"{name}_U")
+            found, measured = f.mean(rate, name), f.mean(rate, f"{name}_U")
             cells.append(_mean(found, DIGITS[name.removesuffix("_max")], measured))
         rows.append(cells)
     units = {n: INDICATORS[n].unit for n in names}
@@ -92,22 +91,19 @@ def breakdown(f: Findings) -> Grid | None:
     rows: Rows = []
     groups: list[int] = []
     for system in f.systems:
-        speeds = sorted({r["speed"] for r in f.of(system) if r["batch"] == "NO"}, key=by_speed)
-        if speeds:
+        free = [rate for rate in system.of(f.rates) if rate["batch"] == "NO"]
+        if free:
             groups.append(len(rows))
-        for speed in speeds:
-            found = f.mean(system, "NO", speed, "CT")
-            printed = next((m for m in paper.MEANS if _about(m, system, "NO", speed, "CT")), None)
+        for rate in free:
+            found = f.mean(rate, "CT")
+            printed = next((m for m in _printed(f, rate) if m.indicator == "CT"), None)
             theirs: list[Cell | str] = [
                 Cell(NONE) if printed is None else Cell(f"{printed.mean:.2f} ± {printed.spread:.2f}"),
                 percent(found["mean"] if found else None, printed.mean if printed else None),
             ]
-            parts = [
-                f.mean(system, "NO", speed, f"T_{p}")
-                for p in ("acceleration", "cruise", "approach", "rotation", "turn")
-            ]
+            parts = [f.mean(rate, f"T_{p}") for p in ("acceleration", "cruise", "approach", "rotation", "turn")]
             rows.append([
-                Cell(f.name(system), strong=True), _speed(speed), _mean(found, 2), *(theirs if printed_too else []),
+                Cell(f.name(system), strong=True), _speed(rate["speed"]), _mean(found, 2), *(theirs if printed_too else []),
                 *(num(p["mean"] if p else None, 2) for p in parts),
             ])  # fmt: skip
     if not rows:
@@ -126,24 +122,26 @@ def breakdown(f: Findings) -> Grid | None:
     return grid(caption, columns, rows, groups)
 
 
-def _about(m: paper.Mean, system: System, batch: str, speed: float | None, indicator: str) -> bool:
-    return (m.robot, m.batch, m.speed, m.indicator) == (system.robot.partition(":")[0], batch, speed, indicator)
+def _printed(f: Findings, rate: Row) -> list[paper.Mean]:
+    """What the paper prints of a system, batch and speed, if it is of its protocol."""
+    if rate["suite"] not in f.asked(Section.PAPER_A):
+        return []
+    about = (rate["robot"].partition(":")[0], rate["batch"], rate["speed"])
+    return [m for m in paper.MEANS if (m.robot, m.batch, m.speed) == about]
 
 
 def beside(f: Findings) -> Grid | None:
     """The paper's other printed means beside ours; None where no suite asks for that."""
     rows: Rows = []
     for system in f.systems if f.asked(Section.PAPER_A) else ():
-        for m in paper.MEANS:
-            if m.indicator == "CT" or not _about(m, system, m.batch, m.speed, m.indicator):
-                continue
-            found = f.mean(system, m.batch, m.speed, m.indicator)
-            if found is not None:
-                digits = DIGITS[m.indicator]
-                rows.append([
-                    Cell(f.name(system), strong=True), f"{m.batch}, {m.speed:g} m/s", m.indicator, _mean(found, digits),
-                    f"{m.mean:.2f} ± {m.spread:.2f}", percent(found["mean"], m.mean), m.source,
-                ])  # fmt: skip
+        for rate in system.of(f.rates):
+            for m in _printed(f, rate):
+                found = f.mean(rate, m.indicator)
+                if m.indicator != "CT" and found is not None:
+                    rows.append([
+                        Cell(f.name(system), strong=True), f"{f.batch(rate)}, {m.speed:g} m/s", m.indicator,
+                        _mean(found, DIGITS[m.indicator]), f"{m.mean:.2f} ± {m.spread:.2f}", percent(found["mean"], m.mean), m.source,
+                    ])  # fmt: skip
         if system.robot.partition(":")[0] in paper.YAW_TOLERANCE:
             rows.append(_success_beside(f, system))
     columns: Heads = [
@@ -174,13 +172,13 @@ def space(f: Findings) -> Grid | None:
     last = None
     suites = f.asked(Section.MANOEUVRING_SPACE)
     for system in f.systems:
-        known: dict[tuple[Any, Any], list[Row]] = {}
+        known: dict[tuple[Any, ...], list[Row]] = {}
         for r in f.of(system):
             if r["suite"] in suites and r.get("space_rel") is not None:
-                known.setdefault((r["batch"], r["speed"]), []).append(r)
+                known.setdefault((r["suite"], r["batch"], r["speed"]), []).append(r)
         for rate in system.of(f.rates):
-            here = known.get((rate["batch"], rate["speed"]), [])
-            mean = f.mean(system, rate["batch"], rate["speed"], "space")
+            here = known.get((rate["suite"], rate["batch"], rate["speed"]), [])
+            mean = f.mean(rate, "space")
             if not here or mean is None:
                 continue
             if system != last:
@@ -188,7 +186,7 @@ def space(f: Findings) -> Grid | None:
                 last = system
             within = sum(r["space_rel"] <= paper.MANOEUVRING_SHARE for r in here)
             rows.append([
-                Cell(f.name(system), strong=True), rate["batch"], _speed(rate["speed"]), str(len(here)),
+                Cell(f.name(system), strong=True), f.batch(rate), _speed(rate["speed"]), str(len(here)),
                 num(100 * mean["mean"], 1), num(100 * max(r["space"] for r in here), 1),
                 f"{num(100 * sum(r['space_rel'] for r in here) / len(here), 0)} %",
                 f"{num(100 * max(r['space_rel'] for r in here), 0)} %", f"{within} of {len(here)}",
@@ -203,26 +201,36 @@ def space(f: Findings) -> Grid | None:
     ) if rows else None  # fmt: skip
 
 
+_TEST = ("suite", "indicator", "batch", "speed_a", "speed_b")
+"""What a test between speeds is of."""
+
+
 def significance(f: Findings, system: System) -> Grid | None:
     """Every difference of one system that is significant here, or in paper A's Table 4 where a suite asks for that."""
-    tests = {(t["indicator"], t["batch"], t["speed_a"], t["speed_b"], t["analysis"]): t for t in system.of(f.tests)}
-    printed_too = bool(f.asked(Section.PAPER_A))
-    table_4 = paper.TABLE_4 if printed_too else ()
-    printed = {(s.indicator, s.batch, s.slower, s.faster): s.p(system.robot) for s in table_4}
-    keys = dict.fromkeys(k[:4] for k in tests)
+    tests = {(*(t[c] for c in _TEST), t["analysis"]): t for t in system.of(f.tests)}
+    protocol, suites = f.asked(Section.PAPER_A), list(f.suites)
+    printed_too = bool(protocol)
+    printed = {
+        (suite, s.indicator, s.batch, s.slower, s.faster): s.p(system.robot)
+        for suite in protocol
+        for s in paper.TABLE_4
+    }
     rows: Rows = []
-    for key in sorted(
-        keys,
-        key=lambda k: (HEADLINE.index(k[0]), list(paper.PROTOCOL).index(k[1]) if k[1] in paper.PROTOCOL else 9, k[2:]),
-    ):
+
+    def place(key: tuple[Any, ...]) -> tuple[Any, ...]:
+        suite, indicator, batch, *speeds = key
+        batches = list(paper.PROTOCOL)
+        return suites.index(suite), HEADLINE.index(indicator), batches.index(batch) if batch in batches else 9, *speeds
+
+    for key in sorted(dict.fromkeys(k[:-1] for k in tests), key=place):
         test = tests.get((*key, "complete pairs"))
         theirs = printed.get(key)
         if test is None or ((test["p"] is None or test["p"] > 0.05) and theirs is None):
             continue
-        digits, unit = DIGITS[key[0]], test["unit"]
+        digits, unit = DIGITS[test["indicator"]], test["unit"]
         worst, means = tests.get((*key, "failures ranked worst")), tests.get((*key, "configuration means"))
         rows.append([
-            Cell(key[0], strong=True), key[1], f"{key[2]:g} → {key[3]:g}",
+            Cell(test["indicator"], strong=True), f.batch(test), f"{test['speed_a']:g} → {test['speed_b']:g}",
             Cell(NONE if test["difference"] is None else f"{num(test['difference'], digits)} {unit}".strip(), span(test["low"], test["high"], digits)),
             num(test["effect"], 2) if test["n"] >= FEWEST else NONE, str(test["n"]),
             Cell(p_value(test["p"]), test["stars"], strong=bool(test["stars"])), Cell(p_value(test["p_holm"]), test["stars_holm"]),
@@ -307,7 +315,7 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
     """The columns of the table of trials, as JSON for its script."""
     labels: list[tuple[str, str, str, int | None]] = [
         ("trial", "no.", "", 0), ("verdict", "result", "", None), ("reason", "how it failed", "", None), ("robot", "robot", "", None), ("navigator", "navigator", "", None), ("setup", "set-up", "", None),
-        ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
+        ("suite", "suite", "", None), ("batch", "batch", "", None), ("configuration", "configuration", "", None), ("speed", "v", "m/s", 1),
         ("obstacle_speed", "v obst.", "m/s", 1), ("size", "size", "m", 2), ("gap", "gap", "", 1), ("repetition", "rep.", "", 0), ("member", "which robot", "", None),
         *((n, n, INDICATORS[n].unit, DIGITS[n.removesuffix("_max")]) for n in _judged(f)),
     ]  # fmt: skip
@@ -327,14 +335,17 @@ def trial_columns(f: Findings) -> list[dict[str, Any]]:
         if key in ("to_confirm", "note", "avoidable"):
             values -= {""}
         optional = (
-            "navigator", "setup", "obstacle_speed", "size", "gap", "member", "avoidable", "reason", "source", "to_confirm", "note",
+            "suite", "navigator", "setup", "obstacle_speed", "size", "gap", "member", "avoidable", "reason", "source", "to_confirm", "note",
         )  # fmt: skip
-        if key in optional and len(values - {""}) < 1 + (key in ("navigator", "source", "member")):
+        if key in optional and len(values - {""}) < 1 + (key in ("suite", "navigator", "source", "member")):
             continue
         column: dict[str, Any] = {"key": key, "name": name, "unit": unit, "number": digits is not None}
         if digits is not None:
             column["digits"] = digits
-        if key in ("robot", "navigator", "setup", "batch", "configuration", "verdict", "source") and len(values) <= 60:
+        if (
+            key in ("robot", "navigator", "setup", "suite", "batch", "configuration", "verdict", "source")
+            and len(values) <= 60
+        ):
             column["choices"] = sorted(map(str, values))
         if key in INDICATORS:
             column["title"] = INDICATORS[key].title

@@ -117,8 +117,9 @@ def build(results: Results, folder: Path, verdict: Verdict | None = None) -> Non
     """Write the report's files into `folder`, which has `figures/` and `tables/`; the page begins with the `verdict`, if any."""
     f = Findings(results)
     figures = _figures(f, folder / "figures")
-    tables = write_tables(f, folder / "tables")
-    last = [r for r in f.rows if r["batch"] == f.rows[-1]["batch"]]
+    runs = fleets.runs(f)
+    tables = write_tables(f, runs, folder / "tables")
+    last = [r for r in f.rows if (r["suite"], r["batch"]) == (f.rows[-1]["suite"], f.rows[-1]["batch"])]
     first = representative([r for r in last if r["success"]] or last)
     replays = Replays(f)
     replays.write(in_turn(f.rows, first), folder)
@@ -141,8 +142,9 @@ def build(results: Results, folder: Path, verdict: Verdict | None = None) -> Non
         decisions=decision_time.table(f),
         beside=outcomes.beside(f),
         space=outcomes.space(f),
+        driving=encounters.driving(f),
         people=encounters.people(f),
-        fleets=fleets.fleets(f, fleets.runs(f)),
+        fleets=fleets.fleets(f, runs),
         incidents=encounters.incidents(f),
         significance=[g for s in f.systems if (g := outcomes.significance(f, s))],
         normality=outcomes.normality(f),

@@ -43,11 +43,11 @@ FOLDER, EVERY = "replay", "trials.js"
 
 def in_turn(rows: Sequence[Row], first: Row | None) -> list[Row]:
     """The trials in the order in which a page has room for them: `first`; then the failures, then the others, of each
-    system and batch in turn one."""
+    system, suite and batch in turn one."""
     counts = Counter[Any]()
     places: list[tuple[bool, bool, int]] = []
     for row in rows:
-        group = (failed := _failed(row), system_of(row), row["batch"])
+        group = (failed := _failed(row), system_of(row), row["suite"], row["batch"])
         places.append((first is None or row["trial"] != first["trial"], not failed, counts[group]))
         counts[group] += 1
     return [rows[i] for i in sorted(range(len(rows)), key=places.__getitem__)]

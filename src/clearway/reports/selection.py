@@ -113,9 +113,14 @@ def table_of(results: Results, rows: Sequence[Row]) -> Any:
     return results.trials.take([numbers[r["trial"]] for r in rows])
 
 
-def configurations(rows: Iterable[Row]) -> list[tuple[str, str]]:
-    """(batch, configuration) in the order of the campaign."""
-    return list(dict.fromkeys((r["batch"], r["configuration"]) for r in rows))
+def configuration_of(row: Row) -> tuple[str, str, str]:
+    """A row's suite, batch and configuration."""
+    return row["suite"], row["batch"], row["configuration"]
+
+
+def configurations(rows: Iterable[Row]) -> list[tuple[str, str, str]]:
+    """(suite, batch, configuration) in the order of the campaign."""
+    return list(dict.fromkeys(map(configuration_of, rows)))
 
 
 def distinct(rows: Iterable[Row], column: str) -> list[Any]:

@@ -11,6 +11,7 @@ from clearway.indicators import INDICATORS
 from clearway.reports import theme
 from clearway.reports.charts import shades
 from clearway.reports.selection import Row, System, at_speed, by_speed, system_of
+from clearway.statistics import batch_names
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,12 +44,10 @@ def strips(
     known = [n for n in indicators if any(r.get(n) is not None for r in rows)]
     if not known:
         return None
-    lines = list(dict.fromkeys((r["batch"], system_of(r)) for r in rows))
-    batches = list(dict.fromkeys(batch for batch, _ in lines))
-    lines = [line for batch in batches for line in lines if line[0] == batch]
+    lines = _lines(rows)
     speeds = sorted({r["speed"] for r in rows}, key=by_speed)
     figure = theme.new_figure(_WIDTH, len(known) * (0.75 + _LINE * max(2, len(lines))))
-    names = _names(lines, name_of)
+    names = _names(list(lines), name_of)
     for i, name in enumerate(known):
         ax = figure.add_subplot(len(known), 1, i + 1)
         unit = INDICATORS[name].unit
@@ -57,7 +56,7 @@ def strips(
             figure.suptitle(title, fontsize=_FONT + 0.8, x=0.01, ha="left", weight="bold")
         else:
             ax.set_title(title, fontsize=_FONT + 0.8)
-        _panel(ax, name, rows, lines, speeds, tolerances or {})
+        _panel(ax, name, lines, speeds, tolerances or {})
         ax.set_yticks(range(len(lines)), [n if len(n) <= 32 else f"{n[:31]}…" for n in names], fontsize=_FONT)
     if len(speeds) > 1:
         from matplotlib.lines import Line2D
@@ -68,6 +67,14 @@ def strips(
         ]
         figure.legend(handles=handles, loc="outside lower left", ncols=3, fontsize=_FONT, handletextpad=0.1)
     return figure
+
+
+def _lines(rows: Sequence[Row]) -> dict[tuple[str, System], list[Row]]:
+    """The trials of each batch and system, batch by batch; a batch with its suite before it where there are several suites."""
+    found: dict[str, dict[System, list[Row]]] = {}
+    for batch, r in zip(batch_names(rows), rows, strict=True):
+        found.setdefault(batch, {}).setdefault(system_of(r), []).append(r)
+    return {(batch, system): own for batch, systems in found.items() for system, own in systems.items()}
 
 
 def _names(lines: Sequence[tuple[str, System]], name_of: Callable[[System], str]) -> list[str]:
@@ -81,14 +88,14 @@ def _names(lines: Sequence[tuple[str, System]], name_of: Callable[[System], str]
 
 
 def _panel(
-    ax: Axes, name: str, rows: Sequence[Row], lines: Sequence[tuple[str, System]], speeds: Sequence[float | None],
+    ax: Axes, name: str, lines: Mapping[tuple[str, System], Sequence[Row]], speeds: Sequence[float | None],
     tolerances: Mapping[tuple[System, str], float],
 ) -> None:  # fmt: skip
     ax.grid(axis="x")
     ax.set_axisbelow(True)
     height = 0.8 / len(speeds)
-    for y, (batch, system) in enumerate(lines):
-        own = [r for r in rows if r["batch"] == batch and system_of(r) == system]
+    batches = [batch for batch, _ in lines]
+    for y, ((batch, system), own) in enumerate(lines.items()):
         there = 0
         for k, (speed, colour) in enumerate(zip(speeds, shades(len(speeds)), strict=True)):
             here = [r for r in own if r["speed"] == speed and r.get(name) is not None]
@@ -107,7 +114,7 @@ def _panel(
             fontsize=_FONT,
             color=theme.MUTED,
         )
-        if y and lines[y - 1][0] != batch:
+        if y and batches[y - 1] != batch:
             ax.axhline(y - 0.5, color=theme.RULE, linewidth=0.8)
     ax.set(ylim=(len(lines) - 0.4, -0.6), xlim=(0, None))
     ax.set_xlim(right=1.04 * ax.get_xlim()[1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -10,11 +10,12 @@ from typing import Any
 from clearway.reports.barn import barn
 from clearway.reports.decision_time import decision_times
 from clearway.reports.findings import BREAKDOWN, Findings
+from clearway.reports.fleets import Run
 from clearway.reports.parameters import every_parameter
 from clearway.statistics import GROUP
 
 NAMES = {
-    "summary": "every indicator by robot, navigator, batch and speed",
+    "summary": "every indicator by robot, navigator, suite, batch and speed",
     "success": "success rates with intervals",
     "significance": "all tests between set speeds, three analyses each",
     "correlations": "Pearson's r of every pair, per robot and pooled",
@@ -22,12 +23,13 @@ NAMES = {
     "parameters": "every parameter of the robots with its source",
     "decision-times": "how long decisions took, in seconds of wall clock",
     "trials": "all trials",
+    "fleets": "runs of several robots: makespan, sum of times, contacts, deadlocks, who waited for whom how long, s",
     "barn": "world by world beside the published runs (the BARN Challenge's suites only)",
 }
 
 
-def write_tables(f: Findings, folder: Path) -> list[str]:
-    """Write the CSV files into `folder`; returns the names of those that were written, without `.csv`."""
+def write_tables(f: Findings, runs: Sequence[Run], folder: Path) -> list[str]:
+    """Write the CSV files of the findings and the `runs` of several robots into `folder`; returns the names of those that were written, without `.csv`."""
     import pyarrow as pa
 
     summary = [{k: v for k, v in r.items() if k not in ("range_low", "range_high")} for r in f.described]
@@ -47,6 +49,8 @@ def write_tables(f: Findings, folder: Path) -> list[str]:
         tables["decision-times"] = pa.Table.from_pylist([asdict(s) | asdict(t) for s, t in took.items()])
     if courses:
         tables["barn"] = pa.Table.from_pylist(courses)
+    if runs:
+        tables["fleets"] = pa.Table.from_pylist([_run(f, run) for run in runs])
     import pyarrow.csv
 
     from clearway.trials.csv_table import without_formulas
@@ -57,6 +61,19 @@ def write_tables(f: Findings, folder: Path) -> list[str]:
             pyarrow.csv.write_csv(without_formulas(table), folder / f"{name}.csv")
             written.append(name)
     return written
+
+
+def _run(f: Findings, run: Run) -> Mapping[str, Any]:
+    labels = {c: run.row[c] for c in ("run", "suite", "batch", "configuration", "speed", "repetition")}
+    tested = " and ".join(f"{s.robot} {s.navigator}" for s in run.systems)
+    values = {name: value.value for name, value in run.values.items()}
+    waits = "; ".join(f"{who} for {whom} {seconds:.2f}" for (who, whom), seconds in run.waiting.items())
+    return (
+        labels
+        | {"tested": tested, "robots": run.robots}
+        | values
+        | {"waited": sum(run.waiting.values()), "waits": waits}
+    )
 
 
 def _breakdown(f: Findings) -> list[Mapping[str, Any]]:

@@ -32,7 +32,8 @@ def headline(table: pa.Table) -> str:
     """SR with its exact interval, by the robot's own estimate and with slack, and the mean of each of paper A's indicators,
     per system, batch and speed; a sign says on what the navigator's parameters were chosen."""
     means = {(*(r[c] for c in GROUP), r["indicator"]): r["mean"] for r in describe(table, HEADLINE).to_pylist()}
-    shown = [c for c in GROUP if c != "setup" or any(table["setup"].to_pylist())]
+    hidden = {c for c, kinds in (("setup", 0), ("suite", 1)) if len(set(table[c].to_pylist()) - {None, ""}) <= kinds}
+    shown = [c for c in GROUP if c not in hidden]
     heads = [{"speed": "v [m/s]", "setup": "set-up"}.get(c, c) for c in shown] + [
         "n",
         "SR [%] (95 %)",

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from clearway.contract import PLACED, BodyKind
 from clearway.geometry.shapes import Circle, FloatArray, circumscribed_radius
 from clearway.reports import paper, theme
-from clearway.reports.selection import Row, configurations, distinct, label, representative, verdict
+from clearway.reports.selection import Row, configuration_of, configurations, distinct, label, representative, verdict
 from clearway.trials import Body, Trial
 from clearway.trials.store import Results
 
@@ -39,8 +39,8 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
     """Every configuration as it was set up: A, B, obstacles in all their sizes, the moving obstacle's lane (Fig. 2)."""
     panels = spread(configurations(rows))
     figure, axes = _panels(panels, results, rows, 4, setting=True)
-    for ax, (batch, configuration) in zip(axes, panels, strict=True):
-        chosen = [r for r in rows if (r["batch"], r["configuration"]) == (batch, configuration)]
+    for ax, key in zip(axes, panels, strict=True):
+        chosen = [r for r in rows if configuration_of(r) == key]
         gaps, sizes = distinct(chosen, "gap"), distinct(chosen, "size")
         gap = gaps[len(gaps) // 2] if gaps else None
         there = [results.remains(r["trial"]) for r in [r for r in chosen if r["gap"] == gap][:24]]
@@ -57,7 +57,7 @@ def layout(results: Results, rows: Sequence[Row]) -> Figure:
         _lanes(ax, lanes or [trial])
         for leg in trial.attempt.legs[:1]:
             _robot_at(ax, trial, leg.start)
-        ax.set_title(_titled(batch, configuration, panels))
+        ax.set_title(_titled(*key, panels))
         notes = []
         if sizes:
             notes.append(f"{_named('S', sizes, paper.EDGES) or 'edge'} {_join(sizes)} m")
@@ -133,23 +133,28 @@ def clearance(trial: Trial, title: str) -> Figure:
     return figure
 
 
-def spread(panels: Sequence[tuple[str, str]], most: int = MOST_PANELS) -> list[tuple[str, str]]:
+def spread(panels: Sequence[tuple[str, str, str]], most: int = MOST_PANELS) -> list[tuple[str, str, str]]:
     """At most `most` of the configurations, evenly spread over their order."""
     if len(panels) <= most:
         return list(panels)
     return [panels[int(i)] for i in np.linspace(0, len(panels) - 1, most).round()]
 
 
-def _representative(results: Results, rows: Sequence[Row], panel: tuple[str, str]) -> Row:
+def _representative(results: Results, rows: Sequence[Row], panel: tuple[str, str, str]) -> Row:
     """The trial to show of a configuration, among those that were kept if any was."""
-    there = [r for r in rows if (r["batch"], r["configuration"]) == panel]
+    there = [r for r in rows if configuration_of(r) == panel]
     row = representative([r for r in there if results.kept(r)] or there)
     assert row is not None
     return row
 
 
 def _panels(
-    panels: Sequence[tuple[str, str]], results: Results, rows: Sequence[Row], columns: int, *, setting: bool = False
+    panels: Sequence[tuple[str, str, str]],
+    results: Results,
+    rows: Sequence[Row],
+    columns: int,
+    *,
+    setting: bool = False,
 ) -> tuple[Figure, list[Axes]]:
     """A figure with a panel for each, all of one scale: of the stretch of floor that the trials need, or the `setting`."""
     samples = []
@@ -181,11 +186,12 @@ def _boxes(samples: Sequence[Trial], *, driven: bool) -> list[tuple[float, float
     return [tuple(box) for box in np.hstack([middle - size / 2, middle + size / 2]).tolist()]
 
 
-def _titled(batch: str, configuration: str, panels: Sequence[tuple[str, str]]) -> str:
-    """A panel's title: its batch, if there are several, and its configuration."""
-    if configuration in (batch, "free"):
-        return batch
-    return f"{batch} {configuration}" if len({b for b, _ in panels}) > 1 else configuration
+def _titled(suite: str, batch: str, configuration: str, panels: Sequence[tuple[str, str, str]]) -> str:
+    """A panel's title: its suite and its batch, of which there are several, and its configuration."""
+    suites, batches = ({panel[k] for panel in panels} for k in (0, 1))
+    words = [suite] if len(suites) > 1 else []
+    words += [batch] if len(batches) > 1 or configuration in (batch, "free") else []
+    return " ".join(words if configuration in (batch, "free") else [*words, configuration])
 
 
 def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:

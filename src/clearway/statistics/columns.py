@@ -16,8 +16,8 @@ from clearway.indicators import INDICATORS, Indicator
 
 SYSTEM = ("robot", "navigator", "setup")
 """What is tested: who moves, who decides, and how long it may think."""
-GROUP = (*SYSTEM, "batch", "speed")
-"""Paper A's groups: Fig. 6 shows a bar for each batch and speed of a robot."""
+GROUP = (*SYSTEM, "suite", "batch", "speed")
+"""Paper A's groups: Fig. 6 shows a bar for each batch and speed of a robot; batches of different suites are different ones."""
 
 
 def values(table: pa.Table, name: str) -> list[Any]:
@@ -75,6 +75,14 @@ def _ordered(column: list[Any]) -> list[Any]:
     if all(isinstance(v, (int, float)) or v is None for v in seen):
         return sorted(seen, key=lambda v: (v is None, v))
     return seen
+
+
+def batch_names(rows: Iterable[Mapping[str, Any]]) -> list[Any]:
+    """Each trial's batch; with its suite before it where there are several suites, whose batches may have the same names."""
+    both = [(row["suite"], row["batch"]) for row in rows]
+    if len({suite for suite, _ in both}) < 2:
+        return [batch for _, batch in both]
+    return [" ".join(filter(None, names)) for names in both]
 
 
 def reasons(table: pa.Table, rows: np.ndarray) -> dict[str, str]:

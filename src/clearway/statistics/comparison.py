@@ -18,7 +18,7 @@ import pyarrow as pa
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import HEADLINE, Indicator
-from clearway.statistics.columns import SYSTEM, findings, groups, indicators_in, numbers, schema, values
+from clearway.statistics.columns import SYSTEM, batch_names, findings, indicators_in, numbers, schema, values
 from clearway.statistics.describe import bootstrap_interval
 from clearway.statistics.multiple import asterisks, holm
 from clearway.statistics.proportions import PairedSuccess, paired_success
@@ -43,7 +43,7 @@ class Comparison:
         pairs: How many tests both ran.
         only_a: How many tests only A ran.
         only_b: How many tests only B ran.
-        differences: One row an indicator and batch (batch null: all of them), B - A over complete pairs: mean with a
+        differences: One row an indicator and batch (batch null: all of them; of several suites, with its suite before it), B - A over complete pairs: mean with a
             bootstrap interval, median (Hodges-Lehmann) with its exact interval, Wilcoxon's p, Holm's over the rows of
             the same kind (all batches together; batch by batch), effect, and whom it `favours` (`A`, `B` or empty:
             p_holm > 0.05).
@@ -81,7 +81,8 @@ def compare(
     common = [i.name for i in indicators_in(a, indicators, HEADLINE) if i.name in b.column_names]
     chosen = indicators_in(a, common, HEADLINE)
     parts: dict[str | None, np.ndarray] = {None: np.arange(len(shared))}
-    parts |= {key[0]: rows for key, rows in groups(left, ("batch",)).items()}
+    batch_of = np.array(batch_names(left.select(["suite", "batch"]).to_pylist()), dtype=object)
+    parts |= {batch: np.flatnonzero(batch_of == batch) for batch in dict.fromkeys(batch_of)}
     rows: list[dict[str, Any]] = []
     for batch, members in parts.items():
         for indicator in chosen:

@@ -25,7 +25,7 @@ from scipy import stats
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import HEADLINE, Indicator
-from clearway.statistics.columns import SYSTEM, findings, groups, indicators_in, numbers, schema, values
+from clearway.statistics.columns import SYSTEM, batch_names, findings, groups, indicators_in, numbers, schema, values
 from clearway.statistics.comparison import adjust, paired_row
 from clearway.statistics.proportions import RateDifference, rate_difference
 
@@ -71,7 +71,7 @@ class ConfigurationComparison:
         only_b: How many configurations only B has.
         repetitions_a: A's trials in the matched configurations.
         repetitions_b: B's trials in the matched configurations.
-        differences: One row an indicator and batch (batch null: all), B - A over the means of configurations: as of a
+        differences: One row an indicator and batch (batch null: all; of several suites, with its suite before it), B - A over the means of configurations: as of a
             `Comparison`, with n the number of configurations that have a value on both sides and `dropped` the others,
             trials_a, trials_b the trials behind the means, rep_low, rep_high the interval over repetitions, u_a, u_b
             the mean expanded uncertainty of what was measured (0: exact; None: unknown, or the indicator has none).
@@ -138,9 +138,8 @@ def compare_configurations(
     left, right = [first[k] for k in shared], [second[k] for k in shared]
     common = [i.name for i in indicators_in(a, indicators, HEADLINE) if i.name in b.column_names]
     chosen = indicators_in(a, common, HEADLINE)
-    batch_of = [key[keys.index("batch")] for key in shared]
     parts: dict[str | None, list[int]] = {None: list(range(len(shared)))}
-    for k, batch in enumerate(batch_of):
+    for k, batch in enumerate(batch_names(dict(zip(keys, key, strict=True)) for key in shared)):
         parts.setdefault(batch, []).append(k)
     rows = []
     values_a, values_b = ({name: numbers(t, name) for name in (*common, "success")} for t in (a, b))

@@ -23,14 +23,14 @@ _DRAWN_AT_ONCE = 1_000_000
 """Values of resamples that are held at a time."""
 
 _DESCRIPTION = schema(
-    robot=str, navigator=str, setup=str, batch=str, speed=float, indicator=str, unit=str,
+    robot=str, navigator=str, setup=str, suite=str, batch=str, speed=float, indicator=str, unit=str,
     n=int, missing=int, reasons=str, mean=float, sd=float, t_low=float, t_high=float, boot_low=float, boot_high=float,
     median=float, minimum=float, maximum=float, shapiro_p=float, normal=bool,
     range_low=float, range_high=float, norm_mean=float, norm_low=float, norm_high=float,
 )  # fmt: skip
 
 _SUCCESS = schema(
-    robot=str, navigator=str, setup=str, batch=str, speed=float, n=int, successes=int, unknown=int, SR=float, low=float, high=float,
+    robot=str, navigator=str, setup=str, suite=str, batch=str, speed=float, n=int, successes=int, unknown=int, SR=float, low=float, high=float,
     wilson_low=float, wilson_high=float, self_successes=int, self_n=int, SR_self=float,
     slack_successes=int, slack_n=int, SR_slack=float, failures=str,
 )  # fmt: skip
@@ -107,11 +107,11 @@ def normality(sample: FloatArray) -> Normality | None:
 def describe(
     table: pa.Table, indicators: Sequence[str] | None = None, *, confidence: float = 0.95, seed: int = 0
 ) -> pa.Table:
-    """Every indicator (default: all that the table has) per robot, navigator, set-up, batch and speed.
+    """Every indicator (default: all that the table has) per robot, navigator, set-up, suite, batch and speed.
 
     A row has the sample's size and what is missing with the reasons, mean, standard deviation, both intervals of the
     mean (the t interval within what the indicator can be), median, range, Shapiro-Wilk, and paper A's normalised mean and t interval: by the range of the indicator over
-    all speeds within robot, navigator, set-up and batch (Fig. 6), 0 where that range is nil.
+    all speeds within robot, navigator, set-up, suite and batch (Fig. 6), 0 where that range is nil.
     """
     rows = []
     chosen = [i for i in indicators_in(table, indicators, INDICATORS) if i.kind is not Kind.BOOLEAN]

@@ -1,7 +1,7 @@
 """Paper A's comparison of speeds: Wilcoxon's signed-rank test, paired by (configuration, repetition).
 
 A configuration is everything that a test fixes but the speed: name, floor plan, size, gap, obstacle speed. For each
-robot, navigator, batch, indicator and pair of speeds there are three analyses:
+robot, navigator, suite, batch, indicator and pair of speeds there are three analyses:
 
 - `complete pairs`: both trials have a value (an unfinished trial has no CT, PL, DE, OE, TCS). The headline.
 - `failures ranked worst`: a trial without success is worse than any other, by the indicator's better direction, and
@@ -10,7 +10,7 @@ robot, navigator, batch, indicator and pair of speeds there are three analyses:
   not independent: n is the number of configurations.
 
 The differences are value at the higher speed less value at the lower one. Holm's family: all tests of one analysis for
-one robot and navigator, over batches, indicators and pairs of speeds (what paper A's Table 4 lists for a robot).
+one robot and navigator in a suite, over batches, indicators and pairs of speeds (what paper A's Table 4 lists for a robot).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ CONFIGURATION = ("configuration", "floor_plan", "localisation", "size", "gap", "
 """Columns that make a configuration; with the repetition they make a pair."""
 
 _TESTS = schema(
-    robot=str, navigator=str, setup=str, batch=str, indicator=str, unit=str, better=str, analysis=str, speed_a=float, speed_b=float,
+    robot=str, navigator=str, setup=str, suite=str, batch=str, indicator=str, unit=str, better=str, analysis=str, speed_a=float, speed_b=float,
     n=int, dropped=int, zeros=int, mean_a=float, mean_b=float, difference=float, low=float, high=float, statistic=float,
     p=float, stars=str, p_holm=float, stars_holm=str, smallest_p=float, exact=bool, effect=float,
 )  # fmt: skip
@@ -44,7 +44,7 @@ _TESTS = schema(
 def wilcoxon_between_speeds(
     table: pa.Table, indicators: Sequence[str] | None = None, *, confidence: float = 0.95
 ) -> pa.Table:
-    """Test every pair of speeds for each indicator (default: paper A's six), robot, navigator and batch.
+    """Test every pair of speeds for each indicator (default: paper A's six), robot, navigator, suite and batch.
 
     A row of the result: n pairs, `dropped` pairs that were run but cannot be used, `zeros` pairs without a difference,
     the means, the median difference with its interval, p with asterisks before and after Holm, the smallest p that this

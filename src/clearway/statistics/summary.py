@@ -1,4 +1,4 @@
-"""One table of a results directory: a row a system, batch and speed, with success and indicators and their intervals."""
+"""One table of a results directory: a row a system, suite, batch and speed, with success and indicators and their intervals."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def summary(table: pa.Table) -> pa.Table:
         table: Results, as in `trials.parquet`.
 
     Returns:
-        A row a robot, navigator, set-up, batch and speed; an indicator that no trial of it has is null. A column's unit is in
+        A row a robot, navigator, set-up, suite, batch and speed; an indicator that no trial of it has is null. A column's unit is in
         its field's metadata.
     """
     means = {(*(r[c] for c in GROUP), r["indicator"]): r for r in describe(table, HEADLINE).to_pylist()}
