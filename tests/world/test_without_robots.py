@@ -151,4 +151,4 @@ def test_nobody_knows_it_where_others_drive() -> None:
     assert mean_delay(stand([VISITOR], start=BESIDE, robots=[other])).value is not None
     driven = stand([VISITOR], start=BESIDE, robots=[other | {"role": "other"}])
     assert math.isnan(driven.errands[0].arrived_without)
-    assert mean_delay(driven).why == "nobody knows when visitor had arrived without robots"
+    assert mean_delay(driven).why == "nobody knows how people walk there without robots"

@@ -2,7 +2,9 @@
 
 The same people walk twice, by the same seed: with the robot, and where none drives (`clearway.trials.Errand`). Both are judged at
 the place that a person was walking to when the trial ended, or had come to by then. From the trial's end on the robot is gone, and
-they walk on until they are there: so each of them has a delay, whether or not it had arrived when the robot had.
+they walk on until they are there: so each of them has a delay, whether or not it had arrived when the robot had. Who has not come by
+the end of the time that people are given counts as coming then: what is told is the difference of restricted mean times (Royston
+and Parmar 2013).
 """
 
 from __future__ import annotations
@@ -14,47 +16,50 @@ import numpy as np
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators.indicator import Indicator, NotComputable, measure
 from clearway.indicators.legs import finished
-from clearway.trials import Trial
+from clearway.trials import Errand, Outcome, Trial
 
 
-def _later(trial: Trial) -> FloatArray:
-    """(n, 2) by person: how much later it arrived, s, and how much further it walked, m. Who arrives neither with nor without robots
-    is left out: what holds it up is something else.
+def _errands(trial: Trial) -> tuple[Errand, ...]:
+    """Of a trial that took its time: to the goal, or until its time was over.
 
     Raises:
-        NotComputable: nobody goes anywhere, a leg was not finished, or it is not known how somebody fares with or without robots.
+        NotComputable: it was cut short, nobody goes anywhere, or it is not known how people fare without robots.
     """
-    finished(trial)
+    if trial.outcome not in (Outcome.TIMEOUT, Outcome.LIVELOCK):
+        finished(trial)
     if not trial.errands:
         raise NotComputable("nobody there walks to a place by a decision of its own")
-    known = [e for e in trial.errands if not (math.isnan(e.arrived) and math.isnan(e.arrived_without))]
-    if not known:
-        raise NotComputable("nobody arrived, with robots or without")
-    for errand in known:
-        name = trial.attempt.bodies[errand.body].name
-        if math.isnan(errand.arrived):
-            raise NotComputable(f"{name} did not arrive in two minutes after the trial")
-        if math.isnan(errand.arrived_without):
-            raise NotComputable(f"nobody knows when {name} had arrived without robots")
-    return np.array([(e.arrived - e.arrived_without, e.path - e.path_without) for e in known])
+    if any(math.isnan(errand.until) for errand in trial.errands):
+        raise NotComputable("nobody knows how people walk there without robots")
+    return trial.errands
+
+
+def _delays(trial: Trial) -> FloatArray:
+    """(n,) how much later each person arrived, s."""
+    times = np.array([(e.arrived, e.arrived_without, e.until) for e in _errands(trial)])
+    came, without = np.fmin(times[:, :2], times[:, 2:]).T
+    return np.asarray(came - without)
 
 
 @measure
 def mean_delay(trial: Trial) -> float:
     """How much later people arrived than without robots, on average, s."""
-    return float(_later(trial)[:, 0].mean())
+    return float(_delays(trial).mean())
 
 
 @measure
 def worst_delay(trial: Trial) -> float:
     """The same of the one who was delayed most, s."""
-    return float(_later(trial)[:, 0].max())
+    return float(_delays(trial).max())
 
 
 @measure
 def mean_detour(trial: Trial) -> float:
-    """How much further people walked than without robots, on average, m."""
-    return float(_later(trial)[:, 1].mean())
+    """How much further people walked than without robots, on average of those who arrived with and without, m."""
+    further = np.array([e.path - e.path_without for e in _errands(trial)])
+    if np.isnan(further).all():
+        raise NotComputable("nobody arrived both with robots and without")
+    return float(np.nanmean(further))
 
 
 _TWICE = "Clearway, the same scene simulated without robots"

@@ -40,7 +40,8 @@ def people(f: Findings) -> list[Grid]:
         _table(
             f, _COST,
             "What robots cost people: how much later they arrive, and how much further they walk, than the same people in the same scene "
-            f"without robots; the mean of a trial's people. {_MEANS}.",
+            "without robots; the mean of a trial's people. Who has not come two minutes after the trial counts as coming then. Means with their "
+            "95 % intervals (t), and the worst trial; below, of how many trials: those that a contact or a failure cut short have none.",
         ),
     )  # fmt: skip
     return [table for table in tables if table is not None]

@@ -226,6 +226,7 @@ class Errand:
         path: How far it walked by then, m; NaN as well.
         arrived_without: The same in the same scene without robots, s; NaN: not in time, or nobody knows.
         path_without: The same, m.
+        until: Until when it was waited for, s since the trial began; NaN: nobody knows how it is without robots.
     """
 
     body: int
@@ -234,6 +235,7 @@ class Errand:
     path: float
     arrived_without: float = math.nan
     path_without: float = math.nan
+    until: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)

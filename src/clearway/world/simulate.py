@@ -160,9 +160,11 @@ def _simulated(simulation: Simulation) -> list[Trial]:
 def _errands(traffic: Traffic, people: Sequence[int]) -> tuple[Errand, ...]:
     """What became of the people, who are these of the bodies."""
     found = []
-    for k, place in traffic.walk_on().items():
+    places, until = traffic.walk_on()
+    for k, place in places.items():
         came = traffic.arrivals.at(k, place)
-        found.append(Errand(people[k], place, *((math.nan, math.nan) if came is None else (came.t, came.path))))
+        how = (math.nan, math.nan) if came is None else (came.t, came.path)
+        found.append(Errand(people[k], place, *how, until=until))
     return tuple(found)
 
 

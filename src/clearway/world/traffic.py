@@ -191,12 +191,12 @@ class Traffic:
                 self._laid.lay(behaviour.members, until, poses)
             self._count += 1
 
-    def walk_on(self) -> dict[int, int]:
+    def walk_on(self) -> tuple[dict[int, int], float]:
         """The trials are over: the robots are gone, and people walk on until each has come to where it was walking to, for
         `AFTER` at most.
 
         Returns:
-            By person: that place, by number, see `Arrivals`.
+            By person: that place, by number, see `Arrivals`; and until when they are waited for, s.
         """
         self._robots.clear()
         self._driven.laid[:] = 0
@@ -204,7 +204,7 @@ class Traffic:
         places = self.arrivals.bound_for(over)
         while self._count * PERIOD <= over + AFTER and not self.arrivals.come(places):
             self.decide_until(self._count * PERIOD)
-        return places
+        return places, over + AFTER
 
     def without(self, member: int) -> Around:
         """All that moves but robot `member`."""

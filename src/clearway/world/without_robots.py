@@ -7,6 +7,7 @@ nothing is driven in it, so it takes a small part of a trial's time.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -26,7 +27,7 @@ _SECOND = 1.0
 def completed(scenario: Scenario, errands: Sequence[Errand], spans: Sequence[Span]) -> tuple[Errand, ...]:
     """The errands of a trial of `scenario` with what the same people do without robots.
 
-    They stay as they are where robots drive there that are not tested, as nobody knows how people walk among these alone.
+    Nobody knows it where robots drive there that are not tested, as nobody knows how people walk among these alone.
 
     Args:
         scenario: The test.
@@ -34,7 +35,7 @@ def completed(scenario: Scenario, errands: Sequence[Errand], spans: Sequence[Spa
         spans: When its own robot drove its legs: obstacles that go by these begin at the same instants.
     """
     if not errands or len(scenario.tested()) <= len(scenario.robots):
-        return tuple(errands)
+        return tuple(replace(errand, until=math.nan) for errand in errands)
     begun: list[tuple[int, float]] = []
     if any(o.runs for o in scenario.obstacles):
         last = len(scenario.legs) - 1
