@@ -46,7 +46,7 @@ def comparisons(f: Findings) -> list[tuple[System, System, Comparison]]:
 
 
 def _indicators(f: Findings) -> tuple[str, ...]:
-    more = [n for n in ("PL_shortest", "CT_optimal") if any(r.get(n) is not None for r in f.rows)]
+    more = [n for n in ("PL_shortest", "CT_optimal", "people_delay") if any(r.get(n) is not None for r in f.rows)]
     return (*HEADLINE, *more)
 
 
