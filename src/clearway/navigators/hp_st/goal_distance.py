@@ -10,6 +10,8 @@ from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.common.route import Route
 from clearway.navigators.common.route import seen as perceived
 from clearway.navigators.hp_st.field import NO_WAY, Field, field_on_map, look, make_field
+from clearway.navigators.hp_st.sight import Sight
+from clearway.navigators.hp_st.standing import Standing
 from clearway.robots import DriveLimits
 
 _SAME = 1e-3  # m, a goal that has moved by less hasn't moved
@@ -26,21 +28,36 @@ class GoalDistance:
         limits: Of its base.
         horizon: How far ahead it plans, in seconds.
         refresh: After so many periods what a lidar shows is looked at again.
+        sight: Of the lidar, where what it has seen to stand is remembered; None: what is told is all there is.
     """
 
     def __init__(
-        self, task: Task, area: FloatArray, radius: float, limits: DriveLimits, horizon: float, refresh: int
+        self,
+        task: Task,
+        area: FloatArray,
+        radius: float,
+        limits: DriveLimits,
+        horizon: float,
+        refresh: int,
+        sight: Sight | None = None,
     ) -> None:
         self._area, self._radius, self._refresh = area, radius, refresh
         self._route = None if task.map is None else Route(task, radius, limits, 0.0)
+        self._standing = None if sight is None or task.map is not None else Standing(sight)
         self._half = limits.fastest * horizon + _BEYOND
         self._field: Field | None = None
         self._known, self._age = b"", 0
 
     def update(
-        self, observation: Observation, frame: OdometryFrame, pose: FloatArray, goal: FloatArray, still: FloatArray
+        self,
+        observation: Observation,
+        frame: OdometryFrame,
+        pose: FloatArray,
+        goal: FloatArray,
+        still: FloatArray,
+        eye: FloatArray,
     ) -> Field:
-        """The field for a robot at `pose` (3,) with that `goal` (3,), past `still` (s, 3) x, y, R; these are in `frame`."""
+        """The field for a robot at `pose` (3,) with that `goal` (3,), past `still` (s, 3) x, y, R seen from `eye` (3,); these are in `frame`."""
         self._age += 1
         old = self._field
         if old is not None and self._age < self._refresh and np.abs(old.goal - goal[:2]).max() < _SAME:
@@ -54,7 +71,7 @@ class GoalDistance:
             if look(found, float(pose[0]), float(pose[1]))[0] < NO_WAY:
                 self._field, self._known, self._age = found, b"", 0
                 return found
-        return self._past(pose, goal, still)
+        return self._past(pose, goal, still if self._standing is None else self._standing.update(eye, still))
 
     def _past(self, pose: FloatArray, goal: FloatArray, still: FloatArray) -> Field:
         area = self._area

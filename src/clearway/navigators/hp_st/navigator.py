@@ -215,7 +215,7 @@ class HpSt:
         self._field: Field | None = None
         self._distance = GoalDistance(
             task, self._area, self._base.foot.circumscribed + margin, limits, periods * task.period,
-            1 if robot.camera else max(1, round(REFRESH / task.period)),
+            1 if robot.camera else max(1, round(REFRESH / task.period)), None if robot.camera else sight,
         )  # fmt: skip
         self._decision = None
         self._forecast: Forecast | None = None
@@ -268,7 +268,7 @@ class HpSt:
             v, omega, status = self._turn(self._approach.turn, pose)
             arrived = arrived and status != STATUSES[STORED]  # else it evades
         else:
-            self._field = self._distance.update(observation, self._frame, pose, goal, self._forecast.still)
+            self._field = self._distance.update(observation, self._frame, pose, goal, self._forecast.still, perceived)
             share = CLOSE if self._wishes.stop and not self._car else REACH * (0.5 if self._car else 1.0)
             costs = self._wishes._replace(reach=share * observation.goal.xy_tolerance)
             if self._car:
