@@ -196,6 +196,25 @@ def test_nothing_moves_in_a_room_that_stands_while_the_robot_drives_and_turns(gr
             assert (out.error == 0).all()
 
 
+def test_nothing_moves_among_posts_while_a_base_turns_about_a_point_ahead_of_its_middle() -> None:
+    """Wheels know how that point moves, so the odometry has the middle stand that swings by 5 cm."""
+    drive = make_robot().drive.model_dump() | {"pivot": 0.05, "omega_max": 4.0}
+    robot = make_robot(drive=drive, lidar=TIM | {"mount": [0.1, 0.0, 0.0], "sigma": 0.001})
+    rng, rays = np.random.default_rng(2), beams(606, -1.745, 1.745, 0.05, 25.0)
+    at = np.column_stack((rng.uniform((1.0, -3.0), (7.0, 3.0), (40, 2)), np.zeros(40)))
+    posts = scene([Circle(0.075)] * 40, at)
+    tracker, told = fresh("kalman", robot), []
+    for k in range(60):
+        theta = 1.5 * math.sin(2.0 * 0.1 * k)
+        x, y = 0.05 * (1.0 - math.cos(theta)), -0.05 * math.sin(theta)
+        truth, c, s = np.array((x, y, theta)), math.cos(theta), math.sin(theta)
+        ranges = sweep(posts, rays, np.array((x + 0.1 * c, y + 0.1 * s, theta)))
+        scan = Scan(ranges, rays.angle_min, rays.increment, 0.05, 25.0, np.array([0.1, 0.0, 0.0]))
+        out = tracker.update(sensing(0.1 * k, scan=scan, odom=(0.0, 0.0, theta)), truth)
+        told.append(out.moving.any())
+    assert not any(told)
+
+
 def test_a_correction_of_the_localisation_is_no_velocity() -> None:
     """The estimate jumps by 0.3 m and 0.1 rad: the discs follow it, and none gets a speed."""
     robot, tracker = make_robot(), fresh("kalman", make_robot())

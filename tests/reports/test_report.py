@@ -341,7 +341,15 @@ def test_numbers_as_text() -> None:
 
 def test_the_sample_of_a_page_takes_failures_first_of_each_batch_in_turn() -> None:
     def row(trial: int, batch: str, success: bool | None) -> dict[str, object]:
-        return {"trial": trial, "robot": "r", "navigator": "n", "setup": None, "suite": "s", "batch": batch, "success": success}
+        return {
+            "trial": trial,
+            "robot": "r",
+            "navigator": "n",
+            "setup": None,
+            "suite": "s",
+            "batch": batch,
+            "success": success,
+        }
 
     rows = [row(0, "A", True), row(1, "A", False), row(2, "A", False), row(3, "B", None), row(4, "A", False)]
     rows += [row(5, "B", False), row(6, "A", True), row(7, "B", True), row(8, "B", True)]
