@@ -148,7 +148,14 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
     if any(
         n > 1
         for n in Counter(
-            (r["robot"], r["navigator"], r.get("setup"), r.get("member") or "", *(r[name] for name in LABELS[:-1]))
+            (
+                r["robot"],
+                r["navigator"],
+                r.get("setup"),
+                r.get("member") or "",
+                r["suite"],
+                *(r[name] for name in LABELS[:-1]),
+            )
             for r in f.rows
         ).values()
     ):

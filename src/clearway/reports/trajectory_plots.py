@@ -189,9 +189,9 @@ def _boxes(samples: Sequence[Trial], *, driven: bool) -> list[tuple[float, float
 def _titled(suite: str, batch: str, configuration: str, panels: Sequence[tuple[str, str, str]]) -> str:
     """A panel's title: its suite and its batch, of which there are several, and its configuration."""
     suites, batches = ({panel[k] for panel in panels} for k in (0, 1))
-    words = [suite] if len(suites) > 1 else []
-    words += [batch] if len(batches) > 1 or configuration in (batch, "free") else []
-    return " ".join(words if configuration in (batch, "free") else [*words, configuration])
+    alone = configuration in (batch, "free")
+    words = ([batch] if alone or len(batches) > 1 else []) + ([] if alone else [configuration])
+    return "\n".join([*([suite] if len(suites) > 1 else []), " ".join(words)])
 
 
 def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
