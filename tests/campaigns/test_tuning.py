@@ -99,7 +99,7 @@ def test_a_navigator_of_ones_own_says_it_and_tables_tell_it(tmp_path: Path) -> N
     marked = [line for line in lines if ":Tuned‡" in line]
     assert len(marked) == 1
     rows = results.trials.to_pylist()
-    assert marked[0].split()[3:5] == ["0.6", "1"]
+    assert marked[0].split()[2:6] == ["hospital", "NO", "0.6", "1"]
     assert f"{rows[0]['CT']:.2f}" in marked[0].split()
     assert lines[-1].startswith("On what parameters were chosen: ‡ on this geometry (")
     f = Findings(results)

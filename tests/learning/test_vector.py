@@ -16,7 +16,7 @@ from clearway.learning.vector import Lanes, Steps
 KINDS: dict[str, dict[str, Any]] = {
     "legs": {"suite": "hospital", "robot": "tiago", "batches": ("NO", "SO"), "speeds": (1.0,), "beams": 30, "latency": 0.0,
              "localisation": "odometry"},
-    "rails": {"suite": "dynabarn", "beams": 24, "latency": 0.0, "localisation": "truth"},
+    "rails": {"suite": "dynabarn", "beams": 24, "latency": 0.0, "localisation": "odometry"},
     "crowdnav": {"suite": "crowd", "batches": ("circle-visible", "square-invisible"), "obstacles": 6, "tracking": "difference",
                  "localisation": "truth"},
     "walkers": {"suite": "people", "robot": "turtlebot4", "beams": 40, "latency": 0.0, "localisation": "truth"},

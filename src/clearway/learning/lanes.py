@@ -218,9 +218,7 @@ def see(lane: Lane, seen: npt.NDArray[np.float32], i: int) -> None:
     t = count * setting.vehicle.period
     x, y, theta = base_link(state, lane.pivot)
     if lane.by_odometry:
-        theta = state[ODOM_THETA]
-        ox = state[ODOM_X] - lane.pivot * math.cos(theta) if lane.pivot != 0.0 else state[ODOM_X]
-        oy = state[ODOM_Y] - lane.pivot * math.sin(theta) if lane.pivot != 0.0 else state[ODOM_Y]
+        theta, ox, oy = state[ODOM_THETA], state[ODOM_X], state[ODOM_Y]
         c, s = math.cos(lane.start[2]), math.sin(lane.start[2])
         x, y = lane.start[0] + c * ox - s * oy, lane.start[1] + s * ox + c * oy
         theta = wrap(lane.start[2] + theta)
