@@ -45,6 +45,25 @@ def test_the_table_of_people_has_means_intervals_and_the_worst() -> None:
     assert encounters.people(found([row(0, people=0)])) == []
 
 
+def test_who_moved_at_contact_is_counted_where_it_is_known() -> None:
+    kinds = ["robot", "both", "obstacle", "obstacle", "neither", "", ""]
+    rows = [row(k, moved_at_contact=who, contacts=int(bool(who)), jerk=1.0 + k) for k, who in enumerate(kinds)]
+    table = encounters.driving(found(rows))
+    assert table is not None
+    assert [c.name for c in table.columns][3:] == [
+        "contacts: robot moved",
+        "both",
+        "the other",
+        "neither",
+        "mean jerk (m/s³)",
+    ]
+    assert [c.text for c in table.rows[0]][2:] == ["7", "1", "1", "2", "1", "4.00"]
+    unknown = encounters.driving(found([*rows[2:3], row(9, moved_at_contact="", contacts=None)]))
+    assert unknown is not None
+    assert [c.text for c in unknown.rows[0]][3:] == ["–", "–", "1", "–"]
+    assert encounters.driving(found([row(0, contacts=0)])) is None
+
+
 def test_the_share_of_trials_that_stayed_so_far_from_people() -> None:
     rows = [row(k, person_distance=d) for k, d in enumerate([0.5, 0.2, 0.9, 1.4, 0.7])]
     figure = crowding.distances(found(rows))

@@ -58,7 +58,8 @@ def driving(f: Findings) -> Grid | None:
         for batch, there in _by_batch(f, f.of(system)).items():
             who = Counter(r.get("moved_at_contact") for r in there)
             cells: list[Cell | str] = [Cell(f.name(system), strong=True), batch, str(len(there))]
-            cells += [str(who[kind]) for kind in kinds]
+            told = all(r.get("contacts") is not None for r in there)  # of a recording perhaps nobody knows
+            cells += [str(who[kind]) if told or who[kind] else NONE for kind in kinds]
             rows.append(cells + [_mean([r.get(name) for r in there], name, how[1]) for name, how in shown.items()])
     contacts = any(r.get("moved_at_contact") for r in f.rows)
     heads: Heads = [
