@@ -60,7 +60,7 @@ def test_who_moved_at_contact_is_counted_where_it_is_known() -> None:
     assert [c.text for c in table.rows[0]][2:] == ["7", "1", "1", "2", "1", "4.00"]
     unknown = encounters.driving(found([*rows[2:3], row(9, moved_at_contact="", contacts=None)]))
     assert unknown is not None
-    assert [c.text for c in unknown.rows[0]][3:] == ["–", "–", "1", "–"]
+    assert [c.text for c in unknown.rows[0]][3:7] == ["–", "–", "1", "–"]
     assert encounters.driving(found([row(0, contacts=0)])) is None
 
 
