@@ -105,7 +105,7 @@ def test_a_navigator_of_ones_own_says_it_and_tables_tell_it(tmp_path: Path) -> N
     f = Findings(results)
     lines = [line for group in same_tests(f) for line in verdicts(f, group).lines]
     assert sorted(line.tuned for line in lines) == ["", "parameters chosen on this geometry in 1 of 2 trials"]
-    assert [row[0].text for row in batches(f, f.systems[0]).rows] == ["NO‡", "NO"]
+    assert [row[0].text for row in batches(f, f.systems[0]).rows] == ["hospital NO‡", "hospital-held-out NO"]
     assert "tuned" in [column["key"] for column in trial_columns(f)]
     duels = head_to_head.comparisons(f)
     assert duels
