@@ -47,6 +47,18 @@ def test_the_mean_is_right_and_intervals_hold_the_truth(probability, splitting):
     assert all(r.trials <= 1.2 * 3000 for r in found)
 
 
+def test_plain_sampling_counts_none_of_the_draws_that_chose_it():
+    asked_for: list[tuple[float, ...]] = []
+
+    def judge(asked: Sequence[Candidate]) -> list[float | None]:
+        asked_for.extend(tuple(c.point) for c in asked)
+        return _plane(0.2)(asked)
+
+    found = _told(judge)
+    assert not found.splitting
+    assert len(set(asked_for)) == len(asked_for) == found.trials
+
+
 def test_the_same_seed_tells_the_same_and_another_one_another():
     assert _told(_plane(1e-3), seed=4) == _told(_plane(1e-3), seed=4)
     assert _told(_plane(1e-3), seed=4) != _told(_plane(1e-3), seed=5)

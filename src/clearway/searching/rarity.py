@@ -131,8 +131,7 @@ def rarity(
     if first.failed >= max(_SEEN, _FREQUENT * size):
         # they say how many more are drawn, so only those tell how probable it is
         many = min(trials - size, math.ceil(_ENOUGH * size / first.failed))
-        _, margins = _draws(space, judged, many, np.random.default_rng([seed]))
-        found = success_interval(int((margins <= 0.0).sum()), many, CONFIDENCE)
+        found = success_interval(_drawn(space, judged, many, seed, 1).failed, many, CONFIDENCE)
         return Rarity(failure, found.estimate, found.low, found.high, CONFIDENCE, judged.done, False, many)
     _split(first, judged, trials)
     rounds = [first]
