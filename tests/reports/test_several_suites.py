@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import csv
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 import clearway
-from clearway.reports import encounters, outcomes, text, write_report
+from clearway.reports import encounters, outcomes, paper, summary, text, write_report
 from clearway.reports.findings import Findings
-from clearway.statistics import compare
+from clearway.reports.grid import span
+from clearway.reports.selection import System
+from clearway.statistics import compare, success_interval
 from clearway.trials.store import Results
 
 SUITES = ("crowd", "crowd-held-out")
@@ -62,3 +66,39 @@ def test_a_comparison_has_a_part_for_each_batch_of_each_suite(results: Results) 
     found = compare(results.trials, results.trials)
     assert list(found.success) == [None, *counted(results)]
     assert found.pairs == 4
+
+
+@pytest.fixture(scope="module")
+def protocols(tmp_path_factory: pytest.TempPathFactory) -> Findings:
+    """A test of batch NO of the paper's protocol and of the held-out one, with speeds that both have."""
+    return Findings(
+        clearway.run(
+            "hospital", "hospital-held-out", robots=["tiago"], navigators=["orca"], batches=["NO"], repetitions=1,
+            localisation="truth", workers=0, out=tmp_path_factory.mktemp("protocols") / "out",
+        )
+    )  # fmt: skip
+
+
+def test_the_rows_of_batch_no_say_of_which_suite_they_are(protocols: Findings) -> None:
+    table = outcomes.breakdown(protocols)
+    assert table is not None
+    assert {row[0].small for row in table.rows} == {"hospital", "hospital-held-out"}
+
+
+def test_beside_the_paper_stands_its_own_protocol_alone(protocols: Findings) -> None:
+    table = outcomes.beside(protocols)
+    assert table is not None
+    (shown,) = [row[3] for row in table.rows if row[2].text == "SR"]
+    own = [r["success"] for r in protocols.rows if r["suite"] == "hospital"]
+    sure = success_interval(sum(own), len(own))
+    assert (shown.text, shown.small) == (f"{100 * sure.estimate:.1f} %", span(100 * sure.low, 100 * sure.high, 1))
+
+
+def test_trials_of_another_suite_make_no_protocol_whole() -> None:
+    system = System("tiago", "orca", None)
+    suites = [["hospital"] * (n - 1) + ["hospital-held-out"] for n in paper.PROTOCOL.values()]
+    rows = [{"suite": s, "batch": b} for b, own in zip(paper.PROTOCOL, suites, strict=True) for s in own]
+    f: Any = SimpleNamespace(asked=lambda _: ["hospital"], of=lambda _: rows)
+    assert summary._short(f, system)
+    f.of = lambda _: [row | {"suite": "hospital"} for row in rows]
+    assert not summary._short(f, system)

@@ -19,7 +19,6 @@ from clearway.statistics import (
     FEWEST,
     GROUP,
     POOLED,
-    SYSTEM,
     correlation_table,
     correlations_by_robot,
     describe,
@@ -106,12 +105,6 @@ class Findings:
     def rates(self) -> list[Row]:
         """SR by system, suite, batch and speed."""
         rows: list[Row] = success_rates(self.results.trials).to_pylist()
-        return rows
-
-    @cached_property
-    def overall(self) -> list[Row]:
-        """SR by system."""
-        rows: list[Row] = success_rates(self.results.trials, SYSTEM).to_pylist()
         return rows
 
     @cached_property

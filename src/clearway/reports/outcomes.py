@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from clearway.indicators import HEADLINE, INDICATORS, SLACK, shown_digits
 from clearway.reports import paper, recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, percent, span, text
-from clearway.reports.selection import Row, System, system_of, verdict
+from clearway.reports.selection import Row, System, table_of, verdict
 from clearway.reports.words import contact
 from clearway.scenarios.suite import Section
-from clearway.statistics import FEWEST, GROUP, PAPER_A, POOLED, reduced_set
+from clearway.statistics import FEWEST, GROUP, PAPER_A, POOLED, SYSTEM, reduced_set, success_rates
 from clearway.trials import Attempt
 
 SLACK_WORDS = f"{100 * SLACK[0]:g} cm and {SLACK[1]:g} rad"
@@ -103,8 +104,8 @@ def breakdown(f: Findings) -> Grid | None:
             ]
             parts = [f.mean(rate, f"T_{p}") for p in ("acceleration", "cruise", "approach", "rotation", "turn")]
             rows.append([
-                Cell(f.name(system), strong=True), _speed(rate["speed"]), _mean(found, 2), *(theirs if printed_too else []),
-                *(num(p["mean"] if p else None, 2) for p in parts),
+                Cell(f.name(system), rate["suite"] if len(f.suites) > 1 else "", strong=True), _speed(rate["speed"]), _mean(found, 2),
+                *(theirs if printed_too else []), *(num(p["mean"] if p else None, 2) for p in parts),
             ])  # fmt: skip
     if not rows:
         return None
@@ -133,7 +134,7 @@ def _printed(f: Findings, rate: Row) -> list[paper.Mean]:
 def beside(f: Findings) -> Grid | None:
     """The paper's other printed means beside ours; None where no suite asks for that."""
     rows: Rows = []
-    for system in f.systems if f.asked(Section.PAPER_A) else ():
+    for system in f.systems:
         for rate in system.of(f.rates):
             for m in _printed(f, rate):
                 found = f.mean(rate, m.indicator)
@@ -142,8 +143,9 @@ def beside(f: Findings) -> Grid | None:
                         Cell(f.name(system), strong=True), f"{f.batch(rate)}, {m.speed:g} m/s", m.indicator,
                         _mean(found, DIGITS[m.indicator]), f"{m.mean:.2f} ± {m.spread:.2f}", percent(found["mean"], m.mean), m.source,
                     ])  # fmt: skip
-        if system.robot.partition(":")[0] in paper.YAW_TOLERANCE:
-            rows.append(_success_beside(f, system))
+        own = [r for r in f.of(system) if r["suite"] in f.asked(Section.PAPER_A)]
+        if own and system.robot.partition(":")[0] in paper.YAW_TOLERANCE:
+            rows.append(_success_beside(f, system, own))
     columns: Heads = [
         text("Robot"),
         text("Where"),
@@ -156,9 +158,9 @@ def beside(f: Findings) -> Grid | None:
     return grid("What else the paper prints, in the indicator's unit", columns, rows) if rows else None
 
 
-def _success_beside(f: Findings, system: System) -> list[Cell | str]:
-    """SR over all batches beside what the paper says of it, which is no number."""
-    rate = next(r for r in f.overall if system_of(r) == system)
+def _success_beside(f: Findings, system: System, own: Sequence[Row]) -> list[Cell | str]:
+    """SR over all batches of its `own` trials of the protocol beside what the paper says of it, which is no number."""
+    (rate,) = success_rates(table_of(f.results, own), SYSTEM).to_pylist()
     return [
         Cell(f.name(system), strong=True), "all batches", "SR", Cell(f"{num(rate['SR'], 1)} %", span(rate["low"], rate["high"], 1)),
         paper.SUCCESS, NONE, "Results and discussion, text; Fig. 6 draws SR as bars without numbers",

@@ -196,8 +196,8 @@ def _limits(f: Findings, found: Sequence[Verdicts]) -> str:
 
 
 def _short(f: Findings, system: System) -> bool:
-    counts = Counter(r["batch"] for r in f.of(system))
-    return any(counts[batch] < n for batch, n in paper.PROTOCOL.items())
+    counts = Counter(r["batch"] for r in f.of(system) if r["suite"] in f.asked(Section.PAPER_A))
+    return bool(counts) and any(counts[batch] < n for batch, n in paper.PROTOCOL.items())
 
 
 def _count(n: int, what: str) -> str:
