@@ -11,6 +11,7 @@ from worlds import DRIVE, Pilot, body, constant, make_robot, make_scenario, movi
 
 from clearway.contract import Budget, Command, Decision, Diagnostics, Sensing
 from clearway.errors import ClearwayError
+from clearway.geometry.frames import relative
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.robots import load_robot
@@ -329,6 +330,9 @@ def test_a_base_that_turns_about_a_point_ahead_of_it() -> None:
     pilot = constant(0.0, 1.0)
     run(pilot, robot=robot)
     assert all(np.hypot(*s.odom_pose[:2]) < 1e-12 for s in pilot.seen)
+    first, *rest = (robot.drive.base_link(s.odom_pose) for s in pilot.seen)
+    for found, pose in zip(rest, trial.pose[1:], strict=False):
+        np.testing.assert_allclose(relative(first, found), relative(trial.pose[0], pose), atol=1e-9)
 
 
 def test_where_a_base_that_turns_about_another_point_is_touched() -> None:

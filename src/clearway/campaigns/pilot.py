@@ -111,7 +111,6 @@ class Composed:
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Prepare all three for a new trial, each with a random stream of its own."""
         self._shown, self._room = -np.inf, MOST_SHOWN
-        robot = robot.model_copy(deep=True)  # tables of it can be written
         key = [int(k) for k in rng.integers(0, 2**63, size=2)]  # one draw, so that no stream moves another
         self._localiser.reset(task, robot, _stream(key, "localiser"))
         if self._tracker is not None:
@@ -121,7 +120,7 @@ class Composed:
             "to prepare",
             self._navigator.reset,
             _told(task, self._map),
-            robot.model_copy(deep=True),
+            robot.model_copy(deep=True),  # tables of it can be written
             _stream(key, "navigator"),
         )
 

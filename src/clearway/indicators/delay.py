@@ -25,7 +25,7 @@ def _errands(trial: Trial) -> tuple[Errand, ...]:
     Raises:
         NotComputable: it was cut short, nobody goes anywhere, or it is not known how people fare without robots.
     """
-    if trial.outcome not in (Outcome.TIMEOUT, Outcome.LIVELOCK):
+    if trial.outcome is not Outcome.TIMEOUT:
         finished(trial)
     if not trial.errands:
         raise NotComputable("nobody there walks to a place by a decision of its own")

@@ -17,7 +17,6 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from clearway.contract import Obstacles, Sensing, Task, Tracker
 from clearway.errors import ClearwayError, unknown
-from clearway.geometry.frames import compose
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.bodies import BodyFollower, DifferenceFollower, Follower
@@ -146,7 +145,7 @@ class LidarTracker:
         self._remembers = remembers
         self._p, self._sigma, self._make = parameters, robot.lidar.sigma, follower
         self._legs = robot.lidar.height is not None and robot.lidar.height < LEGS_END
-        self._base = np.array((-robot.drive.pivot, 0.0, 0.0))
+        self._drive = robot.drive
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget all obstacles; learn the map, if one is granted."""
@@ -165,9 +164,7 @@ class LidarTracker:
             raise ClearwayError("the tracker needs a scan in every control period, and this world gives none")
         c, around = self._p.clusters, looks_around(scan)
         scan = straightened(scan, float(sensing.odom_velocity[1]))
-        odom = np.asarray(sensing.odom_pose, dtype=np.float64)
-        if self._base[0]:  # wheels tell how the point moves that the base turns about, and not base_link
-            odom = compose(odom, self._base)
+        odom = self._drive.base_link(np.asarray(sensing.odom_pose, dtype=np.float64))
         returns = perceive(scan, odom, c, self._sigma, self._known, pose, self._legs, around)
         bodies = self._follower.update(returns, scan, sensing.t)
         structure = bodies.structure

@@ -5,8 +5,11 @@ from __future__ import annotations
 import math
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
+from clearway.geometry.frames import compose
+from clearway.geometry.shapes import FloatArray
 from clearway.quantities import Angle, Finite, Length, Positive, Rate, Speed
 from clearway.reading.limits import ANGLE, LENGTH, SPEED
 from clearway.robots.drive_limits import WHEELS, DriveLimits, shares_of
@@ -26,6 +29,10 @@ class _Drive(Part):
         " about a point nearer to its heavier end, which its wheel odometry does not know; a car's, the middle of its"
         " rear axle",
     )
+
+    def base_link(self, odometry: FloatArray) -> FloatArray:
+        """(3,) where base_link is in the odometry's frame, whose pose (3,) is that of the point that the base turns about."""
+        return compose(odometry, np.array((-self.pivot, 0.0, 0.0))) if self.pivot else odometry
 
 
 class _Turning(_Drive):

@@ -15,7 +15,6 @@ from clearway.forecasts.forecast import Forecast, later
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
 from clearway.geometry.footprint import footprint
-from clearway.geometry.frames import compose
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.ahead import Ahead, blurred
 from clearway.navigators.common.arrival import BEGIN, HEADING, Approach
@@ -200,7 +199,7 @@ class HpSt:
             ahead, "candidates" not in without,
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
-        self._about = np.array((-robot.drive.pivot, 0.0, 0.0))
+        self._base_link = robot.drive.base_link
         self._watch = AssumptionMonitor(
             self._safety.limits, task.period, disturbance, start, robot.odometry, self._ahead
         )
@@ -242,9 +241,7 @@ class HpSt:
         seen = _NOTHING if observation.obstacles is None else observation.obstacles
         pose, goal = given, aim
         if self._drifts:
-            pose = finite("odom_pose", observation.odom_pose)
-            if self._about[0]:  # wheels tell how the point moves that the base turns about, and not base_link
-                pose = compose(pose, self._about)
+            pose = self._base_link(finite("odom_pose", observation.odom_pose))
             self._frame = OdometryFrame(given, pose)
             goal, seen = self._frame.into(aim), self._frame.obstacles(seen)
         memory, cut = self._memory, False

@@ -94,7 +94,7 @@ class MppiForecast:
         self._ahead = Ahead(task.latency, limits)
         self._expected = ForecastParameters(velocities=robot.camera is None, avoidance=p.avoidance)
         self._forecaster = Forecaster(self._expected, task.period, dt, steps + math.ceil(self._ahead.time / dt - 1e-9))
-        self._drifts = robot.camera is None
+        self._drifts, self._base_link = robot.camera is None, robot.drive.base_link
         self._mapped, self._area = task.map is not None, area_of(task)
         self._route = Route(task, foot.circumscribed + p.margin, limits, p.ahead)
         self._approach = Approach(limits, task.period, CLOSE, FACED)
@@ -142,7 +142,7 @@ class MppiForecast:
         if not self._drifts:
             found, _ = self._forecaster.update(observation.t, obstacles)
         else:  # tracked where the robot's own place does not jump
-            frame = OdometryFrame(given, finite("odom_pose", observation.odom_pose))
+            frame = OdometryFrame(given, self._base_link(finite("odom_pose", observation.odom_pose)))
             found, _ = self._forecaster.update(observation.t, frame.obstacles(obstacles))
             path = frame.back(found.path.reshape(-1, 2)).reshape(found.path.shape)
             found = found._replace(path=path)
