@@ -12,6 +12,7 @@ from clearway.geometry.angles import turn_between
 from clearway.geometry.footprint import gap
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.search_layer import STEPS
 from clearway.navigators.hp_st.search_tree import Tree, leaf
 from clearway.robots import load_robot
 
@@ -76,6 +77,17 @@ def test_the_area_is_not_left() -> None:
     assert nodes[:, 0].min() >= -0.4
     assert nodes[:, 1].min() >= -0.3
     assert 0.15 < nodes[:, 1].max() <= 0.2
+
+
+def test_more_controls_than_there_is_room_for_are_refused() -> None:
+    found = finder()
+    for count in (STEPS - 3, STEPS - 2):
+        found.settings = found.settings._replace(controls=np.resize(found.settings.controls, (count, 2)))
+        if count == STEPS - 3:
+            assert found.look((2.0, 0.0)).count[1] > 1
+        else:
+            with pytest.raises(ValueError, match="more controls are to be tried than"):
+                found.look((2.0, 0.0))
 
 
 @pytest.mark.parametrize("name", ["rescue:unlimited", "rescue", "hosbot", "tiago"])

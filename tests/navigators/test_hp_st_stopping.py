@@ -12,10 +12,12 @@ from clearway.forecasts.forecast import Forecast
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import Circle, FloatArray
 from clearway.navigators.hp_st.certificate import Rules, Safety, certify, stopped_after
-from clearway.navigators.hp_st.contact import belts_of, near, predicted_obstacles, room_around
+from clearway.navigators.hp_st.contact import Base, belts_of, near, predicted_obstacles, room_around
 from clearway.navigators.hp_st.sight import Sight
 from clearway.navigators.hp_st.stopping import (
     NOBODY,
+    Halting,
+    StepEnd,
     braking_time,
     fastest_certified,
     longest_braking,
@@ -56,9 +58,8 @@ def risk(forecast: Forecast, v: float, omega: float = 0.0, margin: float = 0.0) 
     nearby = room_around(obstacles)
     moving = belts_of(obstacles, 0, 1, 0, longest_braking(LIMITS, PERIOD), nearby.belts)
     n, m = near(obstacles.still, moving, 0.0, 0.0, 3.0, 0.0, nearby)
-    return float(
-        stopping_risk(nearby, n, m, obstacles.reach, margin, PERIOD, PERIOD, LIMITS, BODY, 0.0, 0.0, 0.0, v, omega)
-    )
+    halting = Halting(Base(LIMITS, BODY), obstacles.reach, margin, PERIOD, PERIOD)
+    return float(stopping_risk(nearby, n, m, halting, StepEnd(0.0, 0.0, 0.0, v, omega)))
 
 
 def certified(forecast: Forecast, v: float) -> bool:

@@ -18,7 +18,7 @@ from clearway.contract import BodyKind, Command
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
-from clearway.world.behaviours.walkers import FASTER, IN_TIME, TOUCH, hold_off
+from clearway.world.behaviours.walkers import FASTER, IN_TIME, TOUCH, Sighting, hold_off
 from clearway.world.behaviours.wishes import speed_of
 
 RULES = ("orca", "social-force", "headed-social-force")
@@ -163,7 +163,7 @@ def test_who_decides_seldom_does_not_run_into_a_robot_that_stands(rule: str) -> 
 
 def test_who_makes_room_walks_no_faster_than_it_says() -> None:
     velocity = np.array([0.3, 1.5])
-    hold_off(velocity, 0.0, (0.7, 0.0), (-2.0, 0.0), 0.3, 0.8, 0.05, 1.56)
+    hold_off(velocity, 0.0, Sighting((0.7, 0.0), (-2.0, 0.0), 0.3, 0.8), 0.05, 1.56)
     assert velocity[0] < 0.0
     assert np.hypot(*velocity) <= 1.56 + 1e-9
 

@@ -28,7 +28,7 @@ from clearway.navigators.hp_st.search import nodes_of, search
 from clearway.navigators.hp_st.search_costs import SearchCosts, faces, time_to_go, worth
 from clearway.navigators.hp_st.search_layer import Problem
 from clearway.navigators.hp_st.search_tree import COST, Tree, follow, leaf
-from clearway.navigators.hp_st.stopping import stopping_risk
+from clearway.navigators.hp_st.stopping import Halting, StepEnd, stopping_risk
 from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.robots.drive_limits import immediate
@@ -201,7 +201,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     n, c = len(commands), scene.settings.period
     plan = drive(start, commands, scene.safety.limits, c)
     still, foot, fastest = obstacles.still, base.foot, max(base.limits.v_max, -base.limits.v_min)
-    nearby = room_around(obstacles)
+    nearby, halting = room_around(obstacles), Halting(base, obstacles.reach, costs.margin, c, c)
     cost, total = 0.0, -1.0
     first, _, _ = look(field, start[0], start[1])
     fall = base.limits.deceleration
@@ -224,10 +224,8 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
             risk = 1.0
         cost += weight * risk * c / costs.step
         if costs.halt > 0.0:
-            cost += costs.halt * c * costs.discount ** (k * c) * stopping_risk(
-                nearby, s, m, obstacles.reach, costs.margin, c, c, base.limits, foot, theta + turn, dx, dy, plan.velocities[k + 1, 0],
-                plan.velocities[k + 1, 1],
-            )  # fmt: skip
+            end = StepEnd(theta + turn, dx, dy, plan.velocities[k + 1, 0], plan.velocities[k + 1, 1])
+            cost += costs.halt * c * costs.discount ** (k * c) * stopping_risk(nearby, s, m, halting, end)
         cost += costs.yaw_change_cost * abs(plan.velocities[k + 1, 1] - plan.velocities[k, 1])
         if plan.inputs[k, 0] < 0.0:
             cost += costs.reverse_cost * c

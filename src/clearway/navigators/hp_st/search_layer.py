@@ -17,7 +17,7 @@ from clearway.navigators.hp_st.field import Field, look_at
 from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
 from clearway.navigators.hp_st.search_costs import SearchCosts, faces, to_go, worth
 from clearway.navigators.hp_st.search_tree import COST, OMEGA, THETA, TOTAL, IntArray, Tree, V, X, Y
-from clearway.navigators.hp_st.stopping import stopping_risk
+from clearway.navigators.hp_st.stopping import Halting, StepEnd, stopping_risk
 from clearway.robots.drive_limits import DriveLimits, immediate, possible
 
 SECTORS = 17
@@ -142,7 +142,8 @@ def expand(
 
     mask, half = len(owner) - 1, 2 * len(count)
     fastest, halt = max(high, -low), costs.halt * dt * costs.discount ** (k * dt)
-    period, braking = dt / costs.stride, 0.5 * fastest * fastest / slower + margin if halt > 0.0 else 0.0
+    braking = 0.5 * fastest * fastest / slower + margin if halt > 0.0 else 0.0
+    halting = Halting(base, obstacles.reach, margin, dt / costs.stride, dt)
     per_cell, wide = 2.0 / (fastest * dt), 2 * half + 1
     found, next_hinted, best_goal = 0, -1, front.best
     weight = costs.contact_cost * costs.discount ** (k * dt)
@@ -219,9 +220,7 @@ def expand(
             cost += weight * risk
             total += weight * risk
             if halt > 0.0:
-                late = halt * stopping_risk(
-                    nearby, s, m, obstacles.reach, margin, period, dt, limits, foot, theta0 + turn, dx, dy, v_end, w_end
-                )
+                late = halt * stopping_risk(nearby, s, m, halting, StepEnd(theta0 + turn, dx, dy, v_end, w_end))
                 cost += late
                 total += late
             left = _arrival(gx, gy, dx, dy, far, v_end, reach, fall, per_high)

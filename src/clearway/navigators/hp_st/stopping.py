@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from clearway.navigators.hp_st.contact import (
     SIGMA,
     WHICH,
     WIDEST,
+    Base,
     Nearby,
     room_to,
     tail,
@@ -77,11 +79,44 @@ def _braking(safety: Safety, v: float, x: float) -> tuple[Plan, Tube]:
     return plan, tube(plan, room(plan, limits), period, safety.disturbance, safety.start, False)
 
 
+class Halting(NamedTuple):
+    """What a certificate asks of a robot that is to stop.
+
+    Attributes:
+        base: What it can do, and its outline.
+        reach: (K + 1, m), see `PredictedObstacles`.
+        margin: How far from its plan a certificate lets it be, in metres.
+        period: Control period, in which it goes on before it brakes, and time between two rows of `reach`, in seconds.
+        step: Duration of a step in seconds.
+    """
+
+    base: Base
+    reach: FloatArray
+    margin: float
+    period: float
+    step: float
+
+
+class StepEnd(NamedTuple):
+    """The end of a step.
+
+    Attributes:
+        theta: Heading there, in radians.
+        dx: How far the step leads along x, in metres.
+        dy: How far the step leads along y, in metres.
+        v: Speed there, in m/s.
+        omega: Yaw rate there, in rad/s.
+    """
+
+    theta: float
+    dx: float
+    dy: float
+    v: float
+    omega: float
+
+
 @light
-def stopping_risk(
-    nearby: Nearby, n: int, m: int, reach: FloatArray, margin: float, period: float, step: float, limits: DriveLimits,
-    foot: Footprint, theta: float, dx: float, dy: float, v: float, omega: float,
-) -> float:  # fmt: skip
+def stopping_risk(nearby: Nearby, n: int, m: int, halting: Halting, end: StepEnd) -> float:
     """Probability that, at the end of a step, the robot can't be certified to come to rest before it touches or may be touched.
 
     From where it is expected to be then an obstacle goes on as it did in the step; a certificate has it within `reach` of that.
@@ -90,18 +125,11 @@ def stopping_risk(
         nearby: What it can meet, as `near` fills it.
         n: So many stand.
         m: So many move.
-        reach: (K + 1, m), see `PredictedObstacles`.
-        margin: How far from its plan a certificate lets the robot be, in metres.
-        period: Control period, in which the robot goes on before it brakes, and time between two rows of `reach`, in seconds.
-        step: Duration of the step in seconds.
-        limits: Limits of the base.
-        foot: The robot's outline.
-        theta: Heading at the step's end, in radians.
-        dx: How far the step leads along x, in metres.
-        dy: How far the step leads along y, in metres.
-        v: Speed at its end, in m/s.
-        omega: Yaw rate at its end, in rad/s.
+        halting: What is asked.
+        end: The end of the step.
     """
+    (limits, foot), reach, margin, period, step = halting
+    theta, dx, dy, v, omega = end
     needed = braking_time(limits, v, omega)
     way = 0.5 * v * abs(v) / limits.deceleration
     time = max(needed, 2.0 * period)  # one that stands and can't be sure of two periods can't get away

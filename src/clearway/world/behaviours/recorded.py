@@ -11,7 +11,7 @@ from clearway.crowds.bodies import Bodies, Wishes
 from clearway.crowds.walls import walls_of
 from clearway.geometry.shapes import FloatArray
 from clearway.world.behaviours.behaviour import ABSENT, GLANCE, PERIOD, STEPPING, Cast, Scene
-from clearway.world.behaviours.walkers import BESIDE, FASTER, hold_off
+from clearway.world.behaviours.walkers import BESIDE, FASTER, Sighting, hold_off
 
 CATCH_UP = 1.0
 """Who has given way wants to be back on the recorded way in this time, s."""
@@ -68,8 +68,8 @@ class Recorded:
         chosen = social_force.velocities(bodies, wishes, alone, social_force.MOUSSAID, _NOWHERE, PERIOD)[0]
         for position, velocity, radius in zip(bodies.position[1:], bodies.velocity[1:], bodies.radius[1:], strict=True):
             (x, y), (vx, vy), person = (position - at[:2]).tolist(), velocity.tolist(), self._people[k]
-            apart = person.radius + float(radius)
-            hold_off(chosen, float(at[2]), (x, y), (vx, vy), person.reaction, apart, dt, float(self.speed[k]))
+            robot = Sighting((x, y), (vx, vy), person.reaction, person.radius + float(radius))
+            hold_off(chosen, float(at[2]), robot, dt, float(self.speed[k]))
         planned[:2] = at[:2] + dt * chosen
         planned[2] = math.atan2(wish[1], wish[0]) if math.hypot(*wish) > STEPPING else at[2]
 

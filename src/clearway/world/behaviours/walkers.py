@@ -348,7 +348,7 @@ def walk(
                 drives = bodies.velocity[j, 0], bodies.velocity[j, 1]
                 apart = radius[k] + bodies.radius[j]
                 reaction = crowd.reactions[(j - first) // robots]
-                hold_off(chosen[k], at[k, 2], away, drives, reaction, apart, dt, crowd.v_max[k])
+                hold_off(chosen[k], at[k, 2], Sighting(away, drives, reaction, apart), dt, crowd.v_max[k])
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), 0.6 * radius[k]):
             chosen[k, 0] = chosen[k, 1] = 0.0
@@ -362,30 +362,35 @@ def walk(
             at[k, 2] = wrap(at[k, 2] + min(max(turn, -turning), turning))
 
 
+class Sighting(NamedTuple):
+    """A robot as somebody sees it.
+
+    Attributes:
+        to: (x, y) from the person to where the robot is by now if it has driven on, m.
+        drives: (vx, vy) of the robot when it was seen, m/s.
+        reaction: How long ago that was, s.
+        apart: How far from middle to middle the person would leave it, m.
+    """
+
+    to: tuple[float, float]
+    drives: tuple[float, float]
+    reaction: float
+    apart: float
+
+
 @light
-def hold_off(
-    velocity: FloatArray,
-    heading: float,
-    to: tuple[float, float],
-    drives: tuple[float, float],
-    reaction: float,
-    apart: float,
-    dt: float,
-    v_max: float,
-) -> None:
+def hold_off(velocity: FloatArray, heading: float, robot: Sighting, dt: float, v_max: float) -> None:
     """Have somebody near a robot no faster than lets them meet `IN_TIME` from now, or at the next decision if that is later, wherever it has
     braked since it was seen; and make room for one that is before its eyes and comes on faster.
 
     Args:
         velocity: (2,) of the person, m/s; updated.
         heading: Where the person looks, rad.
-        to: (x, y) from the person to where the robot is by now if it has driven on, m.
-        drives: (vx, vy) of the robot when it was seen, m/s.
-        reaction: How long ago that was, s.
-        apart: How far from middle to middle the person would leave it, m.
+        robot: What the person sees.
         dt: Until the next decision, s.
         v_max: The most that the person walks at, m/s.
     """
+    to, drives, reaction, apart = robot
     wx, wy = reaction * drives[0], reaction * drives[1]
     back = min(max((to[0] * wx + to[1] * wy) / max(wx * wx + wy * wy, 1e-12), 0.0), 1.0)
     x, y = to[0] - back * wx, to[1] - back * wy
