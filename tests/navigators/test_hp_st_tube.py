@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import math
-import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +17,7 @@ from clearway.geometry.streams import stream
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
 
-FILE = Path(__file__).parents[2] / "benchmarks" / "certified_tube.py"
+BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 PERIOD = 0.15
 RESCUE = DriveLimits(-1.0, 1.0, math.inf, math.inf, 1.5, math.inf, math.inf)
 RAMPED = DriveLimits(-1.5, 1.5, 0.5, 2.0, 3.0, 1.0, 2.0)
@@ -26,14 +26,10 @@ EXACT = np.zeros(3)
 
 
 @pytest.fixture(scope="module")
-def benchmark() -> Any:
-    spec = importlib.util.spec_from_file_location("certified_tube", FILE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules["certified_tube"] = module
-    spec.loader.exec_module(module)
-    return module
+def benchmark() -> Iterator[Any]:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.syspath_prepend(BENCHMARKS)
+        yield importlib.import_module("certified_tube")
 
 
 def about(commands: Any, disturbance: FloatArray = SHOVED, start: FloatArray = EXACT) -> tuple[Plan, Tube]:

@@ -25,7 +25,7 @@ from clearway.navigators.common.tracking.ancillary import chord, gain
 from clearway.robots.drive_limits import DriveLimits, immediate, possible
 
 POLES = (0.3, 0.3, 0.3)
-"""Of the error along, left, and of the heading (benchmarks/certified_tube.py compares)."""
+"""Of the error along, left, and of the heading (benchmarks/certified_tube.py tells how tight a tube they make)."""
 STEER = 60.0
 """Bound on the gain from the error to the left to omega, rad/s/m for each m/s that the robot drives: at low speed an
 error to the side is cheaper than the turns that would make it good."""
