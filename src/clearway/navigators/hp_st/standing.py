@@ -1,4 +1,7 @@
-"""What has been seen to stand, kept until it is seen to be gone: so a way that was found blocked stays blocked behind the robot's back."""
+"""What has been seen to stand, kept until it is seen to be gone: so a way that was found blocked stays blocked behind the robot's back.
+
+What hides it is what stands as well: behind somebody who passes it is taken to be gone, until it is seen again.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +42,7 @@ class Standing:
 @kernel
 def out_of_sight(before: FloatArray, seen: FloatArray, sight: Sight, eye: FloatArray) -> FloatArray:
     """(n, 3) those of the discs `before` (m, 3) that can't be seen from `eye` (3,), and are none of the `seen` (s, 3): too far away, beside
-    the sector of sight, or behind something nearer."""
+    the sector of sight, or behind something nearer of the `seen`."""
     free = np.full(BEARINGS, math.inf)
     step = 2.0 * math.pi / BEARINGS
     x = eye[0] + math.cos(eye[2]) * sight.x - math.sin(eye[2]) * sight.y
