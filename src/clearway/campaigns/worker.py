@@ -34,6 +34,7 @@ from clearway.trials.store import write_partial
 from clearway.world.attempt import attempt_of, run_of
 from clearway.world.bodies import bodies_of
 from clearway.world.drive import Driver
+from clearway.world.without_robots import completed
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,11 +157,12 @@ def run_trials(
                 for (robot, name), localiser in zip(robots, localisers, strict=True)
             ]
             trials = simulate_all(first.scenario, drivers, raise_errors=raise_errors)
+        errands = completed(first.scenario, trials[0].errands, trials[0].spans)
     except Exception as error:
         if raise_errors:
             raise
         return [_broken(plan, spec, known, said(error), traced(error)) for spec in specs]
-    return [_marked(trials[spec.member], plan, spec, known) for spec in specs]
+    return [_marked(replace(trials[spec.member], errands=errands), plan, spec, known) for spec in specs]
 
 
 def _driver(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -17,6 +18,7 @@ from clearway.scenarios.scenario import Scenario
 from clearway.trials import Outcome, Trial
 from clearway.world import simulation_of
 from clearway.world.drive import Driver
+from clearway.world.without_robots import completed
 
 LEARNER = "learner"
 """The navigator's name in the trials of episodes."""
@@ -132,7 +134,9 @@ class Episode:
 
     def trials(self) -> list[Trial]:
         """Of each robot, once all is over: what a navigator would have left that had given these commands."""
-        return self._simulation.trials()
+        trials = self._simulation.trials()
+        errands = completed(self.scenario, trials[0].errands, trials[0].spans)
+        return [replace(trial, errands=errands) for trial in trials]
 
 
 def equipment_of(

@@ -29,7 +29,6 @@ from clearway.world.goal_and_progress_checker import GoalAndProgressChecker
 from clearway.world.together import together
 from clearway.world.tracks import Tracks, longest, tracks
 from clearway.world.traffic import Traffic
-from clearway.world.without_robots import completed
 from clearway.world.world import World
 
 _Area = tuple[float, float, float, float]
@@ -75,11 +74,12 @@ def simulation_of(scenario: Scenario, drivers: Sequence[Driver], *, raise_errors
         )
     robots = [driver.robot for driver in drivers]
     deciding = len(scenario.people) + (len(drivers) if others else 0)
-    time = max(longest(member.legs) for member in scenario.members())
+    own = scenario.members()
+    time = max(longest(s.legs) for s in own)
     way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], time, deciding)
     bodies = [bodies_of(plan.fixtures, scenario, robots, member) for member in range(len(drivers))]
     run = run_of(scenario, robots, [driver.navigator for driver in drivers], drivers[0].setup)
-    return Simulation(scenario, bodies, way, drivers, plan.area, raise_errors, run)
+    return Simulation(own, bodies, way, drivers, plan.area, raise_errors, run)
 
 
 def simulate_in(
@@ -95,7 +95,7 @@ def simulate_in(
 ) -> Trial:
     """As `simulate`, among `bodies` wherever they come from; `tracks` of those without a pose, in their order; `area`
     as in `Task`."""
-    (trial,) = _simulated(Simulation(scenario, [bodies], tracks, [Driver(robot, pilot, **more)], area, raise_errors))
+    (trial,) = _simulated(Simulation([scenario], [bodies], tracks, [Driver(robot, pilot, **more)], area, raise_errors))
     return trial
 
 
@@ -103,7 +103,7 @@ class Simulation:
     """A scenario under way: what moves there, and the drive of each robot.
 
     Args:
-        scenario: The test.
+        scenarios: The scenario as each robot has it.
         bodies: What is around each.
         tracks: Of what moves.
         drivers: Who drives them.
@@ -117,26 +117,25 @@ class Simulation:
     """
 
     def __init__(
-        self, scenario: Scenario, bodies: Sequence[Sequence[Body]], tracks: Tracks, drivers: Sequence[Driver],
+        self, scenarios: Sequence[Scenario], bodies: Sequence[Sequence[Body]], tracks: Tracks, drivers: Sequence[Driver],
         area: _Area | None, raise_errors: bool, run: str = "",
     ) -> None:  # fmt: skip
-        self._begun, self._scenario, self._scenarios = perf_counter(), scenario, scenario.members()
-        self._names = [own.member for own in self._scenarios]
+        self._begun, first = perf_counter(), scenarios[0]
+        self._scenarios, self._names = scenarios, [scenario.member for scenario in scenarios]
         self._people = [k for k, body in enumerate(bodies[0]) if body.kind == BodyKind.PERSON]
         unpiloted = [b for b in bodies[0] if b.name not in self._names or b.kind != BodyKind.ROBOT]
-        first = self._scenarios[0]
         arrivals = Arrivals(first.people, len(moving_obstacles_of(first)))
         legs, behaviours = [leg.name for leg in first.legs], behaviours_of(first, unpiloted)
         self.traffic = Traffic(tracks, behaviours, legs, len(drivers), arrivals)
         self._attempts: list[Attempt] = []
         self.drives: list[Drive] = []
-        for own, around, driver in zip(self._scenarios, bodies, drivers, strict=True):
+        for scenario, around, driver in zip(scenarios, bodies, drivers, strict=True):
             attempt = attempt_of(
-                own, driver.robot, around, navigator=driver.navigator, localisation=driver.localisation,
+                scenario, driver.robot, around, navigator=driver.navigator, localisation=driver.localisation,
                 privileged=driver.privileged, setup=driver.setup, tracking=driver.tracking, run=run,
             )  # fmt: skip
             self._attempts.append(attempt)
-            self.drives.append(_drive(own, attempt, driver, self.traffic, area, raise_errors))
+            self.drives.append(_drive(scenario, attempt, driver, self.traffic, area, raise_errors))
 
     def due(self) -> Iterator[Sequence[Drive]]:
         """Drive until all trials are over, see `clearway.world.together`: whose periods begin has to decide before it goes on."""
@@ -146,7 +145,7 @@ class Simulation:
         """The trial of each robot, once all are over."""
         wall = perf_counter() - self._begun
         trials = [_trial(*one, wall) for one in zip(self._scenarios, self._attempts, self.drives, strict=True)]
-        errands = completed(self._scenario, _errands(self.traffic, self._people), trials[0].spans)
+        errands = _errands(self.traffic, self._people)
         return [replace(trial, errands=errands) for trial in trials]
 
 
@@ -159,7 +158,7 @@ def _simulated(simulation: Simulation) -> list[Trial]:
 
 
 def _errands(traffic: Traffic, people: Sequence[int]) -> tuple[Errand, ...]:
-    """What became of the people, who are these of the bodies, among the robots."""
+    """What became of the people, who are these of the bodies."""
     found = []
     places, until = traffic.walk_on()
     for k, place in places.items():
