@@ -9,16 +9,19 @@ found for the robot's circumscribed disc within the time limit, which is therefo
 inscribed disc; over the former the mean time of that way, and the mean bound before which the inscribed disc, so no robot, arrives.
 
     python benchmarks/crowd_limit.py RESULTS [--trials N] [--smoke]
-    python benchmarks/crowd_limit.py --suite NAME [--suite NAME ...] [--batch NAME ...] [--seeds A:B] [--trials N]
+    python benchmarks/crowd_limit.py --suite NAME [--suite NAME ...] [--batch NAME ...] [--seeds A:B] [--trials N] [--minutes M]
 
-`RESULTS`: of `clearway run crowd`; `--trials`: at most so many of each batch and navigator; `--smoke`: makes two of its own.
+`RESULTS`: of `clearway run crowd`; `--trials`: at most so many of each batch and navigator; `--minutes`: no other scenario of a batch is begun after
+so long, and those searched until then are a random sample of it, as its scenarios come shuffled; `--smoke`: makes two of its own.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
+import random
 import tempfile
+import time
 from collections import defaultdict
 from pathlib import Path
 
@@ -88,8 +91,8 @@ def limits(scenario: Scenario, robot: Robot) -> tuple[float, float]:
     return (found.time, before) if found is not None else (math.inf, math.inf if before >= latest else before)
 
 
-def suites(names: list[str], batches: list[str], seeds: str | None, most: int) -> None:
-    """Print the table of what is known ahead."""
+def suites(names: list[str], batches: list[str], seeds: str | None, most: int, minutes: float) -> None:
+    """Print the table of what is known ahead, of at most so many scenarios a batch, none of them begun after `minutes`."""
     print(
         "| suite | batch | scenarios | a way found | shown to have none | clairvoyant, found (s) | nobody before (s) |"
     )
@@ -103,7 +106,14 @@ def suites(names: list[str], batches: list[str], seeds: str | None, most: int) -
         ):
             groups[scenario.labels.batch].append(scenario)
         for batch, scenarios in groups.items():
-            rows = np.array([limits(scenario, robot) for scenario in scenarios[:most]])
+            if math.isfinite(minutes):
+                random.Random(0).shuffle(scenarios)
+            since, reached = time.monotonic(), []
+            for scenario in scenarios[:most]:
+                if time.monotonic() - since > 60 * minutes:
+                    break
+                reached.append(limits(scenario, robot))
+            rows = np.array(reached)
             found, none = np.isfinite(rows[:, 0]), np.isinf(rows[:, 1])
             mean = rows[found].mean(axis=0)
             print(
@@ -120,12 +130,13 @@ def main() -> None:
     parser.add_argument("--suite", action="append", default=[], choices=AHEAD)
     parser.add_argument("--batch", action="append", default=[])
     parser.add_argument("--seeds", metavar="A:B")
+    parser.add_argument("--minutes", type=float, default=math.inf)
     parser.add_argument("--smoke", action="store_true")
     given = parser.parse_args()
     if given.smoke:
-        suites(["dynabarn"], ["easy"], None, 2)
+        suites(["dynabarn"], ["easy"], None, 2, math.inf)
     if given.suite:
-        suites(given.suite, given.batch, given.seeds, given.trials)
+        suites(given.suite, given.batch, given.seeds, given.trials, given.minutes)
         return
     with tempfile.TemporaryDirectory() as folder:
         if given.smoke:
