@@ -27,6 +27,7 @@ import numpy as np
 
 from clearway.geometry.shapes import circumscribed_radius
 from clearway.learning import Steps, default_rewards, make_vec
+from clearway.navigators.learnt import guiding
 from clearway.navigators.learnt.encoding import GOAL, OBSTACLE, Acting, Seeing, axes
 from clearway.navigators.learnt.policy import Perceptron, write_npz
 from clearway.robots import load_robot
@@ -46,11 +47,16 @@ class Task:
     held: tuple[str, ...] = ()  # axes that are never used
     contact: float = 10.0  # what a contact costs more than other bad ends
     comfort: float = 0.0  # what a period costs in which the nearest obstacle is touched; nothing from COMFORT on
+    spread: float = 0.6  # of what is tried at first, in shares of what the base can do
 
 
 TASKS = {
     "discs": Task(
         "crowd", {"batches": ("circle-invisible", "square-invisible")}, obstacles=5, held=("omega",), comfort=1.0
+    ),
+    # the hospital's own movers are steered by a person, which takes Python at each step; the blind ones are the same tests, harder
+    "lidar": Task(
+        "hospital-blind", {"robot": "tiago", "latency": 0.0, "localisation": "truth"}, guiding.BEAMS, comfort=0.3, spread=0.4
     ),
 }
 COMFORT = 0.2
@@ -153,6 +159,75 @@ class Scale:
         return self.mean.astype(np.float32), np.maximum(np.sqrt(self.squares / self.count), 1e-3).astype(np.float32)
 
 
+class Plain:
+    """A policy sees what the worlds show, and they are told what it says."""
+
+    def __init__(self, env: Any) -> None:
+        self.env = env
+
+    def reset(self, seed: int) -> Array:
+        return self.env.reset(seed=seed)[0]
+
+    def step(self, action: Array) -> tuple[Any, ...]:
+        """What is seen, what was seen last of those whose episode is over, and what the worlds say else."""
+        seen, *rest, infos = self.env.step(action)
+        return seen, _last(seen, infos), *rest, infos
+
+
+class Guided:
+    """Between them stands `guiding.Guide`; and of each episode what is said is in force one or two control periods later, as these
+    worlds have no latency and the tests have: 0.15 s of TIAGo's."""
+
+    def __init__(self, env: Any, robot: Any, rng: np.random.Generator) -> None:
+        lidar, n = robot.lidar, env.num_envs
+        self.env, self.rng, self.every = env, rng, np.arange(n)
+        self.turning, self.tolerance = robot.drive.omega_max, robot.goal_checker.xy_goal_tolerance
+        self.guide = guiding.Guide(n, self.turning)
+        self.late, self.waiting = np.ones(n, int), np.zeros((3, n, 2))
+        step = (lidar.angle_max - lidar.angle_min) / (lidar.beams - 1)
+        angles = guiding.directions(lidar.angle_min, step, lidar.beams) + lidar.mount[2]
+        self.cos, self.sin, self.mount = np.cos(angles), np.sin(angles), lidar.mount
+
+    def returns(self, raw: Array) -> tuple[Array, Array]:
+        """x and y of what the lidar sees, in base_link, m."""
+        ranges = raw[:, GOAL + 2 :]
+        return self.mount[0] + ranges * self.cos, self.mount[1] + ranges * self.sin
+
+    def reset(self, seed: int) -> Array:
+        self.raw = self.env.reset(seed=seed)[0]
+        self._begin(np.ones(len(self.raw), bool))
+        return self.guide.shown(self.raw, self.speed)
+
+    def step(self, answers: Array) -> tuple[Any, ...]:
+        said = self.guide.commands(self.raw, self.speed, answers, self.tolerance)
+        self.waiting = np.roll(self.waiting, 1, axis=0)
+        self.waiting[0] = said
+        v, omega = self.waiting[self.late, self.every].T
+        self.raw, *rest, infos = self.env.step(np.stack((v / self.speed, omega / self.turning), axis=1))
+        _, terminated, truncated = rest
+        last = _last(self.raw, infos)
+        self.guide.keep(last)
+        shown = seen = self.guide.shown(last, self.speed)
+        over = terminated | truncated
+        if over.any():
+            self._begin(over)
+            seen = self.guide.shown(self.raw, self.speed)
+        return seen, shown, *rest, infos
+
+    def _begin(self, fresh: Array) -> None:
+        self.speed = self.env.most[:, 0].copy()
+        self.guide.begin(self.raw, fresh)
+        self.waiting[:, fresh] = 0.0
+        self.late[fresh] = self.rng.integers(1, 3, int(fresh.sum()))
+
+
+def _last(seen: Array, infos: dict[str, Any]) -> Array:
+    last = seen.copy()
+    for j in np.flatnonzero(infos.get("_final_obs", [])):
+        last[j] = infos["final_obs"][j]
+    return last
+
+
 class Training:
     """One seed of a task."""
 
@@ -170,14 +245,15 @@ class Training:
             reward=self.reward,
             **task.options,
         )
-        self.seen, _ = self.env.reset(seed=seed * settings.lanes)
+        self.eyes = Guided(self.env, self.robot, self.rng) if task.beams else Plain(self.env)
+        self.seen = self.eyes.reset(seed * settings.lanes)
         named = axes(self.robot)
         self.free = [k for k, axis in enumerate(named) if axis not in task.held]
         self.axes = len(named)
         n = self.seen.shape[1]
         self.actor = Net([n, *settings.hidden, len(self.free)], 0.01, self.rng)
         self.critic = Net([n, *settings.hidden, 1], 1.0, self.rng)
-        self.log_std = np.full(len(self.free), -0.5, np.float32)
+        self.log_std = np.full(len(self.free), np.log(task.spread), np.float32)
         self.scale = Scale(n)
         self.adams = Adam([*self.actor.parameters, self.log_std]), Adam(self.critic.parameters)
         self.ends: deque[str] = deque(maxlen=1000)
@@ -186,7 +262,11 @@ class Training:
         """What a control period is worth to each."""
         task, seen, worth = self.task, steps.seen, default_rewards(steps)
         worth -= self.care * task.contact * np.array([outcome == Outcome.COLLISION for outcome in steps.outcome])
-        if task.comfort:
+        if task.comfort and task.beams:
+            x, y = self.eyes.returns(seen)
+            free = np.hypot(x, y).min(1) - circumscribed_radius(self.robot.shape)
+            worth -= self.care * task.comfort * np.maximum(1.0 - np.maximum(free, 0.0) / COMFORT, 0.0)
+        elif task.comfort:
             x, y, *_, radius, _ = seen[:, GOAL + self.axes :][:, :OBSTACLE].T
             free = np.hypot(x, y) - radius - circumscribed_radius(self.robot.shape)
             worth -= self.care * task.comfort * np.maximum(1.0 - free / COMFORT, 0.0)
@@ -214,12 +294,11 @@ class Training:
             acts[i] = self.actor.forward(x)[0] + std * noise[i]
             values[i] = self.critic.forward(x)[0][:, 0]
             action[:, self.free] = acts[i]
-            self.seen, reward, terminated, truncated, infos = self.env.step(action)
+            self.seen, last, reward, terminated, truncated, infos = self.eyes.step(action)
             rewards[i] = s.reward_scale * reward
             ends[i] = terminated | truncated
             if truncated.any():
-                late = np.flatnonzero(truncated)
-                tails[i, late] = self.value(np.stack([infos["final_obs"][j] for j in late]))
+                tails[i, truncated] = self.value(last[truncated])
             for j in np.flatnonzero(ends[i]):
                 self.ends.append(infos["final_info"]["outcome"][j])
         values[t] = self.value(self.seen)
@@ -262,10 +341,10 @@ class Training:
 
     def success(self, seed: int, episodes: int) -> float:
         """In which share of so many fresh episodes of each lane it arrives, without noise; the training is over then."""
-        env, policy, begun, reached = self.env, self.perceptron(), np.zeros(self.settings.lanes, int), 0
-        seen, _ = env.reset(seed=seed)
+        policy, begun, reached = self.perceptron(), np.zeros(self.settings.lanes, int), 0
+        seen = self.eyes.reset(seed)
         while (begun < episodes).any():
-            seen, _, terminated, truncated, infos = env.step(policy(seen))
+            seen, _, _, terminated, truncated, infos = self.eyes.step(policy(seen))
             for j in np.flatnonzero((terminated | truncated) & (begun < episodes)):
                 reached += infos["final_info"]["outcome"][j] == Outcome.REACHED
             begun += terminated | truncated

@@ -302,6 +302,7 @@ class Navigator(Protocol):
 
     `needs` says what observations must hold. A navigator may also have
 
+    - `wants`, a frozenset with `scan` where it is shown scans of robots that have a lidar, and does without of those that have none;
     - `drives`, a frozenset of the kinds of bases (`clearway.robots.DriveKind`) that it can drive; without it only
       `differential` ones;
     - `read_parameters(robot)`, which reads what the robot's file holds for it and raises a `ClearwayError` where that is

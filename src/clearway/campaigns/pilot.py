@@ -102,6 +102,7 @@ class Composed:
         self._watch = _Watchdog()
         needs = frozenset(getattr(navigator, "needs", frozenset()))
         self._map, self._scan = "map" in needs, "scan" in needs
+        self._shows_scan = self._scan or "scan" in getattr(navigator, "wants", frozenset())
         self._tracker = tracker if "obstacles" in needs else None
         if "obstacles" in needs and tracker is None:
             raise ClearwayError("the navigator needs obstacles with position and velocity, which takes a tracker")
@@ -147,7 +148,7 @@ class Composed:
         if self._scan and sensing.scan is None:
             raise ClearwayError("the navigator needs scans, but the robot has no lidar")
         pose = self._localiser.update(sensing)
-        scan = sensing.scan if self._scan else None
+        scan = sensing.scan if self._shows_scan else None
         obstacles = None if self._tracker is None else self._tracker.update(sensing, pose)
         return Observation(
             t=sensing.t,

@@ -110,6 +110,9 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         n: How many.
         reward: Of a control period.
 
+    Attributes:
+        most: (n, k) the most that the base can do each way in the episode of each, within its set speed, m/s and rad/s.
+
     Raises:
         ClearwayError: it takes Python at each step.
     """
@@ -128,7 +131,7 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         self._told = Told(
             np.zeros((n, 3)), np.full(n, int(Phase.OVER), np.int64), np.zeros((n, sum(self._sizes.values())), np.float32), np.zeros((n, 2))
         )  # fmt: skip
-        self._low, self._high = np.zeros((n, k)), np.zeros((n, k))
+        self._low, self.most = np.zeros((n, k)), np.zeros((n, k))
         self._worlds: list[_World | None] = [None] * n
         self._held: tuple[Any, ...] = ()
 
@@ -190,9 +193,9 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
             raise ValueError(f"the actions are not {self._low.shape} finite numbers: {', '.join(axes(self._robot))}")
         if self._view.acting.normalised:
             said = np.clip(said, -1.0, 1.0)
-            said = np.where(said < 0.0, -said * self._low, said * self._high)
+            said = np.where(said < 0.0, -said * self._low, said * self.most)
         else:
-            said = np.clip(said, self._low, self._high)
+            said = np.clip(said, self._low, self.most)
         commands = self._told.commands
         commands[:, 0], commands[:, 1] = said[:, 0], said[:, -1]
         if said.shape[1] > 2:
@@ -232,7 +235,7 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
             if not world.over:  # it may have been placed where another stands
                 break
         self._worlds[i] = world
-        self._low[i], self._high[i] = bounds(self._robot, scenario.speed)
+        self._low[i], self.most[i] = bounds(self._robot, scenario.speed)
         held = world.held()
         if not self._held:
             self._held = tuple(List([one] * self.num_envs) for one in held)

@@ -1,7 +1,8 @@
-"""The navigator `ppo`: a policy that comes with Clearway, learnt by `benchmarks/train_ppo.py`."""
+"""The navigator `ppo`: two policies that come with Clearway, learnt by `benchmarks/train_ppo.py`; which one drives is a matter of the base."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
@@ -9,39 +10,103 @@ from typing import ClassVar
 import numpy as np
 
 from clearway.contract import Command, Need, Observation, Obstacles
+from clearway.errors import ClearwayError
+from clearway.navigators.learnt import guiding
 from clearway.navigators.learnt.navigator import Learnt
 from clearway.navigators.learnt.policy import read_npz
-from clearway.robots import DriveKind
-from clearway.tuning import TunedOn
+from clearway.robots import DriveKind, Robot, possible
+from clearway.tuning import HOSPITAL, TunedOn
 
-FILE = Path(__file__).with_name("ppo.npz")
-"""Its policy."""
+DISCS, LIDAR = (Path(__file__).with_name(name) for name in ("ppo.npz", "ppo-lidar.npz"))
+"""Its policies."""
 CROWD = 5
-"""Among so many people it was always trained."""
+"""Among so many people the one that sees discs was always trained."""
 ASTERN, WIDTH = 5.0, 0.3
 """Where there are fewer, the others are taken to stand so far behind it, seen from the goal, and to be as broad as there, m."""
+TRAINED = "tiago"
+"""Whom the one that sees scans drives."""
 
 
-class Ppo(Learnt):
-    """Sees the five nearest obstacles as discs, and moves a holonomic base without turning it."""
+class Ppo:
+    """Moves a holonomic base without turning it, by the five nearest obstacles as discs; drives TIAGo by the scans of its lidar.
 
-    needs: frozenset[Need] = frozenset({"obstacles"})  # type: ignore[misc]
-    drives: frozenset[DriveKind] = frozenset({"omnidirectional"})
+    Args:
+        policy: A file of `benchmarks/train_ppo.py lidar`, instead of the policy for TIAGo that comes with it.
+
+    Raises:
+        ClearwayError: it holds none.
+    """
+
+    needs: ClassVar[frozenset[Need]] = frozenset({"obstacles"})
+    wants: ClassVar[frozenset[Need]] = frozenset({"scan"})
+    drives: ClassVar[frozenset[DriveKind]] = frozenset({"omnidirectional", "differential"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         TunedOn("crowd", ("crowdnav-disc",), draws=range(2**31, 2**32 - 2000), note="its training"),
+        *(TunedOn(suite, (TRAINED,), seeds=(2**62,), note="its training, and the seeds above that") for suite in HOSPITAL),
     )
 
-    def __init__(self) -> None:
-        super().__init__(read_npz(FILE))
-
-    def step(self, observation: Observation) -> Command:
-        """As `Learnt.step`; of a crowd as it was trained in, whoever is missing stands far behind."""
-        return super().step(replace(observation, obstacles=_crowd(observation)))
+    def __init__(self, policy: str = "") -> None:
+        self._lidar = read_npz(Path(policy) if policy else LIDAR)
+        if (self._lidar.sees, self._lidar.says) != (guiding.SIZE, guiding.ANSWERS) or not self._lidar.acting.normalised:
+            raise ClearwayError(
+                f"holds no policy for {TRAINED}: one sees {guiding.SIZE} numbers and answers {guiding.ANSWERS} shares of what the base can do",
+                file=self._lidar.file,
+            )
+        self._discs = Learnt(read_npz(DISCS))
 
     @classmethod
-    def files(cls) -> tuple[Path, ...]:
-        """Its policy's."""
-        return (FILE,)
+    def files(cls, policy: str = "") -> tuple[Path, ...]:
+        """Those of its policies."""
+        return (DISCS, Path(policy) if policy else LIDAR)
+
+    def read_parameters(self, robot: Robot) -> None:
+        """See that one of its policies can drive `robot`.
+
+        Raises:
+            ClearwayError: none can.
+        """
+        if robot.limits().kind == "omnidirectional":
+            self._discs.read_parameters(robot)
+        elif robot.name.partition(":")[0] != TRAINED:
+            raise ClearwayError(
+                f"ppo has no policy for the robot {robot.name!r}: it drives {TRAINED} by its lidar, and holonomic bases among discs; "
+                "`benchmarks/train_ppo.py` trains one"
+            )
+        else:
+            self._lidar.seeing.check(robot)
+
+    def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+        """Take over robot and set speed, and forget what was seen. Nothing is drawn from `rng`."""
+        self.read_parameters(robot)
+        self._by_lidar = robot.limits().kind != "omnidirectional"
+        if not self._by_lidar:
+            self._discs.reset(task, robot, rng)
+            return
+        limits = robot.limits(task.speed_limit)
+        self._speed, self._limits = np.array([limits.v_max]), limits
+        self._guide, self._begun = guiding.Guide(1, limits.omega_max), False
+
+    def step(self, observation: Observation) -> Command:
+        """What the policy makes of what is seen, as far as the base can do it. Of a crowd as it was trained in, whoever is missing stands far
+        behind.
+
+        Raises:
+            ValueError: it isn't finite.
+        """
+        if not self._by_lidar:
+            return self._discs.step(replace(observation, obstacles=_crowd(observation)))
+        seen = self._lidar.seeing.flat(replace(observation, velocity=observation.velocity[:2]))[None]
+        if self._begun:
+            self._guide.keep(seen)
+        else:
+            self._guide.begin(seen, np.ones(1, np.bool_))
+            self._begun = True
+        answers = self._lidar.answer(self._guide.shown(seen, self._speed)[0])
+        v, omega = self._guide.commands(seen, self._speed, answers[None], observation.goal.xy_tolerance)[0].tolist()
+        if not (math.isfinite(v) and math.isfinite(omega)):
+            raise ValueError(f"the policy answers {answers}")
+        v, omega, _ = possible(self._limits, v, omega, 0.0)
+        return Command(v, omega)
 
 
 def _crowd(observation: Observation) -> Obstacles:
