@@ -13,10 +13,13 @@ from clearway.navigators.registry import drives_of, make_navigator, navigator_cl
 from clearway.robots import load_robot
 
 ROBOTS, HOLONOMIC = ("tiago", "hosbot"), ("crowdnav-disc",)
-OFTEN = {("move-base", "tiago"), ("orca", "hosbot"), ("ppo", "crowdnav-disc")}
+LEARNT = {"ppo": ("tiago", "crowdnav-disc")}  # those that it was trained for
+OFTEN = {("move-base", "tiago"), ("orca", "hosbot"), ("ppo", "tiago"), ("ppo", "crowdnav-disc")}
 
 
 def robots_of(name: str) -> tuple[str, ...]:
+    if name in LEARNT:
+        return LEARNT[name]
     return ROBOTS if "differential" in drives_of(name, navigator_class(name)) else HOLONOMIC
 
 

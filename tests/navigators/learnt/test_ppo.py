@@ -2,22 +2,67 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
 import clearway
-from clearway.navigators.learnt.ppo import FILE, Ppo
-from clearway.scenarios.suite import LEARNING_DRAWS
+from clearway.errors import ClearwayError
+from clearway.navigators.learnt.ppo import DISCS, LIDAR, Ppo
+from clearway.robots import load_robot
+from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS
 from clearway.trials import Outcome
 
 MOST_BYTES = 200_000
 
 
 def test_it_says_what_it_was_trained_on() -> None:
-    assert [one.draws for one in Ppo.tuned_on] == [range(*LEARNING_DRAWS)]
+    crowd, *hospital = Ppo.tuned_on
+    assert crowd.draws == range(*LEARNING_DRAWS)
+    assert [(one.suite, one.seeds) for one in hospital] == [
+        (name, LEARNING_SEEDS[:1]) for name in ("hospital", "hospital-blind")
+    ]
 
 
 def test_it_is_small() -> None:
-    assert FILE.stat().st_size <= MOST_BYTES
+    assert all(file.stat().st_size <= MOST_BYTES for file in (DISCS, LIDAR))
 
 
 def test_it_gets_through_a_crowd_that_it_has_not_met() -> None:
     results = clearway.run("crowd", navigators=["ppo"], batches=["circle-invisible"], seeds=(0, 20))
     assert sum(trial.outcome == Outcome.REACHED for trial in results) >= 17
+
+
+def test_it_drives_tiago_through_the_hospital_the_same_way_each_time() -> None:
+    runs = [
+        clearway.run("hospital", robots=["tiago"], navigators=["ppo"], batches=["NO"], speeds=[1.0], repetitions=1)
+        for _ in range(2)
+    ]
+    (first,), (again,) = runs
+    assert first.reached
+    assert (first.pose == again.pose).all()
+
+
+@pytest.mark.parametrize("robot", ["hosbot", "rescue"])
+def test_who_has_no_policy_is_told_before_the_campaign(robot: str) -> None:
+    with pytest.raises(ClearwayError, match=f"ppo has no policy for the robot '{robot}'.*train_ppo"):
+        clearway.run("hospital" if robot == "hosbot" else "people", robots=[robot], navigators=["ppo"])
+
+
+def test_a_policy_for_another_task_is_none_for_tiago() -> None:
+    with pytest.raises(ClearwayError, match="holds no policy for tiago: one sees"):
+        Ppo(policy=str(DISCS))
+    assert Ppo.files(policy="some.npz") == (DISCS, Path("some.npz"))
+
+
+def test_the_training_of_each_policy_runs(tmp_path: Path) -> None:
+    program = Path(clearway.__file__).parents[2] / "benchmarks" / "train_ppo.py"
+    command = [sys.executable, str(program), "lidar", "--smoke", "--episodes", "1", "--out", str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True, timeout=600)
+    Ppo(policy=str(tmp_path / "lidar-0.npz")).read_parameters(load_robot("tiago"))
+    told = json.loads((tmp_path / "lidar-0.json").read_text())
+    assert told["steps"] > 0
+    assert 0.0 <= told["success"] <= 1.0

@@ -7,8 +7,6 @@ it can stop at the goal, and there it is turned on the spot to the goal's headin
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
@@ -87,7 +85,9 @@ class Guide:
         said = np.clip(answers, -2.0, 2.0)
         share = np.clip(np.maximum(np.cos(bearing), 0.0) + said[:, 0], 0.0, 1.0)
         v = np.minimum(share * speed, np.sqrt(2.0 * _BRAKING * away))
-        omega = np.clip(np.clip(_STEER * bearing, -1.0, 1.0) + said[:, 1] * self._turning, -self._turning, self._turning)
+        omega = np.clip(
+            np.clip(_STEER * bearing, -1.0, 1.0) + said[:, 1] * self._turning, -self._turning, self._turning
+        )
         turn, turns = np.arctan2(seen[:, 3], seen[:, 2]), (away < tolerance) & (np.hypot(seen[:, 2], seen[:, 3]) > 0.5)
         v = np.where(turns, 0.0, v)
         omega = np.where(turns, np.clip(_TURN * turn, -_FASTEST, _FASTEST), omega)

@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from clearway.contract import Command, Need, Observation, Obstacles
+from clearway.contract import Command, Need, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.navigators.learnt import guiding
 from clearway.navigators.learnt.navigator import Learnt
@@ -42,7 +42,10 @@ class Ppo:
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"omnidirectional", "differential"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         TunedOn("crowd", ("crowdnav-disc",), draws=range(2**31, 2**32 - 2000), note="its training"),
-        *(TunedOn(suite, (TRAINED,), seeds=(2**62,), note="its training, and the seeds above that") for suite in HOSPITAL),
+        *(
+            TunedOn(suite, (TRAINED,), seeds=(2**62,), note="its training, and the seeds above that")
+            for suite in HOSPITAL
+        ),
     )
 
     def __init__(self, policy: str = "") -> None:
