@@ -387,7 +387,8 @@ def train(name: str, seed: int, minutes: float, steps: int | None, episodes: int
     }  # fmt: skip
     out.mkdir(parents=True, exist_ok=True)
     file = out / f"{name}-{seed}.npz"
-    about = {"command": f"benchmarks/train_ppo.py {name} --first {seed} --seeds 1 --steps {steps or done}"}
+    length = f"--steps {steps}" if steps else f"--minutes {minutes:g}"
+    about = {"command": f"benchmarks/train_ppo.py {name} --first {seed} --seeds 1 {length}", "steps": done}
     write_npz(file, Seeing(training.task.beams, training.task.obstacles), Acting(), training.perceptron(), about)
     file.with_suffix(".json").write_text(json.dumps(told))
     return told

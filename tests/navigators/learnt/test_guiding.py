@@ -23,7 +23,8 @@ def guide() -> Guide:
 
 def driven(x: float, y: float, turn: float = 0.0, says: tuple[float, float] = (0.0, 0.0)) -> list[float]:
     answers = np.array([says], np.float32)
-    return guide().commands(seen(x, y, turn), np.array([0.6]), answers, 0.2)[0].tolist()
+    v, omega = guide().commands(seen(x, y, turn), np.array([0.6]), answers, 0.2)[0]
+    return [float(v), float(omega)]
 
 
 def test_by_itself_it_steers_at_the_goal() -> None:

@@ -58,7 +58,8 @@ def test_a_policy_for_another_task_is_none_for_tiago() -> None:
     assert Ppo.files(policy="some.npz") == (DISCS, Path("some.npz"))
 
 
-def test_the_training_of_each_policy_runs(tmp_path: Path) -> None:
+@pytest.mark.slow
+def test_the_training_for_scans_runs(tmp_path: Path) -> None:
     program = Path(clearway.__file__).parents[2] / "benchmarks" / "train_ppo.py"
     command = [sys.executable, str(program), "lidar", "--smoke", "--episodes", "1", "--out", str(tmp_path)]
     subprocess.run(command, check=True, capture_output=True, timeout=600)
