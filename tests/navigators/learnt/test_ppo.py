@@ -42,7 +42,7 @@ def test_it_drives_tiago_through_the_hospital_the_same_way_each_time() -> None:
         for _ in range(2)
     ]
     (first,), (again,) = runs
-    assert first.reached
+    assert first.outcome == Outcome.REACHED
     assert (first.pose == again.pose).all()
 
 
