@@ -187,7 +187,7 @@ class _Watched:
 
     def __init__(self, navigator: Navigator, situation: Situation) -> None:
         self._navigator, self.situation, self.needs = navigator, situation, navigator.needs
-        self.wants = getattr(navigator, "wants", frozenset())
+        self.wants: frozenset[Need] = getattr(navigator, "wants", frozenset())
         self.commands: list[Command] = []
         self.seconds: list[float] = []
         self.error = self.touched = self.shown = ""
