@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -12,19 +9,15 @@ import pytest
 import clearway
 from clearway.errors import ClearwayError
 from clearway.navigators.learnt.ppo import DISCS, LIDAR, Ppo
-from clearway.robots import load_robot
-from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS
+from clearway.scenarios.suite import LEARNING_DRAWS
 from clearway.trials import Outcome
 
 MOST_BYTES = 200_000
 
 
 def test_it_says_what_it_was_trained_on() -> None:
-    crowd, *hospital = Ppo.tuned_on
-    assert crowd.draws == range(*LEARNING_DRAWS)
-    assert [(one.suite, one.seeds) for one in hospital] == [
-        (name, LEARNING_SEEDS[:1]) for name in ("hospital", "hospital-blind")
-    ]
+    (crowd,) = Ppo.tuned_on  # its halls belong to no suite of ours
+    assert (crowd.suite, crowd.draws) == ("crowd", range(*LEARNING_DRAWS))
 
 
 def test_it_is_small() -> None:
@@ -56,14 +49,3 @@ def test_a_policy_for_another_task_is_none_for_tiago() -> None:
     with pytest.raises(ClearwayError, match="holds no policy for tiago: one sees"):
         Ppo(policy=str(DISCS))
     assert Ppo.files(policy="some.npz") == (DISCS, Path("some.npz"))
-
-
-@pytest.mark.slow
-def test_the_training_for_scans_runs(tmp_path: Path) -> None:
-    program = Path(clearway.__file__).parents[2] / "benchmarks" / "train_ppo.py"
-    command = [sys.executable, str(program), "lidar", "--smoke", "--episodes", "1", "--out", str(tmp_path)]
-    subprocess.run(command, check=True, capture_output=True, timeout=600)
-    Ppo(policy=str(tmp_path / "lidar-0.npz")).read_parameters(load_robot("tiago"))
-    told = json.loads((tmp_path / "lidar-0.json").read_text())
-    assert told["steps"] > 0
-    assert 0.0 <= told["success"] <= 1.0

@@ -16,7 +16,7 @@ from clearway.navigators.learnt.encoding import GOAL
 from clearway.navigators.learnt.navigator import Learnt
 from clearway.navigators.learnt.policy import read_npz
 from clearway.robots import DriveKind, Robot, possible
-from clearway.tuning import HOSPITAL, TunedOn
+from clearway.tuning import TunedOn
 
 DISCS, LIDAR = (Path(__file__).with_name(name) for name in ("ppo.npz", "ppo-lidar.npz"))
 """Its policies."""
@@ -45,10 +45,6 @@ class Ppo:
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"omnidirectional", "differential"})
     tuned_on: ClassVar[tuple[TunedOn, ...]] = (
         TunedOn("crowd", ("crowdnav-disc",), draws=range(2**31, 2**32 - 2000), note="its training"),
-        *(
-            TunedOn(suite, (TRAINED,), seeds=(2**62,), note="its training, and the seeds above that")
-            for suite in HOSPITAL
-        ),
     )
 
     def __init__(self, policy: str = "") -> None:
@@ -90,7 +86,7 @@ class Ppo:
             return
         limits = robot.limits(task.speed_limit)
         self._speed, self._limits = np.array([limits.v_max]), limits
-        self._guide, self._begun = guiding.Guide(1, limits.omega_max), False
+        self._guide, self._begun = guiding.Guide(1, robot), False
 
     def step(self, observation: Observation) -> Command:
         """What the policy makes of what is seen, as far as the base can do it. Of a crowd as it was trained in, whoever is missing stands far
