@@ -38,11 +38,13 @@ class Row(NamedTuple):
 
 
 def _hp_st(title: str, robot: str, options: str = "") -> list[Row]:
-    """One with the guarantee and one without."""
-    both = {"passive": options, "none": ",".join(filter(None, ("guarantee=none", options)))}
+    """One with each of its guarantees."""
+    given = {
+        guarantee: ",".join(filter(None, (f"guarantee={guarantee}", options))) for guarantee in ("evasive", "none")
+    }
     return [
-        Row(f"{title}, {guarantee}", robot, f"hp-st[{given}]" if given else "hp-st")
-        for guarantee, given in both.items()
+        Row(f"{title}, {guarantee}", robot, f"hp-st[{chosen}]" if chosen else "hp-st")
+        for guarantee, chosen in ({"passive": options} | given).items()
     ]
 
 

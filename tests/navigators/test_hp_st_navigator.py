@@ -15,7 +15,7 @@ from clearway.campaigns.pilot import compose
 from clearway.contract import Status, Task
 from clearway.errors import ClearwayError
 from clearway.navigators.hp_st import HpSt, HpStForesight
-from clearway.navigators.hp_st.decision import STATUSES, STORED
+from clearway.navigators.hp_st.decision import EVADING, STATUSES, STORED
 from clearway.navigators.registry import make_navigator
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import LatencySpec, load_robot
@@ -60,6 +60,23 @@ def test_whole_trials(suite: str, index: int, guarantee: str) -> None:
 @pytest.mark.parametrize("suite", ["sar-case1", "sar-case2", "sar-case3", "sar-stress"])
 def test_nothing_is_said_while_the_assumptions_hold(suite: str, index: int, guarantee: str) -> None:
     assert said(trial(suite, index, guarantee), "assumption") == set()
+
+
+@pytest.mark.parametrize(("suite", "index"), [("sar-case1", 2), ("sar-misspecified", 0), ("sar-misspecified", 2)])
+def test_evasive_gets_out_of_the_way_where_passive_stands_and_is_hit(suite: str, index: int) -> None:
+    stood, went = trial(suite, index, "passive"), trial(suite, index, "evasive")
+    assert all(text.endswith("robot at 0.000 m/s") for text in said(stood, "contact"))
+    assert stood.outcome is Outcome.COLLISION
+    assert went.outcome is Outcome.REACHED
+    assert STATUSES[EVADING] in said(went, "status")
+    assert STATUSES[EVADING] not in said(stood, "status")
+
+
+@pytest.mark.parametrize(("suite", "index"), [("sar-case1", 0), ("sar-case1", 4)])
+def test_evasive_is_passive_where_nobody_would_hit_it(suite: str, index: int) -> None:
+    stood, went = trial(suite, index, "passive"), trial(suite, index, "evasive")
+    assert STATUSES[EVADING] not in said(went, "status")
+    assert np.array_equal(went.pose, stood.pose)
 
 
 @pytest.mark.parametrize("latency", [{"sensing": 0.05}, {"sensing": 0.037, "command": 0.15}, {"command": 0.1}])
@@ -257,7 +274,7 @@ def test_it_keeps_to_what_its_certificate_asks() -> None:
         drive(
             begun(RESCUE, guarantee=guarantee, pose_error=0.04), (5.0, 0.0), lambda t, pose: obstacles(gap, moving=False), 120
         )
-        for guarantee in HpSt.GUARANTEES
+        for guarantee in ("passive", "none")
     )  # fmt: skip
     assert went.arrived
     assert STATUSES[STORED] not in {c.status for c in went.commands}

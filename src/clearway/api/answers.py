@@ -231,7 +231,7 @@ def find_breaks(
             continuous: start, speeds, timings, sizes, people's routes, latency, disturbance within its bounds, noise.
         robot: Its name, preset or file, or a `Robot`; None: the suite's first.
         navigator: Its name or address, or its class.
-        guarantee: Its mode, of one that has several (`passive`, `none`).
+        guarantee: Its mode, of one that has several (`passive`, `evasive`, `none`).
         failure: What counts as a break: `contact while moving`, `contact`, `timeout`, `livelock`, or an indicator beyond a limit
             as `MDO<0.1` and `CT>60`.
         trials: How many trials the search may take, without those of shrinking.

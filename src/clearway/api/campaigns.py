@@ -99,7 +99,7 @@ def run(
         decision_limit: Wall clock after which a decision counts as hung, s; None: never.
         without: Ingredients to leave out: beside each navigator that knows one, the variant without it is run too
             (`hp-st[without=reverse]`).
-        guarantees: Modes (`passive`, `none`) in which to run the navigators that have them.
+        guarantees: Modes (`passive`, `evasive`, `none`) in which to run the navigators that have them.
         disturbance: Factor on what disturbs the robot in each scenario; None: as each scenario says.
         latency: Factor on how late the robots sense and act; 0: at once; None: as their files say.
         ideal: Errors of the robots' sensors to leave out: `sweep`, `legs`, `mixed-pixels`, `lost-returns`, `bias`, `noise`,

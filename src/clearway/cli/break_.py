@@ -30,7 +30,9 @@ def break_(
         str,
         typer.Option("--navigator", "-n", help="Navigator.", autocompletion=_options.navigators_beginning),
     ] = "move-base",
-    guarantee: Annotated[str | None, typer.Option(help="Mode of a navigator that has several: passive, none.")] = None,
+    guarantee: Annotated[
+        str | None, typer.Option(help="Mode of a navigator that has several: passive, evasive, none.")
+    ] = None,
     failure: Annotated[
         str,
         typer.Option(

@@ -55,7 +55,8 @@ def run(
     guarantees: Annotated[
         list[str] | None,
         typer.Option(
-            "--guarantee", help="Mode of the navigators that have several: passive, none; repeat to run them apart."
+            "--guarantee",
+            help="Mode of the navigators that have several: passive, evasive, none; repeat to run them apart.",
         ),
     ] = None,
     batches: _options.Batches = None,

@@ -33,9 +33,10 @@ from clearway.navigators.hp_st.tracking import track
 from clearway.navigators.hp_st.tube import Plan, Tube, drive
 from clearway.robots.drive_limits import immediate
 
-PLANNED, KEPT, STORED, STOPPED = range(4)
-STATUSES = ("planned", "kept", "stored", "stopped")
-"""How a decision was found: a new plan; the last one; the remainder of the last certified plan; no way at all."""
+PLANNED, KEPT, STORED, STOPPED, EVADING = range(5)
+STATUSES = ("planned", "kept", "stored", "stopped", "evading")
+"""How a decision was found: a new plan; the last one; the remainder of the last certified plan; no way at all; a plan without a
+certificate, where what is certified leads to a contact."""
 
 ENDLESS = 2**62
 """A budget of so many nodes is none."""
@@ -79,6 +80,22 @@ class Settings(NamedTuple):
     heading_weight: float
     spread: FloatArray
     certified: bool
+
+
+class Evasion(NamedTuple):
+    """When it drives something without a certificate, and how that is found.
+
+    Attributes:
+        price: What is certified may risk and cost so much more, in seconds; inf: whatever it does.
+        settings: Those of a search that needs no certificate.
+        base: The robot's base, without what a certificate asks of it.
+        costs: What that search weighs.
+    """
+
+    price: float
+    settings: Settings
+    base: Base
+    costs: SearchCosts
 
 
 class Memory(NamedTuple):
@@ -389,9 +406,37 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 
 
 @kernel
+def evade(
+    scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, evasion: Evasion, decision: Decision
+) -> Decision:
+    """`decision`; or a plan without a certificate, where what is certified (if that is nothing, to brake and stand) risks the price of
+    it, and that plan is better by as much."""
+    if evasion.price == math.inf:
+        return decision
+    free = Scene(
+        evasion.settings, evasion.base, scene.obstacles, scene.field, scene.area, evasion.costs, scene.safety, scene.start
+    )  # fmt: skip
+    commands, states = np.zeros(decision.commands.shape), np.empty(decision.states.shape)
+    if decision.status == PLANNED or decision.status == KEPT:
+        commands[:] = decision.commands
+    total, risk = weigh(free, commands, states)
+    if risk < evasion.price:
+        return decision
+    found = widen(free, memory, find(free, memory, free.settings.narrow, decision.nodes, math.inf))
+    ways = gather(free, memory, found, free.settings.rounds)
+    if not ways.total.min() <= total - evasion.price:
+        return decision
+    other = choose(free, memory, forecast, rules, found, ways)
+    return Decision(
+        other.commands, other.states, other.cost, EVADING, -1, decision.stored, decision.tube, other.ways, other.choice, other.nodes,
+        other.cut,
+    )  # fmt: skip
+
+
+@kernel
 def decide(
     settings: Settings, base: Base, memory: Memory, forecast: Forecast, counted: Forecast, field: Field, area: FloatArray,
-    costs: SearchCosts, rules: Rules, safety: Safety, pose: FloatArray,
+    costs: SearchCosts, rules: Rules, safety: Safety, evasion: Evasion, pose: FloatArray,
 ) -> Decision:  # fmt: skip
     """Decide what to drive from `pose` (3,); of the forecast that counts in certificates which is `counted`."""
     scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
@@ -399,4 +444,4 @@ def decide(
     dear = settings.low_cost_threshold if surely else math.inf  # it searches wider then
     found = widen(scene, memory, find(scene, memory, settings.narrow, 0, dear))
     ways = gather(scene, memory, found, settings.rounds)
-    return choose(scene, memory, counted, rules, found, ways)
+    return evade(scene, memory, counted, rules, evasion, choose(scene, memory, counted, rules, found, ways))

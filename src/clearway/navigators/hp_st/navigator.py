@@ -26,14 +26,17 @@ from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certifi
 from clearway.navigators.hp_st.contact import Base
 from clearway.navigators.hp_st.decision import (
     ENDLESS,
+    EVADING,
     STATUSES,
     STOPPED,
     STORED,
     Decision,
+    Evasion,
     Memory,
     Settings,
     choose,
     decide,
+    evade,
     find,
     gather,
     pose_scene,
@@ -55,6 +58,7 @@ from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.stopping import fastest_certified, longest_braking, widest_braking
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveKind, Robot, possible
+from clearway.robots.drive_limits import DriveLimits
 from clearway.tuning import HOSPITAL, TunedOn
 
 REACH = 0.6
@@ -84,7 +88,8 @@ class HpSt:
 
     Args:
         guarantee: With `passive` only what is certified is driven, so that it never moves at a contact while the
-            assumptions hold (docs/guarantee.md); with `none` it has the best success.
+            assumptions hold (docs/guarantee.md); with `evasive` something else too, where the robot would be hit; with `none`
+            nothing is certified.
         without: Ingredients to leave out (INGREDIENTS), such as reverse+candidates.
         parameters: Any field of `parameters.Parameters`.
 
@@ -156,11 +161,10 @@ class HpSt:
         periods = layers * stride
         sight, limits = sight_of(robot, p.scan_range), robot.limits(task.speed_limit)
         car = limits.kind == "ackermann"
-        certified = self._guarantee == "passive" and "certificate" not in without and not car
-        self._uncovered: tuple[str, ...] = (_UNCOVERED,) if car and self._guarantee == "passive" else ()
+        certified = self._guarantee != "none" and "certificate" not in without and not car
+        self._uncovered: tuple[str, ...] = (_UNCOVERED,) if car and self._guarantee != "none" else ()
         self._car, self._table = car, manoeuvres_of(limits, p.reverse_cost if p.reverse else math.inf)
-        blind = certified and not sees(sight, math.pi, 0.0)  # what leads where it doesn't look is never certified
-        if blind or not p.reverse or "reverse" in without:
+        if not p.reverse or "reverse" in without:
             limits = limits._replace(v_min=0.0)
         self._p, self._period, body = p, task.period, footprint(robot.shape)
         disturbance = np.array(
@@ -176,14 +180,16 @@ class HpSt:
         self._rules = Rules(
             p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
         )
+        free = Base(limits, body)
         if certified:  # it plans to go no faster than it could be certified to stop
             v = fastest_certified(body, self._safety, self._rules)
-            limits = limits._replace(v_max=v, v_min=max(limits.v_min, -v))
+            back = v if sees(sight, math.pi, 0.0) else 0.0  # what leads where it doesn't look is never certified
+            limits = limits._replace(v_max=v, v_min=max(limits.v_min, -back))
         self._base = Base(limits, body)
         self._settings = Settings(
             period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
             budget=ENDLESS if task.budget.iterations is None else task.budget.iterations,
-            controls=CONTROLS if limits.v_min < 0.0 else CONTROLS[:11].copy(),
+            controls=_controls(limits),
             candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=0 if car else p.rounds,
             effort=p.effort, heading_weight=p.heading_weight,
             spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
@@ -197,6 +203,11 @@ class HpSt:
             0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
             0.0 if "time-to-go" not in without else PACE * limits.v_max, 0.0, math.inf, NONE, p.halt_cost if ahead else 0.0,
             ahead, "candidates" not in without,
+        )  # fmt: skip
+        self._evasion = Evasion(
+            p.price * p.contact_cost if certified and self._guarantee == "evasive" else math.inf,
+            self._settings._replace(certified=False, controls=_controls(free.limits)), free,
+            self._wishes._replace(margin=p.margin, soft=max(p.soft, p.margin), halt=0.0, ahead=0),
         )  # fmt: skip
         self._drifts = robot.camera is None and task.area is None
         self._base_link = robot.drive.base_link
@@ -294,10 +305,11 @@ class HpSt:
         assert self._counted is not None
         assert self._field is not None
         settings, memory, forecast, counted = self._settings, self._memory, self._forecast, self._counted
+        evasion = self._evasion._replace(costs=self._evasion.costs._replace(reach=costs.reach))
         if self._seconds is None:
             return decide(
                 settings, self._base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
-                pose,
+                evasion, pose,
             )  # fmt: skip
         scene = pose_scene(settings, self._base, memory, forecast, self._field, self._area, costs, self._safety, pose)
         found, end = find(scene, memory, settings.narrow, 0, math.inf), began + self._seconds
@@ -308,7 +320,8 @@ class HpSt:
             found = widen(scene, memory, found)
             late = time.perf_counter() >= end
         ways = gather(scene, memory, found, 0 if late else settings.rounds)
-        return choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
+        decision = choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
+        return decision if late else evade(scene, memory, counted, self._rules, evasion, decision)
 
     def _count(self, forecast: Forecast, eye: FloatArray, pose: FloatArray) -> Forecast:
         """Of `forecast` what certificates count with: all but who is out of view, beside the sector that is seen from `eye` (3,), and
@@ -353,7 +366,9 @@ class HpSt:
         if decision.status in (STORED, STOPPED):
             memory.age[1] = 0.0
             return self._remainder(pose)
-        if self._settings.certified:
+        if decision.status == EVADING:
+            self._stored = None
+        elif self._settings.certified:
             self._stored = decision.stored, decision.tube, 1
         memory.plan[:-1] = decision.commands[1:]
         memory.plan[-1] = decision.commands[-1]
@@ -435,6 +450,11 @@ _NOTHING = Obstacles(
     np.zeros(0, np.int64),
     np.zeros(0, np.bool_),
 )
+
+
+def _controls(limits: DriveLimits) -> FloatArray:
+    """(C, 2) what a step of the search tries within `limits`."""
+    return CONTROLS if limits.v_min < 0.0 else CONTROLS[:11].copy()
 
 
 def _discs(places: FloatArray, radius: FloatArray) -> FloatArray:

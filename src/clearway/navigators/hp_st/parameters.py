@@ -15,7 +15,7 @@ from clearway.robots import RobotTable
 INGREDIENTS = ("time-aware", "candidates", "horizon", "forecast", "certificate", "reverse", "time-to-go")
 """What it can be run without, to see what each brings."""
 
-GUARANTEES = ("passive", "none")
+GUARANTEES = ("passive", "evasive", "none")
 
 Share = Annotated[float, Field(gt=0, le=1)]
 
@@ -43,6 +43,7 @@ class Parameters(RobotTable):
     halt_cost: NonNegative = Field(
         description="with a certificate: cost of being where it couldn't brake to rest in time, s/s"
     )
+    price: NonNegative = Field(description="with `evasive`: share of `contact_cost` that a certificate may cost")
     discount: Share = Field(description="factor on that for each second ahead")
     margin: NonNegative = Field(description="kept from what stands, m")
     soft: Positive = Field(description="from this distance on nearness to what stands costs, m")
