@@ -135,7 +135,7 @@ def test_bad_people(change: dict[str, Any], message: str) -> None:
 @pytest.mark.parametrize(
     ("selection", "message"),
     [
-        ({"floor_plan": "ward"}, "takes place on an open floor"),
+        ({"floor_plan": "ward"}, "takes place in 'crowd-floor', not in 'ward'"),
         ({"speeds": (1.5,)}, "1.5 m/s is out of reach for 'crowdnav-disc', at most 1"),
         ({"configurations": ("case-500",)}, "unknown configuration 'case-500'"),
         ({"batches": ("circle",)}, "unknown batch 'circle'"),

@@ -257,7 +257,7 @@ def test_other_wrong_selections() -> None:
         build("sar-case1", seeds=(2, 1))
     with pytest.raises(ClearwayError, match="the suite 'hospital' has no generator"):
         build("hospital", robot="tiago", seeds=(0, 1))
-    with pytest.raises(ClearwayError, match="'sar-case1' takes place in the floor plan 'arena'"):
+    with pytest.raises(ClearwayError, match="'sar-case1' takes place in 'arena', not in 'hall'"):
         build("sar-case1", floor_plan="hall")
     with pytest.raises(ClearwayError, match=r"1.5 m/s is out of reach for 'rescue', at most 1"):
         build("sar-case1", speeds=(1.5,))

@@ -28,7 +28,7 @@ def test_every_scene_is_sound_and_says_what_is_expected(robot: str) -> None:
 
 
 def test_there_is_no_other_floor_plan_for_them() -> None:
-    with pytest.raises(ClearwayError, match="takes place in the floor plan 'ward'"):
+    with pytest.raises(ClearwayError, match="takes place in 'ward', not in 'hall'"):
         PEOPLE.build(load_robot("tiago"), Selection(floor_plan="hall"))
 
 

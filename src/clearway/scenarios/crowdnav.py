@@ -27,6 +27,7 @@ from clearway.scenarios.suite import (
     Selection,
     Suite,
     draw_label,
+    refuse_floor_plan,
     refuse_speeds,
     scenario_seed,
     selected_seeds,
@@ -143,8 +144,7 @@ def build(
     Raises:
         ClearwayError: another floor plan is selected, or a speed that is beyond the robot.
     """
-    if selection.floor_plan is not None:
-        raise ClearwayError(f"the suite {suite!r} takes place on an open floor, {FLOOR!r}", field="floor_plan")
+    refuse_floor_plan(selection.floor_plan, suite, FLOOR)
     refuse_speeds(selection.speeds, robot)
     return [
         _scenario(batch, label, people, robot, speed, repetition, seed, geometry)

@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from clearway.errors import ClearwayError
 from clearway.quantities import PoseSpec
 from clearway.robots import Robot
 from clearway.scenarios.behaviours import OperatorSpec
@@ -25,7 +24,7 @@ from clearway.scenarios.scenario import (
     RunSpec,
     Scenario,
 )
-from clearway.scenarios.suite import Section, Selection, Suite, draw, scenario_seed
+from clearway.scenarios.suite import Section, Selection, Suite, draw, refuse_floor_plan, scenario_seed
 
 SPEED = 0.6
 """Set speed, m/s."""
@@ -127,8 +126,7 @@ SCENES = (
 
 def build(robot: Robot, selection: Selection, seed: int) -> Sequence[Scenario]:
     """Every scene with its repetitions; who waits at first does so for up to half a second more or less."""
-    if selection.floor_plan is not None:
-        raise ClearwayError("the suite 'people' takes place in the floor plan 'ward'", field="floor_plan")
+    refuse_floor_plan(selection.floor_plan, "people", "ward")
     made = []
     for scene in SCENES:
         for repetition in range(1, (selection.repetitions or REPETITIONS) + 1):

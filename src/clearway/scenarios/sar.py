@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 from pydantic import TypeAdapter
 
-from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, inscribed_radius
 from clearway.robots import Robot
 from clearway.robots.robot import RESCUE, load_robot
@@ -43,6 +42,7 @@ from clearway.scenarios.suite import (
     Selection,
     Suite,
     draw_label,
+    refuse_floor_plan,
     refuse_speeds,
     scenario_seed,
     selected_seeds,
@@ -67,8 +67,7 @@ def build(
 ) -> list[Scenario]:
     """The frozen scenarios of the `cases`, or those that `draw` gives for `selection.seeds`; at `selection.speeds` (default: each
     case's set speed, or what the robot can do), `selection.repetitions` times, each with another disturbance."""
-    if selection.floor_plan is not None:
-        raise ClearwayError(f"the suite {suite!r} takes place in the floor plan 'arena'", field="floor_plan")
+    refuse_floor_plan(selection.floor_plan, suite, "arena")
     refuse_speeds(selection.speeds, robot)
     return [
         _scenario(suite, case, label, drawn, robot, speed, repetition, seed)

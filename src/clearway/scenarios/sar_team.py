@@ -23,7 +23,16 @@ from clearway.scenarios.sar_draws import CASES, Case
 from clearway.scenarios.sar_rules import SPEED, TASK, Layout
 from clearway.scenarios.sar_team_draws import KINDS, MOST, STREAMS, TEAM, TeamLayout, draw
 from clearway.scenarios.scenario import DisturbanceSpec, LabelSpec, LegSpec, RobotSpec, Scenario
-from clearway.scenarios.suite import Generator, Section, Selection, Suite, draw_label, scenario_seed, selected_seeds
+from clearway.scenarios.suite import (
+    Generator,
+    Section,
+    Selection,
+    Suite,
+    draw_label,
+    refuse_floor_plan,
+    scenario_seed,
+    selected_seeds,
+)
 
 FROZEN = 10
 """Scenarios of each batch and number of robots."""
@@ -72,8 +81,7 @@ Draw = Callable[[Case, int, int, str], TeamLayout]
 
 def build(robot: Robot, selection: Selection, seed: int, setting: Setting, drawn: Draw) -> list[Scenario]:
     """The frozen scenarios, or those of `selection.seeds`, for each number of robots or for that of the team."""
-    if selection.floor_plan is not None:
-        raise ClearwayError(f"the suite {setting.name!r} takes place in the floor plan 'arena'", field="floor_plan")
+    refuse_floor_plan(selection.floor_plan, setting.name, "arena")
     if len(selection.team) > MOST:
         raise ClearwayError(
             f"{len(selection.team)} robots are more than the arena of the suite {setting.name!r} is meant for; at most {MOST}",

@@ -331,6 +331,16 @@ def refuse_speeds(speeds: Iterable[float], robot: Robot) -> None:
             )
 
 
+def refuse_floor_plan(asked: str | None, suite: str, plan: str) -> None:
+    """Refuse another floor plan than `plan`, in which all of `suite` takes place.
+
+    Raises:
+        ClearwayError: another one is asked for, which is named.
+    """
+    if asked not in (None, plan):
+        raise ClearwayError(f"the suite {suite!r} takes place in {plan!r}, not in {asked!r}", field="floor_plan")
+
+
 def scenario_seed(seed: int, name: str) -> int:
     """The seed of the scenario `name` in a campaign with `seed`: the first 63 bits of a SHA-256."""
     return int.from_bytes(hashlib.sha256(f"{seed}:{name}".encode()).digest()[:8], "big") >> 1

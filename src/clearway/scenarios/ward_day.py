@@ -11,7 +11,6 @@ import re
 from collections.abc import Sequence
 from functools import partial
 
-from clearway.errors import ClearwayError
 from clearway.quantities import PoseSpec
 from clearway.robots import Robot
 from clearway.scenarios.behaviours import OperatorSpec
@@ -21,6 +20,7 @@ from clearway.scenarios.suite import (
     Selection,
     Suite,
     draw,
+    refuse_floor_plan,
     refuse_speeds,
     scenario_seed,
     variations,
@@ -44,8 +44,7 @@ _PUSHED = (
 
 def build(robot: Robot, selection: Selection, seed: int, ward: Ward) -> Sequence[Scenario]:
     """Every task with every number of people, or with those of the selected batches, at `selection.speeds`, in each variation."""
-    if selection.floor_plan is not None:
-        raise ClearwayError(f"the suite {ward.name!r} takes place in the floor plan {ward.plan!r}", field="floor_plan")
+    refuse_floor_plan(selection.floor_plan, ward.name, ward.plan)
     refuse_speeds(selection.speeds, robot)
     numbers = {f"people-{n}": n for n in ward.numbers}
     numbers |= {b: int(b[7:]) for b in selection.batches if re.fullmatch("people-(0|[1-9][0-9]{0,8})", b)}
