@@ -86,13 +86,13 @@ class Evasion(NamedTuple):
     """When it drives something without a certificate, and how that is found.
 
     Attributes:
-        price: What is certified may risk and cost so much more, in seconds; inf: whatever it does.
+        hit: From this risk of contact in a period on, of a plan that is certified (if there is none, of braking and standing); inf: never.
         settings: Those of a search that needs no certificate.
         base: The robot's base, without what a certificate asks of it.
         costs: What that search weighs.
     """
 
-    price: float
+    hit: float
     settings: Settings
     base: Base
     costs: SearchCosts
@@ -203,7 +203,7 @@ class Decision(NamedTuple):
 
 
 @kernel
-def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float, float]:
+def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float, float, float]:
     """What a plan costs by the yardstick of the search, s.
 
     Args:
@@ -212,14 +212,14 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         states: (N + 1, 5) where it leads, filled.
 
     Returns:
-        Time gone and to go (see `worth`) and risk together, and the risk alone.
+        Time gone and to go (see `worth`) and risk together; the risk alone; and the greatest risk of contact in a period, a probability.
     """
     costs, base, obstacles, field, start = scene.costs, scene.base, scene.obstacles, scene.field, scene.start
     n, c = len(commands), scene.settings.period
     plan = drive(start, commands, scene.safety.limits, c)
     still, foot, fastest = obstacles.still, base.foot, max(base.limits.v_max, -base.limits.v_min)
     nearby, halting = room_around(obstacles), Halting(base, obstacles.reach, costs.margin, c, c)
-    cost, total = 0.0, -1.0
+    cost, total, hit = 0.0, -1.0, 0.0
     first, _, _ = look(field, start[0], start[1])
     fall = base.limits.deceleration
     braking = 0.5 * fastest * fastest / fall + costs.margin if costs.halt > 0.0 else 0.0
@@ -239,6 +239,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         risk = collision_risk(nearby, s, m, foot, costs.margin, costs.soft, nearness, theta, dx, dy, turn)
         if risk < 0.0:
             risk = 1.0
+        hit = max(hit, risk)
         cost += weight * risk * c / costs.step
         if costs.halt > 0.0:
             end = StepEnd(theta + turn, dx, dy, plan.velocities[k + 1, 0], plan.velocities[k + 1, 1])
@@ -264,7 +265,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
             way = to_manoeuvre(costs.manoeuvres, field.goal, costs.heading, x, y, theta)
             left = max(left, way / base.limits.v_max)
         total = worth(costs, first, n * c, far, left)
-    return total + cost, cost
+    return total + cost, cost, hit
 
 
 @kernel
@@ -345,12 +346,12 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
         home(scene.start, base.limits, scene.field, settings.period, costs.reach, commands[count - 1])
     best = 0
     for p in range(count):
-        total[p], cost[p] = weigh(scene, commands[p], states[p])
+        total[p], cost[p], _ = weigh(scene, commands[p], states[p])
         if total[p] < total[best]:
             best = p
     if memory.age[1] > 0.0:
         commands[count] = memory.plan
-        total[count], cost[count] = weigh(scene, commands[count], states[count])
+        total[count], cost[count], _ = weigh(scene, commands[count], states[count])
         total[count] -= settings.keep
     if rounds > 0 and total[best] < total[count]:
         better = track(
@@ -358,7 +359,7 @@ def gather(scene: Scene, memory: Memory, found: Found, rounds: int) -> Ways:
             rounds, settings.effort, settings.heading_weight,
         )  # fmt: skip
         tried = np.empty((n + 1, 5))
-        value, risk = weigh(scene, better, tried)
+        value, risk, _ = weigh(scene, better, tried)
         if value < total[best]:
             total[best], cost[best] = value, risk
             commands[best], states[best] = better, tried
@@ -395,7 +396,7 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
             whole = drive(scene.start, commands, safety.limits, settings.period)
             certified, plan, about = longest_certified(whole, foot, forecast, rules, safety, memory.age[0] >= 2.0, 1)
             if certified >= 1:
-                _, cost = weigh(scene, commands, states)
+                _, cost, _ = weigh(scene, commands, states)
                 return Decision(commands, states, cost, PLANNED, certified, plan, about, shown, -1, found.spent, found.cut)  # fmt: skip
     if status == PLANNED and choice == last:
         status = KEPT
@@ -409,24 +410,26 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 def evade(
     scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, evasion: Evasion, decision: Decision
 ) -> Decision:
-    """`decision`; or a plan without a certificate, where what is certified (if that is nothing, to brake and stand) risks the price of
-    it, and that plan is better by as much."""
-    if evasion.price == math.inf:
+    """`decision`; or a plan without a certificate, where what is certified (if that is nothing, to brake and stand) leads to a contact
+    and that plan at least halves the risk of one."""
+    if evasion.hit == math.inf:
+        return decision
+    commands, states = np.zeros(decision.commands.shape), np.empty(decision.states.shape)
+    if decision.status == PLANNED or decision.status == KEPT:
+        commands[:] = decision.commands
+    _, _, hit = weigh(scene, commands, states)
+    if hit < evasion.hit:
         return decision
     free = Scene(
         evasion.settings, evasion.base, scene.obstacles, scene.field, scene.area, evasion.costs, scene.safety, scene.start
     )  # fmt: skip
-    commands, states = np.zeros(decision.commands.shape), np.empty(decision.states.shape)
-    if decision.status == PLANNED or decision.status == KEPT:
-        commands[:] = decision.commands
-    total, risk = weigh(free, commands, states)
-    if risk < evasion.price:
-        return decision
     found = widen(free, memory, find(free, memory, free.settings.narrow, decision.nodes, math.inf))
-    ways = gather(free, memory, found, free.settings.rounds)
-    if not ways.total.min() <= total - evasion.price:
+    other = choose(free, memory, forecast, rules, found, gather(free, memory, found, free.settings.rounds))
+    if other.status == STOPPED:
         return decision
-    other = choose(free, memory, forecast, rules, found, ways)
+    _, _, left = weigh(free, other.commands, states)
+    if left > 0.5 * hit:
+        return decision
     return Decision(
         other.commands, other.states, other.cost, EVADING, -1, decision.stored, decision.tube, other.ways, other.choice, other.nodes,
         other.cut,

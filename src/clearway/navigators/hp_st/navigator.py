@@ -205,7 +205,7 @@ class HpSt:
             ahead, "candidates" not in without,
         )  # fmt: skip
         self._evasion = Evasion(
-            p.price * p.contact_cost if certified and self._guarantee == "evasive" else math.inf,
+            p.hit if certified and self._guarantee == "evasive" else math.inf,
             self._settings._replace(certified=False, controls=_controls(free.limits)), free,
             self._wishes._replace(margin=p.margin, soft=max(p.soft, p.margin), halt=0.0, ahead=0),
         )  # fmt: skip

@@ -43,7 +43,7 @@ class Parameters(RobotTable):
     halt_cost: NonNegative = Field(
         description="with a certificate: cost of being where it couldn't brake to rest in time, s/s"
     )
-    price: NonNegative = Field(description="with `evasive`: share of `contact_cost` that a certificate may cost")
+    hit: Share = Field(description="with `evasive`: risk of contact in a period from which on it evades")
     discount: Share = Field(description="factor on that for each second ahead")
     margin: NonNegative = Field(description="kept from what stands, m")
     soft: Positive = Field(description="from this distance on nearness to what stands costs, m")
