@@ -128,7 +128,7 @@ def test_a_floor_says_how_many_it_holds(ward: Ward) -> None:
     assert len(crowd(suite, 31)[0].people) == 31
     with pytest.raises(ClearwayError, match="unknown batch 'people-many'"):
         suite.build(TIAGO, Selection(batches=("people-many",)))
-    with pytest.raises(ClearwayError, match="takes place in 'ward', not in 'hall'"):
+    with pytest.raises(ClearwayError, match=f"takes place in '{ward.plan}', not in 'hall'"):
         suite.build(TIAGO, Selection(floor_plan="hall"))
 
 
