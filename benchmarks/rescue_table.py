@@ -39,13 +39,9 @@ class Row(NamedTuple):
 
 def _hp_st(title: str, robot: str, options: str = "") -> list[Row]:
     """One with each of its guarantees."""
-    given = {
-        guarantee: ",".join(filter(None, (f"guarantee={guarantee}", options))) for guarantee in ("evasive", "none")
-    }
-    return [
-        Row(f"{title}, {guarantee}", robot, f"hp-st[{chosen}]" if chosen else "hp-st")
-        for guarantee, chosen in ({"passive": options} | given).items()
-    ]
+    modes = {"passive": "", "evasive": "guarantee=evasive", "none": "guarantee=none"}
+    given = {name: ",".join(filter(None, (mode, options))) for name, mode in modes.items()}
+    return [Row(f"{title}, {name}", robot, f"hp-st[{chosen}]" if chosen else "hp-st") for name, chosen in given.items()]
 
 
 _DOUBLED = "obstacle_speed=8.8,obstacle_acceleration=2.5,unseen_speed=8.8"

@@ -48,6 +48,7 @@ def words(navigator: str, suite: str, robot: str, selection: Selection, seed: in
         ("hp-st-foresight", "sar-case2", "rescue:lidar", Selection(seeds=(299, 301)), 0,
          ["on this scenario", "on other scenarios of this suite"]),
         ("hp-st", "sar-misspecified", "rescue", FROZEN, 0, ["no"]),
+        ("hp-st[guarantee=evasive]", "sar-misspecified", "rescue", FROZEN, 0, ["on other scenarios of this suite"]),
         ("hp-tmpc", "hospital", "tiago", ON_HALL, 0, ["on this scenario"]),
         ("hp-tmpc", "hospital", "tiago", replace(ON_HALL, speeds=(1.0,)), 0, ["on this geometry"]),
         ("hp-tmpc", "hospital", "hosbot", ON_HALL, 0, ["on this geometry"]),

@@ -100,7 +100,7 @@ class HpSt:
     needs: ClassVar[frozenset[Need]] = frozenset({"map", "obstacles"})
     drives: ClassVar[frozenset[DriveKind]] = frozenset({"differential", "omnidirectional", "ackermann"})
     privileged: ClassVar[bool] = False
-    tuned_on: ClassVar[tuple[TunedOn, ...]] = (
+    tuned_on: tuple[TunedOn, ...] = (
         *(
             TunedOn(suite, ("rescue",), draws=draws)
             for suite, draws in (
@@ -137,6 +137,8 @@ class HpSt:
 
     def __init__(self, guarantee: str = "passive", without: Collection[str] | str = (), **parameters: float) -> None:
         self._guarantee, self._without = guarantee_from(guarantee), ingredients_from(without)
+        if guarantee == "evasive":
+            self.tuned_on = (*_EVASIVE, *self.tuned_on)
         self._chosen = parameters
         Parameters.read(None, **parameters)  # tells of a wrong one at once
         self._decision: Decision | None = None
@@ -438,6 +440,11 @@ class HpStForesight(HpSt):
             raise ClearwayError("hp-st-foresight needs the true future of the obstacles, and this task has none")
         return PerfectForecaster(parameters, task.obstacle_oracle, task.period, count)
 
+
+_EVASIVE = (
+    TunedOn("sar-misspecified", ("rescue",), draws=range(100, 160), note="when it evades"),
+    TunedOn("meeting-points", ("tiago",), note="when it evades"),
+)
 
 _UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"
 
