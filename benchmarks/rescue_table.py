@@ -39,9 +39,9 @@ class Row(NamedTuple):
 
 def _hp_st(title: str, robot: str, options: str = "") -> list[Row]:
     """One with each of its guarantees."""
-    modes = {"passive": "", "evasive": "guarantee=evasive", "none": "guarantee=none"}
-    given = {name: ",".join(filter(None, (mode, options))) for name, mode in modes.items()}
-    return [Row(f"{title}, {name}", robot, f"hp-st[{chosen}]" if chosen else "hp-st") for name, chosen in given.items()]
+    modes = ("passive", "evasive", "none")
+    given = {mode: ",".join(filter(None, (f"guarantee={mode}", options))) for mode in modes}
+    return [Row(f"{title}, {mode}", robot, f"hp-st[{chosen}]") for mode, chosen in given.items()]
 
 
 _DOUBLED = "obstacle_speed=8.8,obstacle_acceleration=2.5,unseen_speed=8.8"

@@ -87,9 +87,9 @@ class HpSt:
     """Heuristic plan through space and time, tracked by a tube MPC, with a certificate before each step.
 
     Args:
-        guarantee: With `passive` only what is certified is driven, so that it never moves at a contact while the
-            assumptions hold (docs/guarantee.md); with `evasive` something else too, where the robot would be hit; with `none`
-            nothing is certified.
+        guarantee: With `evasive`, the default, what is certified is driven, and something else only where the robot would be
+            hit; with `passive` nothing else ever, so that it never moves at a contact while the assumptions hold
+            (docs/guarantee.md); with `none` nothing is certified.
         without: Ingredients to leave out (INGREDIENTS), such as reverse+candidates.
         parameters: Any field of `parameters.Parameters`.
 
@@ -135,7 +135,7 @@ class HpSt:
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
 
-    def __init__(self, guarantee: str = "passive", without: Collection[str] | str = (), **parameters: float) -> None:
+    def __init__(self, guarantee: str = "evasive", without: Collection[str] | str = (), **parameters: float) -> None:
         self._guarantee, self._without = guarantee_from(guarantee), ingredients_from(without)
         if guarantee == "evasive":
             self.tuned_on = (*_EVASIVE, *self.tuned_on)
