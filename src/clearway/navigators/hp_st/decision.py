@@ -300,13 +300,6 @@ def find(scene: Scene, memory: Memory, beam: int, spent: int, dear: float) -> Fo
 
 
 @kernel
-def _dear(settings: Settings) -> float:
-    """The risk at which the narrow search may end, s: from there on the wide one is sure to follow."""
-    surely = settings.narrow < settings.wide and settings.budget == ENDLESS
-    return settings.low_cost_threshold if surely else math.inf
-
-
-@kernel
 def widen(scene: Scene, memory: Memory, found: Found) -> Found:
     """Search wider, where no way of low cost has been found and the budget leaves more than there was."""
     settings = scene.settings
@@ -315,6 +308,15 @@ def widen(scene: Scene, memory: Memory, found: Found) -> Found:
     if settings.layers * nodes_of(settings.narrow) >= settings.budget - found.spent:
         return Found(found.tree, found.layer, found.node, found.low_cost, found.spent, True)
     return find(scene, memory, settings.wide, found.spent, math.inf)
+
+
+@kernel
+def find_or_widen(scene: Scene, memory: Memory, spent: int) -> Found:
+    """Search with a narrow beam, which ends early where the wide one is sure to follow; then with that, see `widen`."""
+    settings = scene.settings
+    surely = settings.narrow < settings.wide and settings.budget == ENDLESS
+    dear = settings.low_cost_threshold if surely else math.inf
+    return widen(scene, memory, find(scene, memory, settings.narrow, spent, dear))
 
 
 @kernel
@@ -430,7 +432,7 @@ def evade(
     free = Scene(
         evasion.settings, evasion.base, scene.obstacles, scene.field, scene.area, evasion.costs, scene.safety, scene.start
     )  # fmt: skip
-    found = widen(free, memory, find(free, memory, free.settings.narrow, decision.nodes, _dear(free.settings)))
+    found = find_or_widen(free, memory, decision.nodes)
     other = choose(free, memory, forecast, rules, found, gather(free, memory, found, free.settings.rounds))
     if other.status == STOPPED:
         return decision
@@ -450,6 +452,6 @@ def decide(
 ) -> Decision:  # fmt: skip
     """Decide what to drive from `pose` (3,); of the forecast that counts in certificates which is `counted`."""
     scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
-    found = widen(scene, memory, find(scene, memory, settings.narrow, 0, _dear(settings)))
+    found = find_or_widen(scene, memory, 0)
     ways = gather(scene, memory, found, settings.rounds)
     return evade(scene, memory, counted, rules, evasion, choose(scene, memory, counted, rules, found, ways))
