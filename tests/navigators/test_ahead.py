@@ -72,7 +72,7 @@ def test_it_is_where_it_expected_to_be(name: str, sensing: float, command: int) 
     """The command takes effect at the end of a period, where there is a sample."""
     robot = load_robot(name)
     trial, dreamt = drive(robot, 1, sensing=sensing, command=command * robot.period)
-    assert np.abs(off(trial, dreamt, command)).max() < 2e-3  # the plant's steps begin elsewhere in a ramp
+    assert np.abs(off(trial, dreamt, command)).max() < 1e-4  # the plant's steps begin elsewhere in a ramp
     assert np.ptp(trial.pose[:, :2], axis=0).min() > 0.3
 
 
@@ -88,9 +88,9 @@ def test_what_pushes_it_puts_it_off_by_no_more_than_the_bound(
     trial, dreamt = drive(robot, seed, disturbance, sensing=sensing, command=command * robot.period)
     most = blurred(np.zeros(3), np.array((*bounds, 1.0)), time, robot.period, 1.0)
     found = np.abs(off(trial, dreamt, command))
-    assert (found <= most + 2e-3).all()
+    assert (found <= most + 1e-4).all()
     if time > robot.period:
-        assert (found.max(axis=0) > 0.05 * most).all()  # and the bound is not beyond all measure
+        assert (found.max(axis=0) > 0.1 * most).all()  # and the bound is not beyond all measure
 
 
 def test_without_latency_nothing_is_rolled_on() -> None:

@@ -149,15 +149,15 @@ def blurred(start: FloatArray, disturbance: FloatArray, time: float, period: flo
 
     Args:
         start: (3,) the same of the perceived pose.
-        disturbance: (5,) bounds for each control period: displacement [m] and turn [rad], deviation of v [m/s] and omega
-            [rad/s]; the last does not count, as if it also moved a robot that stands.
+        disturbance: (5,) bounds for each control period: displacement [m] and turn [rad], which grow evenly over it, deviation of v
+            [m/s] and omega [rad/s]; the last does not count, as if it also moved a robot that stands.
         time: For how long, s.
         period: Control period, s.
         speed: The most that the robot drives at, m/s.
     """
     if time <= 0.0:
         return start
-    periods = math.ceil(time / period - 1e-9) + 1  # as many are touched
+    periods = time / period  # what happens in a period grows evenly over it
     position, heading, slip, spin = disturbance[:4].tolist()
     turned = start[2] + periods * heading + time * spin
     moved = periods * position + time * slip + time * (speed + slip) * turned
