@@ -100,6 +100,19 @@ def test_nothing_is_certified_where_something_may_come_at_once_and_it_stays() ->
     assert {c.status for c in went.commands} <= {"stored", "stopped", "planned", "kept"}
 
 
+def test_where_nothing_is_certified_evasive_goes_where_nobody_is_expected_and_passive_stays() -> None:
+    """Who stands at either side could be at it before it has braked; the way ahead is free."""
+
+    def beside(t: float, pose: FloatArray) -> Any:
+        return obstacles([(0.0, OWN + OTHER + 0.05), (0.0, -OWN - OTHER - 0.05)])
+
+    stood, went = (drive(begun(guarantee=name), (3.0, 0.0), beside, 30) for name in ("passive", "evasive"))
+    assert {(c.v, c.omega) for c in stood.commands} == {(0.0, 0.0)}
+    assert [c.status for c in went.commands[:2]] == ["stored", "evading"]  # not for a single period
+    assert went.commands[-1].status not in ("evading", "stored")
+    assert went.arrived
+
+
 def test_it_evades_what_comes_at_it_at_rest() -> None:
     """It stands at its goal's side, waiting; a disc comes that would touch it."""
     gaps = []

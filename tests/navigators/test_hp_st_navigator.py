@@ -188,7 +188,7 @@ def test_without_a_certificate_it_drives_where_with_one_it_waits() -> None:
 def test_what_nobody_knew_of_cuts_a_lidar_s_plan_short() -> None:
     """TIAGo drives in the open; then somebody shows in its way who comes at a walk: it brakes at once, as hard as it can."""
     robot = load_robot("tiago")
-    navigator, aim = begun(robot, 0.6, obstacle_acceleration=2.0), goal(9.0, 0.0)
+    navigator, aim = begun(robot, 0.6, guarantee="passive", obstacle_acceleration=2.0), goal(9.0, 0.0)
     pose, velocity, t, ahead = np.zeros(3), np.zeros(2), 0.0, []
     for k in range(25):
         seen = obstacles([(pose[0] + 1.4, 0.0)], 0.25, (-1.3, 0.0), 0.05) if k >= 20 else obstacles()

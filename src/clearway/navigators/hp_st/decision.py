@@ -87,12 +87,14 @@ class Evasion(NamedTuple):
 
     Attributes:
         hit: From this risk of contact in a period on, of a plan that is certified (if there is none, of braking and standing); inf: never.
+        proceed: Where nothing has had a certificate in the last period either: up to this risk of contact in a period.
         settings: Those of a search that needs no certificate.
         base: The robot's base, without what a certificate asks of it.
         costs: What that search weighs.
     """
 
     hit: float
+    proceed: float
     settings: Settings
     base: Base
     costs: SearchCosts
@@ -104,7 +106,7 @@ class Memory(NamedTuple):
     Attributes:
         plan: (N, 2) commands of the last plan from now on, in m/s and rad/s.
         velocity: (2,) v and omega that the base drives now, in m/s and rad/s.
-        age: (2,) periods since it began to stand, and 1 if there is a plan, else 0.
+        age: (3,) periods since it began to stand; 1 if there is a plan, else 0; and periods since something had a certificate.
     """
 
     plan: FloatArray
@@ -417,21 +419,33 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 
 @kernel
 def evade(
-    scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, evasion: Evasion, decision: Decision
+    scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, evasion: Evasion, ways: Ways, decision: Decision
 ) -> Decision:
-    """`decision`; or a plan without a certificate, where what is certified (if that is nothing, to brake and stand) leads to a contact
-    and that plan at least halves the risk of one."""
+    """`decision`; or a plan without a certificate.
+
+    That is the best of the `ways`, where nothing has had a certificate in the last period either and it risks little; or another one,
+    where what is certified (if that is nothing, to brake and stand) leads to a contact and it at least halves the risk of one.
+    """
     if evasion.hit == math.inf:
-        return decision
-    commands, states = np.zeros(decision.commands.shape), np.empty(decision.states.shape)
-    if decision.status == PLANNED or decision.status == KEPT:
-        commands[:] = decision.commands
-    _, _, hit = weigh(scene, commands, states)
-    if hit < evasion.hit:
         return decision
     free = Scene(
         evasion.settings, evasion.base, scene.obstacles, scene.field, scene.area, evasion.costs, scene.safety, scene.start
     )  # fmt: skip
+    commands, states = np.zeros(decision.commands.shape), np.empty(decision.states.shape)
+    best, certified = int(np.argmin(ways.total)), decision.status == PLANNED or decision.status == KEPT
+    if not certified and memory.age[2] > 0.0 and ways.total[best] < math.inf:
+        _, cost, hit = weigh(free, ways.commands[best], states)
+        if hit <= evasion.proceed:
+            choice = best if best < len(decision.ways) else -1
+            return Decision(
+                ways.commands[best], ways.states[best], cost, EVADING, -1, decision.stored, decision.tube, decision.ways, choice,
+                decision.nodes, decision.cut,
+            )  # fmt: skip
+    if certified:
+        commands[:] = decision.commands
+    _, _, hit = weigh(free, commands, states)
+    if hit < evasion.hit:
+        return decision
     found = find_or_widen(free, memory, decision.nodes)
     other = choose(free, memory, forecast, rules, found, gather(free, memory, found, free.settings.rounds))
     if other.status == STOPPED:
@@ -454,4 +468,4 @@ def decide(
     scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
     found = find_or_widen(scene, memory, 0)
     ways = gather(scene, memory, found, settings.rounds)
-    return evade(scene, memory, counted, rules, evasion, choose(scene, memory, counted, rules, found, ways))
+    return evade(scene, memory, counted, rules, evasion, ways, choose(scene, memory, counted, rules, found, ways))

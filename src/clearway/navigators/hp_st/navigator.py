@@ -27,6 +27,8 @@ from clearway.navigators.hp_st.contact import Base
 from clearway.navigators.hp_st.decision import (
     ENDLESS,
     EVADING,
+    KEPT,
+    PLANNED,
     STATUSES,
     STOPPED,
     STORED,
@@ -207,7 +209,7 @@ class HpSt:
             ahead, "candidates" not in without,
         )  # fmt: skip
         self._evasion = Evasion(
-            p.hit if certified and self._guarantee == "evasive" else math.inf,
+            p.hit if certified and self._guarantee == "evasive" else math.inf, p.proceed,
             self._settings._replace(certified=False, controls=_controls(free.limits)), free,
             self._wishes._replace(margin=p.margin, soft=max(p.soft, p.margin), halt=0.0, ahead=0),
         )  # fmt: skip
@@ -222,7 +224,7 @@ class HpSt:
             constant_velocity_only="forecast" in without, velocities=robot.camera is None, avoidance=p.avoidance,
         )  # fmt: skip
         self._forecaster = self._make_forecaster(task, known, periods + math.ceil(late / task.period - 1e-9))
-        self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(2))
+        self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(3))
         self._goal: Goal | None = None
         self._field: Field | None = None
         self._distance = GoalDistance(
@@ -323,7 +325,7 @@ class HpSt:
             late = time.perf_counter() >= end
         ways = gather(scene, memory, found, 0 if late else settings.rounds)
         decision = choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
-        return decision if late else evade(scene, memory, counted, self._rules, evasion, decision)
+        return decision if late else evade(scene, memory, counted, self._rules, evasion, ways, decision)
 
     def _count(self, forecast: Forecast, eye: FloatArray, pose: FloatArray) -> Forecast:
         """Of `forecast` what certificates count with: all but who is out of view, beside the sector that is seen from `eye` (3,), and
@@ -365,6 +367,7 @@ class HpSt:
     def _commit(self, decision: Decision, pose: FloatArray) -> tuple[float, float]:
         """The command of this period, and what is remembered for the next."""
         memory = self._memory
+        memory.age[2] = 0.0 if decision.status in (PLANNED, KEPT) else memory.age[2] + 1.0
         if decision.status in (STORED, STOPPED):
             memory.age[1] = 0.0
             return self._remainder(pose)

@@ -44,6 +44,9 @@ class Parameters(RobotTable):
         description="with a certificate: cost of being where it couldn't brake to rest in time, s/s"
     )
     hit: Share = Field(description="with `evasive`: risk of contact in a period from which on it evades")
+    proceed: NonNegative = Field(
+        le=1, description="with `evasive`, where nothing has a certificate: risk of contact in a period up to which it drives on"
+    )
     discount: Share = Field(description="factor on that for each second ahead")
     margin: NonNegative = Field(description="kept from what stands, m")
     soft: Positive = Field(description="from this distance on nearness to what stands costs, m")
