@@ -35,7 +35,7 @@ Make = Callable[[], Navigator]
 def lines(navigator: str) -> list[tuple[int, str, Make]]:
     """Obstacles, what it is told, and how to make it."""
     if navigator == "hp-st":
-        return [(n, g, partial(HpSt, guarantee=g)) for g in ("none", "passive") for n in (16, 8, 64, 256)]
+        return [(n, g, partial(HpSt, guarantee=g)) for g in HpSt.GUARANTEES for n in (16, 8, 64, 256)]
     grid = [(16, 5), (16, 10), (16, 15), (16, 20), (8, 5), (64, 5), (256, 5)]
     return [(n, f"N^P = {h}", partial(HpTmpc, prediction_horizon=h)) for n, h in grid]
 

@@ -36,7 +36,7 @@ from clearway.robots.drive_limits import immediate
 PLANNED, KEPT, STORED, STOPPED, EVADING = range(5)
 STATUSES = ("planned", "kept", "stored", "stopped", "evading")
 """How a decision was found: a new plan; the last one; the remainder of the last certified plan; no way at all; a plan without a
-certificate, where what is certified leads to a contact."""
+certificate (see `evade`)."""
 
 ENDLESS = 2**62
 """A budget of so many nodes is none."""

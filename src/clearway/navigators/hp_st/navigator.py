@@ -90,7 +90,7 @@ class HpSt:
 
     Args:
         guarantee: With `evasive`, the default, what is certified is driven, and something else only where the robot would be
-            hit; with `passive` nothing else ever, so that it never moves at a contact while the assumptions hold
+            hit, or nothing is certified and nobody is expected in its way; with `passive` nothing else ever, so that it never moves at a contact while the assumptions hold
             (docs/guarantee.md); with `none` nothing is certified.
         without: Ingredients to leave out (INGREDIENTS), such as reverse+candidates.
         parameters: Any field of `parameters.Parameters`.
@@ -447,6 +447,7 @@ class HpStForesight(HpSt):
 _EVASIVE = (
     TunedOn("sar-misspecified", ("rescue",), draws=range(100, 160), note="when it evades"),
     TunedOn("meeting-points", ("tiago",), note="when it evades"),
+    TunedOn("dynabarn", ("jackal",), draws=range(16), note="when it evades"),
 )
 
 _UNCOVERED = "base: the certificate covers none that steers like a car; nothing is certified"
