@@ -45,7 +45,8 @@ class Parameters(RobotTable):
     )
     hit: Share = Field(description="with `evasive`: risk of contact in a period from which on it evades")
     proceed: NonNegative = Field(
-        le=1, description="with `evasive`, where nothing has a certificate: risk of contact in a period up to which it drives on"
+        le=1,
+        description="with `evasive`, where nothing has a certificate: risk of contact in a period up to which it drives on",
     )
     discount: Share = Field(description="factor on that for each second ahead")
     margin: NonNegative = Field(description="kept from what stands, m")
