@@ -190,6 +190,14 @@ def test_the_sentences_say_the_numbers(results: Results) -> None:
     assert "repetitions of one test are alike" in said.limits
 
 
+def test_of_many_groups_of_tests_a_few_are_told_and_that_there_are_more(results: Results) -> None:
+    f = Findings(results)
+    (one,) = (verdicts(f, group) for group in same_tests(f))
+    alone, three, five = (summary(f, [one] * k).result for k in (1, 3, 5))
+    assert three == " ".join([alone] * 3)
+    assert five == f"{three} What came out of 2 other groups of tests stands in the tables."
+
+
 def test_the_page_begins_with_it_and_has_no_cards(report: Path) -> None:
     page = report.read_text(encoding="utf-8")
     body = page[page.index("<body>") :]

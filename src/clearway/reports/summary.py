@@ -36,9 +36,10 @@ class Summary:
 
 def summary(f: Findings, found: Sequence[Verdicts]) -> Summary:
     """What the page says first."""
-    return Summary(
-        _tested(f, found), " ".join(_result(f, v) for v in found[:2]) or "There are no trials.", _limits(f, found)
-    )
+    said = [_result(f, v) for v in found[:FEW]]
+    if more := len(found) - len(said):
+        said.append(f"What came out of {_count(more, 'other group')} of tests stands in the tables.")
+    return Summary(_tested(f, found), " ".join(said) or "There are no trials.", _limits(f, found))
 
 
 # --- what was tested --------------------------------------------------------------------------------------------------
