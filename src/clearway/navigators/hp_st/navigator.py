@@ -14,18 +14,16 @@ from clearway.errors import ClearwayError
 from clearway.forecasts.forecast import Forecast, later
 from clearway.forecasts.forecaster import Forecaster, PerfectForecaster
 from clearway.forecasts.parameters import ForecastParameters
-from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.common.ahead import Ahead, blurred
+from clearway.navigators.common.ahead import Ahead
 from clearway.navigators.common.arrival import BEGIN, HEADING, Approach
 from clearway.navigators.common.frame import OdometryFrame
-from clearway.navigators.common.inputs import area_of, finite
+from clearway.navigators.common.inputs import finite
 from clearway.navigators.common.motion import stop_and_turn
+from clearway.navigators.hp_st.assembly import assemble
 from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
-from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified, stopped_after
-from clearway.navigators.hp_st.contact import Base
+from clearway.navigators.hp_st.certificate import longest_certified, stopped_after
 from clearway.navigators.hp_st.decision import (
-    ENDLESS,
     EVADING,
     KEPT,
     PLANNED,
@@ -33,9 +31,7 @@ from clearway.navigators.hp_st.decision import (
     STOPPED,
     STORED,
     Decision,
-    Evasion,
     Memory,
-    Settings,
     choose,
     decide,
     evade,
@@ -46,7 +42,7 @@ from clearway.navigators.hp_st.decision import (
 )
 from clearway.navigators.hp_st.field import Field
 from clearway.navigators.hp_st.goal_distance import GoalDistance
-from clearway.navigators.hp_st.manoeuvres import NONE, manoeuvres_of
+from clearway.navigators.hp_st.manoeuvres import manoeuvres_of
 from clearway.navigators.hp_st.parameters import (
     GUARANTEES,
     INGREDIENTS,
@@ -55,12 +51,10 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
 )
 from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.sight import hidden_within, sees, sight_of
+from clearway.navigators.hp_st.sight import hidden_within
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
-from clearway.navigators.hp_st.stopping import fastest_certified, longest_braking, widest_braking
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveKind, Robot, possible
-from clearway.robots.drive_limits import DriveLimits
 from clearway.tuning import HOSPITAL, TunedOn
 
 REACH = 0.6
@@ -69,20 +63,11 @@ REACH = 0.6
 CLOSE = 0.15
 """The same of a robot that stops at its goal, and share within which it begins to turn: DE is one of the indicators."""
 
-PACE = 0.5
-"""Share of the top speed at which the reference goes that is tracked without time to go: paper B's."""
-
 FACED = 0.3
 """Share of the heading's tolerance within which its turn ends: the estimate errs by up to the whole of it."""
 
 REFRESH = 0.3
 """What a lidar shows of what stands changes with every scan: so often the distances to the goal are made anew, s."""
-
-CONTROLS = np.array(
-    [(1, 0), (1, 1), (1, -1), (1, 0.4), (1, -0.4), (0.5, 0), (0.5, 1), (0.5, -1), (0, 0), (0, 1), (0, -1),
-     (-1, 0), (-1, 1), (-1, -1), (-0.5, 0)], dtype=np.float64,
-)  # fmt: skip
-"""What a step of the search tries, as shares of the limits of v and omega."""
 
 
 class HpSt:
@@ -159,76 +144,33 @@ class HpSt:
         Raises:
             ClearwayError: A parameter in the robot's file is wrong.
         """
-        p, without = self.read_parameters(robot), self._without
-        layers = p.short if "horizon" in without else p.layers
-        stride = max(1, round(p.step / task.period))
-        periods = layers * stride
-        sight, limits = sight_of(robot, p.scan_range), robot.limits(task.speed_limit)
-        car = limits.kind == "ackermann"
-        certified = self._guarantee != "none" and "certificate" not in without and not car
-        self._uncovered: tuple[str, ...] = (_UNCOVERED,) if car and self._guarantee != "none" else ()
-        self._car, self._table = car, manoeuvres_of(limits, p.reverse_cost if p.reverse else math.inf)
-        if not p.reverse or "reverse" in without:
-            limits = limits._replace(v_min=0.0)
-        self._p, self._period, body = p, task.period, footprint(robot.shape)
-        disturbance = np.array(
-            (p.disturbance_position, p.disturbance_heading, p.disturbance_velocity, p.disturbance_turn,
-             float(p.disturbed_at_rest))
-        )  # fmt: skip
+        p = self.read_parameters(robot)
+        made = assemble(p, task, robot, self._guarantee, self._without)
+        self._settings, self._base, self._wishes, self._safety, self._rules, self._evasion = made
+        sight, car = self._rules.sight, made.base.limits.kind == "ackermann"
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
-        self._ahead = Ahead(task.latency, limits)
-        late = self._ahead.time
-        later_error = blurred(start, disturbance, late, task.period, limits.fastest)
-        self._safety = Safety(limits, task.period, disturbance, later_error)
-        self._area = area_of(task)
-        self._rules = Rules(
-            p.obstacle_acceleration, self._area, sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
-        )
-        free = Base(limits, body)
-        if certified:  # it plans to go no faster than it could be certified to stop
-            v = fastest_certified(body, self._safety, self._rules)
-            back = v if sees(sight, math.pi, 0.0) else 0.0  # what leads where it doesn't look is never certified
-            limits = limits._replace(v_max=v, v_min=max(limits.v_min, -back))
-        self._base = Base(limits, body)
-        self._settings = Settings(
-            period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
-            budget=ENDLESS if task.budget.iterations is None else task.budget.iterations,
-            controls=_controls(limits),
-            candidates=1 if "candidates" in without else p.candidates, apart=p.apart, keep=p.keep, rounds=0 if car else p.rounds,
-            effort=p.effort, heading_weight=p.heading_weight,
-            spread=np.array((p.own_spread, p.own_growth, p.most_spread)),
-            certified=certified,
-        )  # fmt: skip
-        halts = certified and p.halt_cost > 0.0 and math.isfinite(limits.deceleration)
-        ahead = longest_braking(limits, task.period) if halts else 0
-        margin = max(p.margin, widest_braking(self._safety)) if halts else p.margin
-        self._wishes = SearchCosts(
-            stride * task.period, stride, p.contact_cost, p.discount, margin, max(p.soft, margin), p.near, p.yaw_change_cost, p.reverse_cost, 0.1,
-            0 if "time-aware" not in without else periods, max(limits.acceleration, limits.deceleration) < math.inf,
-            0.0 if "time-to-go" not in without else PACE * limits.v_max, 0.0, math.inf, NONE, p.halt_cost if ahead else 0.0,
-            ahead, "candidates" not in without,
-        )  # fmt: skip
-        self._evasion = Evasion(
-            p.hit if certified and self._guarantee == "evasive" else math.inf, p.proceed,
-            self._settings._replace(certified=False, controls=_controls(free.limits)), free,
-            self._wishes._replace(margin=p.margin, soft=max(p.soft, p.margin), halt=0.0, ahead=0),
-        )  # fmt: skip
+        self._uncovered: tuple[str, ...] = (_UNCOVERED,) if car and self._guarantee != "none" else ()
+        self._car = car
+        self._table = manoeuvres_of(robot.limits(task.speed_limit), p.reverse_cost if p.reverse else math.inf)
+        self._p, self._period, self._area = p, task.period, self._rules.area
+        self._ahead = Ahead(task.latency, self._safety.limits)
         self._drifts = robot.camera is None and task.area is None
         self._base_link = robot.drive.base_link
         self._watch = AssumptionMonitor(
-            self._safety.limits, task.period, disturbance, start, robot.odometry, self._ahead
+            self._safety.limits, task.period, self._safety.disturbance, start, robot.odometry, self._ahead
         )
         self._looks = SightMonitor(sight, p.unseen_speed, start, p.memory, robot.camera is None)
         known = ForecastParameters(
             speed=p.obstacle_speed, acceleration=p.obstacle_acceleration, memory=p.memory,
-            constant_velocity_only="forecast" in without, velocities=robot.camera is None, avoidance=p.avoidance,
+            constant_velocity_only="forecast" in self._without, velocities=robot.camera is None, avoidance=p.avoidance,
         )  # fmt: skip
+        periods, late = self._settings.periods, self._ahead.time
         self._forecaster = self._make_forecaster(task, known, periods + math.ceil(late / task.period - 1e-9))
         self._memory = Memory(np.zeros((periods, 2)), np.zeros(2), np.zeros(3))
         self._goal: Goal | None = None
         self._field: Field | None = None
         self._distance = GoalDistance(
-            task, self._area, self._base.foot.circumscribed + margin, limits, periods * task.period,
+            task, self._area, self._base.foot.circumscribed + self._wishes.margin, self._base.limits, periods * task.period,
             1 if robot.camera else max(1, round(REFRESH / task.period)), None if robot.camera else sight,
         )  # fmt: skip
         self._decision = None
@@ -236,7 +178,7 @@ class HpSt:
         self._counted: Forecast | None = None
         self._seconds = task.budget.seconds
         begin, faced = (BEGIN, HEADING) if car else (CLOSE if self._wishes.stop else BEGIN, FACED)
-        self._approach = Approach(limits, task.period, begin, faced, not car)
+        self._approach = Approach(self._base.limits, task.period, begin, faced, not car)
         self._stored: tuple[Plan, Tube, int] | None = None
         self._frame = OdometryFrame(np.zeros(3), np.zeros(3))
 
@@ -461,11 +403,6 @@ _NOTHING = Obstacles(
     np.zeros(0, np.int64),
     np.zeros(0, np.bool_),
 )
-
-
-def _controls(limits: DriveLimits) -> FloatArray:
-    """(C, 2) what a step of the search tries within `limits`."""
-    return CONTROLS if limits.v_min < 0.0 else CONTROLS[:11].copy()
 
 
 def _discs(places: FloatArray, radius: FloatArray) -> FloatArray:
