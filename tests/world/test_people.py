@@ -221,6 +221,43 @@ def test_a_group_stays_together() -> None:
     assert spread("friends") < 0.8 * spread("")
 
 
+def visitors(rule: str = "social-force") -> list[dict[str, Any]]:
+    """Two who go about together, between places 0.8 m apart and 2.5 m apart; one is slow."""
+    share: dict[str, Any] = {"wait": 1.0, "loop": True, "group": "visitors", "behaviour": rule}
+    return [
+        walker("ann", (0.0, 0.4), (5.0, 0.4), (-1.0, 1.2), **share),
+        walker("bob", (0.0, -0.4), (5.0, -0.4), (-1.0, -1.3), **share | {"speed": 0.5}),
+    ]
+
+
+@pytest.mark.parametrize("rule", RULES[1:])
+def test_who_belongs_to_a_group_walks_on_when_all_of_it_have_come_and_stayed(rule: str) -> None:
+    people = visitors(rule)
+    m = watch(people, 40.0).moving_obstacles[:, :, :2]
+    t, near = np.arange(len(m)) * 0.1, np.empty((2, len(m)))
+    for k, person in enumerate(people):
+        near[k] = np.hypot(*(m[:, k] - person["route"][0]["at"]).T)
+    came = [t[near[k] <= 0.3][0] for k in range(2)]
+    left = [t[(t > came[k]) & (near[k] > 0.35)][0] for k in range(2)]
+    assert came[1] - came[0] > 1.5
+    assert min(left) >= came[1] + 0.9
+    for k, person in enumerate(people):  # and then to the next, however far apart
+        apart = np.hypot(*(m[t > left[k], k] - person["route"][1]["at"]).T)
+        assert apart.min() <= 0.3
+
+
+def test_in_which_order_a_group_is_listed_changes_nothing_but_the_order() -> None:
+    one, other = watch(visitors(), 30.0), watch(visitors()[::-1], 30.0)
+    assert other.moving_obstacles[:, ::-1] == pytest.approx(one.moving_obstacles, abs=1e-9)
+
+
+def test_one_of_a_group_who_goes_no_further_keeps_nobody() -> None:
+    ann, bob = visitors()
+    bob["route"], bob["loop"] = bob["route"][:1], False
+    x = watch([ann, bob], 40.0).moving_obstacles[:, 0, 0]
+    assert (np.abs(np.diff((x > 2.0).astype(int))).sum()) >= 2  # there, and away again
+
+
 def test_preferred_speeds_are_drawn_from_what_is_published() -> None:
     drawn = [speed_of(PersonSpec(name=f"p{k}", start=(0.0, 0.0)), 3) for k in range(2000)]
     assert np.mean(drawn) == pytest.approx(1.34, abs=0.02)

@@ -20,6 +20,9 @@ AHEAD = 4.0
 """How far along the way a person looks for the place to head for, m."""
 ARRIVED = 0.3
 """So near to a place of the route the next one is walked to, m."""
+SETTLING = 2.0
+"""Nearer than that to where it is to stand, and with that in view, one of a group goes there alone, m: their places may be farther apart
+than they walk."""
 STOPPING = 1.0
 """Who comes to stay somewhere slows down so as to be there in no less than this, s."""
 HELD_UP, PATIENCE, ASIDE = 0.3, 1.0, 2.0
@@ -45,6 +48,8 @@ class OnRoute(NamedTuple):
         waits: (p,) how long they are stayed at, s.
         first: (k + 1,) int64, the places of person i are those from first[i] to first[i + 1].
         loop: (k,) whether each route begins anew.
+        group: (k,) int64, with whom each goes: who has the same; negative: alone.
+        come: (k,) int64, to how many places each has come.
         stop: (k,) int64, which place of its route each heads for next.
         held: (k,) int64, at which of `stops` each was last.
         until: (k,) until when it stays there, s.
@@ -52,7 +57,8 @@ class OnRoute(NamedTuple):
         place: (k, 2) where each walks to, or stays, m.
         walks: (k,) whether it walks there.
         stays: (k,) whether it is to stand there.
-        due: (k,) when it walks on from where it stays, s; inf: it walks, or stays for good.
+        settles: (k,) whether it is where it is to stand, or nearly, see `SETTLING`.
+        due: (k,) when it walks on from where it stays, s; inf: it walks, or stays for good; -inf: it may walk on, once its group does.
         slot: (k,) int64, which of the distances are those to its place; negative: they are to be looked up.
         slots: (p + k,) int64, the same of all `stops`.
         distance: (n, rows, columns) see `Ways`.
@@ -70,6 +76,8 @@ class OnRoute(NamedTuple):
     waits: FloatArray
     first: npt.NDArray[np.int64]
     loop: npt.NDArray[np.bool_]
+    group: npt.NDArray[np.int64]
+    come: npt.NDArray[np.int64]
     stop: npt.NDArray[np.int64]
     held: npt.NDArray[np.int64]
     until: FloatArray
@@ -77,6 +85,7 @@ class OnRoute(NamedTuple):
     place: FloatArray
     walks: npt.NDArray[np.bool_]
     stays: npt.NDArray[np.bool_]
+    settles: npt.NDArray[np.bool_]
     due: FloatArray
     slot: npt.NDArray[np.int64]
     slots: npt.NDArray[np.int64]
@@ -103,6 +112,7 @@ class Routes:
 
     def __init__(self, people: Sequence[PersonSpec], speed: FloatArray, room: Room, seed: int) -> None:
         k = len(people)
+        named = [person.group for person in people]
         self._room = room
         self._floor = hashlib.blake2b(room.clearance.tobytes() + room.origin.tobytes(), digest_size=16).digest()
         self._ends = [
@@ -119,6 +129,8 @@ class Routes:
             waits=np.array([stop.wait for person in people for stop in person.route], np.float64),
             first=first,
             loop=np.array([person.loop for person in people], np.bool_),
+            group=np.array([named.index(name) if name else -1 for name in named], np.int64),
+            come=np.zeros(k, np.int64),
             stop=np.zeros(k, np.int64),
             held=first[-1] + np.arange(k),
             until=np.full(k, -math.inf),
@@ -126,6 +138,7 @@ class Routes:
             place=np.array([person.start for person in people]),
             walks=np.zeros(k, np.bool_),
             stays=np.ones(k, np.bool_),
+            settles=np.zeros(k, np.bool_),
             due=np.zeros(k),
             slot=np.zeros(k, np.int64),
             slots=np.full(len(self._ends), -1),
@@ -171,7 +184,8 @@ class Routes:
 
 @light
 def go_on(t: float, at: FloatArray, now: OnRoute) -> bool:
-    """At time `t` [s] everybody of those at `at` (k, 3) goes on who has come to a place of the route, or has stayed there long enough.
+    """At time `t` [s] everybody of those at `at` (k, 3) goes on who has come to a place of the route, or has stayed there long enough;
+    who belongs to a group does so with all of it.
 
     Args:
         t: Now, s.
@@ -181,7 +195,6 @@ def go_on(t: float, at: FloatArray, now: OnRoute) -> bool:
     Returns:
         Whether somebody lacks the distances to where it is bound for: they are to be looked up.
     """
-    lacking = False
     for k in range(len(at)):
         x, y = at[k, 0], at[k, 1]
         if t < now.due[k] and not (now.walks[k] and _apart(now.place, k, x, y) <= ARRIVED):
@@ -189,18 +202,41 @@ def go_on(t: float, at: FloatArray, now: OnRoute) -> bool:
         first, end, stop = now.first[k], now.first[k + 1], now.first[k] + now.stop[k]
         while stop < end and t >= now.until[k] and _apart(now.stops, stop, x, y) <= ARRIVED:
             now.held[k], now.until[k] = stop, t + now.waits[stop]
+            now.come[k] += 1
             stop += 1
             if stop == end and now.loop[k]:
                 stop = first
                 break
-        walks = stop < end and t >= now.until[k]
-        now.stop[k], now.walks[k], now.bound[k] = stop - first, walks, stop if walks else now.held[k]
+        now.stop[k], now.due[k] = stop - first, -math.inf
+    lacking = False
+    for k in range(len(at)):
+        if t < now.due[k]:
+            continue
+        first, end, stop = now.first[k], now.first[k + 1], now.first[k] + now.stop[k]
+        walks = stop < end and t >= now.until[k] and _all_come(t, k, now)
+        now.walks[k], now.bound[k] = walks, stop if walks else now.held[k]
         now.place[k, 0], now.place[k, 1] = now.stops[now.bound[k], 0], now.stops[now.bound[k], 1]
         now.stays[k] = not walks or now.waits[stop] > 0.0 or (stop == end - 1 and not now.loop[k])
-        now.due[k] = now.until[k] if not walks and stop < end else math.inf
+        if walks or stop == end:
+            now.due[k] = math.inf
+        elif t < now.until[k]:
+            now.due[k] = now.until[k]
         now.slot[k] = now.slots[now.bound[k]]
         lacking |= now.slot[k] < 0
     return lacking
+
+
+@light
+def _all_come(t: float, k: int, now: OnRoute) -> bool:
+    """Whether all of the group of person `k` have come as far on their routes, and have stayed there long enough by time `t` [s]."""
+    if now.group[k] < 0:
+        return True
+    for j in range(len(now.group)):
+        ends = now.first[j] + now.stop[j] == now.first[j + 1]
+        behind = now.come[j] < now.come[k] or (now.come[j] == now.come[k] and t < now.until[j])
+        if now.group[j] == now.group[k] and behind and not ends:
+            return False
+    return True
 
 
 @light
@@ -223,8 +259,11 @@ def wish(t: float, at: FloatArray, velocity: FloatArray, now: OnRoute, out: Floa
         x, y, place = at[k, 0], at[k, 1], now.place[k]
         tx, ty, _ = way_point(Ways(now.distance[now.slot[k]], now.room, place, now.radius[k]), x, y, AHEAD)
         wanted = now.speed[k]
-        if now.stays[k] and tx == place[0] and ty == place[1]:
-            wanted = min(wanted, math.hypot(tx - x, ty - y) / STOPPING)
+        left = math.hypot(tx - x, ty - y)
+        ends = now.stays[k] and tx == place[0] and ty == place[1]
+        now.settles[k] = ends and left < SETTLING
+        if ends:
+            wanted = min(wanted, left / STOPPING)
         course = math.atan2(ty - y, tx - x) + STRAYING * (2.0 * uniform(now.keys[k], 1, now.decided[0]) - 1.0)
         if math.hypot(velocity[k, 0], velocity[k, 1]) >= HELD_UP * wanted:
             now.moved[k] = t

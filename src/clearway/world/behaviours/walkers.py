@@ -239,6 +239,9 @@ def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
     period = crowd.every * PERIOD
     group = np.full(len(bodies.radius), -1)
     group[: len(crowd.group)] = crowd.group
+    for k in range(len(crowd.who)):
+        if crowd.route.settles[k]:
+            group[crowd.who[k]] = -1
     if crowd.rule == Rule.SOCIAL_FORCE:
         chosen = social_force.velocities(bodies, wanted, group, social_force.MOUSSAID, crowd.walls, period)
     else:
