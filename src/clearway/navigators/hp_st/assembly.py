@@ -73,11 +73,14 @@ def assemble(p: Parameters, task: Task, robot: Robot, guarantee: str, without: C
     rules = Rules(
         p.obstacle_acceleration, area_of(task), sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
     )
+    if certified and not sees(
+        sight, math.pi, 0.0
+    ):  # nothing leads where it doesn't look, with or without a certificate
+        limits = limits._replace(v_min=0.0)
     free = Base(limits, body)
     if certified:  # it plans to go no faster than it could be certified to stop
         v = fastest_certified(body, safety, rules)
-        back = v if sees(sight, math.pi, 0.0) else 0.0  # what leads where it doesn't look is never certified
-        limits = limits._replace(v_max=v, v_min=max(limits.v_min, -back))
+        limits = limits._replace(v_max=v, v_min=max(limits.v_min, -v))
     settings = Settings(
         period=task.period, periods=periods, layers=layers, narrow=p.narrow, wide=p.wide, low_cost_threshold=p.low_cost_threshold,
         budget=ENDLESS if task.budget.iterations is None else task.budget.iterations,
@@ -100,6 +103,7 @@ def assemble(p: Parameters, task: Task, robot: Robot, guarantee: str, without: C
         p.hit if certified and guarantee == "evasive" else math.inf, p.proceed,
         settings._replace(certified=False, controls=_controls(free.limits)), free,
         costs._replace(margin=p.margin, soft=max(p.soft, p.margin), halt=0.0, ahead=0),
+        halts or limits != free.limits,
     )  # fmt: skip
     return Assembly(settings, Base(limits, body), costs, safety, rules, evasion)
 

@@ -91,6 +91,7 @@ class Evasion(NamedTuple):
         settings: Those of a search that needs no certificate.
         base: The robot's base, without what a certificate asks of it.
         costs: What that search weighs.
+        again: Whether that search differs from the first one; if not, the first one's ways are all that there are.
     """
 
     hit: float
@@ -98,6 +99,7 @@ class Evasion(NamedTuple):
     settings: Settings
     base: Base
     costs: SearchCosts
+    again: bool
 
 
 class Memory(NamedTuple):
@@ -418,12 +420,10 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 
 
 @kernel
-def evade(
-    scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, evasion: Evasion, ways: Ways, decision: Decision
-) -> Decision:
+def evade(scene: Scene, memory: Memory, evasion: Evasion, ways: Ways, decision: Decision) -> Decision:
     """`decision`; or a plan without a certificate.
 
-    That is the best of the `ways`, where nothing has had a certificate in the last period either and it risks little; or another one,
+    That is the best of the `ways`, where nothing has had a certificate in the last period either and it risks little; or the best way,
     where what is certified (if that is nothing, to brake and stand) leads to a contact and it at least halves the risk of one.
     """
     if evasion.hit == math.inf:
@@ -432,31 +432,44 @@ def evade(
         evasion.settings, evasion.base, scene.obstacles, scene.field, scene.area, evasion.costs, scene.safety, scene.start
     )  # fmt: skip
     commands, states = np.zeros(decision.commands.shape), np.empty(decision.states.shape)
-    best, certified = int(np.argmin(ways.total)), decision.status == PLANNED or decision.status == KEPT
-    if not certified and memory.age[2] > 0.0 and ways.total[best] < math.inf:
-        _, cost, hit = weigh(free, ways.commands[best], states)
-        if hit <= evasion.proceed:
-            choice = best if best < len(decision.ways) else -1
-            return Decision(
-                ways.commands[best], ways.states[best], cost, EVADING, -1, decision.stored, decision.tube, decision.ways, choice,
-                decision.nodes, decision.cut,
-            )  # fmt: skip
+    certified = decision.status == PLANNED or decision.status == KEPT
+    if not certified and memory.age[2] > 0.0:
+        bold, risk = _boldest(free, ways, decision, decision.nodes, decision.cut)
+        if risk <= evasion.proceed:
+            return bold
     if certified:
         commands[:] = decision.commands
     _, _, hit = weigh(free, commands, states)
     if hit < evasion.hit:
         return decision
-    found = find_or_widen(free, memory, decision.nodes)
-    other = choose(free, memory, forecast, rules, found, gather(free, memory, found, free.settings.rounds))
-    if other.status == STOPPED:
-        return decision
-    _, _, left = weigh(free, other.commands, states)
-    if left > 0.5 * hit:
-        return decision
-    return Decision(
-        other.commands, other.states, other.cost, EVADING, -1, decision.stored, decision.tube, other.ways, other.choice, other.nodes,
-        other.cut,
+    if evasion.again:
+        found = find_or_widen(free, memory, decision.nodes)
+        bold, risk = _boldest(free, gather(free, memory, found, free.settings.rounds), decision, found.spent, found.cut)
+    else:
+        bold, risk = _boldest(free, ways, decision, decision.nodes, decision.cut)
+    return bold if risk <= 0.5 * hit else decision
+
+
+@kernel
+def _boldest(free: Scene, ways: Ways, instead: Decision, nodes: int, cut: bool) -> tuple[Decision, float]:
+    """To drive the best of the `ways` without a certificate, and its greatest risk of contact in a period; inf: there is none.
+
+    Args:
+        free: What the decision is about, without what a certificate asks.
+        ways: Plans to choose from.
+        instead: What is decided else.
+        nodes: Nodes that have been spent.
+        cut: Whether the budget ended the search.
+    """
+    best, last, states = int(np.argmin(ways.total)), len(ways.total) - 1, np.empty(instead.states.shape)
+    if ways.total[best] == math.inf:
+        return instead, math.inf
+    _, cost, risk = weigh(free, ways.commands[best], states)
+    shown = ways.states[:last, :, :2].copy()
+    bold = Decision(
+        ways.commands[best], states, cost, EVADING, -1, instead.stored, instead.tube, shown, best if best < last else -1, nodes, cut
     )  # fmt: skip
+    return bold, risk
 
 
 @kernel
@@ -468,4 +481,4 @@ def decide(
     scene = pose_scene(settings, base, memory, forecast, field, area, costs, safety, pose)
     found = find_or_widen(scene, memory, 0)
     ways = gather(scene, memory, found, settings.rounds)
-    return evade(scene, memory, counted, rules, evasion, ways, choose(scene, memory, counted, rules, found, ways))
+    return evade(scene, memory, evasion, ways, choose(scene, memory, counted, rules, found, ways))

@@ -267,7 +267,7 @@ class HpSt:
             late = time.perf_counter() >= end
         ways = gather(scene, memory, found, 0 if late else settings.rounds)
         decision = choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
-        return decision if late else evade(scene, memory, counted, self._rules, evasion, ways, decision)
+        return decision if late else evade(scene, memory, evasion, ways, decision)
 
     def _count(self, forecast: Forecast, eye: FloatArray, pose: FloatArray) -> Forecast:
         """Of `forecast` what certificates count with: all but who is out of view, beside the sector that is seen from `eye` (3,), and
