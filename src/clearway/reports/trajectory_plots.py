@@ -195,20 +195,22 @@ def _titled(suite: str, batch: str, configuration: str, panels: Sequence[tuple[s
 
 
 def around(trials: Iterable[Trial], margin: float = 0.8, *, driven: bool = True) -> tuple[float, float, float, float]:
-    """Box around where robots, goals and obstacles of the test were, m; and of the moving obstacles' lanes, cut short."""
-    points, moving_obstacles = [], []
+    """Box around where robots, goals and obstacles of the test were, m; and of the moving obstacles' lanes, cut short; where nothing bounds the
+    floor, who moves begins anywhere around, and half of the robot's way to either side is shown of it."""
+    points, moving_obstacles, open_floor = [], [], True
     for trial in trials:
         points += [trial.pose[:, :2]] if driven else []
         points += [*(np.array([leg.start[:2], leg.goal[:2]]) for leg in trial.attempt.legs)]
         points += [np.atleast_2d(b.pose[:2]) for b in trial.attempt.bodies if b.pose is not None and _belongs(b)]
         moving_obstacles.append(trial.moving_obstacles[:, :, :2].reshape(-1, 2))
+        open_floor &= not any(b.kind is BodyKind.WALL for b in trial.attempt.bodies)
     inner = np.vstack([np.empty((0, 2)), *points])
     inner = inner[np.isfinite(inner).all(1)]
     if not len(inner):
         inner = np.zeros((1, 2))  # nothing was recorded, and nobody knows where the goals were
     low, high = inner.min(0), inner.max(0)
-    lanes = np.vstack(moving_obstacles)
-    lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - 1.1, high + 1.1)
+    lanes, beside = np.vstack(moving_obstacles), max(1.1, 0.5 * float((high - low).max()) if open_floor else 0.0)
+    lanes = np.clip(lanes[np.isfinite(lanes).all(1)], low - beside, high + beside)
     every = np.vstack([inner, lanes])
     low, high = every.min(0) - margin, every.max(0) + margin
     more = np.maximum(SLIMMEST * (high - low).max() - (high - low), 0.0) / 2

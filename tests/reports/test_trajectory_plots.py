@@ -1,0 +1,39 @@
+"""What the panels of a report show of the floor."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import clearway
+from clearway.contract import BodyKind
+from clearway.geometry.shapes import rectangle
+from clearway.reports.trajectory_plots import around
+from clearway.robots import load_robot
+from clearway.scenarios.suites import Selection, load_suite
+from clearway.trials import Body, Trial
+
+
+def trial_of(suite: str, robot_name: str, batch: str) -> Trial:
+    robot = load_robot(robot_name)
+    scenario = load_suite(suite).build(robot, Selection(batches=(batch,), repetitions=1))[0]
+    return clearway.simulate(scenario, robot, "orca")
+
+
+def test_on_an_open_floor_people_are_shown_where_they_begin() -> None:
+    trial = trial_of("crowd", "crowdnav-disc", "circle-invisible")
+    low_x, low_y, high_x, high_y = around([trial], driven=False)
+    begin = trial.moving_obstacles[0, :, :2]
+    assert np.abs(begin[:, 0]).max() > 2.0  # far to the side of the robot's way, which is straight ahead
+    assert (begin > (low_x, low_y)).all()
+    assert (begin < (high_x, high_y)).all()
+
+
+def test_between_walls_their_lanes_are_cut_short() -> None:
+    trial = trial_of("crowd", "crowdnav-disc", "circle-invisible")
+    wall = Body("wall", BodyKind.WALL, rectangle(10.0, 0.2), pose=np.array((0.0, 6.0, 0.0)))
+    between = replace(trial, attempt=replace(trial.attempt, bodies=(*trial.attempt.bodies, wall)))
+    low_x, _, high_x, _ = around([between], driven=False)
+    begin = trial.moving_obstacles[0, :, 0]
+    assert ((begin < low_x) | (begin > high_x)).any()
