@@ -9,8 +9,12 @@ import numpy as np
 import pytest
 from space_time_scenes import OTHER, OWN, PERIOD, Drive, begun, drive, obstacles
 
-from clearway.contract import Budget
+from clearway.contract import Budget, Latency, Task
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.hp_st.assembly import assemble
+from clearway.navigators.hp_st.parameters import Parameters
+from clearway.navigators.hp_st.sight import sees, sight_of
+from clearway.robots import load_robot
 
 BOUND = 1.25
 """Assumed of the obstacles' acceleration, m/s^2; of their speed 4.4 m/s."""
@@ -111,6 +115,20 @@ def test_where_nothing_is_certified_evasive_goes_where_nobody_is_expected_and_pa
     assert [c.status for c in went.commands[:2]] == ["stored", "evading"]  # not for a single period
     assert went.commands[-1].status not in ("evading", "stored")
     assert went.arrived
+
+
+@pytest.mark.parametrize(("name", "again"), [("tiago", False), ("rescue", True), ("rescue:lidar", True)])
+def test_evading_it_drives_only_where_it_looks_and_searches_again_only_for_what_the_first_search_leaves_out(
+    name: str, again: bool
+) -> None:
+    robot = load_robot(name)
+    task = Task(robot.period, 0.6, np.zeros(3), latency=Latency(robot.latency.sensing, robot.latency.command))
+    evasion = assemble(Parameters.read(robot), task, robot, "evasive", ()).evasion
+    free = assemble(Parameters.read(robot), task, robot, "none", ()).base.limits
+    behind = sees(sight_of(robot, Parameters.read(robot).scan_range), math.pi, 0.0)
+    assert free.v_min < 0.0
+    assert evasion.base.limits == (free if behind else free._replace(v_min=0.0))
+    assert evasion.again == again
 
 
 def test_it_evades_what_comes_at_it_at_rest() -> None:
