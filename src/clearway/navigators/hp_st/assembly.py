@@ -73,9 +73,7 @@ def assemble(p: Parameters, task: Task, robot: Robot, guarantee: str, without: C
     rules = Rules(
         p.obstacle_acceleration, area_of(task), sight, p.unseen_speed, late, np.full(3, math.nan), p.turning_rests
     )
-    if certified and not sees(
-        sight, math.pi, 0.0
-    ):  # nothing leads where it doesn't look, with or without a certificate
+    if certified and not sees(sight, math.pi, 0.0):  # it drives nowhere that it doesn't look, certified or not
         limits = limits._replace(v_min=0.0)
     free = Base(limits, body)
     if certified:  # it plans to go no faster than it could be certified to stop

@@ -423,8 +423,9 @@ def choose(scene: Scene, memory: Memory, forecast: Forecast, rules: Rules, found
 def evade(scene: Scene, memory: Memory, evasion: Evasion, ways: Ways, decision: Decision) -> Decision:
     """`decision`; or a plan without a certificate.
 
-    That is the best of the `ways`, where nothing has had a certificate in the last period either and it risks little; or the best way,
-    where what is certified (if that is nothing, to brake and stand) leads to a contact and it at least halves the risk of one.
+    That is the best of the `ways`, where nothing has had a certificate in the last period either and it risks little; or that, or what
+    another search finds (`Evasion.again`), where what is certified (if that is nothing, to brake and stand) leads to a contact and it at
+    least halves the risk of one.
     """
     if evasion.hit == math.inf:
         return decision
