@@ -19,12 +19,12 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st import HpSt
 from clearway.navigators.hp_st.candidates import distinct
 from clearway.navigators.hp_st.contact import Base, PredictedObstacles, predicted_obstacles
-from clearway.navigators.hp_st.decision import Settings
 from clearway.navigators.hp_st.field import make_field
 from clearway.navigators.hp_st.search import search
 from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.search_layer import Problem
 from clearway.navigators.hp_st.search_tree import Tree, leaf, trace
+from clearway.navigators.hp_st.ways import Settings
 from clearway.robots import Robot, load_robot
 
 RESCUE = load_robot("rescue:unlimited")

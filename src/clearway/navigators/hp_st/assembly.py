@@ -15,12 +15,13 @@ from clearway.navigators.common.ahead import blurred
 from clearway.navigators.common.inputs import area_of
 from clearway.navigators.hp_st.certificate import Rules, Safety
 from clearway.navigators.hp_st.contact import Base
-from clearway.navigators.hp_st.decision import ENDLESS, Evasion, Settings
+from clearway.navigators.hp_st.decision import Evasion
 from clearway.navigators.hp_st.manoeuvres import NONE
 from clearway.navigators.hp_st.parameters import Parameters
 from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.navigators.hp_st.stopping import fastest_certified, longest_braking, widest_braking
+from clearway.navigators.hp_st.ways import ENDLESS, Settings
 from clearway.robots import Robot
 from clearway.robots.drive_limits import DriveLimits
 

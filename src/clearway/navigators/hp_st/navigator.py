@@ -31,14 +31,9 @@ from clearway.navigators.hp_st.decision import (
     STOPPED,
     STORED,
     Decision,
-    Memory,
     choose,
     decide,
     evade,
-    find,
-    gather,
-    pose_scene,
-    widen,
 )
 from clearway.navigators.hp_st.field import Field
 from clearway.navigators.hp_st.goal_distance import GoalDistance
@@ -54,6 +49,7 @@ from clearway.navigators.hp_st.search_costs import SearchCosts
 from clearway.navigators.hp_st.sight import hidden_within
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
+from clearway.navigators.hp_st.ways import Memory, find, gather, pose_scene, widen
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import HOSPITAL, TunedOn
 
