@@ -66,6 +66,26 @@ def test_it_comes_under_way_where_it_would_be() -> None:
     assert mover(trial(constant(0.0), delay=-4.0, seconds=1.0))[0, 0] == pytest.approx(3.0, abs=0.01)
 
 
+def test_it_does_not_come_in_upon_a_robot_but_waits_until_that_has_gone_on() -> None:
+    """The robot drives over the place where it comes in, and is there when it is time."""
+    found = trial(constant(0.5), path=((2.0, 0.0), (2.0, 9.0)), delay=4.5, seconds=12.0)
+    assert found.outcome is not Outcome.COLLISION
+    t, came = found.t, np.isfinite(mover(found)[:, 0])
+    assert mover(found)[came][0] == pytest.approx((2.0, 0.0, math.pi / 2), abs=0.2)
+    assert found.pose[t >= 4.5][0, 0] == pytest.approx(2.0, abs=0.05)
+    far = RADIUS + 0.25 + 0.5 + 0.5  # outlines, what is left where it stands, and what has to be free beyond
+    assert clear(found)[came][0] + RADIUS + 0.25 == pytest.approx(far, abs=0.25)
+    assert np.diff(mover(found)[came, 1]).min() > 0.0  # and then at its set speed
+
+
+def test_it_does_not_come_in_before_a_robot_that_could_not_stop() -> None:
+    brakes = Pilot(lambda s: Command(0.0 if s.t > 1.6 else 1.0, 0.0))
+    at_once = DRIVE | {"acceleration": 1e3}
+    found = trial(brakes, path=((2.4, 0.0), (-9.0, 0.0)), delay=1.4, seconds=9.0, drive=at_once)
+    assert found.pose[found.t >= 1.4][0, 0] == pytest.approx(1.4, abs=0.05)
+    assert found.outcome is not Outcome.COLLISION
+
+
 def test_it_stops_half_a_metre_short_of_who_stands_in_the_way() -> None:
     found = trial(constant(0.0), seconds=12.0)
     assert found.outcome is Outcome.TIMEOUT

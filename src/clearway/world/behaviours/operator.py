@@ -2,6 +2,7 @@
 
 The person takes what was seen a reaction time ago, lets it drive on for a while in thought, and slows down so as to stop
 short of it where it comes into the way. Who has stood for long enough backs off slowly, and goes on when the way is free.
+Who comes in while the trial goes on waits until no robot is near there.
 """
 
 from __future__ import annotations
@@ -66,7 +67,7 @@ class Operator:
         runs = sorted(self._runs.get(leg, ()), key=lambda run: run.delay)
         self._waiting = [(run, _Path(run, self._spec.line_keeping, self._phases)) for run in runs]
         self._began, self._path = t, None
-        return self._start(t)[None]
+        return self._start(t, t, ())[None]
 
     def step(self, t: float, until: float, scene: Scene) -> FloatArray:
         """Drive on from `t` to `until` [s]."""
@@ -74,7 +75,7 @@ class Operator:
 
     def _next(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
         if self._path is None:
-            return self._start(until)
+            return self._start(t, until, robots)
         wanted = self._wanted(t, robots, until - t)
         now, spec = self._v, self._spec
         if now >= 0.0:
@@ -84,21 +85,41 @@ class Operator:
         self._s = max(self._s + mean * (until - t), 0.0)
         if self._s >= self._path.length:
             self._path = None
-            return self._start(until)
+            return self._start(t, until, robots)
         return self._path.pose(self._s)
 
-    def _start(self, t: float) -> FloatArray:
-        """Begin the next run if it is time [s]; at its set speed, as if it had been under way."""
-        if not self._waiting or t < self._began + self._waiting[0][0].delay:
+    def _start(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
+        """Begin the next run if it is time at `until` [s]; at its set speed, as if it had been under way. Not while one of the
+        `robots`, as the person has them at time `t` [s], is near."""
+        if not self._waiting or until < self._began + self._waiting[0][0].delay:
             return ABSENT
-        run, self._path = self._waiting.pop(0)
-        self._s = (t - self._began - run.delay) * run.speed
+        run, path = self._waiting[0]
+        if any(self._is_near(path.pose(0.0), robot, t) for robot in robots):
+            self._began = until - run.delay
+            return ABSENT
+        del self._waiting[0]
+        self._s = (until - self._began - run.delay) * run.speed
         self._v = self._set_speed = run.speed
         self._stood, self._backing = 0.0, False
-        if self._s >= self._path.length:
-            self._path = None
+        if self._s >= path.length:
             return ABSENT
-        return self._path.pose(self._s)
+        self._path = path
+        return path.pose(self._s)
+
+    def _is_near(self, pose: FloatArray, robot: SeenRobot, t: float) -> bool:
+        """Whether one who comes in at `pose` (3,) could have `robot` before it at once."""
+        apart = self._reach + float(robot.shape.reach[0]) + self._spec.stop_short + _FREE
+        places = self._thought(robot, t)
+        return bool((np.hypot(places[:, 0] - pose[0], places[:, 1] - pose[1]) <= apart).any())
+
+    def _thought(self, robot: SeenRobot, t: float) -> FloatArray:
+        """(p, 3) poses at which the person at time `t` [s] thinks that `robot` may be."""
+        seen = t - self._spec.reaction
+        now, before = robot.track.at(seen), robot.track.at(seen - GLANCE)
+        velocity = (now - before) / GLANCE
+        velocity[2] = 0.0
+        places: FloatArray = now + self._thoughts * velocity
+        return places
 
     def _wanted(self, t: float, robots: tuple[SeenRobot, ...], dt: float) -> float:
         """The speed that the joystick asks for, m/s."""
@@ -119,14 +140,9 @@ class Operator:
         spec, path = self._spec, self._path
         far = self._set_speed**2 / (2.0 * spec.deceleration) + spec.stop_short + _FREE + 1.0
         for robot in robots:
-            seen = t - spec.reaction
-            now, before = robot.track.at(seen), robot.track.at(seen - GLANCE)
-            velocity = (now - before) / GLANCE
-            velocity[2] = 0.0
-            places = now + self._thoughts * velocity
             far = free_way(
                 path.points, path.along, path.stray, self._phases, self._s, way, far, self._outline, self._rim,
-                robot.shape.points, float(robot.shape.radius[0]), places, spec.beside,
+                robot.shape.points, float(robot.shape.radius[0]), self._thought(robot, t), spec.beside,
             )  # fmt: skip
         return far
 
