@@ -94,17 +94,17 @@ class Operator:
         if not self._waiting or until < self._began + self._waiting[0][0].delay:
             return ABSENT
         run, path = self._waiting[0]
-        if any(self._is_near(path.pose(0.0), robot, t) for robot in robots):
+        s = (until - self._began - run.delay) * run.speed
+        if s < path.length and any(self._is_near(path.pose(s), robot, t) for robot in robots):
             self._began = until - run.delay
             return ABSENT
         del self._waiting[0]
-        self._s = (until - self._began - run.delay) * run.speed
+        if s >= path.length:
+            return ABSENT
+        self._s, self._path = s, path
         self._v = self._set_speed = run.speed
         self._stood, self._backing = 0.0, False
-        if self._s >= path.length:
-            return ABSENT
-        self._path = path
-        return path.pose(self._s)
+        return path.pose(s)
 
     def _is_near(self, pose: FloatArray, robot: SeenRobot, t: float) -> bool:
         """Whether one who comes in at `pose` (3,) could have `robot` before it at once."""
