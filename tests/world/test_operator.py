@@ -86,6 +86,23 @@ def test_it_does_not_come_in_before_a_robot_that_could_not_stop() -> None:
     assert found.outcome is not Outcome.COLLISION
 
 
+def test_it_comes_in_upon_nobody() -> None:
+    """Another disc runs over the place, blindly, at 0.5 m/s, and is there when it is time."""
+    cart = {
+        "name": "cart", "shape": {"kind": "disc", "radius": RADIUS}, "behaviour": {"kind": "operator"},
+        "runs": [{"leg": "forth", "path": ((2.0, 5.0), (2.0, 9.0)), "speed": 0.5, "delay": 4.0}],
+    }  # fmt: skip
+    runner = cart | {"name": "runner", "behaviour": None}
+    runner["runs"] = [{"leg": "forth", "path": ((0.0, 5.0), (5.0, 5.0)), "speed": 0.5}]
+    scenario = make_scenario(legs=[FAR[0] | {"time_limit": 9.0}], obstacles=[cart, runner])
+    bodies = [moving_obstacle(Circle(RADIUS), name) for name in ("cart", "runner")]
+    found = run(constant(0.0), bodies, scenario, make_robot(odometry=SILENT))
+    came = np.isfinite(found.moving_obstacles[:, 0, 0])
+    apart = found.moving_obstacles[came, 1, :2] - found.moving_obstacles[came, 0, :2]
+    assert np.hypot(*apart[0]) - 2 * RADIUS == pytest.approx(0.1, abs=0.06)
+    assert found.t[came][0] == pytest.approx(4.0 + 0.7 / 0.5, abs=0.15)
+
+
 def test_it_stops_half_a_metre_short_of_who_stands_in_the_way() -> None:
     found = trial(constant(0.0), seconds=12.0)
     assert found.outcome is Outcome.TIMEOUT

@@ -2,7 +2,7 @@
 
 The person takes what was seen a reaction time ago, lets it drive on for a while in thought, and slows down so as to stop
 short of it where it comes into the way. Who has stood for long enough backs off slowly, and goes on when the way is free.
-Who comes in while the trial goes on waits until no robot is near there.
+Who comes in while the trial goes on waits until nobody is there, and no robot near.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
-from clearway.geometry.distance import gap
+from clearway.geometry.distance import Placed, gap, min_clearance
 from clearway.geometry.motion import ramp
 from clearway.geometry.packing import pack, transform
 from clearway.geometry.shapes import FloatArray, Shape
@@ -43,13 +43,15 @@ class Operator:
         seed: Of the trial.
         member: Which of the moving bodies it is.
         name: The body's; with the seed it decides how the hand strays.
+        moving: All bodies that move, this one among them.
     """
 
     def __init__(
-        self, spec: OperatorSpec, shape: Shape, runs: Mapping[str, Sequence[RunSpec]], seed: int, member: int, name: str
-    ) -> None:
+        self, spec: OperatorSpec, shape: Shape, runs: Mapping[str, Sequence[RunSpec]], seed: int, member: int, name: str,
+        moving: Sequence[Placed],
+    ) -> None:  # fmt: skip
         self.members: tuple[int, ...] = (member,)
-        self._spec, self._runs = spec, runs
+        self._spec, self._runs, self._shape, self._moving = spec, runs, shape, moving
         self._thoughts = np.linspace(spec.reaction, spec.reaction + spec.foresight, _THOUGHTS)[:, None]
         packed = pack([shape])
         self._outline, self._rim, self._reach = packed.points, float(packed.radius[0]), float(packed.reach[0])
@@ -67,16 +69,16 @@ class Operator:
         runs = sorted(self._runs.get(leg, ()), key=lambda run: run.delay)
         self._waiting = [(run, _Path(run, self._spec.line_keeping, self._phases)) for run in runs]
         self._began, self._path = t, None
-        return self._start(t, t, ())[None]
+        return self._start(t, t, None)[None]
 
     def step(self, t: float, until: float, scene: Scene) -> FloatArray:
         """Drive on from `t` to `until` [s]."""
-        return self._next(t, until, scene.robots)[None]
+        return self._next(t, until, scene)[None]
 
-    def _next(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
+    def _next(self, t: float, until: float, scene: Scene) -> FloatArray:
         if self._path is None:
-            return self._start(t, until, robots)
-        wanted = self._wanted(t, robots, until - t)
+            return self._start(t, until, scene)
+        wanted = self._wanted(t, scene.robots, until - t)
         now, spec = self._v, self._spec
         if now >= 0.0:
             self._v, mean = ramp(now, wanted, spec.acceleration, spec.deceleration, until - t)
@@ -85,17 +87,17 @@ class Operator:
         self._s = max(self._s + mean * (until - t), 0.0)
         if self._s >= self._path.length:
             self._path = None
-            return self._start(t, until, robots)
+            return self._start(t, until, scene)
         return self._path.pose(self._s)
 
-    def _start(self, t: float, until: float, robots: tuple[SeenRobot, ...]) -> FloatArray:
-        """Begin the next run if it is time at `until` [s]; at its set speed, as if it had been under way. Not while one of the
-        `robots`, as the person has them at time `t` [s], is near."""
+    def _start(self, t: float, until: float, scene: Scene | None) -> FloatArray:
+        """Begin the next run if it is time at `until` [s], and the place is not taken by the `scene` at time `t` [s], if one is seen; at
+        its set speed, as if it had been under way."""
         if not self._waiting or until < self._began + self._waiting[0][0].delay:
             return ABSENT
         run, path = self._waiting[0]
         s = (until - self._began - run.delay) * run.speed
-        if s < path.length and any(self._is_near(path.pose(s), robot, t) for robot in robots):
+        if s < path.length and scene is not None and self._is_taken(path.pose(s), t, scene):
             self._began = until - run.delay
             return ABSENT
         del self._waiting[0]
@@ -106,11 +108,18 @@ class Operator:
         self._stood, self._backing = 0.0, False
         return path.pose(s)
 
-    def _is_near(self, pose: FloatArray, robot: SeenRobot, t: float) -> bool:
-        """Whether one who comes in at `pose` (3,) could have `robot` before it at once."""
-        apart = self._reach + float(robot.shape.reach[0]) + self._spec.stop_short + _FREE
-        places = self._thought(robot, t)
-        return bool((np.hypot(places[:, 0] - pose[0], places[:, 1] - pose[1]) <= apart).any())
+    def _is_taken(self, pose: FloatArray, t: float, scene: Scene) -> bool:
+        """Whether one who comes in at `pose` (3,) would touch somebody, or could have a robot before it at once."""
+        others = scene.moving.copy()
+        others[self.members[0]] = ABSENT
+        if min_clearance(self._shape, pose[None], self._moving, others[None])[0] <= self._spec.beside:
+            return True
+        for robot in scene.robots:
+            apart = self._reach + float(robot.shape.reach[0]) + self._spec.stop_short + _FREE
+            places = self._thought(robot, t)
+            if (np.hypot(places[:, 0] - pose[0], places[:, 1] - pose[1]) <= apart).any():
+                return True
+        return False
 
     def _thought(self, robot: SeenRobot, t: float) -> FloatArray:
         """(p, 3) poses at which the person at time `t` [s] thinks that `robot` may be."""

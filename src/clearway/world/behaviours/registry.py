@@ -39,18 +39,22 @@ def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour 
     """
     moving = [o for o in scenario.obstacles if o.pose is None]
     found: list[Behaviour | CompiledBehaviour] = [
-        _operator(o, o.behaviour, m, scenario) for m, o in enumerate(moving) if o.behaviour is not None
+        _operator(o, o.behaviour, m, scenario, [b for b in bodies if b.pose is None])
+        for m, o in enumerate(moving)
+        if o.behaviour is not None
     ]
     return [*found, *_people(scenario, bodies, [o.behaviour is not None for o in moving])]
 
 
-def _operator(obstacle: ObstacleSpec, spec: OperatorSpec, member: int, scenario: Scenario) -> Behaviour:
+def _operator(
+    obstacle: ObstacleSpec, spec: OperatorSpec, member: int, scenario: Scenario, moving: Sequence[Body]
+) -> Behaviour:
     if isinstance(obstacle.shape, RobotBodySpec):  # its own base's limits, where they are known
         drive = load_robot(obstacle.shape.robot).drive
         own = {"acceleration": drive.acceleration, "deceleration": drive.deceleration}
         spec = spec.model_copy(update={name: value for name, value in own.items() if math.isfinite(value)})
     runs = {leg.name: [run for run in obstacle.runs if run.leg == leg.name] for leg in scenario.legs}
-    return Operator(spec, obstacle.shape.shape(), runs, scenario.seed, member, obstacle.name)
+    return Operator(spec, obstacle.shape.shape(), runs, scenario.seed, member, obstacle.name, moving)
 
 
 def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> Iterator[Behaviour | CompiledBehaviour]:
