@@ -12,9 +12,9 @@ from clearway.contract import Budget, Goal, Observation, Obstacles, Task
 from clearway.errors import ClearwayError
 from clearway.geometry.angles import turn_between
 from clearway.navigators.hp_tmpc import HpTmpc
-from clearway.navigators.hp_tmpc.decision import obstacle_rows
 from clearway.navigators.hp_tmpc.navigator import _settings
 from clearway.navigators.hp_tmpc.parameters import Parameters
+from clearway.navigators.hp_tmpc.posing import obstacle_rows
 from clearway.robots import load_robot
 
 ROBOT = load_robot("rescue:unlimited")

@@ -20,19 +20,7 @@ from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.common.tracking.gauss_newton import BUDGET, begin, conclude, search_on
 from clearway.navigators.common.tracking.problem import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
 from clearway.navigators.hp_tmpc.belts import Reference, reference_speed
-from clearway.navigators.hp_tmpc.decision import (
-    AGE,
-    CORNERS,
-    STATUSES,
-    STEP,
-    Decision,
-    Settings,
-    decide,
-    fresh_memory,
-    pose_problem,
-    settle,
-    sort_out,
-)
+from clearway.navigators.hp_tmpc.decision import STATUSES, Decision, decide, settle
 from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
 from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
 from clearway.navigators.hp_tmpc.parameters import (
@@ -41,6 +29,15 @@ from clearway.navigators.hp_tmpc.parameters import (
     Solver,
     chosen_from,
     literal_from,
+)
+from clearway.navigators.hp_tmpc.posing import (
+    AGE,
+    CORNERS,
+    STEP,
+    Settings,
+    fresh_memory,
+    pose_problem,
+    sort_out,
 )
 from clearway.robots import Robot
 from clearway.tuning import HOSPITAL, TunedOn

@@ -37,13 +37,11 @@ def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour 
         scenario: The test.
         bodies: All that the robot can hit there; the moving ones are the scenario's moving obstacles, then its people.
     """
-    moving = [o for o in scenario.obstacles if o.pose is None]
+    specs, moving = [o for o in scenario.obstacles if o.pose is None], [b for b in bodies if b.pose is None]
     found: list[Behaviour | CompiledBehaviour] = [
-        _operator(o, o.behaviour, m, scenario, [b for b in bodies if b.pose is None])
-        for m, o in enumerate(moving)
-        if o.behaviour is not None
+        _operator(o, o.behaviour, m, scenario, moving) for m, o in enumerate(specs) if o.behaviour is not None
     ]
-    return [*found, *_people(scenario, bodies, [o.behaviour is not None for o in moving])]
+    return [*found, *_people(scenario, bodies, [o.behaviour is not None for o in specs])]
 
 
 def _operator(
