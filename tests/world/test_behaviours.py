@@ -127,7 +127,7 @@ class Meddles(Wanders):
         for robot in scene.robots:
             robot.track.knots[:, 1:] += 0.3
             robot.shape.radius[:] = 0.0
-        self.cast.decides[:] = False
+        self.cast.things.of[:] = 0
         for person in self.cast.people:
             object.__setattr__(person, "radius", 1.0)
         return super().step(t, until, scene)

@@ -64,3 +64,19 @@ def inscribed_radius(shape: Shape) -> float:
     e = np.roll(v, -1, axis=0) - v
     s = np.clip(-(v * e).sum(1) / np.maximum((e * e).sum(1), 1e-300), 0.0, 1.0)
     return float(np.hypot(*(v + s[:, None] * e).T).min())
+
+
+def row_of_discs(shape: Shape, bulge: float) -> FloatArray:
+    """(n, 3) x, y, radius [m]: the fewest equal discs in a row that hold the box around `shape`, which is along its own axes, and stick
+    out of that box's longer sides by `bulge` [m] at most; of a circle itself."""
+    if isinstance(shape, Circle):
+        return np.array([[0.0, 0.0, shape.radius]])
+    low, high = shape.array.min(axis=0), shape.array.max(axis=0)
+    size, middle = high - low, 0.5 * (low + high)
+    along = int(size[1] > size[0])
+    length, width = float(size[along]), float(size[1 - along])
+    n = max(math.ceil(length / (2.0 * math.sqrt(bulge * (width + bulge)))), 1)
+    discs = np.empty((n, 3))
+    discs[:, :2], discs[:, 2] = middle, math.hypot(0.5 * length / n, 0.5 * width)
+    discs[:, along] += length * ((np.arange(n) + 0.5) / n - 0.5)
+    return discs

@@ -129,6 +129,18 @@ class CompiledBehaviour(ABC):
         return
 
 
+class Things(NamedTuple):
+    """Moving bodies that are no people, such as a bed that is pushed, as people keep out of their way: rows of discs.
+
+    Attributes:
+        disc: (d, 3) x, y in the frame of its body, radius, m.
+        of: (d,) int64, which of the moving bodies that is.
+    """
+
+    disc: FloatArray
+    of: npt.NDArray[np.int64]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cast:
     """The people of a scenario who go by one behaviour, and where they are. A behaviour of people is a class, or another factory,
@@ -138,7 +150,7 @@ class Cast:
         members: Which of the moving bodies they are, by their places among them.
         people: Who they are.
         radius: (m,) of all moving bodies, as discs, m.
-        decides: (m,) bool, which of these decide, and so keep out of the way in turn.
+        things: Those of them that are no people.
         group: (m,) int64, to which group each belongs; negative: to none.
         walls: What stands.
         room: How much room what stands leaves, and ways through it.
@@ -148,7 +160,7 @@ class Cast:
     members: tuple[int, ...]
     people: tuple[PersonSpec, ...]
     radius: FloatArray
-    decides: npt.NDArray[np.bool_]
+    things: Things
     group: npt.NDArray[np.int64]
     walls: Walls
     room: Room

@@ -1,7 +1,8 @@
-"""A robot on its path, driven by a person with a joystick who sees the tested robot.
+"""A robot on its path, driven by a person with a joystick who sees the tested robot; or a bed, by who pushes it.
 
-The person takes what was seen a reaction time ago, lets it drive on for a while in thought, and slows down so as to stop
-short of it where it comes into the way. Who has stood for long enough backs off slowly, and goes on when the way is free.
+The person takes what was seen of a robot a reaction time ago, lets it drive on for a while in thought, and slows down so as to stop
+short of it where it comes into the way. Who has stood for long enough backs off slowly, and goes on when the way is free. People, who
+make way, and other things it only doesn't run into: it goes up to them as they are.
 Who comes in while the trial goes on waits until nobody is there, and no robot near.
 """
 
@@ -52,6 +53,7 @@ class Operator:
     ) -> None:  # fmt: skip
         self.members: tuple[int, ...] = (member,)
         self._spec, self._runs, self._shape, self._moving = spec, runs, shape, moving
+        self._outlines = pack([body.shape for body in moving])
         self._thoughts = np.linspace(spec.reaction, spec.reaction + spec.foresight, _THOUGHTS)[:, None]
         packed = pack([shape])
         self._outline, self._rim, self._reach = packed.points, float(packed.radius[0]), float(packed.reach[0])
@@ -78,7 +80,7 @@ class Operator:
     def _next(self, t: float, until: float, scene: Scene) -> FloatArray:
         if self._path is None:
             return self._start(t, until, scene)
-        wanted = self._wanted(t, scene.robots, until - t)
+        wanted = self._wanted(t, scene, until - t)
         now, spec = self._v, self._spec
         if now >= 0.0:
             self._v, mean = ramp(now, wanted, spec.acceleration, spec.deceleration, until - t)
@@ -130,30 +132,52 @@ class Operator:
         places: FloatArray = now + self._thoughts * velocity
         return places
 
-    def _wanted(self, t: float, robots: tuple[SeenRobot, ...], dt: float) -> float:
+    def _wanted(self, t: float, scene: Scene, dt: float) -> float:
         """The speed that the joystick asks for, m/s."""
         spec, v = self._spec, self._v
-        free = self._free(t, robots, 1.0)
+        free = self._free_of_robots(t, scene, 1.0)
         self._stood = self._stood + dt if v == 0.0 and free <= spec.stop_short else 0.0
         if self._stood >= spec.patience:
             self._backing = True
         if self._backing and free > spec.stop_short + _FREE:
             self._backing = False
+        speed, way = (spec.backing, -1.0) if self._backing else (self._set_speed, 1.0)
         if self._backing:
-            return -_within(spec.backing, self._free(t, robots, -1.0) - spec.stop_short, spec.deceleration)
-        return _within(self._set_speed, free - spec.stop_short, spec.deceleration)
+            free = self._free_of_robots(t, scene, -1.0)
+        room = min(free - spec.stop_short, self._free_of_others(scene, way) - spec.beside)
+        return way * _within(speed, room, spec.deceleration)
 
-    def _free(self, t: float, robots: tuple[SeenRobot, ...], way: float) -> float:
-        """How far the path is free ahead (way 1) or behind (way -1), as the person has it at time `t` [s], m."""
-        assert self._path is not None
-        spec, path = self._spec, self._path
-        far = self._set_speed**2 / (2.0 * spec.deceleration) + spec.stop_short + _FREE + 1.0
-        for robot in robots:
-            far = free_way(
-                path.points, path.along, path.stray, self._phases, self._s, way, far, self._outline, self._rim,
-                robot.shape.points, float(robot.shape.radius[0]), self._thought(robot, t), spec.beside,
-            )  # fmt: skip
+    def _free_of_robots(self, t: float, scene: Scene, way: float) -> float:
+        """How far robots leave the path free ahead (way 1) or behind (way -1), as the person has it at time `t` [s], m."""
+        far = self._sight
+        for robot in scene.robots:
+            far = self._free(
+                far, way, robot.shape.points, float(robot.shape.radius[0]), self._thought(robot, t), self._spec.beside
+            )
         return far
+
+    def _free_of_others(self, scene: Scene, way: float) -> float:
+        """The same of people and things where they are now, m."""
+        far, all_, x, y = self._sight, self._outlines, *scene.moving[self.members[0], :2]
+        near = np.hypot(scene.moving[:, 0] - x, scene.moving[:, 1] - y) <= far + self._reach + all_.reach
+        near[self.members[0]] = False
+        for m in np.flatnonzero(near).tolist():
+            outline = all_.points[all_.first[m] : all_.first[m + 1]]
+            far = self._free(far, way, outline, float(all_.radius[m]), scene.moving[m : m + 1], 0.0)
+        return far
+
+    @property
+    def _sight(self) -> float:
+        """How far the person looks along the path, m."""
+        return self._set_speed**2 / (2.0 * self._spec.deceleration) + self._spec.stop_short + _FREE + 1.0
+
+    def _free(self, far: float, way: float, other: FloatArray, rim: float, places: FloatArray, beside: float) -> float:
+        """`free_way` from where it is."""
+        assert self._path is not None
+        path = self._path
+        return free_way(
+            path.points, path.along, path.stray, self._phases, self._s, way, far, self._outline, self._rim, other, rim, places, beside
+        )  # fmt: skip
 
 
 class _Path:

@@ -14,18 +14,20 @@ from clearway.crowds.ways import Room, room_of
 from clearway.geometry.grid import FREE, OCCUPIED, OccupancyGrid
 from clearway.geometry.packing import pack
 from clearway.geometry.rasterise import outline, rasterise
-from clearway.geometry.shapes import FloatArray, Shape
+from clearway.geometry.shapes import FloatArray, Shape, row_of_discs
 from clearway.robots import load_robot
 from clearway.scenarios.behaviours import BEHAVIOURS, OperatorSpec, find_behaviour
 from clearway.scenarios.people import PersonSpec
 from clearway.scenarios.scenario import ObstacleSpec, RobotBodySpec, Scenario
 from clearway.trials import Body
-from clearway.world.behaviours.behaviour import Behaviour, Cast, CompiledBehaviour
+from clearway.world.behaviours.behaviour import Behaviour, Cast, CompiledBehaviour, Things
 from clearway.world.behaviours.foreign import Foreign
 from clearway.world.behaviours.operator import Operator
 
 CELL = 0.1
 """Edge of the cells of people's floor, m."""
+BULGE = 0.1
+"""The discs as which people see what moves stick out of it by so much at most, m."""
 MARGIN = 2.0
 """People's floor ends so far beyond everything that stands and everywhere that they go, m."""
 
@@ -41,7 +43,7 @@ def behaviours_of(scenario: Scenario, bodies: Sequence[Body]) -> list[Behaviour 
     found: list[Behaviour | CompiledBehaviour] = [
         _operator(o, o.behaviour, m, scenario, moving) for m, o in enumerate(specs) if o.behaviour is not None
     ]
-    return [*found, *_people(scenario, bodies, [o.behaviour is not None for o in specs])]
+    return [*found, *_people(scenario, bodies)]
 
 
 def _operator(
@@ -55,18 +57,19 @@ def _operator(
     return Operator(spec, obstacle.shape.shape(), runs, scenario.seed, member, obstacle.name, moving)
 
 
-def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> Iterator[Behaviour | CompiledBehaviour]:
+def _people(scenario: Scenario, bodies: Sequence[Body]) -> Iterator[Behaviour | CompiledBehaviour]:
     if not scenario.people:
         return
-    people, first = scenario.people, len(driven)
+    people, moving = scenario.people, [b for b in bodies if b.pose is None]
+    first = len(moving) - len(people)
     standing = [(b.shape, b.pose) for b in bodies if b.pose is not None]
     groups = {name: k for k, name in enumerate(dict.fromkeys(p.group for p in people if p.group))}
     everybody = Cast(
         members=tuple(range(first, first + len(people))),
         people=people,
-        radius=pack([b.shape for b in bodies if b.pose is None]).reach,
-        decides=np.array([*driven, *(True for _ in people)], np.bool_),
-        group=np.array([*(-1 for _ in driven), *(groups.get(p.group, -1) for p in people)], np.int64),
+        radius=pack([b.shape for b in moving]).reach,
+        things=_things([b.shape for b in moving[:first]]),
+        group=np.array([*(-1 for _ in range(first)), *(groups.get(p.group, -1) for p in people)], np.int64),
         walls=walls_of([outline(*body, sides=12) for body in standing]),  # a disc by few corners, outside of it
         room=_room(people, standing),
         seed=scenario.seed,
@@ -76,6 +79,13 @@ def _people(scenario: Scenario, bodies: Sequence[Body], driven: list[bool]) -> I
         cast = replace(everybody, members=tuple(first + i for i in of), people=tuple(people[i] for i in of))
         made = find_behaviour(name)
         yield made(cast) if name in BEHAVIOURS.shipped else Foreign(name, made, cast)
+
+
+def _things(shapes: Sequence[Shape]) -> Things:
+    """The first of all moving bodies, which have these shapes."""
+    rows = [row_of_discs(shape, BULGE) for shape in shapes]
+    of = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
+    return Things(np.concatenate([np.zeros((0, 3)), *rows]), of.astype(np.int64))
 
 
 def _room(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArray]]) -> Room:

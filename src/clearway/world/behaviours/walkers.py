@@ -25,7 +25,7 @@ from clearway.geometry.held import Held
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.arrivals import walked
-from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street
+from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street, Things
 from clearway.world.behaviours.routes import OnRoute, Routes, go_on, wish
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
@@ -34,8 +34,8 @@ from clearway.world.tracks import place_twice, pose_at
 FASTER = 1.3
 """The most that a person hurries, of the preferred speed (Helbing, Molnár 1995)."""
 BESIDE = 0.3
-"""A person leaves a robot so much room beyond its circumscribed disc where there is, m: what people leave to what stands on either side
-when they walk between (Hackney, Vallis, Cinelli 2013)."""
+"""A person leaves a robot so much room beyond its circumscribed disc where there is, and a thing beyond its discs, m: what people leave to
+what stands on either side when they walk between (Hackney, Vallis, Cinelli 2013)."""
 TOUCH = 0.07
 """Nearer than this nobody walks up to a robot's disc, m: who has less to either side, of a shoulder's width of 0.5 m, turns the shoulders
 (Warren, Whang 1987)."""
@@ -70,7 +70,7 @@ class Crowd(NamedTuple):
         care: How far they look, by ORCA.
         group: (m,) int64, to which group each moving body belongs; negative: to none.
         radius: (m,) of the moving bodies, m.
-        share: (m,) of the same, see `Bodies`.
+        things: Those of them that are no people.
         walls: What stands.
     """
 
@@ -87,7 +87,7 @@ class Crowd(NamedTuple):
     care: orca.Care
     group: npt.NDArray[np.int64]
     radius: FloatArray
-    share: FloatArray
+    things: Things
     walls: Walls
 
 
@@ -134,7 +134,7 @@ class Walkers(CompiledBehaviour):
                 care=orca.Care(np.full(k, 10.0), np.full(k, 10, np.int64), np.full(k, 5.0), np.full(k, 1.0)),
                 group=cast.group,
                 radius=cast.radius,
-                share=np.where(cast.decides, 0.5, 1.0),
+                things=cast.things,
                 walls=cast.walls,
             )
         )
@@ -198,7 +198,7 @@ class Scratch(NamedTuple):
 @kernel
 def scratch(crowd: Crowd, robots: RobotTracks) -> Scratch:
     """Room to work with for `crowd` among `robots`."""
-    k, n = len(crowd.who), len(crowd.radius) + len(crowd.reactions) * present(robots)
+    k, n = len(crowd.who), len(crowd.radius) + len(crowd.things.of) + len(crowd.reactions) * present(robots)
     return Scratch(
         bodies=Bodies(np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.ones(n, np.int64), np.ones(n)),
         wanted=Wishes(crowd.who, np.empty((k, 2)), crowd.v_max, crowd.sees),
@@ -264,15 +264,16 @@ def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
 def everybody(
     crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, poses: FloatArray, out: Bodies
 ) -> None:  # fmt: skip
-    """Write down everything that moves, as a crowd sees it at time `t` [s]: the moving bodies, then the robots, each once for each
-    reaction time; nobody counts on a robot to step aside.
+    """Write down everything that moves, as a crowd sees it at time `t` [s]: the moving bodies, of which things are far away, as their discs
+    come next, then the robots, each once for each reaction time; nobody counts on a thing or a robot to step aside.
 
     Args:
         crowd: Who looks; these know how fast they are.
         there: (2, n, 3) poses of the moving bodies now and a `PERIOD` ago; one that is absent is far away.
         robots: The robots.
         poses: (2, 3) room to work with.
-        out: What is written: n = m + q r bodies of the m that move and the r robots `present`, all of layer 1 and share 1 before.
+        out: What is written: n = m + d + q r bodies of the m that move, the d discs of things and the r robots `present`, all of layer 1 and
+            share 1 before.
     """
     m = len(crowd.radius)
     for i in range(m):
@@ -281,10 +282,21 @@ def everybody(
             out.position[i, c] = there[0, i, c] if there_now else 1e6
             moved = (there[0, i, c] - there[1, i, c]) / PERIOD
             out.velocity[i, c] = moved if math.isfinite(moved) else 0.0
-        out.radius[i], out.share[i] = crowd.radius[i], crowd.share[i]
+        out.radius[i], out.share[i] = crowd.radius[i], 0.5
     for k in range(len(crowd.who)):
         out.velocity[crowd.who[k], 0], out.velocity[crowd.who[k], 1] = crowd.velocity[k, 0], crowd.velocity[k, 1]
-    j = m
+    j, now, before = m, poses[0, :2], poses[1, :2]
+    for d in range(len(crowd.things.of)):
+        i = crowd.things.of[d]
+        out.position[i], out.velocity[i] = 1e6, 0.0
+        place_point(there[0, i], crowd.things.disc[d], now)
+        place_point(there[1, i], crowd.things.disc[d], before)
+        for c in range(2):
+            out.position[j, c] = now[c] if math.isfinite(now[c]) else 1e6
+            moved = (now[c] - before[c]) / PERIOD
+            out.velocity[j, c] = moved if math.isfinite(moved) else 0.0
+        out.radius[j] = crowd.things.disc[d, 2] + BESIDE
+        j += 1
     for k in range(len(crowd.reactions)):
         reaction = crowd.reactions[k]
         for r in range(len(robots.laid)):
@@ -292,6 +304,14 @@ def everybody(
                 glance(robots.knots[r], robots.laid[r], t - reaction, reaction, poses, out.position[j], out.velocity[j])
                 out.radius[j], out.layer[j] = robots.reach[r] + BESIDE, 2 << k
                 j += 1
+
+
+@light
+def place_point(pose: FloatArray, point: FloatArray, out: FloatArray) -> None:
+    """Write where a `point` (2 or more,) [m] of the body at `pose` (3,) is to `out` (2,)."""
+    cos, sin = math.cos(pose[2]), math.sin(pose[2])
+    out[0] = pose[0] + cos * point[0] - sin * point[1]
+    out[1] = pose[1] + sin * point[0] + cos * point[1]
 
 
 @light
@@ -330,7 +350,7 @@ def glance(
 def walk(
     crowd: Crowd, wanted: FloatArray, chosen: FloatArray, headings: FloatArray, turning: float, bodies: Bodies, dt: float
 ) -> None:  # fmt: skip
-    """Take each person a step further; never into what stands, whatever pushes, nor up against a robot that it sees.
+    """Take each person a step further; never into what stands, whatever pushes, nor up against a thing, or a robot that it sees.
 
     Args:
         crowd: Who they are; where they are, and how fast, is updated.
@@ -338,19 +358,20 @@ def walk(
         chosen: (k, 2) velocities by the rule, m/s; updated to those that are walked.
         headings: (k,) by the rule, rad.
         turning: The most that a person turns, rad, who faces where it wants to walk; negative: the rule says where it faces.
-        bodies: Everything that moves, robots last.
+        bodies: Everything that moves: people, things, robots.
         dt: How long the step takes, s.
     """
     at, room, radius = crowd.at, crowd.route.room, crowd.route.radius
-    first = len(crowd.radius)
+    things = len(crowd.radius)
+    first = things + len(crowd.things.of)
     robots = (len(bodies.radius) - first) // max(len(crowd.reactions), 1)
     for k in range(len(at)):
-        for j in range(first, len(bodies.radius)):
+        for j in range(things, len(bodies.radius)):
             if crowd.sees[k] & bodies.layer[j]:
                 away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
                 drives = bodies.velocity[j, 0], bodies.velocity[j, 1]
                 apart = radius[k] + bodies.radius[j]
-                reaction = crowd.reactions[(j - first) // robots]
+                reaction = crowd.reactions[(j - first) // robots] if j >= first else 0.0
                 hold_off(chosen[k], at[k, 2], Sighting(away, drives, reaction, apart), dt, crowd.v_max[k])
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), 0.6 * radius[k]):
@@ -366,11 +387,11 @@ def walk(
 
 
 class Sighting(NamedTuple):
-    """A robot as somebody sees it.
+    """A robot, or a disc of a thing, as somebody sees it.
 
     Attributes:
-        to: (x, y) from the person to where the robot is by now if it has driven on, m.
-        drives: (vx, vy) of the robot when it was seen, m/s.
+        to: (x, y) from the person to where it is by now if it has driven on, m.
+        drives: (vx, vy) of it when it was seen, m/s.
         reaction: How long ago that was, s.
         apart: How far from middle to middle the person would leave it, m.
     """
