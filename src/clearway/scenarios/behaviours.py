@@ -44,7 +44,7 @@ def find_behaviour(name: str) -> Callable[..., Any]:
 
 
 class OperatorSpec(Table):
-    """A person with a joystick, who drives along the path at the set speed, and looks at the tested robot.
+    """A person with a joystick, or who pushes a bed: goes along the path at the set speed, looks at the tested robot, and runs into nobody.
 
     Every number is a stand-in of ours, with its reason in `scenarios/DECISIONS.md`.
     """
@@ -52,7 +52,10 @@ class OperatorSpec(Table):
     kind: Literal["operator"] = "operator"
     reaction: float = Field(default=0.3, strict=True, ge=0, le=2, description="how old what the person acts on is, s")
     stop_short: Distance = Field(default=0.5, description="left between it and what is in its way when it stands, m")
-    beside: Distance = Field(default=0.1, description="what comes nearer to its way than this is in the way, m")
+    beside: Distance = Field(
+        default=0.1,
+        description="a robot that is nearer to its way than this is in the way; left between it and anybody else that is, m",
+    )
     foresight: NonNegative = Field(
         default=1.0, le=10, description="for how long the person takes the robot to drive on as it does, s"
     )
