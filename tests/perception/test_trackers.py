@@ -10,9 +10,11 @@ from simulated_room import cast, drive, make_robot, room_map
 
 from clearway.contract import Goal, Obstacles, Scan, Sensing, Task
 from clearway.errors import ClearwayError
+from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.perception import TRACKERS, TrackerParameters, make_tracker
+from clearway.perception.bodies import PARTS
 from clearway.robots import Robot
 
 GOAL = Goal(np.zeros(3), 0.2, 0.2)
@@ -387,3 +389,44 @@ def test_a_body_that_the_robot_turns_away_from_is_told_of_for_two_seconds() -> N
             assert np.linalg.norm(out.velocity[i] - v) <= out.velocity_error[i]
     assert gone > 25
     assert len(told) == 0
+
+
+BED = rectangle(2.1, 0.96)
+
+
+def pushed(granted: bool, looks: int, stops: int) -> list[tuple[Obstacles, np.ndarray]]:
+    """What is told of a bed that comes on at 0.5 m/s for so many periods and stands then, and its place; the robot stands."""
+    robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
+    floor = OccupancyGrid(np.zeros((200, 320), dtype=np.int8), 0.05, (-4.0, -5.0))
+    tracker, v = fresh("kalman", robot, **({"map": floor} if granted else {})), np.array([-0.5, 0.0])
+    scenes = moving_scene(BED, v, robot, np.zeros((stops, 2)), start=(3.8, 0.2))
+    told = [(tracker.update(step, pose), at) for step, pose, at in scenes]
+    standing = moving_scene(BED, 1e-9 * v, robot, np.zeros((looks - stops, 2)), start=tuple(told[-1][1]))
+    for k, (step, pose, at) in enumerate(standing):
+        told.append((tracker.update(step._replace(t=0.1 * (stops + k)), pose), at))
+    return told
+
+
+def test_a_bed_that_is_pushed_is_told_in_parts_that_move_and_is_known_again_while_it_stands() -> None:
+    told = pushed(True, 120, 40)
+    for k, (out, at) in enumerate(told):
+        near = (np.abs(out.position - at) < (1.1, 0.6)).all(axis=1)
+        if k < 25:
+            continue
+        assert out.moving[near].all()  # none of it is structure
+        assert (out.identity[near] >= PARTS).all()
+        assert (out.radius[near] < 0.35).all()
+        front = at + (-1.05, 0.0)
+        reach = np.abs(out.position[near, 1] - at[1]) + out.radius[near]
+        assert reach.max() > 0.45  # from side to side
+        assert np.abs(out.position[near, 0] - front[0]).min() < 0.1
+        expected = (-0.5, 0.0) if k < 40 else (0.0, 0.0)
+        if not 40 <= k < 55:
+            assert np.linalg.norm(out.velocity[near] - expected, axis=1).max() < 0.15
+    names = [set(out.identity[out.identity >= PARTS].tolist()) for out, _ in told[60:]]
+    assert len(set.union(*names)) == len(names[0])  # they stay who they are
+
+
+def test_without_a_map_nobody_can_tell_a_bed_from_a_row_of_posts() -> None:
+    for out, _ in pushed(False, 60, 40):
+        assert (out.identity < PARTS).all()

@@ -13,7 +13,7 @@ from clearway.contract import Scan
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
-from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
+from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores, parts
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot
@@ -37,6 +37,14 @@ LATCH = 1.0
 PART = 5.0
 """A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
 that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
+LARGE = 0.45
+"""m: where a map tells what stands for good, a cluster in a larger circle may be a thing, such as a bed that is pushed: its foot alone has 0.48 m."""
+PARKED = 60.0
+"""s for which such a thing is told as one that moves after it last did: it may go on."""
+PART_CELL = 0.4
+"""Edge of the cells in which it is covered, m."""
+PARTS = 1 << 40
+"""Their identities begin here, those of bodies at 0."""
 
 
 class Bodies(NamedTuple):
@@ -82,12 +90,12 @@ class _Candidates(NamedTuple):
     legs: npt.NDArray[np.bool_]  # (n,) it is two legs
 
 
-def _candidates(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> _Candidates:
-    """Clusters that are in no map and no larger than a body."""
+def _candidates(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float, largest: float) -> _Candidates:
+    """Clusters that are in no map, in circles of at most `largest` [m]."""
     k = len(returns.size)
     unknown = np.ones(k, dtype=np.bool_)
     unknown[returns.label[returns.known != 0]] = False
-    rows = np.flatnonzero(unknown & (returns.size >= p.body_returns) & (returns.circles[:, 2] <= p.body_radius))
+    rows = np.flatnonzero(unknown & (returns.size >= p.body_returns) & (returns.circles[:, 2] <= largest))
     if len(rows) > p.discs // 4:
         rows = np.sort(rows[np.argsort(returns.far[rows], kind="stable")[: p.discs // 4]])
     spacing = scan.angle_increment * returns.far[rows]
@@ -106,7 +114,7 @@ class DifferenceFollower:
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
         """See `Follower`. A body belongs to the nearest one of the last scan that it can have come from."""
-        found = _candidates(returns, scan, self._p, self._sigma)
+        found = _candidates(returns, scan, self._p, self._sigma, self._p.body_radius)
         n, dt = len(found.rows), t - self._t
         x = np.ascontiguousarray(found.circle[:, :2])
         error = kalman.SIGMAS * np.sqrt(found.variance)
@@ -140,14 +148,16 @@ class _Past(NamedTuple):
 class BodyFollower:
     """A Kalman filter for each cluster that may be a body; it moves if space has shown so (see `seen_through`).
 
-    What is not seen to move is structure, whatever its cluster's centre does while more of it comes into view.
+    What is not seen to move is structure, whatever its cluster's centre does while more of it comes into view. With `things`, what is
+    larger than a body may move as well: it is told in parts, which all move alike.
     """
 
     def __init__(
         self, robot: Robot, parameters: ClusterParameters, speed: float, acceleration: float,
-        memory: float, coast: float, aside: float, watch: float,
+        memory: float, coast: float, aside: float, watch: float, things: bool = False,
     ) -> None:  # fmt: skip
         assert robot.lidar is not None
+        self._most, self._large = (parameters.thing_radius, LARGE) if things else (parameters.body_radius, math.inf)
         self._p, self._sigma, self._speed, self._acceleration = parameters, robot.lidar.sigma, speed, acceleration
         self._memory, self._coast, self._aside, self._watch = memory, coast, aside, watch
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
@@ -161,6 +171,7 @@ class BodyFollower:
             np.empty(0),
             np.empty(0),
         )  # when it last counted as moving, and when it last showed so
+        self._way = np.empty((0, 2))  # that each body has gone, by its velocity
         self._largest = np.empty(0)  # radius that each body has shown
         self._signs = np.empty(0, dtype=np.int64)  # periods in a row with signs of motion
         self._paired = np.empty(0, dtype=np.int64)  # periods in a row with two legs
@@ -170,7 +181,7 @@ class BodyFollower:
         if not t > self._t:  # the first one
             self._t = t
         dt, self._t = t - self._t, t
-        found = _candidates(returns, scan, self._p, self._sigma)
+        found = _candidates(returns, scan, self._p, self._sigma, self._most)
         at = self._associate(found, dt, t)
         body = np.full(len(returns.size), -1, dtype=np.int64)
         body[found.rows] = self._ids[at]
@@ -179,6 +190,8 @@ class BodyFollower:
         self._paired[at] = np.where(found.legs, self._paired[at] + 1, 0)
         people = self._paired >= PERSISTENCE  # who stands on two legs may walk off at any time
         self._moved[people] = self._shown[people] = t
+        large = found.circle[:, 2] > self._large
+        self._moved[at[large & (t - self._shown[at] <= PARKED)]] = t
         self._past.append(_Past(t, scan, returns.sensor, returns.points, owner))
         while self._past[0].t < t - self._watch - 1e-9:
             self._past.popleft()
@@ -189,11 +202,12 @@ class BodyFollower:
         structure = np.ones(len(returns.size), dtype=np.uint8)
         still = ~moves[at]
         structure[found.rows[~still]] = 0
-        inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[still])
+        filled = still & ~large
+        inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[filled])
         told = moves & (here | (t - self._seen <= self._coast) | self._out_of_view(scan, returns.sensor, t))
-        x, radius = self._state[:, :2].copy(), np.maximum(self._radius, self._largest)
+        x, radius = self._state[:, :2].copy(), np.maximum(np.minimum(self._radius, self._p.body_radius), self._largest)
         error = kalman.SIGMAS * np.sqrt(self._spread[:, 0])
-        whole = ~found.cut
+        whole = ~found.cut & ~large
         x[at[whole]] = found.circle[whole, :2]  # the disc covers the returns
         error[at[whole]] = kalman.SIGMAS * np.sqrt(found.variance[whole])
         self._largest[at[whole]] = np.maximum(self._largest[at[whole]], found.circle[whole, 2])
@@ -201,17 +215,35 @@ class BodyFollower:
         sight = found.circle[whole, :2] - returns.sensor[:2]
         x[at[whole]] += sight * (behind / np.maximum(np.hypot(*sight.T), 1e-9))[:, None]
         radius[at[whole]] = self._largest[at[whole]]
-        part, seen = at[found.cut], found.circle[found.cut]
+        cut = found.cut & ~large
+        part, seen = at[cut], found.circle[cut]
         radius[part] = np.maximum(radius[part], np.hypot(*(x[part] - seen[:, :2]).T) + seen[:, 2])
-        rows = np.flatnonzero(told)
+        told[at[large]] = False
+        bodies = np.flatnonzero(told)
+        of, discs, names = self._parts(returns, scan, found, at, np.flatnonzero(large & ~still))
+        rows = np.concatenate((bodies, of))
         v_error = kalman.SIGMAS * np.sqrt(self._spread[rows, 2]) + self._radius[rows] * self._turning(rows, t)
         watched = t - self._past[0].t
         hidden = self._margin + SHARE * 2.0 * self._p.body_radius  # so far it may have gone without a sign
         slowest = hidden / watched if watched >= 0.5 * self._watch else math.inf
         return Bodies(
-            x[rows], self._state[rows, 2:].copy(), radius[rows], error[rows], v_error,
-            self._ids[rows], structure, slowest, inside, self._ids[at[still]],
+            np.concatenate((x[bodies], discs[:, :2])), self._state[rows, 2:].copy(),
+            np.concatenate((radius[bodies], discs[:, 2])), error[rows], v_error,
+            np.concatenate((self._ids[bodies], names)), structure, slowest, inside, self._ids[at[filled]],
         )  # fmt: skip
+
+    def _parts(
+        self, returns: Returns, scan: Scan, found: _Candidates, at: IntArray, large: IntArray
+    ) -> tuple[IntArray, FloatArray, IntArray]:
+        """Discs over the clusters `large`, in cells that move as these do: of which body each is (d,), itself (d, 3), and what it is called."""
+        of, discs, names = [np.empty(0, np.int64)], [np.empty((0, 3))], [np.empty(0, np.int64)]
+        for j in large.tolist():
+            body = int(at[j])
+            covered, cells = parts(returns, int(found.rows[j]), self._way[body], scan.angle_increment, PART_CELL)
+            of.append(np.full(len(covered), body))
+            discs.append(covered)
+            names.append(PARTS + (self._ids[body] << 16) + cells)
+        return np.concatenate(of), np.concatenate(discs), np.concatenate(names)
 
     def _out_of_view(self, scan: Scan, sensor: FloatArray, t: float) -> npt.NDArray[np.bool_]:
         """Which bodies the sensor has turned away from not long ago: all that is known is how they moved."""
@@ -232,6 +264,7 @@ class BodyFollower:
         """Advance the filters, correct those that are seen, begin new ones, drop old ones; the filter of each cluster."""
         state, spread = self._state, self._spread
         kalman.predict(state, spread, dt, kalman.SPREAD * self._acceleration)
+        self._way += dt * state[:, 2:]
         x = np.ascontiguousarray(found.circle[:, :2])
         reach = kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * self._radius
         partner = kalman.nearest_pairs(
@@ -274,6 +307,7 @@ class BodyFollower:
         self._ids = np.concatenate((self._ids[keep], self._next + np.arange(more)))
         self._next += more
         self._radius = np.concatenate((self._radius[keep], found.circle[fresh, 2]))
+        self._way = np.concatenate((self._way[keep], np.zeros((more, 2))))
         self._largest = np.concatenate((self._largest[keep], np.zeros(more)))
         self._seen = np.concatenate((self._seen[keep], np.full(more, t)))
         self._moved = np.concatenate((self._moved[keep], np.full(more, -math.inf)))
