@@ -416,7 +416,7 @@ def test_a_bed_that_is_pushed_is_told_in_parts_that_move_and_is_known_again_whil
         assert out.moving[near].all()  # none of it is structure
         assert (out.identity[near] >= PARTS).all()
         assert (out.radius[near] < 0.35).all()
-        front = at + (-1.05, 0.0)
+        front = at - np.array((1.05, 0.0))
         reach = np.abs(out.position[near, 1] - at[1]) + out.radius[near]
         assert reach.max() > 0.45  # from side to side
         assert np.abs(out.position[near, 0] - front[0]).min() < 0.1

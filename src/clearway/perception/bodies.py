@@ -37,10 +37,14 @@ LATCH = 1.0
 PART = 5.0
 """A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
 that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
-LARGE = 0.45
-"""m: where a map tells what stands for good, a cluster in a larger circle may be a thing, such as a bed that is pushed: its foot alone has 0.48 m."""
+THING = 0.45
+"""m: what moves in a larger circle and has no legs is a thing, such as a bed that is pushed."""
 PARKED = 60.0
-"""s for which such a thing is told as one that moves after it last did: it may go on."""
+"""s for which a thing is told as one that moves after it last did: it may go on."""
+THING_KEPT = 10.0
+"""s for which one that is out of view is known again: a robot's turn there and back."""
+BESIDE = 0.1
+"""m: a cluster that sticks out of a thing's circle by no more belongs to it; who stands before a thing parts it."""
 PART_CELL = 0.4
 """Edge of the cells in which it is covered, m."""
 PARTS = 1 << 40
@@ -157,7 +161,8 @@ class BodyFollower:
         memory: float, coast: float, aside: float, watch: float, things: bool = False,
     ) -> None:  # fmt: skip
         assert robot.lidar is not None
-        self._most, self._large = (parameters.thing_radius, LARGE) if things else (parameters.body_radius, math.inf)
+        self._things = things
+        self._most = parameters.thing_radius if things else parameters.body_radius
         self._p, self._sigma, self._speed, self._acceleration = parameters, robot.lidar.sigma, speed, acceleration
         self._memory, self._coast, self._aside, self._watch = memory, coast, aside, watch
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
@@ -171,6 +176,7 @@ class BodyFollower:
             np.empty(0),
             np.empty(0),
         )  # when it last counted as moving, and when it last showed so
+        self._thing = np.empty(0, dtype=np.bool_)  # whether it has shown to be a thing that moves
         self._way = np.empty((0, 2))  # that each body has gone, by its velocity
         self._largest = np.empty(0)  # radius that each body has shown
         self._signs = np.empty(0, dtype=np.int64)  # periods in a row with signs of motion
@@ -190,8 +196,9 @@ class BodyFollower:
         self._paired[at] = np.where(found.legs, self._paired[at] + 1, 0)
         people = self._paired >= PERSISTENCE  # who stands on two legs may walk off at any time
         self._moved[people] = self._shown[people] = t
-        large = found.circle[:, 2] > self._large
-        self._moved[at[large & (t - self._shown[at] <= PARKED)]] = t
+        wide = (found.circle[:, 2] > THING) & ~found.legs if self._things else np.zeros(len(at), np.bool_)
+        self._thing[at[wide]] |= self._shown[at[wide]] == t
+        self._moved[self._thing & (t - self._shown <= PARKED)] = t
         self._past.append(_Past(t, scan, returns.sensor, returns.points, owner))
         while self._past[0].t < t - self._watch - 1e-9:
             self._past.popleft()
@@ -200,14 +207,16 @@ class BodyFollower:
         here = np.zeros(len(self._ids), dtype=np.bool_)
         here[at] = True
         structure = np.ones(len(returns.size), dtype=np.uint8)
-        still = ~moves[at]
+        thing = self._things_of(found, at, moves, wide, t)
+        still = ~moves[at] & (thing < 0)
         structure[found.rows[~still]] = 0
-        filled = still & ~large
+        small = found.circle[:, 2] <= self._p.body_radius
+        filled = still & small
         inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[filled])
         told = moves & (here | (t - self._seen <= self._coast) | self._out_of_view(scan, returns.sensor, t))
         x, radius = self._state[:, :2].copy(), np.maximum(np.minimum(self._radius, self._p.body_radius), self._largest)
         error = kalman.SIGMAS * np.sqrt(self._spread[:, 0])
-        whole = ~found.cut & ~large
+        whole = ~found.cut & (thing < 0) & small
         x[at[whole]] = found.circle[whole, :2]  # the disc covers the returns
         error[at[whole]] = kalman.SIGMAS * np.sqrt(found.variance[whole])
         self._largest[at[whole]] = np.maximum(self._largest[at[whole]], found.circle[whole, 2])
@@ -215,12 +224,12 @@ class BodyFollower:
         sight = found.circle[whole, :2] - returns.sensor[:2]
         x[at[whole]] += sight * (behind / np.maximum(np.hypot(*sight.T), 1e-9))[:, None]
         radius[at[whole]] = self._largest[at[whole]]
-        cut = found.cut & ~large
+        cut = found.cut & (thing < 0)
         part, seen = at[cut], found.circle[cut]
         radius[part] = np.maximum(radius[part], np.hypot(*(x[part] - seen[:, :2]).T) + seen[:, 2])
-        told[at[large]] = False
+        told[thing[thing >= 0]] = False
         bodies = np.flatnonzero(told)
-        of, discs, names = self._parts(returns, scan, found, at, np.flatnonzero(large & ~still))
+        of, discs, names = self._parts(returns, scan, found, thing)
         rows = np.concatenate((bodies, of))
         v_error = kalman.SIGMAS * np.sqrt(self._spread[rows, 2]) + self._radius[rows] * self._turning(rows, t)
         watched = t - self._past[0].t
@@ -232,13 +241,28 @@ class BodyFollower:
             np.concatenate((self._ids[bodies], names)), structure, slowest, inside, self._ids[at[filled]],
         )  # fmt: skip
 
+    def _things_of(
+        self, found: _Candidates, at: IntArray, moves: npt.NDArray[np.bool_], wide: npt.NDArray[np.bool_], t: float
+    ) -> IntArray:
+        """(n,) of which body that is a thing each cluster is a part, or all that is seen; -1: of none."""
+        of = np.where(wide & moves[at], at, -1)
+        things = np.flatnonzero(self._thing & (t - self._moved <= LATCH))
+        for j in np.flatnonzero((of < 0) & ~moves[at] & ~found.legs) if len(things) else ():
+            x, y, r = found.circle[j]
+            out = np.hypot(*(self._state[things, :2] - (x, y)).T) + r - self._radius[things]
+            k = int(out.argmin())
+            if out[k] <= BESIDE:
+                of[j] = things[k]
+        self._seen[of[of >= 0]] = t
+        return of
+
     def _parts(
-        self, returns: Returns, scan: Scan, found: _Candidates, at: IntArray, large: IntArray
+        self, returns: Returns, scan: Scan, found: _Candidates, thing: IntArray
     ) -> tuple[IntArray, FloatArray, IntArray]:
-        """Discs over the clusters `large`, in cells that move as these do: of which body each is (d,), itself (d, 3), and what it is called."""
+        """Discs over things that move, in cells that move as they do: of which body each is (d,), itself (d, 3), and what it is called."""
         of, discs, names = [np.empty(0, np.int64)], [np.empty((0, 3))], [np.empty(0, np.int64)]
-        for j in large.tolist():
-            body = int(at[j])
+        for j in np.flatnonzero(thing >= 0).tolist():
+            body = int(thing[j])
             covered, cells = parts(returns, int(found.rows[j]), self._way[body], scan.angle_increment, PART_CELL)
             of.append(np.full(len(covered), body))
             discs.append(covered)
@@ -294,7 +318,7 @@ class BodyFollower:
                 kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + (SHIFT * grown) ** 2)
             self._radius[i] = found.circle[j, 2]
         fresh = np.flatnonzero(partner < 0)
-        keep = np.flatnonzero(t - self._seen <= max(self._memory, self._aside))
+        keep = np.flatnonzero(t - self._seen <= np.where(self._thing, THING_KEPT, max(self._memory, self._aside)))
         moved_to = np.full(len(self._ids) + 1, -1, dtype=np.int64)
         moved_to[keep] = np.arange(len(keep))
         at: IntArray = moved_to[partner]
@@ -307,6 +331,7 @@ class BodyFollower:
         self._ids = np.concatenate((self._ids[keep], self._next + np.arange(more)))
         self._next += more
         self._radius = np.concatenate((self._radius[keep], found.circle[fresh, 2]))
+        self._thing = np.concatenate((self._thing[keep], np.zeros(more, dtype=np.bool_)))
         self._way = np.concatenate((self._way[keep], np.zeros((more, 2))))
         self._largest = np.concatenate((self._largest[keep], np.zeros(more)))
         self._seen = np.concatenate((self._seen[keep], np.full(more, t)))
