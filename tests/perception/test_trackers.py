@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -233,8 +234,10 @@ def moving_scene(
     commands: np.ndarray,
     seed: int = 3,
     start: tuple[float, float] = (3.5, 0.4),
+    standing: tuple[tuple[object, tuple[float, float, float]], ...] = (),
 ):  # type: ignore[no-untyped-def]
-    """A robot from the origin, four walls, and a body that goes straight: (sensing, true pose, true position) each period."""
+    """A robot from the origin, four walls, what is `standing`, and a body that goes straight: (sensing, true pose, true position)
+    each period."""
     rng = np.random.default_rng(seed)
     lidar = robot.lidar
     assert lidar is not None
@@ -244,7 +247,7 @@ def moving_scene(
     for k, (v, omega) in enumerate(commands):
         at = np.array(start) + velocity * 0.1 * k
         heading = math.atan2(velocity[1], velocity[0])
-        shapes, poses = zip(*walls, (body, (*at, heading)), strict=True)
+        shapes, poses = zip(*walls, *standing, (body, (*at, heading)), strict=True)
         c, s = math.cos(truth[2]), math.sin(truth[2])
         eye = np.array([truth[0] + 0.1 * c, truth[1] + 0.1 * s, truth[2]])
         ranges = sweep(scene(shapes, np.array(poses, dtype=float)), rays, eye) + lidar.sigma * rng.standard_normal(
@@ -394,15 +397,16 @@ def test_a_body_that_the_robot_turns_away_from_is_told_of_for_two_seconds() -> N
 BED = rectangle(2.1, 0.96)
 
 
-def pushed(granted: bool, looks: int, stops: int) -> list[tuple[Obstacles, np.ndarray]]:
-    """What is told of a bed that comes on at 0.5 m/s for so many periods and stands then, and its place; the robot stands."""
+def pushed(granted: bool, looks: int, stops: int, parted: Any = ()) -> list[tuple[Obstacles, np.ndarray]]:
+    """What is told of a bed that comes on at 0.5 m/s for so many periods and stands then, maybe behind something, and its place; the robot
+    stands."""
     robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
     floor = OccupancyGrid(np.zeros((200, 320), dtype=np.int8), 0.05, (-4.0, -5.0))
     tracker, v = fresh("kalman", robot, **({"map": floor} if granted else {})), np.array([-0.5, 0.0])
     scenes = moving_scene(BED, v, robot, np.zeros((stops, 2)), start=(3.8, 0.2))
     told = [(tracker.update(step, pose), at) for step, pose, at in scenes]
-    standing = moving_scene(BED, 1e-9 * v, robot, np.zeros((looks - stops, 2)), start=tuple(told[-1][1]))
-    for k, (step, pose, at) in enumerate(standing):
+    stood = moving_scene(BED, 1e-9 * v, robot, np.zeros((looks - stops, 2)), start=tuple(told[-1][1]), standing=parted)
+    for k, (step, pose, at) in enumerate(stood):
         told.append((tracker.update(step._replace(t=0.1 * (stops + k)), pose), at))
     return told
 
@@ -430,3 +434,14 @@ def test_a_bed_that_is_pushed_is_told_in_parts_that_move_and_is_known_again_whil
 def test_without_a_map_nobody_can_tell_a_bed_from_a_row_of_posts() -> None:
     for out, _ in pushed(False, 60, 40):
         assert (out.identity < PARTS).all()
+
+
+def test_what_is_seen_of_a_bed_on_either_side_of_somebody_before_it_may_go_on() -> None:
+    told = pushed(True, 100, 40, parted=((Circle(0.1), (0.45, 0.15, 0.0)),))
+    for out, at in told[45:]:
+        near = (np.abs(out.position - at) < (1.1, 0.6)).all(axis=1)
+        assert near.sum() >= 2
+        assert out.moving[near].all()
+        across, radius = out.position[near, 1], out.radius[near]
+        assert (across - radius).min() < -0.25  # from 0.48 m to one side
+        assert (across + radius).max() > 0.65  # to 0.48 m to the other

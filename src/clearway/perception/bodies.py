@@ -245,7 +245,7 @@ class BodyFollower:
         self, found: _Candidates, at: IntArray, moves: npt.NDArray[np.bool_], wide: npt.NDArray[np.bool_], t: float
     ) -> IntArray:
         """(n,) of which body that is a thing each cluster is a part, or all that is seen; -1: of none."""
-        of = np.where(wide & moves[at], at, -1)
+        of = np.where(moves[at] & (wide | self._thing[at] & ~found.legs), at, -1)
         things = np.flatnonzero(self._thing & (t - self._moved <= LATCH))
         for j in np.flatnonzero((of < 0) & ~moves[at] & ~found.legs) if len(things) else ():
             x, y, r = found.circle[j]
