@@ -22,6 +22,9 @@ GOAL = Goal(np.zeros(3), 0.2, 0.2)
 CAMERA = {"camera": {"range": 4.0, "error": 0.01}, "lidar": None}
 PERIOD = 0.15
 BOTH = pytest.mark.parametrize("name", sorted(TRACKERS))
+BED = rectangle(2.1, 0.96)
+FLOOR = OccupancyGrid(np.zeros((200, 320), dtype=np.int8), 0.05, (-4.0, -5.0))
+"""A map without walls: what stands is in no map."""
 
 
 def fresh(name: str, robot: Robot, **task: object):  # type: ignore[no-untyped-def]
@@ -338,14 +341,18 @@ def test_without_memory_a_body_has_the_finite_difference() -> None:
 
 
 @BOTH
-def test_every_return_near_the_robot_is_covered(name: str) -> None:
-    """Walls, boxes and a moving body, as the navigator sees them: in the map frame, 300 discs at most.
+@pytest.mark.parametrize("bed", [False, True])
+def test_every_return_near_the_robot_is_covered(name: str, bed: bool) -> None:
+    """Walls, boxes and what moves, a body or a bed parted by a post, as the navigator sees them: in the map frame, 300 discs at most.
 
     Noise is averaged out along surfaces, so that a return may stick out by as much as it errs."""
     robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
-    tracker = fresh(name, robot)
-    commands = np.array([(0.4, 0.5 * math.sin(0.3 * k)) for k in range(25)])
-    for step, pose, _ in moving_scene(rectangle(0.6, 0.6), np.array([-0.5, 0.1]), robot, commands):
+    tracker = fresh(name, robot, **({"map": FLOOR} if bed else {}))
+    speed = 0.0 if bed else 0.4
+    commands = np.array([(speed, 0.5 * math.sin(0.3 * k)) for k in range(40 if bed else 25)])
+    body, post = (BED, (Circle(0.1), (0.5, 0.2, 0.0))) if bed else (rectangle(0.6, 0.6), None)
+    standing = () if post is None else (post,)
+    for step, pose, _ in moving_scene(body, np.array([-0.5, 0.1]), robot, commands, standing=standing):
         believed = pose + np.array((5.0, -3.0, 0.7))
         out = tracker.update(step, believed)
         scan = step.scan
@@ -394,15 +401,11 @@ def test_a_body_that_the_robot_turns_away_from_is_told_of_for_two_seconds() -> N
     assert len(told) == 0
 
 
-BED = rectangle(2.1, 0.96)
-
-
 def pushed(granted: bool, looks: int, stops: int, parted: Any = ()) -> list[tuple[Obstacles, np.ndarray]]:
     """What is told of a bed that comes on at 0.5 m/s for so many periods and stands then, maybe behind something, and its place; the robot
     stands."""
     robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
-    floor = OccupancyGrid(np.zeros((200, 320), dtype=np.int8), 0.05, (-4.0, -5.0))
-    tracker, v = fresh("kalman", robot, **({"map": floor} if granted else {})), np.array([-0.5, 0.0])
+    tracker, v = fresh("kalman", robot, **({"map": FLOOR} if granted else {})), np.array([-0.5, 0.0])
     scenes = moving_scene(BED, v, robot, np.zeros((stops, 2)), start=(3.8, 0.2))
     told = [(tracker.update(step, pose), at) for step, pose, at in scenes]
     stood = moving_scene(BED, 1e-9 * v, robot, np.zeros((looks - stops, 2)), start=tuple(told[-1][1]), standing=parted)
