@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,20 +10,15 @@ from simulated_room import cast, drive, make_robot, room_map
 
 from clearway.contract import Goal, Obstacles, Scan, Sensing, Task
 from clearway.errors import ClearwayError
-from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.perception import TRACKERS, TrackerParameters, make_tracker
-from clearway.perception.bodies import PARTS
 from clearway.robots import Robot
 
 GOAL = Goal(np.zeros(3), 0.2, 0.2)
 CAMERA = {"camera": {"range": 4.0, "error": 0.01}, "lidar": None}
 PERIOD = 0.15
 BOTH = pytest.mark.parametrize("name", sorted(TRACKERS))
-BED = rectangle(2.1, 0.96)
-FLOOR = OccupancyGrid(np.zeros((200, 320), dtype=np.int8), 0.05, (-4.0, -5.0))
-"""A map without walls: what stands is in no map."""
 
 
 def fresh(name: str, robot: Robot, **task: object):  # type: ignore[no-untyped-def]
@@ -237,10 +231,8 @@ def moving_scene(
     commands: np.ndarray,
     seed: int = 3,
     start: tuple[float, float] = (3.5, 0.4),
-    standing: tuple[tuple[object, tuple[float, float, float]], ...] = (),
 ):  # type: ignore[no-untyped-def]
-    """A robot from the origin, four walls, what is `standing`, and a body that goes straight: (sensing, true pose, true position)
-    each period."""
+    """A robot from the origin, four walls, and a body that goes straight: (sensing, true pose, true position) each period."""
     rng = np.random.default_rng(seed)
     lidar = robot.lidar
     assert lidar is not None
@@ -250,7 +242,7 @@ def moving_scene(
     for k, (v, omega) in enumerate(commands):
         at = np.array(start) + velocity * 0.1 * k
         heading = math.atan2(velocity[1], velocity[0])
-        shapes, poses = zip(*walls, *standing, (body, (*at, heading)), strict=True)
+        shapes, poses = zip(*walls, (body, (*at, heading)), strict=True)
         c, s = math.cos(truth[2]), math.sin(truth[2])
         eye = np.array([truth[0] + 0.1 * c, truth[1] + 0.1 * s, truth[2]])
         ranges = sweep(scene(shapes, np.array(poses, dtype=float)), rays, eye) + lidar.sigma * rng.standard_normal(
@@ -341,18 +333,14 @@ def test_without_memory_a_body_has_the_finite_difference() -> None:
 
 
 @BOTH
-@pytest.mark.parametrize("bed", [False, True])
-def test_every_return_near_the_robot_is_covered(name: str, bed: bool) -> None:
-    """Walls, boxes and what moves, a body or a bed parted by a post, as the navigator sees them: in the map frame, 300 discs at most.
+def test_every_return_near_the_robot_is_covered(name: str) -> None:
+    """Walls, boxes and a moving body, as the navigator sees them: in the map frame, 300 discs at most.
 
     Noise is averaged out along surfaces, so that a return may stick out by as much as it errs."""
     robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
-    tracker = fresh(name, robot, **({"map": FLOOR} if bed else {}))
-    speed = 0.0 if bed else 0.4
-    commands = np.array([(speed, 0.5 * math.sin(0.3 * k)) for k in range(40 if bed else 25)])
-    body, post = (BED, (Circle(0.1), (0.5, 0.2, 0.0))) if bed else (rectangle(0.6, 0.6), None)
-    standing = () if post is None else (post,)
-    for step, pose, _ in moving_scene(body, np.array([-0.5, 0.1]), robot, commands, standing=standing):
+    tracker = fresh(name, robot)
+    commands = np.array([(0.4, 0.5 * math.sin(0.3 * k)) for k in range(25)])
+    for step, pose, _ in moving_scene(rectangle(0.6, 0.6), np.array([-0.5, 0.1]), robot, commands):
         believed = pose + np.array((5.0, -3.0, 0.7))
         out = tracker.update(step, believed)
         scan = step.scan
@@ -399,52 +387,3 @@ def test_a_body_that_the_robot_turns_away_from_is_told_of_for_two_seconds() -> N
             assert np.linalg.norm(out.velocity[i] - v) <= out.velocity_error[i]
     assert gone > 25
     assert len(told) == 0
-
-
-def pushed(granted: bool, looks: int, stops: int, parted: Any = ()) -> list[tuple[Obstacles, np.ndarray]]:
-    """What is told of a bed that comes on at 0.5 m/s for so many periods and stands then, maybe behind something, and its place; the robot
-    stands."""
-    robot = make_robot(lidar=TIM | {"mount": [0.1, 0.0, 0.0]})
-    tracker, v = fresh("kalman", robot, **({"map": FLOOR} if granted else {})), np.array([-0.5, 0.0])
-    scenes = moving_scene(BED, v, robot, np.zeros((stops, 2)), start=(3.8, 0.2))
-    told = [(tracker.update(step, pose), at) for step, pose, at in scenes]
-    stood = moving_scene(BED, 1e-9 * v, robot, np.zeros((looks - stops, 2)), start=tuple(told[-1][1]), standing=parted)
-    for k, (step, pose, at) in enumerate(stood):
-        told.append((tracker.update(step._replace(t=0.1 * (stops + k)), pose), at))
-    return told
-
-
-def test_a_bed_that_is_pushed_is_told_in_parts_that_move_and_is_known_again_while_it_stands() -> None:
-    told = pushed(True, 120, 40)
-    for k, (out, at) in enumerate(told):
-        near = (np.abs(out.position - at) < (1.1, 0.6)).all(axis=1)
-        if k < 25:
-            continue
-        assert out.moving[near].all()  # none of it is structure
-        assert (out.identity[near] >= PARTS).all()
-        assert (out.radius[near] < 0.35).all()
-        front = at - np.array((1.05, 0.0))
-        reach = np.abs(out.position[near, 1] - at[1]) + out.radius[near]
-        assert reach.max() > 0.45  # from side to side
-        assert np.abs(out.position[near, 0] - front[0]).min() < 0.1
-        expected = (-0.5, 0.0) if k < 40 else (0.0, 0.0)
-        if not 40 <= k < 55:
-            assert np.linalg.norm(out.velocity[near] - expected, axis=1).max() < 0.15
-    names = [set(out.identity[out.identity >= PARTS].tolist()) for out, _ in told[60:]]
-    assert len(set.union(*names)) == len(names[0])  # they stay who they are
-
-
-def test_without_a_map_nobody_can_tell_a_bed_from_a_row_of_posts() -> None:
-    for out, _ in pushed(False, 60, 40):
-        assert (out.identity < PARTS).all()
-
-
-def test_what_is_seen_of_a_bed_on_either_side_of_somebody_before_it_may_go_on() -> None:
-    told = pushed(True, 100, 40, parted=((Circle(0.1), (0.45, 0.15, 0.0)),))
-    for out, at in told[45:]:
-        near = (np.abs(out.position - at) < (1.1, 0.6)).all(axis=1)
-        assert near.sum() >= 2
-        assert out.moving[near].all()
-        across, radius = out.position[near, 1], out.radius[near]
-        assert (across - radius).min() < -0.25  # from 0.48 m to one side
-        assert (across + radius).max() > 0.65  # to 0.48 m to the other

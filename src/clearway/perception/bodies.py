@@ -13,7 +13,7 @@ from clearway.contract import Scan
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
-from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores, parts
+from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
 from clearway.perception.seen_through import share_seen_through
 from clearway.perception.structure import unseen
 from clearway.robots import Robot
@@ -37,18 +37,6 @@ LATCH = 1.0
 PART = 5.0
 """A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
 that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
-THING = 0.45
-"""m: what moves in a larger circle and has no legs is a thing, such as a bed that is pushed."""
-PARKED = 60.0
-"""s for which a thing is told as one that moves after it last did: it may go on."""
-THING_KEPT = 10.0
-"""s for which one that is out of view is known again: a robot's turn there and back."""
-BESIDE = 0.1
-"""m: a cluster that sticks out of a thing's circle by no more belongs to it; who stands before a thing parts it."""
-PART_CELL = 0.4
-"""Edge of the cells in which it is covered, m."""
-PARTS = 1 << 40
-"""Their identities begin here, those of bodies at 0."""
 
 
 class Bodies(NamedTuple):
@@ -94,12 +82,12 @@ class _Candidates(NamedTuple):
     legs: npt.NDArray[np.bool_]  # (n,) it is two legs
 
 
-def _candidates(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float, largest: float) -> _Candidates:
-    """Clusters that are in no map, in circles of at most `largest` [m]."""
+def _candidates(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> _Candidates:
+    """Clusters that are in no map and no larger than a body."""
     k = len(returns.size)
     unknown = np.ones(k, dtype=np.bool_)
     unknown[returns.label[returns.known != 0]] = False
-    rows = np.flatnonzero(unknown & (returns.size >= p.body_returns) & (returns.circles[:, 2] <= largest))
+    rows = np.flatnonzero(unknown & (returns.size >= p.body_returns) & (returns.circles[:, 2] <= p.body_radius))
     if len(rows) > p.discs // 4:
         rows = np.sort(rows[np.argsort(returns.far[rows], kind="stable")[: p.discs // 4]])
     spacing = scan.angle_increment * returns.far[rows]
@@ -118,7 +106,7 @@ class DifferenceFollower:
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
         """See `Follower`. A body belongs to the nearest one of the last scan that it can have come from."""
-        found = _candidates(returns, scan, self._p, self._sigma, self._p.body_radius)
+        found = _candidates(returns, scan, self._p, self._sigma)
         n, dt = len(found.rows), t - self._t
         x = np.ascontiguousarray(found.circle[:, :2])
         error = kalman.SIGMAS * np.sqrt(found.variance)
@@ -152,17 +140,14 @@ class _Past(NamedTuple):
 class BodyFollower:
     """A Kalman filter for each cluster that may be a body; it moves if space has shown so (see `seen_through`).
 
-    What is not seen to move is structure, whatever its cluster's centre does while more of it comes into view. With `things`, what is
-    larger than a body may move as well: it is told in parts, which all move alike.
+    What is not seen to move is structure, whatever its cluster's centre does while more of it comes into view.
     """
 
     def __init__(
         self, robot: Robot, parameters: ClusterParameters, speed: float, acceleration: float,
-        memory: float, coast: float, aside: float, watch: float, things: bool = False,
+        memory: float, coast: float, aside: float, watch: float,
     ) -> None:  # fmt: skip
         assert robot.lidar is not None
-        self._things = things
-        self._most = parameters.thing_radius if things else parameters.body_radius
         self._p, self._sigma, self._speed, self._acceleration = parameters, robot.lidar.sigma, speed, acceleration
         self._memory, self._coast, self._aside, self._watch = memory, coast, aside, watch
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
@@ -176,8 +161,6 @@ class BodyFollower:
             np.empty(0),
             np.empty(0),
         )  # when it last counted as moving, and when it last showed so
-        self._thing = np.empty(0, dtype=np.bool_)  # whether it has shown to be a thing that moves
-        self._way = np.empty((0, 2))  # that each body has gone, by its velocity
         self._largest = np.empty(0)  # radius that each body has shown
         self._signs = np.empty(0, dtype=np.int64)  # periods in a row with signs of motion
         self._paired = np.empty(0, dtype=np.int64)  # periods in a row with two legs
@@ -187,7 +170,7 @@ class BodyFollower:
         if not t > self._t:  # the first one
             self._t = t
         dt, self._t = t - self._t, t
-        found = _candidates(returns, scan, self._p, self._sigma, self._most)
+        found = _candidates(returns, scan, self._p, self._sigma)
         at = self._associate(found, dt, t)
         body = np.full(len(returns.size), -1, dtype=np.int64)
         body[found.rows] = self._ids[at]
@@ -196,9 +179,6 @@ class BodyFollower:
         self._paired[at] = np.where(found.legs, self._paired[at] + 1, 0)
         people = self._paired >= PERSISTENCE  # who stands on two legs may walk off at any time
         self._moved[people] = self._shown[people] = t
-        wide = (found.circle[:, 2] > THING) & ~found.legs if self._things else np.zeros(len(at), np.bool_)
-        self._thing[at[wide]] |= self._shown[at[wide]] == t
-        self._moved[self._thing & (t - self._shown <= PARKED)] = t
         self._past.append(_Past(t, scan, returns.sensor, returns.points, owner))
         while self._past[0].t < t - self._watch - 1e-9:
             self._past.popleft()
@@ -207,16 +187,13 @@ class BodyFollower:
         here = np.zeros(len(self._ids), dtype=np.bool_)
         here[at] = True
         structure = np.ones(len(returns.size), dtype=np.uint8)
-        thing = self._things_of(found, at, moves, wide, t)
-        still = ~moves[at] & (thing < 0)
+        still = ~moves[at]
         structure[found.rows[~still]] = 0
-        small = found.circle[:, 2] <= self._p.body_radius
-        filled = still & small
-        inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[filled])
+        inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[still])
         told = moves & (here | (t - self._seen <= self._coast) | self._out_of_view(scan, returns.sensor, t))
-        x, radius = self._state[:, :2].copy(), np.maximum(np.minimum(self._radius, self._p.body_radius), self._largest)
+        x, radius = self._state[:, :2].copy(), np.maximum(self._radius, self._largest)
         error = kalman.SIGMAS * np.sqrt(self._spread[:, 0])
-        whole = ~found.cut & (thing < 0) & small
+        whole = ~found.cut
         x[at[whole]] = found.circle[whole, :2]  # the disc covers the returns
         error[at[whole]] = kalman.SIGMAS * np.sqrt(found.variance[whole])
         self._largest[at[whole]] = np.maximum(self._largest[at[whole]], found.circle[whole, 2])
@@ -224,50 +201,17 @@ class BodyFollower:
         sight = found.circle[whole, :2] - returns.sensor[:2]
         x[at[whole]] += sight * (behind / np.maximum(np.hypot(*sight.T), 1e-9))[:, None]
         radius[at[whole]] = self._largest[at[whole]]
-        cut = found.cut & (thing < 0)
-        part, seen = at[cut], found.circle[cut]
+        part, seen = at[found.cut], found.circle[found.cut]
         radius[part] = np.maximum(radius[part], np.hypot(*(x[part] - seen[:, :2]).T) + seen[:, 2])
-        told[thing[thing >= 0]] = False
-        bodies = np.flatnonzero(told)
-        of, discs, names = self._parts(returns, scan, found, thing)
-        rows = np.concatenate((bodies, of))
+        rows = np.flatnonzero(told)
         v_error = kalman.SIGMAS * np.sqrt(self._spread[rows, 2]) + self._radius[rows] * self._turning(rows, t)
         watched = t - self._past[0].t
         hidden = self._margin + SHARE * 2.0 * self._p.body_radius  # so far it may have gone without a sign
         slowest = hidden / watched if watched >= 0.5 * self._watch else math.inf
         return Bodies(
-            np.concatenate((x[bodies], discs[:, :2])), self._state[rows, 2:].copy(),
-            np.concatenate((radius[bodies], discs[:, 2])), error[rows], v_error,
-            np.concatenate((self._ids[bodies], names)), structure, slowest, inside, self._ids[at[filled]],
+            x[rows], self._state[rows, 2:].copy(), radius[rows], error[rows], v_error,
+            self._ids[rows], structure, slowest, inside, self._ids[at[still]],
         )  # fmt: skip
-
-    def _things_of(
-        self, found: _Candidates, at: IntArray, moves: npt.NDArray[np.bool_], wide: npt.NDArray[np.bool_], t: float
-    ) -> IntArray:
-        """(n,) of which body that is a thing each cluster is a part, or all that is seen; -1: of none."""
-        of = np.where(moves[at] & (wide | self._thing[at] & ~found.legs), at, -1)
-        things = np.flatnonzero(self._thing & (t - self._moved <= LATCH))
-        for j in np.flatnonzero((of < 0) & ~moves[at] & ~found.legs) if len(things) else ():
-            x, y, r = found.circle[j]
-            out = np.hypot(*(self._state[things, :2] - (x, y)).T) + r - self._radius[things]
-            k = int(out.argmin())
-            if out[k] <= BESIDE:
-                of[j] = things[k]
-        self._seen[of[of >= 0]] = t
-        return of
-
-    def _parts(
-        self, returns: Returns, scan: Scan, found: _Candidates, thing: IntArray
-    ) -> tuple[IntArray, FloatArray, IntArray]:
-        """Discs over things that move, in cells that move as they do: of which body each is (d,), itself (d, 3), and what it is called."""
-        of, discs, names = [np.empty(0, np.int64)], [np.empty((0, 3))], [np.empty(0, np.int64)]
-        for j in np.flatnonzero(thing >= 0).tolist():
-            body = int(thing[j])
-            covered, cells = parts(returns, int(found.rows[j]), self._way[body], scan.angle_increment, PART_CELL)
-            of.append(np.full(len(covered), body))
-            discs.append(covered)
-            names.append(PARTS + (self._ids[body] << 16) + cells)
-        return np.concatenate(of), np.concatenate(discs), np.concatenate(names)
 
     def _out_of_view(self, scan: Scan, sensor: FloatArray, t: float) -> npt.NDArray[np.bool_]:
         """Which bodies the sensor has turned away from not long ago: all that is known is how they moved."""
@@ -288,7 +232,6 @@ class BodyFollower:
         """Advance the filters, correct those that are seen, begin new ones, drop old ones; the filter of each cluster."""
         state, spread = self._state, self._spread
         kalman.predict(state, spread, dt, kalman.SPREAD * self._acceleration)
-        self._way += dt * state[:, 2:]
         x = np.ascontiguousarray(found.circle[:, :2])
         reach = kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * self._radius
         partner = kalman.nearest_pairs(
@@ -318,7 +261,7 @@ class BodyFollower:
                 kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + (SHIFT * grown) ** 2)
             self._radius[i] = found.circle[j, 2]
         fresh = np.flatnonzero(partner < 0)
-        keep = np.flatnonzero(t - self._seen <= np.where(self._thing, THING_KEPT, max(self._memory, self._aside)))
+        keep = np.flatnonzero(t - self._seen <= max(self._memory, self._aside))
         moved_to = np.full(len(self._ids) + 1, -1, dtype=np.int64)
         moved_to[keep] = np.arange(len(keep))
         at: IntArray = moved_to[partner]
@@ -331,8 +274,6 @@ class BodyFollower:
         self._ids = np.concatenate((self._ids[keep], self._next + np.arange(more)))
         self._next += more
         self._radius = np.concatenate((self._radius[keep], found.circle[fresh, 2]))
-        self._thing = np.concatenate((self._thing[keep], np.zeros(more, dtype=np.bool_)))
-        self._way = np.concatenate((self._way[keep], np.zeros((more, 2))))
         self._largest = np.concatenate((self._largest[keep], np.zeros(more)))
         self._seen = np.concatenate((self._seen[keep], np.full(more, t)))
         self._moved = np.concatenate((self._moved[keep], np.full(more, -math.inf)))

@@ -60,8 +60,6 @@ class ClusterParameters(BaseModel):
                                 " known structure, m: the localisation's error, 0.05 m and 0.03 rad at 4 m")  # fmt: skip
     body_radius: float = Field(default=0.5, gt=0, description="a cluster in a larger circle is structure, not a body"
                                " that may move, m: HOSBOT's rack has 0.42 m")  # fmt: skip
-    thing_radius: float = Field(default=1.3, gt=0, description="where a map tells what stands for good, a larger one up to this is a"
-                                " thing that may move once it has been seen to, m: a bed has 1.16 m")  # fmt: skip
     body_returns: int = Field(default=3, ge=1, description="a body that may move has at least so many")
     cell: float = Field(default=0.1, gt=0, description="cells in which structure is covered, m; a disc of one bulges at"
                         " most 0.71 cell before a wall")  # fmt: skip
@@ -181,24 +179,6 @@ def cover(
         returns.points, returns.distance, returns.known, returns.label, chosen, increment, parameters.cell,
         parameters.near, most,
     )  # fmt: skip
-
-
-def parts(
-    returns: Returns, cluster: int, origin: FloatArray, increment: float, cell: float
-) -> tuple[FloatArray, IntArray]:
-    """Discs that cover the returns of one cluster, in cells of `cell` [m] from `origin` (2,) on, so that they move as that does.
-
-    Returns:
-        Discs (n, 3) x, y, radius; a number (n,) for each that is its cell's, from 0 to 65535.
-    """
-    chosen = np.zeros(len(returns.size), dtype=np.uint8)
-    chosen[cluster] = 1
-    discs, cells, _ = _cover(
-        returns.points - origin, returns.distance, returns.known, returns.label, chosen, increment, cell, math.inf, len(returns.points)
-    )  # fmt: skip
-    discs[:, :2] += origin
-    column, row = (-1 - cells) >> 24, -1 - cells
-    return discs, (column & 0xFF) << 8 | row & 0xFF
 
 
 @kernel

@@ -139,7 +139,7 @@ class LidarTracker:
     """
 
     def __init__(
-        self, robot: Robot, parameters: TrackerParameters, follower: Callable[[bool], Follower], remembers: float
+        self, robot: Robot, parameters: TrackerParameters, follower: Callable[[], Follower], remembers: float
     ) -> None:
         assert robot.lidar is not None
         self._remembers = remembers
@@ -150,7 +150,7 @@ class LidarTracker:
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget all obstacles; learn the map, if one is granted."""
         self._known = NOTHING_KNOWN if task.map is None else known_structure(task.map, self._p.clusters.known_within)
-        self._follower, c = self._make(task.map is not None), self._p.clusters
+        self._follower, c = self._make(), self._p.clusters
         self._memory = StructureMemory(self._remembers, self._sigma, c.range_limit, c.discs - c.discs // 4)
 
     def update(self, sensing: Sensing, pose: FloatArray) -> Obstacles:
@@ -203,7 +203,7 @@ def _finite(seen: Obstacles) -> Obstacles:
 def _difference(robot: Robot, p: TrackerParameters) -> Tracker:
     if robot.camera is not None:
         return CameraDifference(p)
-    return LidarTracker(robot, p, lambda _: DifferenceFollower(robot, p.clusters, p.speed, p.acceleration), 0.0)
+    return LidarTracker(robot, p, lambda: DifferenceFollower(robot, p.clusters, p.speed, p.acceleration), 0.0)
 
 
 def _kalman(robot: Robot, p: TrackerParameters) -> Tracker:
@@ -212,9 +212,7 @@ def _kalman(robot: Robot, p: TrackerParameters) -> Tracker:
     return LidarTracker(
         robot,
         p,
-        lambda mapped: BodyFollower(
-            robot, p.clusters, p.speed, p.acceleration, p.memory, p.coast, p.aside, p.watch, things=mapped
-        ),
+        lambda: BodyFollower(robot, p.clusters, p.speed, p.acceleration, p.memory, p.coast, p.aside, p.watch),
         p.structure_memory,
     )
 

@@ -108,7 +108,6 @@ class HpSt:
             draws=range(3),
             note="the cost of contact, and for how long who is out of view is remembered",
         ),
-        TunedOn("ward-day", ("tiago",), draws=range(20, 44), note="how the tracker tells of a bed that is pushed"),
         *(
             TunedOn(
                 "ward-day", ("tiago",), draws=draws, note="what counts in a certificate, and when it brakes at once"
