@@ -22,6 +22,7 @@ from clearway.crowds.ways import room_at
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
+from clearway.geometry.packing import transform
 from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.arrivals import walked
@@ -285,15 +286,17 @@ def everybody(
         out.radius[i], out.share[i] = crowd.radius[i], 0.5
     for k in range(len(crowd.who)):
         out.velocity[crowd.who[k], 0], out.velocity[crowd.who[k], 1] = crowd.velocity[k, 0], crowd.velocity[k, 1]
-    j, now, before = m, poses[0, :2], poses[1, :2]
+    j = m
     for d in range(len(crowd.things.of)):
         i = crowd.things.of[d]
         out.position[i], out.velocity[i] = 1e6, 0.0
-        place_point(there[0, i], crowd.things.disc[d], now)
-        place_point(there[1, i], crowd.things.disc[d], before)
+        for k in range(2):
+            transform(
+                crowd.things.disc[d : d + 1, :2], there[k, i, 0], there[k, i, 1], there[k, i, 2], poses[k : k + 1, :2]
+            )
         for c in range(2):
-            out.position[j, c] = now[c] if math.isfinite(now[c]) else 1e6
-            moved = (now[c] - before[c]) / PERIOD
+            out.position[j, c] = poses[0, c] if math.isfinite(poses[0, c]) else 1e6
+            moved = (poses[0, c] - poses[1, c]) / PERIOD
             out.velocity[j, c] = moved if math.isfinite(moved) else 0.0
         out.radius[j] = crowd.things.disc[d, 2] + BESIDE
         j += 1
@@ -304,14 +307,6 @@ def everybody(
                 glance(robots.knots[r], robots.laid[r], t - reaction, reaction, poses, out.position[j], out.velocity[j])
                 out.radius[j], out.layer[j] = robots.reach[r] + BESIDE, 2 << k
                 j += 1
-
-
-@light
-def place_point(pose: FloatArray, point: FloatArray, out: FloatArray) -> None:
-    """Write where a `point` (2 or more,) [m] of the body at `pose` (3,) is to `out` (2,)."""
-    cos, sin = math.cos(pose[2]), math.sin(pose[2])
-    out[0] = pose[0] + cos * point[0] - sin * point[1]
-    out[1] = pose[1] + sin * point[0] + cos * point[1]
 
 
 @light
