@@ -15,22 +15,14 @@ from clearway.robots.drive_limits import DriveLimits
 
 BEYOND = 3.5
 """Standard deviations beyond which a contact is not counted with."""
+STEPS = 32
+"""Room for so many steps from one place."""
 _PER = 32  # entries of the table below per standard deviation
 _TAIL = np.array([0.5 * math.erfc((i / _PER - BEYOND) * math.sqrt(0.5)) for i in range(int(2 * BEYOND * _PER) + 2)])
 """Probability of being less than z standard deviations away, from z = -BEYOND on."""
 
-_AT_ONCE, _FAR = 4, 1e6
-"""So many that stand are looked at at once, on vector registers; in the place of each that is missing stands one so far away, m."""
-
 BELT = 10
 """Columns of `belts_of`."""
-
-LANES = 8
-"""So many that move are looked at at once, too."""
-AT_X, AT_Y, BY_X, BY_Y, RADIUS, SIGMA, CHANCE, WIDEST, _, WHICH, HITS, DEEP = range(0, 12 * LANES, LANES)
-"""Where in a row of `Nearby.moving` each column of `belts_of` begins, of `LANES` that move; and of each whether a step may hit it, by its
-probability then, and how deep, as a place in the table."""
-
 
 class Base(NamedTuple):
     """The robot's base.
@@ -146,23 +138,22 @@ class Nearby(NamedTuple):
     Attributes:
         belts: (M, BELT) what moves in this step, anywhere; see `belts_of`.
         stills: (3, s) x and y, from where the robot begins, and radius of what stands within reach, in metres.
-        moving: (M, 12 LANES) what moves within reach, so many in a row, see `AT_X`; x and y from where the robot begins.
-        lack: (s,) which share of the distance up to which nearness costs a step's way lacks to each that stands, taken as a disc.
+        moving: (M, BELT) what moves within reach, as `belts` has it; x and y from where the robot begins.
+        steps: (4, STEPS) to work with, of each step.
     """
 
     belts: FloatArray
     stills: FloatArray
     moving: FloatArray
-    lack: FloatArray
+    steps: FloatArray
 
 
 @kernel
 def room_around(obstacles: PredictedObstacles) -> Nearby:
     """Room for all of `obstacles`."""
     most = len(obstacles.radius) * (len(obstacles.at) + 1)
-    s = len(obstacles.still)
     return Nearby(
-        np.empty((most, BELT)), np.empty((3, s + _AT_ONCE)), np.zeros((most // LANES + 1, 12 * LANES)), np.empty(s + _AT_ONCE)
+        np.empty((most, BELT)), np.empty((3, len(obstacles.still) + 1)), np.empty((most, BELT)), np.empty((4, STEPS))
     )  # fmt: skip
 
 
@@ -189,104 +180,125 @@ def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: fl
         reach = still[i, 2] + own + soft
         stills[0, n], stills[1, n], stills[2, n] = dx, dy, still[i, 2]
         n += dx * dx + dy * dy < reach * reach  # no branch: nobody can foretell it
-    while n % _AT_ONCE > 0:
-        stills[0, n], stills[1, n], stills[2, n] = _FAR, _FAR, 0.0
-        n += 1
     for i in range(count):
         dx, dy = belts[i, 0] - x, belts[i, 1] - y
         mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
         reach = belts[i, 8] + own
         if mx * mx + my * my < reach * reach:
-            some, lane = moving[m // LANES], m % LANES
-            some[AT_X + lane], some[AT_Y + lane] = dx, dy
+            moving[m, 0], moving[m, 1] = dx, dy
             for j in range(2, BELT):
-                some[LANES * j + lane] = belts[i, j]
+                moving[m, j] = belts[i, j]
             m += 1
-    for lane in range(m % LANES, LANES):  # of those that are missing none counts; there is always room for one more
-        moving[m // LANES, CHANCE + lane] = 0.0
     return n, m
 
 
-@inlined
-def collision_risk(
+@light
+def collision_risks(
     nearby: Nearby, n: int, m: int, foot: Footprint, margin: float, soft: float, nearness: float, theta: float,
-    dx: float, dy: float, turn: float,
-) -> float:  # fmt: skip
-    """Risk of a step: probability of contact with what moves, and what nearness to what stands costs; -1: it hits that.
+    dx: FloatArray, dy: FloatArray, turn: FloatArray, risk: FloatArray,
+) -> None:  # fmt: skip
+    """Write the risk of each of some steps: probability of contact with what moves, and what nearness to what stands costs; -inf: it
+    hits that.
+
+    Of a round robot all steps are looked at together, without branches, so that the loops run on vector registers.
 
     Args:
-        nearby: What it can meet, as `near` fills it; of that `lack` is filled here.
+        nearby: What it can meet, as `near` fills it; its `steps` are written.
         n: So many stand.
         m: So many move.
         foot: The robot's outline.
         margin: Distance that is kept from what stands, in metres.
         soft: Distance below which nearness to what stands costs, in metres.
         nearness: What it costs at no distance.
-        theta: Heading at the step's start, in radians.
-        dx: How far the step leads along x, in metres.
-        dy: How far the step leads along y, in metres.
-        turn: By how much it turns, in radians.
+        theta: Heading at the steps' start, in radians.
+        dx: (k,) how far each step leads along x, in metres.
+        dy: (k,) how far it leads along y, in metres.
+        turn: (k,) by how much it turns, in radians.
+        risk: (k,) written.
     """
-    vertices, rim, outer = foot.vertices, foot.radius, foot.circumscribed
-    _, stills, moving, lack = nearby
-    risk = 0.0
-    if n > 0:
-        per = 1.0 / max(dx * dx + dy * dy, 1e-12)
-        tight = 0
-        for i in range(n):  # no branch: the loop runs on vector registers
-            cx, cy = stills[0, i], stills[1, i]
-            share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
-            ex, ey = cx - share * dx, cy - share * dy
-            room = math.sqrt(ex * ex + ey * ey) - outer - stills[2, i]
-            tight += room < margin
-            lack[i] = max(1.0 - max(room, 0.0) / soft, 0.0)
-        if tight == 0 and len(vertices) == 1:
-            for i in range(n):
-                risk += nearness * lack[i] ** 2
-            n = 0
-        for i in range(n):
-            if lack[i] == 0.0:
-                continue
-            cx, cy, body = stills[0, i], stills[1, i], stills[2, i]
-            share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
-            ex, ey = cx - share * dx, cy - share * dy
-            room = room_to(vertices, rim, theta + share * turn, ex, ey, ex * ex + ey * ey) - body
-            if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
-                then = room_to(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
-                room = min(room, then)
-                if room < margin:
-                    now = room_to(vertices, rim, theta, cx, cy, cx * cx + cy * cy) - body
-                    if then <= now or now >= margin:  # out of the margin it may go
-                        return -1.0
-            if room < soft:
-                risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
-    for b in range((m + LANES - 1) // LANES):
-        some = moving[b]
-        if len(vertices) == 1:
-            for i in range(LANES):  # no branch
-                _, _, _, d2 = _nearest(some, i, dx, dy)
-                reach, sigma, room = some[WIDEST + i] + outer, some[SIGMA + i], math.sqrt(d2) - rim - some[RADIUS + i]
-                hits = d2 < reach * reach and room < BEYOND * sigma
-                some[HITS + i] = some[CHANCE + i] if hits else 0.0
-                some[DEEP + i] = _place_in_tail(room / sigma) if hits else 0.0
-            for i in range(LANES):
-                risk += some[HITS + i] * _TAIL[int(some[DEEP + i])]
+    rim, outer, disc = foot.radius, foot.circumscribed, len(foot.vertices) == 1
+    _, stills, moving, steps = nearby
+    k = len(risk)
+    per, tight, hit, deep = steps[0, :k], steps[1, :k], steps[2, :k], steps[3, :k]
+    for c in range(k):
+        per[c], tight[c], risk[c] = 1.0 / max(dx[c] * dx[c] + dy[c] * dy[c], 1e-12), 0.0, 0.0
+    for i in range(n):
+        cx, cy, body = stills[0, i], stills[1, i], stills[2, i]
+        for c in range(k):
+            share = min(max((cx * dx[c] + cy * dy[c]) * per[c], 0.0), 1.0)
+            ex, ey = cx - share * dx[c], cy - share * dy[c]
+            room = math.sqrt(ex * ex + ey * ey) - outer - body
+            tight[c] += room < margin
+            lack = max(1.0 - max(room, 0.0) / soft, 0.0)
+            risk[c] += nearness * lack**2
+    for c in range(k):
+        if n > 0 and (tight[c] > 0.0 or not disc):
+            risk[c] = _still_risk(nearby, n, foot, margin, soft, nearness, theta, dx[c], dy[c], turn[c])
+    if not disc:
+        for c in range(k):
+            if risk[c] >= 0.0:
+                risk[c] = _moving_risk(moving, m, foot, theta, dx[c], dy[c], turn[c], risk[c])
+        return
+    for j in range(m):
+        ax, ay, bx, by, body = moving[j, 0], moving[j, 1], moving[j, 2], moving[j, 3], moving[j, 4]
+        sigma, chance, reach = moving[j, 5], moving[j, 6], moving[j, 7] + outer
+        for c in range(k):
+            _, _, _, d2 = _nearest(ax, ay, dx[c] - bx, dy[c] - by)
+            room = math.sqrt(d2) - rim - body
+            hits = d2 < reach * reach and room < BEYOND * sigma
+            hit[c] = chance if hits else 0.0
+            deep[c] = _place_in_tail(room / sigma) if hits else 0.0
+        for c in range(k):
+            risk[c] += hit[c] * _TAIL[int(deep[c])]
+
+
+@light
+def _still_risk(
+    nearby: Nearby, n: int, foot: Footprint, margin: float, soft: float, nearness: float, theta: float,
+    dx: float, dy: float, turn: float,
+) -> float:  # fmt: skip
+    """What nearness of one step to the `n` that stand costs, by the robot's outline; -inf: it hits one."""
+    vertices, rim, outer, stills = foot.vertices, foot.radius, foot.circumscribed, nearby.stills
+    per, risk = 1.0 / max(dx * dx + dy * dy, 1e-12), 0.0
+    for i in range(n):
+        cx, cy, body = stills[0, i], stills[1, i], stills[2, i]
+        share = min(max((cx * dx + cy * dy) * per, 0.0), 1.0)
+        ex, ey = cx - share * dx, cy - share * dy
+        d2 = ex * ex + ey * ey
+        if max(math.sqrt(d2) - outer - body, 0.0) / soft >= 1.0:
             continue
-        for i in range(min(LANES, m - LANES * b)):
-            share, ex, ey, d2 = _nearest(some, i, dx, dy)
-            reach, sigma = some[WIDEST + i] + outer, some[SIGMA + i]
-            if d2 < reach * reach:
-                room = gap(vertices, rim, 0.0, 0.0, theta + share * turn, ex, ey) - some[RADIUS + i]
-                if room < BEYOND * sigma:  # beside a polygon there is more room than around its circumscribed circle
-                    risk += some[CHANCE + i] * tail(room / sigma)
+        room = room_to(vertices, rim, theta + share * turn, ex, ey, d2) - body
+        if room < margin or len(vertices) > 1:  # a body that turns may come nearest with a corner, at the end
+            then = room_to(vertices, rim, theta + turn, cx - dx, cy - dy, (cx - dx) ** 2 + (cy - dy) ** 2) - body
+            room = min(room, then)
+            if room < margin:
+                now = room_to(vertices, rim, theta, cx, cy, cx * cx + cy * cy) - body
+                if then <= now or now >= margin:  # out of the margin it may go
+                    return -math.inf
+        if room < soft:
+            risk += nearness * (1.0 - max(room, 0.0) / soft) ** 2
+    return risk
+
+
+@light
+def _moving_risk(
+    moving: FloatArray, m: int, foot: Footprint, theta: float, dx: float, dy: float, turn: float, risk: float
+) -> float:
+    """`risk`, and the probability that a robot that is no disc touches one of the `m` that move in a step."""
+    for j in range(m):
+        share, ex, ey, d2 = _nearest(moving[j, 0], moving[j, 1], dx - moving[j, 2], dy - moving[j, 3])
+        reach, sigma = moving[j, 7] + foot.circumscribed, moving[j, 5]
+        if d2 < reach * reach:
+            room = gap(foot.vertices, foot.radius, 0.0, 0.0, theta + share * turn, ex, ey) - moving[j, 4]
+            if room < BEYOND * sigma:  # beside a polygon there is more room than around its circumscribed circle
+                risk += moving[j, 6] * tail(room / sigma)
     return risk
 
 
 @inlined
-def _nearest(some: FloatArray, i: int, dx: float, dy: float) -> tuple[float, float, float, float]:
-    """When in a step by (dx, dy) [m] number `i` of `some` that move comes nearest, as a share of it; where it is then, seen from the robot
-    [m], and how far away, squared."""
-    ax, ay, ux, uy = some[AT_X + i], some[AT_Y + i], dx - some[BY_X + i], dy - some[BY_Y + i]
+def _nearest(ax: float, ay: float, ux: float, uy: float) -> tuple[float, float, float, float]:
+    """When in a step something that begins at (ax, ay), and past which the robot moves by (ux, uy) [m], comes nearest, as a share of it; where
+    it is then, seen from the robot [m], and how far away, squared."""
     share = min(max((ax * ux + ay * uy) / max(ux * ux + uy * uy, 1e-300), 0.0), 1.0)
     ex, ey = ax - share * ux, ay - share * uy
     return share, ex, ey, ex * ex + ey * ey

@@ -12,7 +12,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import Base, Nearby, PredictedObstacles, belts_of, collision_risk, near
+from clearway.navigators.hp_st.contact import STEPS, Base, Nearby, PredictedObstacles, belts_of, collision_risks, near
 from clearway.navigators.hp_st.field import Field, look_at
 from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
 from clearway.navigators.hp_st.search_costs import SearchCosts, faces, to_go, worth
@@ -23,13 +23,10 @@ from clearway.robots.drive_limits import DriveLimits, immediate, possible
 SECTORS = 17
 """Eight directions from the start in two rings, and what has hardly left it."""
 
-STEPS = 32
-"""Room for so many steps from a node."""
-
 V_TOLD, OMEGA_TOLD, V_END, OMEGA_END, V_MEAN, OMEGA_MEAN = range(0, 6 * STEPS, STEPS)
-TURN, DX, DY, COS, SIN, FAR, ALONG, LEFT = range(6 * STEPS, 14 * STEPS, STEPS)
+TURN, DX, DY, COS, SIN, FAR, ALONG, LEFT, RISK = range(6 * STEPS, 15 * STEPS, STEPS)
 """Where in `Children.step` begins what is known of each of them: v and omega that are told, at its end and on the mean; by how much it
-turns and leads along x and y; the heading there; how far the goal is from there, how far ahead that way leads, and how long it takes."""
+turns and leads along x and y; the heading there; how far the goal is from there, how far ahead that way leads, and how long it takes; and what the step risks, see `collision_risks`."""
 
 _HEADINGS = 16
 _PER_PLACE = 3 * _HEADINGS
@@ -70,7 +67,7 @@ class Children(NamedTuple):
         slot: (M,) of the table, where that cell is entered.
         sector: (M,) in which it lies, seen from the start.
         owner: (a power of 2,) the table: which child holds a cell, open addressing; -1: none.
-        step: (14 STEPS,) the steps from a node, see `V_TOLD`: all are driven at once, on vector registers.
+        step: (15 STEPS,) the steps from a node, see `V_TOLD`: all are driven at once, on vector registers.
     """
 
     node: FloatArray
@@ -103,7 +100,7 @@ def room_for(most: int) -> Children:
         size *= 2
     return Children(
         np.empty((most, 7)), np.empty(most, np.int32), np.empty((most, 2)), np.empty(most, np.int32),
-        np.empty(most, np.int32), np.empty(most, np.int64), np.full(size, -1, np.int32), np.zeros(14 * STEPS),
+        np.empty(most, np.int32), np.empty(most, np.int64), np.full(size, -1, np.int32), np.zeros(15 * STEPS),
     )  # fmt: skip
 
 
@@ -185,6 +182,10 @@ def expand(
             step[FAR + c], ux, uy = look_at(distance, hidden, corner, resolution, target, x, y)
             step[ALONG + c] = ux * step[COS + c] + uy * step[SIN + c]
         _times_to_go(step, steps, low, high, yaw, faster, fall)
+        collision_risks(
+            nearby, s, m, foot, margin, soft, nearness, theta0, step[DX : DX + steps], step[DY : DY + steps],
+            step[TURN : TURN + steps], step[RISK : RISK + steps],
+        )  # fmt: skip
         for c in range(steps):
             dx, dy, turn, left = step[DX + c], step[DY + c], step[TURN + c], step[LEFT + c]
             x, y, v_end, w_end = x0 + dx, y0 + dy, step[V_END + c], step[OMEGA_END + c]
@@ -214,7 +215,7 @@ def expand(
             follows = extra == 2 and c == steps - 1
             if rival >= 0 and child[rival, TOTAL] <= total and not follows:
                 continue
-            risk = collision_risk(nearby, s, m, foot, margin, soft, nearness, theta0, dx, dy, turn)
+            risk = step[RISK + c]
             if risk < 0.0:
                 continue
             cost += weight * risk
