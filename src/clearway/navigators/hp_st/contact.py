@@ -136,12 +136,14 @@ class Nearby(NamedTuple):
     """Room for what the robot may meet in a step.
 
     Attributes:
+        standing: (4, s) x, y and radius of what stands anywhere, in metres; and to work with.
         belts: (M, BELT) what moves in this step, anywhere; see `belts_of`.
         stills: (3, s) x and y, from where the robot begins, and radius of what stands within reach, in metres.
         moving: (M, BELT) what moves within reach, as `belts` has it; x and y from where the robot begins.
         steps: (4, STEPS) to work with, of each step.
     """
 
+    standing: FloatArray
     belts: FloatArray
     stills: FloatArray
     moving: FloatArray
@@ -151,35 +153,41 @@ class Nearby(NamedTuple):
 @kernel
 def room_around(obstacles: PredictedObstacles) -> Nearby:
     """Room for all of `obstacles`."""
-    most = len(obstacles.radius) * (len(obstacles.at) + 1)
+    s, most = len(obstacles.still), len(obstacles.radius) * (len(obstacles.at) + 1)
+    standing = np.empty((4, s))
+    standing[:3] = obstacles.still.T
     return Nearby(
-        np.empty((most, BELT)), np.empty((3, len(obstacles.still) + 1)), np.empty((most, BELT)), np.empty((4, STEPS))
+        standing, np.empty((most, BELT)), np.empty((3, s + 1)), np.empty((most, BELT)), np.empty((4, STEPS))
     )  # fmt: skip
 
 
 @light
-def near(still: FloatArray, count: int, x: float, y: float, own: float, soft: float, nearby: Nearby) -> tuple[int, int]:
+def near(count: int, x: float, y: float, own: float, soft: float, nearby: Nearby) -> tuple[int, int]:
     """What a robot at (x, y) can meet in a step, into `nearby.stills` and `nearby.moving`.
 
     Args:
-        still: (n, 3) x, y and radius of what stands, in metres.
         count: So many rows of `nearby.belts` are filled.
         x: Where the robot is, in metres.
         y: Where the robot is, in metres.
         own: Its circumscribed radius and the longest way in a step together, in metres.
         soft: What stands counts within that distance, in metres.
-        nearby: Its `stills` and `moving` are filled.
+        nearby: What stands, and the belts; its `stills` and `moving` are filled.
 
     Returns:
         How many of each.
     """
-    belts, stills, moving, _ = nearby
+    standing, belts, stills, moving, _ = nearby
     n, m = 0, 0
-    for i in range(len(still)):
-        dx, dy = still[i, 0] - x, still[i, 1] - y
-        reach = still[i, 2] + own + soft
-        stills[0, n], stills[1, n], stills[2, n] = dx, dy, still[i, 2]
-        n += dx * dx + dy * dy < reach * reach  # no branch: nobody can foretell it
+    all_x, all_y, radius, beyond = standing[0], standing[1], standing[2], standing[3]
+    for i in range(len(beyond)):
+        dx, dy, reach = all_x[i] - x, all_y[i] - y, radius[i] + own + soft
+        beyond[i] = dx * dx + dy * dy - reach * reach
+    for i in range(len(beyond)):
+        stills[0, n] = i
+        n += beyond[i] < 0.0  # no branch: nobody can foretell it
+    for j in range(n):
+        i = int(stills[0, j])
+        stills[0, j], stills[1, j], stills[2, j] = all_x[i] - x, all_y[i] - y, radius[i]
     for i in range(count):
         dx, dy = belts[i, 0] - x, belts[i, 1] - y
         mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
@@ -217,7 +225,7 @@ def collision_risks(
         risk: (k,) written.
     """
     rim, outer, disc = foot.radius, foot.circumscribed, len(foot.vertices) == 1
-    _, stills, moving, steps = nearby
+    _, _, stills, moving, steps = nearby
     k = len(risk)
     per, tight, hit, deep = steps[0, :k], steps[1, :k], steps[2, :k], steps[3, :k]
     for c in range(k):

@@ -156,7 +156,7 @@ def expand(
         gx, gy = target[0] - x0, target[1] - y0
         off = math.atan2(cos0 * uy - sin0 * ux, cos0 * ux + sin0 * uy)
         inside = _inside(area, x0, y0)
-        s, m = near(obstacles.still, moving, x0, y0, foot.circumscribed + fastest * dt + braking, soft, nearby)
+        s, m = near(moving, x0, y0, foot.circumscribed + fastest * dt + braking, soft, nearby)
         extra = 2 if b == front.hinted and k < len(hint) else 1
         steps = 0
         for c in range(len(controls) + 1 + extra):

@@ -119,7 +119,7 @@ def stopping_risk(nearby: Nearby, n: int, m: int, halting: Halting, end: StepEnd
     time = max(needed, 2.0 * period)  # one that stands and can't be sure of two periods can't get away
     bx, by = way * math.cos(theta), way * math.sin(theta)
     vertices, rim, outer, top = foot.vertices, foot.radius, foot.circumscribed, len(reach) - 1
-    _, stills, moving, _ = nearby
+    _, _, stills, moving, _ = nearby
     if way != 0.0:
         per = 1.0 / (way * way)
         for i in range(n):

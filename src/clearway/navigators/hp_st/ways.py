@@ -166,7 +166,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     costs, base, obstacles, field, start = scene.costs, scene.base, scene.obstacles, scene.field, scene.start
     n, c = len(commands), scene.settings.period
     plan = drive(start, commands, scene.safety.limits, c)
-    still, foot, fastest = obstacles.still, base.foot, max(base.limits.v_max, -base.limits.v_min)
+    foot, fastest = base.foot, max(base.limits.v_max, -base.limits.v_min)
     way, turned, risked = np.empty((2, 1)), np.empty(1), np.empty(1)
     nearby, halting = room_around(obstacles), Halting(base, obstacles.reach, costs.margin, c, c)
     cost, total, hit = 0.0, -1.0, 0.0
@@ -184,7 +184,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         weight = costs.contact_cost * costs.discount ** (k * c)
         nearness = costs.near * costs.step / weight
         moving = belts_of(obstacles, k, 1, costs.union, costs.ahead, nearby.belts)
-        s, m = near(still, moving, x, y, foot.circumscribed + fastest * c + braking, costs.soft, nearby)
+        s, m = near(moving, x, y, foot.circumscribed + fastest * c + braking, costs.soft, nearby)
         turn = plan.inputs[k, 1] * c
         way[0], way[1], turned[0] = dx, dy, turn
         collision_risks(nearby, s, m, foot, costs.margin, costs.soft, nearness, theta, way[0], way[1], turned, risked)
