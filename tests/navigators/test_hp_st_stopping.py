@@ -57,7 +57,7 @@ def risk(forecast: Forecast, v: float, omega: float = 0.0, margin: float = 0.0) 
     obstacles = predicted_obstacles(forecast, np.array((1e-3, 0.0, 1.0)))
     nearby = room_around(obstacles)
     moving = belts_of(obstacles, 0, 1, 0, longest_braking(LIMITS, PERIOD), nearby.belts)
-    n, m = near(obstacles.still, moving, 0.0, 0.0, 3.0, 0.0, nearby)
+    n, m = near(moving, 0.0, 0.0, 3.0, 0.0, nearby)
     halting = Halting(Base(LIMITS, BODY), obstacles.reach, margin, PERIOD, PERIOD)
     return float(stopping_risk(nearby, n, m, halting, StepEnd(0.0, 0.0, 0.0, v, omega)))
 

@@ -12,12 +12,13 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.distance import Placed, gap, min_clearance
 from clearway.geometry.motion import ramp
-from clearway.geometry.packing import pack, transform
+from clearway.geometry.packing import Packed, pack, transform
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.geometry.streams import stream, uniform
 from clearway.scenarios.behaviours import OperatorSpec
@@ -112,9 +113,9 @@ class Operator:
 
     def _is_taken(self, pose: FloatArray, t: float, scene: Scene) -> bool:
         """Whether one who comes in at `pose` (3,) would touch somebody, or could have a robot before it at once."""
-        others = scene.moving.copy()
-        others[self.members[0]] = ABSENT
-        if min_clearance(self._shape, pose[None], self._moving, others[None])[0] <= self._spec.beside:
+        near = self._near(scene, pose, self._spec.beside)
+        bodies = [self._moving[m] for m in near]
+        if bodies and min_clearance(self._shape, pose[None], bodies, scene.moving[None, near])[0] <= self._spec.beside:
             return True
         for robot in scene.robots:
             apart = self._reach + float(robot.shape.reach[0]) + self._spec.stop_short + _FREE
@@ -158,13 +159,20 @@ class Operator:
 
     def _free_of_others(self, scene: Scene, way: float) -> float:
         """The same of people and things where they are now, m."""
-        far, all_, x, y = self._sight, self._outlines, *scene.moving[self.members[0], :2]
-        near = np.hypot(scene.moving[:, 0] - x, scene.moving[:, 1] - y) <= far + self._reach + all_.reach
+        assert self._path is not None
+        path, at = self._path, scene.moving[self.members[0]]
+        near = self._near(scene, at, self._sight)
+        return free_of_all(
+            path.points, path.along, path.stray, self._phases, self._s, way, self._sight, self._outline, self._rim, self._outlines,
+            scene.moving, near,
+        )  # fmt: skip
+
+    def _near(self, scene: Scene, at: FloatArray, within: float) -> npt.NDArray[np.int64]:
+        """Which others may come within so many metres of this body at `at` (3,)."""
+        away = np.hypot(scene.moving[:, 0] - at[0], scene.moving[:, 1] - at[1])
+        near = away <= within + self._reach + self._outlines.reach
         near[self.members[0]] = False
-        for m in np.flatnonzero(near).tolist():
-            outline = all_.points[all_.first[m] : all_.first[m + 1]]
-            far = self._free(far, way, outline, float(all_.radius[m]), scene.moving[m : m + 1], 0.0)
-        return far
+        return np.flatnonzero(near)
 
     @property
     def _sight(self) -> float:
@@ -237,6 +245,20 @@ def pose_on(points: FloatArray, along: FloatArray, stray: float, phases: FloatAr
     out[0] = points[k, 0] + (s - along[k]) * cx - off * cy
     out[1] = points[k, 1] + (s - along[k]) * cy + off * cx
     out[2] = wrap(math.atan2(cy, cx) + math.atan(slope))
+
+
+@kernel
+def free_of_all(
+    points: FloatArray, along: FloatArray, stray: float, phases: FloatArray, s: float, way: float, far: float,
+    outline: FloatArray, rim: float, others: Packed, poses: FloatArray, who: npt.NDArray[np.int64],
+) -> float:  # fmt: skip
+    """`free_way` until it touches any of those `who` (k,) of `others` at `poses` (n, 3), m; the other arguments as there."""
+    for m in who:
+        other = others.points[others.first[m] : others.first[m + 1]]
+        far = free_way(
+            points, along, stray, phases, s, way, far, outline, rim, other, others.radius[m], poses[m : m + 1], 0.0
+        )
+    return far
 
 
 @kernel
