@@ -24,6 +24,7 @@ _TAIL = np.array([0.5 * math.erfc((i / _PER - BEYOND) * math.sqrt(0.5)) for i in
 BELT = 10
 """Columns of `belts_of`."""
 
+
 class Base(NamedTuple):
     """The robot's base.
 
