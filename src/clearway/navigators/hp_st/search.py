@@ -16,9 +16,9 @@ import math
 import numpy as np
 
 from clearway.geometry.compiled import kernel, light
-from clearway.navigators.hp_st.contact import room_around
+from clearway.navigators.hp_st.contact import STEPS, room_around
 from clearway.navigators.hp_st.field import look_at
-from clearway.navigators.hp_st.search_layer import SECTORS, STEPS, Front, Problem, expand, keep_best, room_for
+from clearway.navigators.hp_st.search_layer import SECTORS, Front, Problem, expand, keep_best, room_for
 from clearway.navigators.hp_st.search_tree import COST, TOTAL, Tree, X, Y
 
 _SHARE = 20
@@ -40,7 +40,7 @@ def search(problem: Problem, layers: int, beam: int, dear: float) -> Tree:
         ValueError: it is to try more than there is room for.
     """
     if len(problem.controls) + 3 > STEPS:  # what a node tries beside them, see `expand`
-        raise ValueError("more controls are to be tried than search_layer.STEPS has room for: at most STEPS - 3")
+        raise ValueError("more controls are to be tried than contact.STEPS has room for: at most STEPS - 3")
     start, field = problem.start, problem.field
     quota, size = max(1, beam // _SHARE), nodes_of(beam)
     if not problem.costs.sectors:

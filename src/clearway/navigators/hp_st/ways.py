@@ -167,7 +167,7 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
     n, c = len(commands), scene.settings.period
     plan = drive(start, commands, scene.safety.limits, c)
     foot, fastest = base.foot, max(base.limits.v_max, -base.limits.v_min)
-    way, turned, risked = np.empty((2, 1)), np.empty(1), np.empty(1)
+    step, turned, risked = np.empty((2, 1)), np.empty(1), np.empty(1)
     nearby, halting = room_around(obstacles), Halting(base, obstacles.reach, costs.margin, c, c)
     cost, total, hit = 0.0, -1.0, 0.0
     first, _, _ = look(field, start[0], start[1])
@@ -186,8 +186,8 @@ def weigh(scene: Scene, commands: FloatArray, states: FloatArray) -> tuple[float
         moving = belts_of(obstacles, k, 1, costs.union, costs.ahead, nearby.belts)
         s, m = near(moving, x, y, foot.circumscribed + fastest * c + braking, costs.soft, nearby)
         turn = plan.inputs[k, 1] * c
-        way[0], way[1], turned[0] = dx, dy, turn
-        collision_risks(nearby, s, m, foot, costs.margin, costs.soft, nearness, theta, way[0], way[1], turned, risked)
+        step[0], step[1], turned[0] = dx, dy, turn
+        collision_risks(nearby, s, m, foot, costs.margin, costs.soft, nearness, theta, step[0], step[1], turned, risked)
         risk = risked[0] if risked[0] >= 0.0 else 1.0
         hit = max(hit, risk)
         cost += weight * risk * c / costs.step
