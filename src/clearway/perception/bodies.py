@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from clearway.contract import Scan
 from clearway.geometry.angles import wrap
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
@@ -82,17 +83,44 @@ class _Candidates(NamedTuple):
     legs: npt.NDArray[np.bool_]  # (n,) it is two legs
 
 
-def _candidates(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> _Candidates:
-    """Clusters that are in no map and no larger than a body."""
-    k = len(returns.size)
+@kernel
+def _candidates(
+    returns: Returns, increment: float, variance: float, least: int, largest: float, most: int
+) -> _Candidates:  # fmt: skip
+    """Clusters that are in no map and no larger than a body, at most so many.
+
+    Args:
+        returns: What was seen.
+        increment: Between two beams, rad.
+        variance: Of a coordinate of a circle's centre, of the noise of ranges alone, m^2.
+        least: Returns of a body.
+        largest: Radius of a body, m.
+        most: Candidates; those that are nearest.
+    """
+    k = returns.size.shape[0]
     unknown = np.ones(k, dtype=np.bool_)
-    unknown[returns.label[returns.known != 0]] = False
-    rows = np.flatnonzero(unknown & (returns.size >= p.body_returns) & (returns.circles[:, 2] <= p.body_radius))
-    if len(rows) > p.discs // 4:
-        rows = np.sort(rows[np.argsort(returns.far[rows], kind="stable")[: p.discs // 4]])
-    spacing = scan.angle_increment * returns.far[rows]
-    variance = (CENTRE * sigma) ** 2 + spacing**2 / 12.0
-    return _Candidates(rows, returns.circles[rows], variance, returns.cut[rows] != 0, returns.legs[rows] != 0)
+    for j in range(returns.label.shape[0]):
+        if returns.known[j]:
+            unknown[returns.label[j]] = False
+    chosen = unknown & (returns.size >= least) & (returns.circles[:, 2] <= largest)
+    rows = np.flatnonzero(chosen)
+    if rows.shape[0] > most:
+        chosen[rows[np.argsort(returns.far[rows], kind="mergesort")[most:]]] = False
+        rows = np.flatnonzero(chosen)
+    n = rows.shape[0]
+    found = _Candidates(rows, np.empty((n, 3)), np.empty(n), np.empty(n, dtype=np.bool_), np.empty(n, dtype=np.bool_))
+    for j in range(n):
+        c = rows[j]
+        spacing = increment * returns.far[c]
+        found.circle[j], found.variance[j] = returns.circles[c], variance + spacing * spacing / 12.0
+        found.cut[j], found.legs[j] = returns.cut[c] != 0, returns.legs[c] != 0
+    return found
+
+
+def _found(returns: Returns, scan: Scan, p: ClusterParameters, sigma: float) -> _Candidates:
+    return _candidates(
+        returns, scan.angle_increment, (CENTRE * sigma) ** 2, p.body_returns, p.body_radius, p.discs // 4
+    )  # fmt: skip
 
 
 class DifferenceFollower:
@@ -106,7 +134,7 @@ class DifferenceFollower:
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
         """See `Follower`. A body belongs to the nearest one of the last scan that it can have come from."""
-        found = _candidates(returns, scan, self._p, self._sigma)
+        found = _found(returns, scan, self._p, self._sigma)
         n, dt = len(found.rows), t - self._t
         x = np.ascontiguousarray(found.circle[:, :2])
         error = kalman.SIGMAS * np.sqrt(found.variance)
@@ -131,10 +159,45 @@ class DifferenceFollower:
 
 class _Past(NamedTuple):
     t: float
-    scan: Scan
+    ranges: FloatArray  # (n,) and how they lay
+    angle_min: float
+    increment: float
+    range_max: float
     sensor: FloatArray
     points: FloatArray
     body: IntArray  # (m,) identity of the body of each point, -1: none
+
+
+class _Filters(NamedTuple):
+    ids: IntArray  # (n,) sorted
+    state: FloatArray  # (n, 4)
+    spread: FloatArray  # (n, 3)
+    radius: FloatArray  # (n,)
+    largest: FloatArray  # (n,) radius that it has shown
+    seen: FloatArray  # (n,) when it was seen last
+    moved: FloatArray  # (n,) when it last counted as moving
+    shown: FloatArray  # (n,) when it last showed that it does
+    signs: IntArray  # (n,) periods in a row with signs of motion
+    paired: IntArray  # (n,) periods in a row with two legs
+
+
+@kernel
+def _no_filters(n: int) -> _Filters:
+    """So many, of which nothing is known."""
+    return _Filters(
+        np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n),
+        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64),
+    )  # fmt: skip
+
+
+class _Assumed(NamedTuple):
+    spread: float  # standard deviation of an acceleration, m/s^2
+    speed: float  # bound, m/s
+    body_radius: float  # of the largest body, m
+    range_limit: float  # m
+    memory: float  # s, all three
+    coast: float
+    aside: float
 
 
 class BodyFollower:
@@ -148,153 +211,46 @@ class BodyFollower:
         memory: float, coast: float, aside: float, watch: float,
     ) -> None:  # fmt: skip
         assert robot.lidar is not None
-        self._p, self._sigma, self._speed, self._acceleration = parameters, robot.lidar.sigma, speed, acceleration
-        self._memory, self._coast, self._aside, self._watch = memory, coast, aside, watch
+        self._p, self._sigma, self._watch = parameters, robot.lidar.sigma, watch
         self._margin = MARGIN + kalman.SIGMAS * math.sqrt(2.0) * self._sigma
+        self._hidden = self._margin + SHARE * 2.0 * parameters.body_radius  # so far one may have gone without a sign
+        self._assumed = _Assumed(
+            kalman.SPREAD * acceleration, speed, parameters.body_radius, parameters.range_limit,
+            max(memory, aside), coast, aside,
+        )  # fmt: skip
         self._odometry = robot.odometry
-        self._t, self._next = math.nan, 0
+        self._t, self._unused = math.nan, 0
         self._past: deque[_Past] = deque()
-        self._ids = np.empty(0, dtype=np.int64)
-        self._state, self._spread = np.empty((0, 4)), np.empty((0, 3))
-        self._radius, self._seen = np.empty(0), np.empty(0)
-        self._moved, self._shown = (
-            np.empty(0),
-            np.empty(0),
-        )  # when it last counted as moving, and when it last showed so
-        self._largest = np.empty(0)  # radius that each body has shown
-        self._signs = np.empty(0, dtype=np.int64)  # periods in a row with signs of motion
-        self._paired = np.empty(0, dtype=np.int64)  # periods in a row with two legs
+        self._filters = _no_filters(0)
 
     def update(self, returns: Returns, scan: Scan, t: float) -> Bodies:
         """See `Follower`."""
         if not t > self._t:  # the first one
             self._t = t
         dt, self._t = t - self._t, t
-        found = _candidates(returns, scan, self._p, self._sigma)
-        at = self._associate(found, dt, t)
-        body = np.full(len(returns.size), -1, dtype=np.int64)
-        body[found.rows] = self._ids[at]
-        owner = body[returns.label] if len(returns.label) else np.empty(0, dtype=np.int64)
-        self._notice(returns, scan, owner, t)
-        self._paired[at] = np.where(found.legs, self._paired[at] + 1, 0)
-        people = self._paired >= PERSISTENCE  # who stands on two legs may walk off at any time
-        self._moved[people] = self._shown[people] = t
-        self._past.append(_Past(t, scan, returns.sensor, returns.points, owner))
+        found = _found(returns, scan, self._p, self._sigma)
+        self._filters, at, owner, self._unused = _associate(
+            self._filters, found, returns.label, len(returns.size), self._unused, self._assumed, dt, t, 2.0
+        )  # fmt: skip
+        now = _Past(
+            t, scan.ranges, scan.angle_min, scan.angle_increment, scan.range_max, returns.sensor, returns.points, owner
+        )  # fmt: skip
+        sign = np.zeros(len(self._filters.ids), dtype=np.bool_)
+        if self._past:  # the oldest scan that is kept and the one half as old
+            half = min(self._past, key=lambda p: abs(p.t - (t - 0.5 * self._watch)))
+            for past in (self._past[0],) if half is self._past[0] else (self._past[0], half):
+                _notice(sign, self._filters.ids, past, now, *self._doubt(past.sensor, now.sensor))
+        self._past.append(now)
         while self._past[0].t < t - self._watch - 1e-9:
             self._past.popleft()
-
-        moves = self._seen - self._moved <= LATCH
-        here = np.zeros(len(self._ids), dtype=np.bool_)
-        here[at] = True
-        structure = np.ones(len(returns.size), dtype=np.uint8)
-        still = ~moves[at]
-        structure[found.rows[~still]] = 0
-        inside = cores(returns.points, returns.label, returns.circles, returns.sensor, found.rows[still])
-        told = moves & (here | (t - self._seen <= self._coast) | self._out_of_view(scan, returns.sensor, t))
-        x, radius = self._state[:, :2].copy(), np.maximum(self._radius, self._largest)
-        error = kalman.SIGMAS * np.sqrt(self._spread[:, 0])
-        whole = ~found.cut
-        x[at[whole]] = found.circle[whole, :2]  # the disc covers the returns
-        error[at[whole]] = kalman.SIGMAS * np.sqrt(found.variance[whole])
-        self._largest[at[whole]] = np.maximum(self._largest[at[whole]], found.circle[whole, 2])
-        behind = self._largest[at[whole]] - found.circle[whole, 2]  # as large as it was, as near as the returns allow
-        sight = found.circle[whole, :2] - returns.sensor[:2]
-        x[at[whole]] += sight * (behind / np.maximum(np.hypot(*sight.T), 1e-9))[:, None]
-        radius[at[whole]] = self._largest[at[whole]]
-        part, seen = at[found.cut], found.circle[found.cut]
-        radius[part] = np.maximum(radius[part], np.hypot(*(x[part] - seen[:, :2]).T) + seen[:, 2])
-        rows = np.flatnonzero(told)
-        v_error = kalman.SIGMAS * np.sqrt(self._spread[rows, 2]) + self._radius[rows] * self._turning(rows, t)
-        watched = t - self._past[0].t
-        hidden = self._margin + SHARE * 2.0 * self._p.body_radius  # so far it may have gone without a sign
-        slowest = hidden / watched if watched >= 0.5 * self._watch else math.inf
-        return Bodies(
-            x[rows], self._state[rows, 2:].copy(), radius[rows], error[rows], v_error,
-            self._ids[rows], structure, slowest, inside, self._ids[at[still]],
+        first = self._past[0]
+        watched = t - first.t
+        way = (now.sensor - first.sensor)[:2] / watched if watched > 0.0 else np.zeros(2)
+        return _tell(
+            self._filters, sign, returns, found, at, self._assumed, way, t, scan.angle_min + EDGE,
+            (len(scan.ranges) - 1) * scan.angle_increment - 2.0 * EDGE, scan.range_min,
+            self._hidden / watched if watched >= 0.5 * self._watch else math.inf,
         )  # fmt: skip
-
-    def _out_of_view(self, scan: Scan, sensor: FloatArray, t: float) -> npt.NDArray[np.bool_]:
-        """Which bodies the sensor has turned away from not long ago: all that is known is how they moved."""
-        discs = np.column_stack((self._state[:, :2], self._radius))
-        field = (len(scan.ranges) - 1) * scan.angle_increment - 2.0 * EDGE
-        away = unseen(discs, sensor, scan.angle_min + EDGE, field, scan.range_min, self._p.range_limit)
-        return away & (t - self._seen <= self._aside)
-
-    def _turning(self, rows: IntArray, t: float) -> FloatArray:
-        """How fast [rad/s] the side changes from which each body is seen: its circle shifts on it by as many radii."""
-        first, now = self._past[0], self._past[-1]
-        way = (now.sensor - first.sensor)[:2] / (t - first.t) if t > first.t else np.zeros(2)
-        r, v = self._state[rows, :2] - now.sensor[:2], self._state[rows, 2:] - way
-        rate: FloatArray = np.abs(r[:, 0] * v[:, 1] - r[:, 1] * v[:, 0]) / np.maximum((r * r).sum(axis=1), 1e-2)
-        return rate
-
-    def _associate(self, found: _Candidates, dt: float, t: float) -> IntArray:
-        """Advance the filters, correct those that are seen, begin new ones, drop old ones; the filter of each cluster."""
-        state, spread = self._state, self._spread
-        kalman.predict(state, spread, dt, kalman.SPREAD * self._acceleration)
-        x = np.ascontiguousarray(found.circle[:, :2])
-        reach = kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * self._radius
-        partner = kalman.nearest_pairs(
-            np.ascontiguousarray(state[:, :2]), np.minimum(reach, self._p.body_radius),
-            x, kalman.SIGMAS * np.sqrt(found.variance) + 0.5 * found.circle[:, 2],
-        )  # fmt: skip
-        before = self._seen.copy()
-        for j, i in enumerate(partner.tolist()):
-            if i < 0:
-                continue
-            self._seen[i] = t
-            if found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
-                self._radius[i] = max(self._radius[i], found.circle[j, 2])
-                hidden = self._radius[i] - found.circle[j, 2]
-                v, vv = state[i, 2:].copy(), spread[i, 2]
-                kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + 0.25 * hidden * hidden)
-                state[i, 2:], spread[i, 1], spread[i, 2] = v, 0.0, vv  # the part's motion is not the body's
-                if before[i] - self._moved[i] <= LATCH and t - self._shown[i] <= PART:
-                    self._moved[i] = t  # of a part one can't tell that it stands
-                continue
-            grown = abs(found.circle[j, 2] - self._radius[i])
-            if grown > 2.0 * math.sqrt(
-                found.variance[j]
-            ):  # another side is in view: the same body, another point of it
-                state[i, :2], spread[i, 0], spread[i, 1] = x[j], found.variance[j], 0.0
-            else:
-                kalman.correct(state, spread, i, x[j, 0], x[j, 1], found.variance[j] + (SHIFT * grown) ** 2)
-            self._radius[i] = found.circle[j, 2]
-        fresh = np.flatnonzero(partner < 0)
-        keep = np.flatnonzero(t - self._seen <= max(self._memory, self._aside))
-        moved_to = np.full(len(self._ids) + 1, -1, dtype=np.int64)
-        moved_to[keep] = np.arange(len(keep))
-        at: IntArray = moved_to[partner]
-        at[fresh] = len(keep) + np.arange(len(fresh))
-        more = len(fresh)
-        self._state = np.concatenate((state[keep], np.zeros((more, 4))))
-        self._spread = np.concatenate((spread[keep], np.zeros((more, 3))))
-        for j in fresh.tolist():
-            kalman.begin(self._state, self._spread, int(at[j]), x[j, 0], x[j, 1], found.variance[j], self._speed)
-        self._ids = np.concatenate((self._ids[keep], self._next + np.arange(more)))
-        self._next += more
-        self._radius = np.concatenate((self._radius[keep], found.circle[fresh, 2]))
-        self._largest = np.concatenate((self._largest[keep], np.zeros(more)))
-        self._seen = np.concatenate((self._seen[keep], np.full(more, t)))
-        self._moved = np.concatenate((self._moved[keep], np.full(more, -math.inf)))
-        self._shown = np.concatenate((self._shown[keep], np.full(more, -math.inf)))
-        self._signs = np.concatenate((self._signs[keep], np.zeros(more, dtype=np.int64)))
-        self._paired = np.concatenate((self._paired[keep], np.zeros(more, dtype=np.int64)))
-        return at
-
-    def _notice(self, returns: Returns, scan: Scan, owner: IntArray, t: float) -> None:
-        """Note which bodies have moved since the oldest scan that is kept and the one half as old."""
-        if not self._past or not len(self._ids):
-            return
-        half = min(self._past, key=lambda p: abs(p.t - (t - 0.5 * self._watch)))
-        sign = np.zeros(len(self._ids), dtype=np.bool_)
-        for past in {id(p): p for p in (self._past[0], half)}.values():
-            margin, slack = self._doubt(past.sensor, returns.sensor)
-            arrived = self._shares(returns.points, owner, past.scan, past.sensor, margin, slack)
-            gone = self._shares(past.points, past.body, scan, returns.sensor, margin, slack)
-            sign |= (arrived >= SHARE) | (gone >= SHARE)
-        self._signs = np.where(sign, self._signs + 1, 0)
-        self._moved[self._signs >= PERSISTENCE] = self._shown[self._signs >= PERSISTENCE] = t
 
     def _doubt(self, a: FloatArray, b: FloatArray) -> tuple[float, float]:
         """How far beyond a place a beam must go, and how far to either side [rad], for the odometry's error (3 sigma)
@@ -304,10 +260,159 @@ class BodyFollower:
         lost = o.translation_per_metre * math.sqrt(way) + o.scale * way
         return self._margin + kalman.SIGMAS * lost, kalman.SIGMAS * (rotation + o.turning * turn + o.curvature * way)
 
-    def _shares(
-        self, points: FloatArray, body: IntArray, scan: Scan, sensor: FloatArray, margin: float, slack: float
-    ) -> FloatArray:
-        """The share of each body's points that `scan`, taken at `sensor`, looked through."""
-        return share_seen_through(
-            points, body, self._ids, scan.ranges, sensor, scan.angle_min, scan.angle_increment, scan.range_max, margin, slack,
+
+@kernel
+def _associate(
+    before: _Filters, found: _Candidates, label: IntArray, clusters: int, unused: int, p: _Assumed, dt: float, t: float,
+    two: float,
+) -> tuple[_Filters, IntArray, IntArray, int]:  # fmt: skip
+    """Advance the filters, correct those that are seen, drop old ones, begin new ones.
+
+    Args:
+        before: The filters; they change.
+        found: What may be bodies.
+        label: (m,) the cluster of each return.
+        clusters: How many there are.
+        unused: The first identity that was never given.
+        p: What is assumed.
+        dt: Time since the last period, s.
+        t: Now, s.
+        two: 2.0. To the power of a constant the compiler would multiply, which in one case of a thousand rounds otherwise than the
+            C library.
+
+    Returns:
+        The filters now; which belongs to each candidate; the identity of each return's body (m,), -1: none; `unused` now.
+    """
+    ids, state, spread, radius, largest, seen, moved, shown, signs, paired = before
+    circle, variance = found.circle, found.variance
+    n, m = ids.shape[0], variance.shape[0]
+    kalman.predict(state, spread, dt, p.spread)
+    reach = np.minimum(kalman.SIGMAS * np.sqrt(spread[:, 0]) + 0.5 * radius, p.body_radius)
+    at = kalman.nearest_pairs(state, reach, circle, kalman.SIGMAS * np.sqrt(variance) + 0.5 * circle[:, 2])
+    fresh = 0
+    for j in range(m):
+        i = at[j]
+        if i < 0:
+            fresh += 1
+            continue
+        x, y, r = circle[j]
+        if found.cut[j]:  # its centre is as far from the part's as the radii differ, or nearer: 2 sigma
+            radius[i] = max(radius[i], r)
+            hidden = radius[i] - r
+            vx, vy, vv = state[i, 2], state[i, 3], spread[i, 2]
+            kalman.correct(state, spread, i, x, y, variance[j] + 0.25 * hidden * hidden)
+            state[i, 2], state[i, 3], spread[i, 1], spread[i, 2] = vx, vy, 0.0, vv  # the part's motion isn't the body's
+            if seen[i] - moved[i] <= LATCH and t - shown[i] <= PART:
+                moved[i] = t  # of a part one can't tell that it stands
+        else:
+            grown = abs(r - radius[i])
+            if grown > 2.0 * math.sqrt(variance[j]):  # another side is in view: the same body, another point of it
+                state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance[j], 0.0
+            else:
+                kalman.correct(state, spread, i, x, y, variance[j] + (SHIFT * grown) ** two)
+            radius[i] = r
+        seen[i] = t
+    keep = np.flatnonzero(t - seen <= p.memory)
+    kept = keep.shape[0]
+    new, place = _no_filters(kept + fresh), np.empty(n, dtype=np.int64)
+    for k in range(kept):
+        i = keep[k]
+        place[i] = k
+        new.ids[k], new.state[k], new.spread[k] = ids[i], state[i], spread[i]
+        new.radius[k], new.largest[k], new.seen[k] = radius[i], largest[i], seen[i]
+        new.moved[k], new.shown[k], new.signs[k], new.paired[k] = moved[i], shown[i], signs[i], paired[i]
+    body, k = np.full(clusters, -1, dtype=np.int64), kept
+    for j in range(m):
+        if at[j] >= 0:
+            at[j] = place[at[j]]
+        else:
+            kalman.begin(new.state, new.spread, k, circle[j, 0], circle[j, 1], variance[j], p.speed)
+            new.ids[k], new.radius[k], new.seen[k] = unused + k - kept, circle[j, 2], t
+            at[j] = k
+            k += 1
+        body[found.rows[j]] = new.ids[at[j]]
+    return new, at, body[label], unused + fresh
+
+
+@kernel
+def _notice(sign: npt.NDArray[np.bool_], ids: IntArray, past: _Past, now: _Past, margin: float, slack: float) -> None:
+    """Note in `sign` (n,) which bodies (n,) have moved between two scans; for the doubt, see `share_seen_through`."""
+    for points, body, scan in ((now.points, now.body, past), (past.points, past.body, now)):  # arrived, gone
+        share = share_seen_through(
+            points, body, ids, scan.ranges, scan.sensor, scan.angle_min, scan.increment, scan.range_max, margin, slack
         )  # fmt: skip
+        for i in range(sign.shape[0]):
+            sign[i] |= share[i] >= SHARE
+
+
+@kernel
+def _tell(
+    filters: _Filters, sign: npt.NDArray[np.bool_], returns: Returns, found: _Candidates, at: IntArray, p: _Assumed,
+    way: FloatArray, t: float, angle_min: float, field: float, near: float, slowest: float,
+) -> Bodies:  # fmt: skip
+    """Which bodies move, and what is told of them.
+
+    Args:
+        filters: They change.
+        sign: (n,) whether there were signs of motion.
+        returns: What was seen.
+        found: What may be bodies.
+        at: The filter of each.
+        p: What is assumed.
+        way: (2,) the sensor's mean velocity while the bodies were watched, m/s.
+        t: Now, s.
+        angle_min: Where the view begins, without its edge, rad.
+        field: How wide it is, rad.
+        near: Shortest range, m.
+        slowest: See `Bodies`.
+    """
+    state, n, sensor = filters.state, sign.shape[0], returns.sensor
+    for j in range(at.shape[0]):
+        filters.paired[at[j]] = filters.paired[at[j]] + 1 if found.legs[j] else 0
+    for i in range(n):
+        filters.signs[i] = filters.signs[i] + 1 if sign[i] else 0
+        if filters.signs[i] >= PERSISTENCE or filters.paired[i] >= PERSISTENCE:  # on two legs: may walk off at any time
+            filters.moved[i] = filters.shown[i] = t
+    moves = filters.seen - filters.moved <= LATCH
+    x, error = state[:, :2].copy(), kalman.SIGMAS * np.sqrt(filters.spread[:, 0])
+    radius = np.maximum(filters.radius, filters.largest)
+    structure, still = np.ones(returns.size.shape[0], dtype=np.uint8), np.empty_like(at)
+    told = moves & ((t - filters.seen <= p.coast) | _turned_away(filters, sensor, p, t, angle_min, field, near))
+    m = 0
+    for j in range(at.shape[0]):
+        i, r = at[j], found.circle[j, 2]
+        if moves[i]:
+            structure[found.rows[j]], told[i] = 0, True
+        else:
+            still[m] = j
+            m += 1
+        if found.cut[j]:
+            apart = math.hypot(x[i, 0] - found.circle[j, 0], x[i, 1] - found.circle[j, 1])
+            radius[i] = max(radius[i], apart + r)
+            continue
+        filters.largest[i] = radius[i] = max(filters.largest[i], r)
+        error[i] = kalman.SIGMAS * math.sqrt(found.variance[j])
+        dx, dy = found.circle[j, 0] - sensor[0], found.circle[j, 1] - sensor[1]
+        behind = (radius[i] - r) / max(math.hypot(dx, dy), 1e-9)  # as large as it was, as near as the returns allow
+        x[i, 0], x[i, 1] = found.circle[j, 0] + dx * behind, found.circle[j, 1] + dy * behind  # covers the returns
+    still = still[:m]
+    rows = np.flatnonzero(told)
+    v_error = np.empty(rows.shape[0])
+    for k in range(rows.shape[0]):
+        i = rows[k]
+        rx, ry, vx, vy = state[i, 0] - sensor[0], state[i, 1] - sensor[1], state[i, 2] - way[0], state[i, 3] - way[1]
+        turning = abs(rx * vy - ry * vx) / max(rx * rx + ry * ry, 1e-2)  # rad/s: the side changes that is seen, and the
+        v_error[k] = kalman.SIGMAS * math.sqrt(filters.spread[i, 2]) + filters.radius[i] * turning  # circle shifts on it
+    inside = cores(returns.points, returns.label, returns.circles, sensor, found.rows[still])
+    return Bodies(
+        x[rows], state[rows, 2:].copy(), radius[rows], error[rows], v_error,
+        filters.ids[rows], structure, slowest, inside, filters.ids[at[still]],
+    )  # fmt: skip
+
+
+@kernel
+def _turned_away(
+    filters: _Filters, sensor: FloatArray, p: _Assumed, t: float, angle_min: float, field: float, near: float
+) -> npt.NDArray[np.bool_]:
+    """Which bodies the sensor has turned away from not long ago: all that is known is how they moved."""
+    return unseen(filters.state, sensor, angle_min, field, near, p.range_limit) & (t - filters.seen <= p.aside)

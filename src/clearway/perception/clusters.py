@@ -315,17 +315,19 @@ def cores(
         row[clusters[i]] = i
     ahead, nearest = np.zeros(clusters.shape[0]), np.empty(clusters.shape[0])
     for step in range(CORE_STEPS + 1):
+        for i in range(clusters.shape[0]):
+            found[i, 0], found[i, 1], found[i, 2] = _behind(circles[clusters[i]], sensor, ahead[i])
         nearest[:] = math.inf
         for j in range(points.shape[0]):
             i = row[label[j]]
             if i >= 0:
-                x, y, _ = _behind(circles[label[j]], sensor, ahead[i])
-                nearest[i] = min(nearest[i], math.hypot(points[j, 0] - x, points[j, 1] - y))
+                nearest[i] = min(nearest[i], math.hypot(points[j, 0] - found[i, 0], points[j, 1] - found[i, 1]))
+        pushed = False
         for i in range(clusters.shape[0]):
-            x, y, wanted = _behind(circles[clusters[i]], sensor, ahead[i])
-            found[i, 0], found[i, 1], found[i, 2] = x, y, min(nearest[i], wanted)
-            if nearest[i] < wanted and step < CORE_STEPS:
-                ahead[i] = (step + 1) / CORE_STEPS
+            if nearest[i] < found[i, 2]:
+                found[i, 2], ahead[i], pushed = nearest[i], (step + 1) / CORE_STEPS, True
+        if not pushed:
+            break
     return found
 
 

@@ -68,7 +68,7 @@ def begin(state: FloatArray, spread: FloatArray, i: int, x: float, y: float, var
 def nearest_pairs(
     a: FloatArray, reach_a: FloatArray, b: FloatArray, reach_b: FloatArray
 ) -> np.ndarray:  # fmt: skip
-    """For each of `b` (m, 2) the index of its partner in `a` (n, 2), or -1: the nearest pair first, each used once.
+    """For each of `b` (m, 2 or more) the index of its partner in `a` (n, 2 or more), or -1: the nearest pair first, each used once.
 
     A pair must lie within `reach_a[i] + reach_b[j]` [m].
     """

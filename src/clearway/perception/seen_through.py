@@ -14,7 +14,6 @@ import numpy as np
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.perception import kalman
 
 FEWEST = 2
 """Fewer points than that count as none."""
@@ -36,14 +35,18 @@ def share_seen_through(
         margin: By so much the beams must have gone beyond the point, m.
         slack: For so far to either side of it, rad.
     """
-    found, all_of, place = np.zeros(len(owners)), np.zeros(len(owners)), kalman.find(owners, owner)
+    found, all_of, k = np.zeros(len(owners)), np.zeros(len(owners)), -1
     n = ranges.shape[0]
     aside = max(1, math.ceil(slack / increment)) if increment > 0.0 else 0
     around = abs(n * increment - 2.0 * math.pi) < 0.5 * increment
     for j in range(points.shape[0]):
-        if place[j] < 0:
+        if j == 0 or owner[j] != owner[j - 1]:
+            k = np.searchsorted(owners, owner[j])
+            if k == len(owners) or owners[k] != owner[j]:
+                k = -1
+        if k < 0:
             continue
-        all_of[place[j]] += 1.0
+        all_of[k] += 1.0
         dx, dy = points[j, 0] - sensor[0], points[j, 1] - sensor[1]
         d = math.hypot(dx, dy)
         if d + margin >= range_max:
@@ -60,7 +63,7 @@ def share_seen_through(
                 free = False
                 break
         if free:
-            found[place[j]] += 1.0
+            found[k] += 1.0
     for k in range(len(owners)):
         found[k] = found[k] / all_of[k] if found[k] >= FEWEST else 0.0
     return found

@@ -7,6 +7,7 @@ found blocked looks free again, and the robot turns to and fro.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,13 @@ SHARE = 0.25
 """Of a new disc in the steadied one."""
 
 
+class _Standing(NamedTuple):
+    ids: IntArray  # (n,) sorted
+    discs: FloatArray  # (n, 3)
+    known: npt.NDArray[np.uint8]  # (n,)
+    seen: FloatArray  # (n,) when, s
+
+
 class StructureMemory:
     """Discs of structure by identity, in a frame that does not move.
 
@@ -34,8 +42,9 @@ class StructureMemory:
 
     def __init__(self, seconds: float, sigma: float, reach: float, most: int) -> None:
         self._seconds, self._sigma, self._reach, self._most = seconds, sigma, reach, most
-        self._ids, self._discs = np.empty(0, dtype=np.int64), np.empty((0, 3))
-        self._known, self._seen = np.empty(0, dtype=np.uint8), np.empty(0)
+        self._standing = _Standing(
+            np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty(0, dtype=np.uint8), np.empty(0)
+        )  # fmt: skip
 
     def update(
         self, ids: IntArray, discs: FloatArray, known: npt.NDArray[np.uint8], scan: Scan, sensor: FloatArray, t: float
@@ -47,34 +56,48 @@ class StructureMemory:
         """
         if self._seconds <= 0.0:
             return ids, discs, known
-        order = np.argsort(ids, kind="stable")
-        ids, discs, known = ids[order], discs[order], known[order]
-        at = kalman.find(self._ids, ids)
-        old = at >= 0
-        before, now = self._discs[at[old]], discs[old]
-        mean = before + SHARE * (now - before)
-        apart = np.hypot(mean[:, 0] - now[:, 0], mean[:, 1] - now[:, 1])
-        mean[:, 2] = np.maximum(
-            mean[:, 2], apart + now[:, 2] - 2.0 * self._sigma
-        )  # what is new to see is covered at once
-        discs[old] = mean
-        kept = np.ones(len(self._ids), dtype=np.bool_)
-        kept[at[old]] = False
-        kept &= t - self._seen <= self._seconds
+        self._standing = _remembered(
+            self._standing, ids, discs, known, sensor, scan.angle_min, len(scan.ranges) * scan.angle_increment, scan.range_min,
+            self._reach, self._sigma, self._seconds, self._most, t,
+        )  # fmt: skip
+        return self._standing.ids, self._standing.discs, self._standing.known
+
+
+@kernel
+def _remembered(
+    before: _Standing, ids: IntArray, discs: FloatArray, known: npt.NDArray[np.uint8],
+    sensor: FloatArray, angle_min: float, field: float, near: float, reach: float, sigma: float, seconds: float, most: int, t: float,
+) -> _Standing:  # fmt: skip
+    """What stands: see `StructureMemory`, and `unseen` for the view."""
+    at, order = kalman.find(before.ids, ids), np.argsort(ids, kind="mergesort")
+    kept = unseen(before.discs, sensor, angle_min, field, near, reach) & (t - before.seen <= seconds)
+    for i in at:
+        if i >= 0:
+            kept[i] = False
+    n, room = ids.shape[0], max(most - ids.shape[0], 0)
+    rows = np.flatnonzero(kept)
+    if rows.shape[0] > room:
+        kept[rows[np.argsort(-before.seen[rows], kind="mergesort")[room:]]] = False
         rows = np.flatnonzero(kept)
-        n = len(scan.ranges)
-        aside = unseen(self._discs[rows], sensor, scan.angle_min, n * scan.angle_increment, scan.range_min, self._reach)
-        rows = rows[aside]
-        if len(rows) > self._most - len(ids):
-            newest = np.argsort(-self._seen[rows], kind="stable")[: max(self._most - len(ids), 0)]
-            rows = np.sort(rows[newest])
-        all_ids = np.concatenate((ids, self._ids[rows]))
-        order = np.argsort(all_ids, kind="stable")
-        self._ids = all_ids[order]
-        self._discs = np.concatenate((discs, self._discs[rows]))[order]
-        self._known = np.concatenate((known, self._known[rows]))[order]
-        self._seen = np.concatenate((np.full(len(ids), t), self._seen[rows]))[order]
-        return self._ids, self._discs, self._known
+    total = n + rows.shape[0]
+    now = _Standing(np.empty(total, dtype=np.int64), np.empty((total, 3)), np.empty(total, dtype=np.uint8), np.empty(total))
+    a = b = 0
+    for k in range(total):
+        if a == n or (b < rows.shape[0] and before.ids[rows[b]] < ids[order[a]]):
+            i = rows[b]
+            now.ids[k], now.discs[k], now.known[k], now.seen[k] = before.ids[i], before.discs[i], before.known[i], before.seen[i]
+            b += 1
+            continue
+        j = order[a]
+        i, (x, y, r) = at[j], discs[j]
+        if i >= 0:
+            old = before.discs[i]
+            mx, my = old[0] + SHARE * (x - old[0]), old[1] + SHARE * (y - old[1])
+            r = max(old[2] + SHARE * (r - old[2]), math.hypot(mx - x, my - y) + r - 2.0 * sigma)  # what is new to see is
+            x, y = mx, my  # covered at once
+        now.ids[k], now.discs[k, 0], now.discs[k, 1], now.discs[k, 2], now.known[k], now.seen[k] = ids[j], x, y, r, known[j], t
+        a += 1
+    return now
 
 
 @kernel
