@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from clearway.contract import Scan
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, uncompiled
 from clearway.geometry.shapes import FloatArray
 from clearway.perception import kalman
 from clearway.perception.clusters import ClusterParameters, IntArray, Returns, cores
@@ -38,6 +38,7 @@ LATCH = 1.0
 PART = 5.0
 """A body that is cut by the edge of the view or by something nearer goes on counting as moving for so long after it last showed
 that it does, s; then it has to show it again, else one who once was taken for moving and is seen in part would for ever."""
+_wrap = uncompiled(wrap)
 
 
 class Bodies(NamedTuple):
@@ -255,7 +256,8 @@ class BodyFollower:
     def _doubt(self, a: FloatArray, b: FloatArray) -> tuple[float, float]:
         """How far beyond a place a beam must go, and how far to either side [rad], for the odometry's error (3 sigma)
         on the way between two poses of the sensor."""
-        o, way, turn = self._odometry, math.hypot(b[0] - a[0], b[1] - a[1]), abs(wrap(b[2] - a[2]))
+        o, (ax, ay, a_yaw), (bx, by, b_yaw) = self._odometry, a.tolist(), b.tolist()
+        way, turn = math.hypot(bx - ax, by - ay), abs(_wrap(b_yaw - a_yaw))
         rotation = math.hypot(o.rotation_per_metre * math.sqrt(way), o.rotation_per_radian * math.sqrt(turn))
         lost = o.translation_per_metre * math.sqrt(way) + o.scale * way
         return self._margin + kalman.SIGMAS * lost, kalman.SIGMAS * (rotation + o.turning * turn + o.curvature * way)

@@ -19,7 +19,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from scipy.ndimage import distance_transform_edt
 
 from clearway.contract import Scan
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.enclosing import enclosing_circle
 from clearway.geometry.frames import compose
 from clearway.geometry.grid import OCCUPIED, OccupancyGrid
@@ -331,7 +331,7 @@ def cores(
     return found
 
 
-@kernel
+@light
 def _behind(circle: FloatArray, sensor: FloatArray, ahead: float) -> tuple[float, float, float]:
     """The middle of `circle` (3,) pushed away from the sensor by `ahead` radii, and its radius over sqrt 2."""
     dx, dy = circle[0] - sensor[0], circle[1] - sensor[1]
@@ -366,7 +366,7 @@ def _smooth(
         distance[j] = smoothed[j]
 
 
-@kernel
+@light
 def _joined(
     points: FloatArray, distance: FloatArray, known: np.ndarray, a: int, b: int, angle: float, grazing: float, sigma: float
 ) -> bool:  # fmt: skip

@@ -57,11 +57,12 @@ def share_seen_through(
         middle = math.floor((bearing - angle_min) / increment + 0.5) if increment > 0.0 else 0
         if not around and (middle - aside < 0 or middle + aside >= n):
             continue
-        free = True
-        for i in range(middle - aside, middle + aside + 1):
-            if not ranges[i % n] > d + margin:  # NaN: not known to be free
+        free, i = True, (middle - aside) % n
+        for _ in range(2 * aside + 1):
+            if not ranges[i] > d + margin:  # NaN: not known to be free
                 free = False
                 break
+            i = i + 1 if i + 1 < n else 0
         if free:
             found[k] += 1.0
     for k in range(len(owners)):
