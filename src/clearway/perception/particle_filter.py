@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from clearway.geometry.angles import wrap
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 BIN_XY, BIN_YAW = 0.5, math.radians(10.0)
@@ -192,8 +192,7 @@ def resample(
         total += weights[i]
         cumulative[i] = total
     keys = np.full(_table_size(drawn.shape[0]), _EMPTY, np.int64)
-    bins = 0
-    count = 0
+    bins = count = limit = 0
     while count < bounds[1]:
         if random_share > 0.0 and rng.random() < random_share:
             i = int(rng.random() * free.shape[0])
@@ -215,8 +214,9 @@ def resample(
         if keys[slot] == _EMPTY:
             keys[slot] = key
             bins += 1
+            limit = kld_limit(bins, bounds[0], bounds[1], kld_err, kld_z)
         count += 1
-        if count > kld_limit(bins, bounds[0], bounds[1], kld_err, kld_z):
+        if count > limit:
             break
     return count
 
@@ -286,14 +286,14 @@ def best_cluster(poses: FloatArray, weights: FloatArray) -> FloatArray:
     return np.array((best[1] / best[0], best[2] / best[0], math.atan2(best[4], best[3])))
 
 
-@kernel
+@light
 def _bin(x: float, y: float, yaw: float) -> int:
     column, row = math.floor(x / BIN_XY) + _OFFSET, math.floor(y / BIN_XY) + _OFFSET
     turn = math.floor(yaw / BIN_YAW) + _OFFSET
     return int((column << 42) | (row << 21) | turn)
 
 
-@kernel
+@light
 def _slot(keys: npt.NDArray[np.int64], key: int) -> int:
     """Where `key` stands in the open-addressing table, or the empty slot where it would stand."""
     mask = keys.shape[0] - 1
