@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
 
 _ROUNDS = 64  # far more than a planar set needs: the radius grows in each
@@ -44,7 +44,7 @@ def enclosing_circle(points: FloatArray, rows: npt.NDArray[np.int64]) -> tuple[f
     return x, y, radius
 
 
-@kernel
+@light
 def _carried(carriers: FloatArray, count: int) -> tuple[float, float, float, int]:
     """The smallest circle around up to four points, the last of which lies on it: x, y, squared radius, and how many
     points carry it, which are moved to the front.
@@ -70,10 +70,9 @@ def _carried(carriers: FloatArray, count: int) -> tuple[float, float, float, int
                 most = max(most, (carriers[k, 0] - x) ** 2 + (carriers[k, 1] - y) ** 2)
             if most < best:
                 best, bx, by, one, other = most, x, y, i, j
-    kept = carriers[np.array((one, other, last))]
-    carriers[0] = kept[0]
-    if one == other:
-        carriers[1] = kept[2]
-        return bx, by, best, 2
-    carriers[1], carriers[2] = kept[1], kept[2]
-    return bx, by, best, 3
+    kept = 2 if one == other else 3
+    for k in range(2):  # one <= other < last: none is overwritten before it has moved
+        carriers[0, k] = carriers[one, k]
+        carriers[1, k] = carriers[other if kept == 3 else last, k]
+        carriers[kept - 1, k] = carriers[last, k]
+    return bx, by, best, kept

@@ -196,7 +196,7 @@ def _perceive(
     points, distance, known = np.empty((n, 2)), np.empty(n), np.zeros(n, dtype=np.uint8)
     beam, label = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int64)
     rows, columns = cells.shape
-    m, k = 0, 0
+    m, k, step, sines = 0, 0, 0, (0.0, 0.0)
     for i in range(n):
         r = ranges[i]
         if not (range_min <= r <= range_max and r > 0.0):  # NaN is none of these
@@ -211,13 +211,17 @@ def _perceive(
             row = math.floor((seen_from[1] + r * math.sin(seen_from[2] + bearing) - origin[1]) / resolution)
             known[m] = cells[row, column] if 0 <= row < rows and 0 <= column < columns else 0
         distance[m], beam[m] = r, i
-        if m == 0 or not _joined(points, distance, known, m - 1, m, (i - beam[m - 1]) * increment, grazing, sigma):
+        if m > 0 and i - beam[m - 1] != step:
+            step = i - beam[m - 1]
+            sines = math.sin(step * increment), math.sin(grazing - step * increment)
+        if m == 0 or not _joined(points, distance, known, m - 1, m, step * increment, sines, grazing, sigma):
             k += 1
         label[m] = k - 1
         m += 1
     if around and k > 1:
         gap = (n - beam[m - 1] + beam[0]) * increment
-        if _joined(points, distance, known, m - 1, 0, gap, grazing, sigma):
+        sines = math.sin(gap), math.sin(grazing - gap)
+        if _joined(points, distance, known, m - 1, 0, gap, sines, grazing, sigma):
             last = k - 1
             for j in range(m):
                 if label[j] == last:
@@ -234,11 +238,11 @@ def _perceive(
     for j in range(m):
         i = beam[j]
         before, after = i - 1, i + 1
-        if around:
-            before, after = (i - 1) % n, (i + 1) % n
         if before < 0 or after >= n:
-            cut[label[j]] = 1
-            continue
+            if not around:
+                cut[label[j]] = 1
+                continue
+            before, after = before % n, after % n
         nearer = distance[j] - 3.0 * sigma - 0.05
         other = label[j - 1] if j > 0 and beam[j - 1] == before else -1
         if ranges[before] < nearer and other != label[j]:
@@ -368,14 +372,15 @@ def _smooth(
 
 @light
 def _joined(
-    points: FloatArray, distance: FloatArray, known: np.ndarray, a: int, b: int, angle: float, grazing: float, sigma: float
+    points: FloatArray, distance: FloatArray, known: np.ndarray, a: int, b: int,
+    angle: float, sines: tuple[float, float], grazing: float, sigma: float,
 ) -> bool:  # fmt: skip
-    """Whether two returns whose beams are `angle` apart lie on one surface."""
+    """Whether two returns whose beams are `angle` apart lie on one surface; `sines`: of that and of what `grazing` is beyond it."""
     if known[a] != known[b] or angle >= 0.5 * grazing:
         return False
     near = min(distance[a], distance[b])
     apart = math.hypot(points[a, 0] - points[b, 0], points[a, 1] - points[b, 1])
-    return bool(apart <= near * math.sin(angle) / math.sin(grazing - angle) + JOIN * math.sqrt(2.0) * sigma)
+    return bool(apart <= near * sines[0] / sines[1] + JOIN * math.sqrt(2.0) * sigma)
 
 
 @kernel
