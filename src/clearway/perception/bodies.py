@@ -403,8 +403,9 @@ def _tell(
     for k in range(rows.shape[0]):
         i = rows[k]
         rx, ry, vx, vy = state[i, 0] - sensor[0], state[i, 1] - sensor[1], state[i, 2] - way[0], state[i, 3] - way[1]
-        turning = abs(rx * vy - ry * vx) / max(rx * rx + ry * ry, 1e-2)  # rad/s: the side changes that is seen, and the
-        v_error[k] = kalman.SIGMAS * math.sqrt(filters.spread[i, 2]) + filters.radius[i] * turning  # circle shifts on it
+        # another side of it comes into view, at so many rad/s: its circle shifts on it by as many radii
+        turning = abs(rx * vy - ry * vx) / max(rx * rx + ry * ry, 1e-2)
+        v_error[k] = kalman.SIGMAS * math.sqrt(filters.spread[i, 2]) + filters.radius[i] * turning
     inside = cores(returns.points, returns.label, returns.circles, sensor, found.rows[still])
     return Bodies(
         x[rows], state[rows, 2:].copy(), radius[rows], error[rows], v_error,

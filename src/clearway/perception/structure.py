@@ -79,23 +79,24 @@ def _remembered(
     if rows.shape[0] > room:
         kept[rows[np.argsort(-before.seen[rows], kind="mergesort")[room:]]] = False
         rows = np.flatnonzero(kept)
-    total = n + rows.shape[0]
-    now = _Standing(np.empty(total, dtype=np.int64), np.empty((total, 3)), np.empty(total, dtype=np.uint8), np.empty(total))
+    m = n + rows.shape[0]
+    now = _Standing(np.empty(m, dtype=np.int64), np.empty((m, 3)), np.empty(m, dtype=np.uint8), np.empty(m))
     a = b = 0
-    for k in range(total):
+    for k in range(m):
         if a == n or (b < rows.shape[0] and before.ids[rows[b]] < ids[order[a]]):
             i = rows[b]
-            now.ids[k], now.discs[k], now.known[k], now.seen[k] = before.ids[i], before.discs[i], before.known[i], before.seen[i]
+            now.ids[k], now.discs[k] = before.ids[i], before.discs[i]
+            now.known[k], now.seen[k] = before.known[i], before.seen[i]
             b += 1
             continue
-        j = order[a]
-        i, (x, y, r) = at[j], discs[j]
+        i, j = at[order[a]], order[a]
+        now.ids[k], now.discs[k], now.known[k], now.seen[k] = ids[j], discs[j], known[j], t
         if i >= 0:
-            old = before.discs[i]
-            mx, my = old[0] + SHARE * (x - old[0]), old[1] + SHARE * (y - old[1])
-            r = max(old[2] + SHARE * (r - old[2]), math.hypot(mx - x, my - y) + r - 2.0 * sigma)  # what is new to see is
-            x, y = mx, my  # covered at once
-        now.ids[k], now.discs[k, 0], now.discs[k, 1], now.discs[k, 2], now.known[k], now.seen[k] = ids[j], x, y, r, known[j], t
+            x, y, r = discs[j]
+            for d in range(3):
+                now.discs[k, d] = before.discs[i, d] + SHARE * (discs[j, d] - before.discs[i, d])
+            apart = math.hypot(now.discs[k, 0] - x, now.discs[k, 1] - y)
+            now.discs[k, 2] = max(now.discs[k, 2], apart + r - 2.0 * sigma)  # what is new to see is covered at once
         a += 1
     return now
 

@@ -170,8 +170,9 @@ class LidarTracker:
         structure = bodies.structure
         cores, whole = bodies.cores, len(bodies.x) + len(bodies.cores)
         discs, cells, known = cover(returns, structure, scan.angle_increment, c, c.discs - min(whole, c.discs - 16))
-        discs, cells = np.concatenate((cores, discs)), np.concatenate((bodies.core_identity, cells))
-        known = np.concatenate((np.zeros(len(cores), dtype=np.uint8), known))
+        if len(cores):
+            discs, cells = np.concatenate((cores, discs)), np.concatenate((bodies.core_identity, cells))
+            known = np.concatenate((np.zeros(len(cores), dtype=np.uint8), known))
         cells, discs, known = self._memory.update(cells, discs, known, scan, returns.sensor, sensing.t)
         n, m = len(bodies.x), len(discs)
         turn = pose[2] - odom[2]
