@@ -112,7 +112,7 @@ def _points(values: Any, width: int, room: int) -> FloatArray:
     given = np.asarray(values)
     if given.dtype.kind not in "fiu":
         raise TypeError(f"diagnostics() gave an array of {given.dtype} where numbers are expected")
-    found: FloatArray = np.asarray(np.round(given.astype(np.float64), 3), dtype=np.float64)
+    found: FloatArray = given.astype(np.float64).round(3)
     if found.ndim != 2 or found.shape[1] != width:
         raise ValueError(f"diagnostics() gave an array of shape {found.shape} where (n, {width}) is expected")
     return found

@@ -21,5 +21,5 @@ def read_only(array: _A) -> _A:
 def read_only_view(array: _A) -> _A:
     """A view that refuses to be written, for what is made anew each time: who gets round it fools only themselves."""
     view = array.view()
-    view.flags.writeable = False
+    view.setflags(write=False)
     return view
