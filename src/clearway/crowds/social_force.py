@@ -99,10 +99,16 @@ def forces(bodies: Bodies, wishes: Wishes, group: IntArray, model: SocialForce, 
     """(k, 2) what acts on each decider but for its own drive, m/s^2: others, walls, its group."""
     k = wishes.who.shape[0]
     total = np.zeros((k, 2), np.int64)
+    m = len(walls.length)
+    edge, felt, found = np.empty((5, m)), np.empty((3, m)), np.empty(m, np.int64)
+    for e in range(m):
+        edge[0, e], edge[1, e], edge[4, e] = walls.vertex[e, 0], walls.vertex[e, 1], walls.length[e]
+        edge[2, e], edge[3, e] = walls.direction[e, 0], walls.direction[e, 1]
     _add_others(bodies, wishes, model, total)
     for a in range(k):
         i = wishes.who[a]
-        _add_walls(bodies.position[i, 0], bodies.position[i, 1], bodies.radius[i], walls, model, total[a])
+        x, y, radius = bodies.position[i, 0], bodies.position[i, 1], bodies.radius[i]
+        _add_walls(x, y, radius, walls, edge, model, felt, found, total[a])
         if group[i] >= 0:
             _add_group(i, bodies, group, model, total[a])
     return total.astype(np.float64) * QUANTUM
@@ -214,31 +220,50 @@ def _interact(count: int, pair: FloatArray, model: SocialForce, push: IntArray) 
 
 
 @light
-def _add_walls(x: float, y: float, radius: float, walls: Walls, model: SocialForce, total: IntArray) -> None:
-    """Add what walls do to a disc at (x, y): each place of a wall to which it is nearer than to those beside it."""
-    span, count = model.wall_span, walls.length.shape[0]
+def _add_walls(
+    x: float, y: float, radius: float, walls: Walls, edge: FloatArray, model: SocialForce, felt: FloatArray,
+    found: IntArray, total: IntArray,
+) -> None:  # fmt: skip
+    """Add what walls do to a disc at (x, y): each place of a wall to which it is nearer than to those beside it.
+
+    Args:
+        edge: (5, m) x and y of each vertex and direction, and the length, of `walls`.
+        felt: (3, m) room to work with.
+        found: (m,) the same.
+    """
+    span, strength, near, count = model.wall_span, model.wall_strength, 0, 0
     reach = radius + 2.0 * _FAINT * span  # twice: those of many posts add up
-    for k in range(count):
-        rx, ry = x - walls.vertex[k, 0], y - walls.vertex[k, 1]
-        dx, dy = walls.direction[k, 0], walls.direction[k, 1]
-        side = dx * ry - dy * rx
-        if abs(side) >= reach:
-            continue
-        along = rx * dx + ry * dy
-        if along <= 0.0:  # the corner, if the edge before ends there as well
-            before = walls.preceding[k]
-            px, py = x - walls.vertex[before, 0], y - walls.vertex[before, 1]
-            if px * walls.direction[before, 0] + py * walls.direction[before, 1] < walls.length[before]:
+    vx, vy, dx, dy, length = edge[0], edge[1], edge[2], edge[3], edge[4]
+    aside, rx, ry = felt[0], felt[1], felt[2]
+    for k in range(len(vx)):
+        px, py = x - vx[k], y - vy[k]
+        side, along = dx[k] * py - dy[k] * px, px * dx[k] + py * dy[k]
+        faced = (along > -reach) & ((along <= 0.0) | (along < length[k]) & (side <= 0.0))
+        aside[k] = abs(side) if faced else math.inf
+    for k in range(len(vx)):  # without branches, as which are near is hard to guess
+        found[near] = k
+        near += aside[k] < reach
+    for p in range(near):
+        k = found[p]
+        px, py = x - vx[k], y - vy[k]
+        if px * dx[k] + py * dy[k] <= 0.0:  # the corner, if the edge before ends there as well
+            j = walls.preceding[k]
+            if (x - vx[j]) * dx[j] + (y - vy[j]) * dy[j] < length[j]:
                 continue
-        elif along >= walls.length[k] or side > 0.0:
-            continue
+            rx[count], ry[count] = px, py
         else:
-            rx, ry = -side * dy, side * dx
-        d = math.sqrt(rx * rx + ry * ry)
-        if 0.0 < d < reach:
-            force = model.wall_strength * exp((radius - d) / span) / d
-            total[0] += _quanta(force * rx)
-            total[1] += _quanta(force * ry)
+            side = dx[k] * py - dy[k] * px
+            rx[count], ry[count] = -side * dy[k], side * dx[k]
+        count += 1
+    fx, fy = rx[:count], ry[:count]
+    for p in range(len(fx)):
+        d = math.sqrt(fx[p] * fx[p] + fy[p] * fy[p])
+        force = strength * exp((radius - d) / span) / d
+        force = force if (d > 0.0) & (d < reach) else 0.0
+        fx[p], fy[p] = force * fx[p], force * fy[p]
+    for p in range(count):
+        total[0] += _quanta(fx[p])
+        total[1] += _quanta(fy[p])
 
 
 @light
