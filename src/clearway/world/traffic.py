@@ -61,7 +61,7 @@ class Traffic:
         arrivals: Arrivals | None = None,
     ) -> None:  # fmt: skip
         self._tracks, self._behaviours, self._legs = tracks, tuple(behaviours), tuple(legs)
-        self._since = np.zeros(len(tracks.speed))
+        self._since, self._there = np.zeros(len(tracks.speed)), np.empty((2, len(tracks.speed), 3))
         self.several = robots > 1
         self.decided = bool(self._behaviours) or self.several
         self._others = len(tracks.speed) - (robots if self.several else 0)
@@ -182,11 +182,14 @@ class Traffic:
             return
         while self._behaviours and self._count * PERIOD <= t + _SAME:
             now, until = self._count * PERIOD, (self._count + 1) * PERIOD
-            scene = self._scene(now)
-            self.arrivals.look(now, scene.moving)
+            for crowd, street, arrivals in self._streets:
+                decide_until(crowd, street, self.leg, self._count, now, arrivals)
+            if self._crowds:  # the first of them has looked who is where
+                scene = self._scene_of(self._there.copy())
+            else:
+                scene = self._scene(now)
+                self.arrivals.look(now, scene.moving)
             chosen = [behaviour.step(now, until, scene) for behaviour in self._asked]
-            for crowd in self._crowds:
-                decide_until(crowd, self.street, self.leg, self._count, now, _NOBODY)
             for behaviour, poses in zip(self._asked, chosen, strict=True):
                 self._laid.lay(behaviour.members, until, poses)
             self._count += 1
@@ -218,16 +221,28 @@ class Traffic:
         out[:, 1] -= pivot * np.sin(out[:, 2])
         return out
 
-    @cached_property
+    @property
     def street(self) -> Held[Street]:
-        """Everything that moves, as compiled behaviours take it."""
-        there = np.empty((2, len(self._since), 3))
-        arrivals = self.arrivals if self._together else _NOBODY
-        return hold_street(Street(self._tracks, self._since, there, self._driven, arrivals.watched))
+        """Everything that moves, as the first crowd takes it."""
+        return self._streets[0][1]
+
+    @cached_property
+    def _streets(self) -> list[tuple[CompiledBehaviour, Held[Street], Arrivals]]:
+        """The crowds, and everything that moves as each takes it; the first of them sees who arrives."""
+        streets = []
+        for k, crowd in enumerate(self._crowds):
+            there, arrivals = (np.empty_like(self._there), _NOBODY) if k else (self._there, self.arrivals)
+            street = Street(self._tracks, self._since, there, self._driven, arrivals.watched)
+            streets.append((crowd, hold_street(street), arrivals))
+        return streets
 
     def _scene(self, t: float) -> Scene:
-        there = np.empty((2, len(self._since), 3))
+        there = np.empty_like(self._there)
         place_twice(self._tracks, self.leg, self._since, t, t - PERIOD, there)
+        return self._scene_of(there)
+
+    def _scene_of(self, there: FloatArray) -> Scene:
+        """All bodies are at there[0] (m, 3), and were at there[1] a `PERIOD` ago."""
         return Scene(there[0, : self._others], there[1, : self._others], tuple(self._robots))
 
 
