@@ -194,11 +194,11 @@ def way_point(ways: Ways, x: float, y: float, ahead: float) -> tuple[float, floa
     px, py, gone = room.origin[0] + (c + 0.5) * h, room.origin[1] + (r + 0.5) * h, 0.0
     best_x, best_y = px, py
     while gone < ahead:
-        nr, nc = r, c
+        nr, nc, least = r, c, d[r, c]
         for i in range(max(r - 1, 0), min(r + 2, rows)):
             for j in range(max(c - 1, 0), min(c + 2, columns)):
-                if d[i, j] < d[nr, nc]:
-                    nr, nc = i, j
+                if d[i, j] < least:
+                    nr, nc, least = i, j, d[i, j]
         if nr == r and nc == c:
             break
         gone += h * math.sqrt(float((nr - r) ** 2 + (nc - c) ** 2))
@@ -225,7 +225,8 @@ def in_sight(ways: Ways, x: float, y: float, px: float, py: float) -> bool:
     least = min(ways.radius, clearance[r, c]) - 1e-9
     length = math.sqrt((px - x) ** 2 + (py - y) ** 2)
     steps = int(length / (0.5 * h)) + 1
-    k, per_metre, needed = 1, steps / max(length, h), max(least, 0.0) + 1.5 * h
+    per_metre, needed = steps / max(length, h), max(least, 0.0) + 1.5 * h
+    k = 1 + int(max(min(clearance[r, c], told) - needed, 0.0) * per_metre)
     # on the grid and from place to place without a division: on the border of two cells it may be the other one, which does for the leap
     columns, rows, per_cell = clearance.shape[1], clearance.shape[0], 1.0 / h
     gx, gy, dx, dy = (x - origin[0]) * per_cell, (y - origin[1]) * per_cell, (px - x) * per_cell, (py - y) * per_cell
