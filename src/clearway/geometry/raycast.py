@@ -18,6 +18,9 @@ from clearway.geometry.packing import pack, place
 from clearway.geometry.shapes import Circle, FloatArray, Shape
 
 _BLUR = 3e-5  # rad: bearings are rough, so spans are widened by more than two of them can be wrong
+_NARROW = 3.0
+"""Beams within less than half a turn leave most of what is around aside, rad: that needs no look at the bearings."""
+_APART = 1e-6  # m: more than rounding takes
 _SLACK = 1e-12  # relative: a beam through the corner that two segments share must not slip between them
 
 
@@ -164,6 +167,8 @@ def hit_segment(
             return
     elif across * across > reach * length:
         return
+    if _is_aside(ax, ay, bx, by, 0.0, directions, increment):
+        return
     turn = _bearing(across, ax * bx + ay * by)  # under which the sensor sees the segment, from a to b
     if abs(turn) > 3.1:  # nearly on it: which side is a matter of rounding
         _segment_beams(ax, ay, ex, ey, across, 0, directions.shape[1], directions, ranges)
@@ -191,6 +196,8 @@ def hit_circle(
     if power <= 0.0:  # the sensor is inside
         _circle_beams(px, py, power, 0, directions.shape[1], directions, ranges)
         return
+    if _is_aside(px, py, px, py, radius, directions, increment):
+        return
     centre = _bearing(py, px)
     half = _bearing(radius, math.sqrt(power))
     low, high, period, again, last = spans(centre - half, centre + half, directions.shape[1], angle_min, increment)
@@ -199,6 +206,22 @@ def hit_circle(
         end = min(directions.shape[1], math.ceil(high + again * period) + 1)
         _circle_beams(px, py, power, begin, end, directions, ranges)
         again += 1
+
+
+@light
+def _is_aside(
+    ax: float, ay: float, bx: float, by: float, radius: float, directions: FloatArray, increment: float
+) -> bool:
+    """Whether what is within `radius` of the segment a-b lies off the first beam or the last one to the side where there is no other."""
+    last = directions.shape[1] - 1
+    if abs(increment) * last > _NARROW:
+        return False
+    fx, fy, lx, ly = directions[0, 0], directions[1, 0], directions[0, last], directions[1, last]
+    if increment < 0.0:
+        fx, fy, lx, ly = lx, ly, fx, fy
+    apart = radius + _APART
+    before, after = max(fx * ay - fy * ax, fx * by - fy * bx), min(lx * ay - ly * ax, lx * by - ly * bx)
+    return bool(before < -apart or after > apart)
 
 
 @light
