@@ -179,7 +179,6 @@ class _Filters(NamedTuple):
     moved: FloatArray  # (n,) when it last counted as moving
     shown: FloatArray  # (n,) when it last showed that it does
     signs: IntArray  # (n,) periods in a row with signs of motion
-    paired: IntArray  # (n,) periods in a row with two legs
 
 
 @kernel
@@ -187,7 +186,7 @@ def _no_filters(n: int) -> _Filters:
     """So many, of which nothing is known."""
     return _Filters(
         np.zeros(n, dtype=np.int64), np.zeros((n, 4)), np.zeros((n, 3)), np.zeros(n), np.zeros(n), np.zeros(n),
-        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64), np.zeros(n, dtype=np.int64),
+        np.full(n, -math.inf), np.full(n, -math.inf), np.zeros(n, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -231,7 +230,7 @@ class BodyFollower:
         dt, self._t = t - self._t, t
         found = _found(returns, scan, self._p, self._sigma)
         self._filters, at, owner, self._unused = _associate(
-            self._filters, found, returns.label, len(returns.size), self._unused, self._assumed, dt, t, 2.0
+            self._filters, found, returns.label, len(returns.size), self._unused, self._assumed, dt, t
         )  # fmt: skip
         now = _Past(
             t, scan.ranges, scan.angle_min, scan.angle_increment, scan.range_max, returns.sensor, returns.points, owner
@@ -265,8 +264,7 @@ class BodyFollower:
 
 @kernel
 def _associate(
-    before: _Filters, found: _Candidates, label: IntArray, clusters: int, unused: int, p: _Assumed, dt: float, t: float,
-    two: float,
+    before: _Filters, found: _Candidates, label: IntArray, clusters: int, unused: int, p: _Assumed, dt: float, t: float
 ) -> tuple[_Filters, IntArray, IntArray, int]:  # fmt: skip
     """Advance the filters, correct those that are seen, drop old ones, begin new ones.
 
@@ -279,13 +277,11 @@ def _associate(
         p: What is assumed.
         dt: Time since the last period, s.
         t: Now, s.
-        two: 2.0. To the power of a constant the compiler would multiply, which in one case of a thousand rounds otherwise than the
-            C library.
 
     Returns:
         The filters now; which belongs to each candidate; the identity of each return's body (m,), -1: none; `unused` now.
     """
-    ids, state, spread, radius, largest, seen, moved, shown, signs, paired = before
+    ids, state, spread, radius, largest, seen, moved, shown, signs = before
     circle, variance = found.circle, found.variance
     n, m = ids.shape[0], variance.shape[0]
     kalman.predict(state, spread, dt, p.spread)
@@ -311,7 +307,7 @@ def _associate(
             if grown > 2.0 * math.sqrt(variance[j]):  # another side is in view: the same body, another point of it
                 state[i, 0], state[i, 1], spread[i, 0], spread[i, 1] = x, y, variance[j], 0.0
             else:
-                kalman.correct(state, spread, i, x, y, variance[j] + (SHIFT * grown) ** two)
+                kalman.correct(state, spread, i, x, y, variance[j] + (SHIFT * grown) ** 2)
             radius[i] = r
         seen[i] = t
     keep = np.flatnonzero(t - seen <= p.memory)
@@ -322,7 +318,7 @@ def _associate(
         place[i] = k
         new.ids[k], new.state[k], new.spread[k] = ids[i], state[i], spread[i]
         new.radius[k], new.largest[k], new.seen[k] = radius[i], largest[i], seen[i]
-        new.moved[k], new.shown[k], new.signs[k], new.paired[k] = moved[i], shown[i], signs[i], paired[i]
+        new.moved[k], new.shown[k], new.signs[k] = moved[i], shown[i], signs[i]
     body, k = np.full(clusters, -1, dtype=np.int64), kept
     for j in range(m):
         if at[j] >= 0:
@@ -369,12 +365,13 @@ def _tell(
         slowest: See `Bodies`.
     """
     state, n, sensor = filters.state, sign.shape[0], returns.sensor
-    for j in range(at.shape[0]):
-        filters.paired[at[j]] = filters.paired[at[j]] + 1 if found.legs[j] else 0
     for i in range(n):
         filters.signs[i] = filters.signs[i] + 1 if sign[i] else 0
-        if filters.signs[i] >= PERSISTENCE or filters.paired[i] >= PERSISTENCE:  # on two legs: may walk off at any time
+        if filters.signs[i] >= PERSISTENCE:
             filters.moved[i] = filters.shown[i] = t
+    for j in range(at.shape[0]):
+        if found.legs[j]:  # who stands on two may walk off at any time
+            filters.moved[at[j]] = filters.shown[at[j]] = t
     moves = filters.seen - filters.moved <= LATCH
     x, error = state[:, :2].copy(), kalman.SIGMAS * np.sqrt(filters.spread[:, 0])
     radius = np.maximum(filters.radius, filters.largest)
