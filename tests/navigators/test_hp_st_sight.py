@@ -14,7 +14,7 @@ from space_time_scenes import OTHER, PERIOD, begun, foreseen, goal, observation,
 from clearway.contract import Obstacles
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.sight import Sight, beside, depth, sight_of
+from clearway.navigators.hp_st.sight import Sight, beside, depth, looked_at, sees, sight_of
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.robots import load_robot
 
@@ -45,6 +45,27 @@ def test_what_lies_beside_the_sector_of_sight() -> None:
     assert not beside(TIAGO, ORIGIN, 0.2, 1.0)
     assert beside(TIAGO, ORIGIN, 0.0, 1.0)  # 101 degrees from the sensor
     assert beside(TIAGO, np.array([0.0, 0.0, math.pi]), 1.0, 0.0)
+
+
+@given(st.lists(st.floats(-1.5, 1.5), min_size=1, max_size=4), st.floats(-3.0, 3.0))
+def test_what_was_in_sight_all_along(turned: list[float], direction: float) -> None:
+    left = looked_at(TIAGO, turned)
+    edges = [abs(abs(direction + angle) - TIAGO.half) for angle in (0.0, *turned)]
+    if min(edges) > 1e-9 and all(abs(direction + angle) < math.pi for angle in turned):
+        assert sees(left, direction, 0.0) == all(abs(direction + angle) < TIAGO.half for angle in (0.0, *turned))
+    assert looked_at(CIRCLE, turned) == CIRCLE
+
+
+def test_it_drives_only_where_it_has_looked_for_a_while() -> None:
+    """Of two TIAGos one has turned to the left by 0.2 rad before each of the last looks: less of that side is left to it."""
+    tiago = load_robot("tiago")
+    stood, turned = begun(tiago), begun(tiago)
+    for k in range(8):
+        for robot, heading in ((stood, 0.0), (turned, 0.2 * k)):
+            robot.step(observation(k * tiago.period, (0.0, 0.0, heading), goal(3.0, 0.0), None))
+    assert stood._rules.sight == sight_of(tiago, 4.0)
+    assert turned._rules.sight.middle + turned._rules.sight.half == pytest.approx(math.radians(100) - 0.6)
+    assert turned._rules.sight.middle - turned._rules.sight.half == pytest.approx(-math.radians(100))
 
 
 def test_depth_by_hand() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections import deque
 from collections.abc import Collection
 from typing import ClassVar
 
@@ -46,7 +47,7 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
 )
 from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.sight import hidden_within
+from clearway.navigators.hp_st.sight import Sight, hidden_within, looked_at
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.navigators.hp_st.ways import Memory, find, gather, pose_scene, widen
@@ -64,6 +65,9 @@ FACED = 0.3
 
 REFRESH = 0.3
 """What a lidar shows of what stands changes with every scan: so often the distances to the goal are made anew, s."""
+
+LOOK = 0.3
+"""For so long a lidar's tracker has to have somebody in view to tell that they move, s: it drives only where it has looked for that long."""
 
 
 class HpSt:
@@ -144,6 +148,7 @@ class HpSt:
         made = assemble(p, task, robot, self._guarantee, self._without)
         self._settings, self._base, self._wishes, self._safety, self._rules, self._evasion = made
         sight, car = self._rules.sight, made.base.limits.kind == "ackermann"
+        self._sight, self._headings = sight, deque[tuple[float, float]]()
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
         self._uncovered: tuple[str, ...] = (_UNCOVERED,) if car and self._guarantee != "none" else ()
         self._car = car
@@ -208,6 +213,8 @@ class HpSt:
         now, more = self._forecaster.update(observation.t, seen)
         violated += self._looks.seen(observation.t, pose, seen, now)
         perceived = pose
+        if self._drifts:
+            self._rules = self._rules._replace(sight=self._looked(observation.t, float(pose[2])))
         if self._ahead.time > 0.0:
             given, pose = self._ahead.pose(observation.t, given), self._ahead.pose(observation.t, pose)
             self._rules = self._rules._replace(eye=perceived)
@@ -265,10 +272,17 @@ class HpSt:
         decision = choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
         return decision if late else evade(scene, memory, evasion, ways, decision)
 
+    def _looked(self, t: float, heading: float) -> Sight:
+        """What has been in sight for `LOOK` at time `t` [s]; the robot's `heading` is in the odometry's frame."""
+        self._headings.append((t, heading))
+        while self._headings[0][0] < t - LOOK - 1e-9:
+            self._headings.popleft()
+        return looked_at(self._sight, [math.remainder(heading - before, 2.0 * math.pi) for _, before in self._headings])
+
     def _count(self, forecast: Forecast, eye: FloatArray, pose: FloatArray) -> Forecast:
         """Of `forecast` what certificates count with: all but who is out of view, beside the sector that is seen from `eye` (3,), and
         by now may touch the robot at `pose` (3,). Nothing could be certified against those, as against whoever else is there unseen."""
-        sight = self._rules.sight
+        sight = self._sight
         if sight.half >= math.pi:
             return forecast
         outline = self._base.foot.circumscribed + forecast.reach[:, 0] + forecast.radius

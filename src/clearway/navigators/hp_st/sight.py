@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -55,6 +56,14 @@ def sight_of(robot: Robot, scan_range: float) -> Sight:
         x,
         y,
     )
+
+
+def looked_at(sight: Sight, turned: Sequence[float]) -> Sight:
+    """What of `sight` was in sight at each of some looks before, too, since which the robot has `turned` by so many radians."""
+    if sight.half >= math.pi:
+        return sight
+    left, right = max(0.0, *turned), max(0.0, *(-angle for angle in turned))
+    return sight._replace(middle=sight.middle + 0.5 * (right - left), half=max(sight.half - 0.5 * (left + right), 0.0))
 
 
 @light
