@@ -69,6 +69,8 @@ REFRESH = 0.3
 LOOK = 0.3
 """For so long a lidar's tracker has to have somebody in view to tell that they move, s: it drives only where it has looked for that long."""
 
+_LOOK_NOTE = "that it drives only where it has looked for a while"
+
 
 class HpSt:
     """Heuristic plan through space and time, tracked by a tube MPC, with a certificate before each step.
@@ -118,6 +120,8 @@ class HpSt:
             )
             for draws in (range(1), range(10, 14), range(30, 34), range(50, 54))
         ),
+        TunedOn("ward-day", ("tiago",), draws=range(20, 44), note=_LOOK_NOTE),
+        TunedOn("ward-day-held-out", ("tiago",), draws=range(70, 73), note=_LOOK_NOTE),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
