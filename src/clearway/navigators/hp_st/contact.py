@@ -22,6 +22,7 @@ _TAIL = np.array([0.5 * math.erfc((i / _PER - BEYOND) * math.sqrt(0.5)) for i in
 """Probability of being less than z standard deviations away, from z = -BEYOND on."""
 
 BELT = 10
+AT_X, AT_Y, BY_X, BY_Y, RADIUS, SIGMA, CHANCE, WIDEST, AROUND, WHICH = range(BELT)
 """Columns of `belts_of`."""
 
 
@@ -122,13 +123,13 @@ def belts_of(
         for i in range(len(radius)):
             dx, dy = at[end, i, 0] - at[begin, i, 0], at[end, i, 1] - at[begin, i, 1]
             sigma = spread[end, i]
-            belts[m, 0], belts[m, 1], belts[m, 2], belts[m, 3] = at[begin, i, 0], at[begin, i, 1], dx, dy
-            belts[m, 4], belts[m, 5], belts[m, 6] = radius[i], sigma, chance[i]
-            belts[m, 7] = radius[i] + BEYOND * sigma
-            belts[m, 8] = belts[m, 7] + (0.5 + ahead / stride) * math.sqrt(dx * dx + dy * dy)
+            belts[m, AT_X], belts[m, AT_Y], belts[m, BY_X], belts[m, BY_Y] = at[begin, i, 0], at[begin, i, 1], dx, dy
+            belts[m, RADIUS], belts[m, SIGMA], belts[m, CHANCE] = radius[i], sigma, chance[i]
+            belts[m, WIDEST] = radius[i] + BEYOND * sigma
+            belts[m, AROUND] = belts[m, WIDEST] + (0.5 + ahead / stride) * math.sqrt(dx * dx + dy * dy)
             if ahead > 0:
-                belts[m, 8] += obstacles.reach[min(ahead, top), i]
-            belts[m, 9] = i
+                belts[m, AROUND] += obstacles.reach[min(ahead, top), i]
+            belts[m, WHICH] = i
             m += 1
     return m
 
@@ -190,12 +191,12 @@ def near(count: int, x: float, y: float, own: float, soft: float, nearby: Nearby
         i = int(stills[0, j])
         stills[0, j], stills[1, j], stills[2, j] = all_x[i] - x, all_y[i] - y, radius[i]
     for i in range(count):
-        dx, dy = belts[i, 0] - x, belts[i, 1] - y
-        mx, my = dx + 0.5 * belts[i, 2], dy + 0.5 * belts[i, 3]
-        reach = belts[i, 8] + own
+        dx, dy = belts[i, AT_X] - x, belts[i, AT_Y] - y
+        mx, my = dx + 0.5 * belts[i, BY_X], dy + 0.5 * belts[i, BY_Y]
+        reach = belts[i, AROUND] + own
         if mx * mx + my * my < reach * reach:
-            moving[m, 0], moving[m, 1] = dx, dy
-            for j in range(2, BELT):
+            moving[m, AT_X], moving[m, AT_Y] = dx, dy
+            for j in range(BY_X, BELT):
                 moving[m, j] = belts[i, j]
             m += 1
     return n, m
@@ -249,8 +250,8 @@ def collision_risks(
                 risk[c] = _moving_risk(moving, m, foot, theta, dx[c], dy[c], turn[c], risk[c])
         return
     for j in range(m):
-        ax, ay, bx, by, body = moving[j, 0], moving[j, 1], moving[j, 2], moving[j, 3], moving[j, 4]
-        sigma, chance, reach = moving[j, 5], moving[j, 6], moving[j, 7] + outer
+        ax, ay, bx, by, body = moving[j, AT_X], moving[j, AT_Y], moving[j, BY_X], moving[j, BY_Y], moving[j, RADIUS]
+        sigma, chance, reach = moving[j, SIGMA], moving[j, CHANCE], moving[j, WIDEST] + outer
         for c in range(k):
             _, _, _, d2 = _nearest(ax, ay, dx[c] - bx, dy[c] - by)
             room = math.sqrt(d2) - rim - body
@@ -295,12 +296,12 @@ def _moving_risk(
 ) -> float:
     """`risk`, and the probability that a robot that is no disc touches one of the `m` that move in a step."""
     for j in range(m):
-        share, ex, ey, d2 = _nearest(moving[j, 0], moving[j, 1], dx - moving[j, 2], dy - moving[j, 3])
-        reach, sigma = moving[j, 7] + foot.circumscribed, moving[j, 5]
+        share, ex, ey, d2 = _nearest(moving[j, AT_X], moving[j, AT_Y], dx - moving[j, BY_X], dy - moving[j, BY_Y])
+        reach, sigma = moving[j, WIDEST] + foot.circumscribed, moving[j, SIGMA]
         if d2 < reach * reach:
-            room = gap(foot.vertices, foot.radius, 0.0, 0.0, theta + share * turn, ex, ey) - moving[j, 4]
+            room = gap(foot.vertices, foot.radius, 0.0, 0.0, theta + share * turn, ex, ey) - moving[j, RADIUS]
             if room < BEYOND * sigma:  # beside a polygon there is more room than around its circumscribed circle
-                risk += moving[j, 6] * tail(room / sigma)
+                risk += moving[j, CHANCE] * tail(room / sigma)
     return risk
 
 

@@ -12,7 +12,22 @@ from clearway.geometry.compiled import light
 from clearway.geometry.footprint import Footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.certificate import Rules, Safety, certify, stopped_after
-from clearway.navigators.hp_st.contact import BEYOND, Base, Nearby, room_to, tail
+from clearway.navigators.hp_st.contact import (
+    AT_X,
+    AT_Y,
+    BEYOND,
+    BY_X,
+    BY_Y,
+    CHANCE,
+    RADIUS,
+    SIGMA,
+    WHICH,
+    WIDEST,
+    Base,
+    Nearby,
+    room_to,
+    tail,
+)
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.robots.drive_limits import DriveLimits
 
@@ -133,18 +148,18 @@ def stopping_risk(nearby: Nearby, n: int, m: int, halting: Halting, end: StepEnd
     risk = 0.0
     for i in range(m):
         share = time / step
-        ax, ay = moving[i, 0] + moving[i, 2] - dx, moving[i, 1] + moving[i, 3] - dy
-        ux, uy = bx - share * moving[i, 2], by - share * moving[i, 3]
-        sigma, which = moving[i, 5], int(moving[i, 9])
+        ax, ay = moving[i, AT_X] + moving[i, BY_X] - dx, moving[i, AT_Y] + moving[i, BY_Y] - dy
+        ux, uy = bx - share * moving[i, BY_X], by - share * moving[i, BY_Y]
+        sigma, which = moving[i, SIGMA], int(moving[i, WHICH])
         along, long2 = ax * ux + ay * uy, ux * ux + uy * uy
         near = 0.0 if along <= 0.0 else (1.0 if along >= long2 else along / long2)
         ex, ey = ax - near * ux, ay - near * uy
         d2 = ex * ex + ey * ey
-        widest = moving[i, 7] + outer + margin + reach[most, which]
+        widest = moving[i, WIDEST] + outer + margin + reach[most, which]
         if d2 >= widest * widest:
             continue
         grown = reach[min(int(near * time / period + 1e-9) + 1, top), which]
-        room = room_to(vertices, rim, theta, ex, ey, d2) - moving[i, 4] - margin - grown
+        room = room_to(vertices, rim, theta, ex, ey, d2) - moving[i, RADIUS] - margin - grown
         if room < BEYOND * sigma:
-            risk += moving[i, 6] * tail(room / sigma)
+            risk += moving[i, CHANCE] * tail(room / sigma)
     return min(risk, 1.0)
