@@ -9,21 +9,21 @@ found for the robot's circumscribed disc within the time limit, which is therefo
 inscribed disc; over the former the mean time of that way, and the mean bound before which the inscribed disc, so no robot, arrives.
 
     python benchmarks/crowd_limit.py RESULTS [--trials N] [--smoke]
-    python benchmarks/crowd_limit.py --suite NAME [--suite NAME ...] [--batch NAME ...] [--seeds A:B] [--trials N] [--minutes M]
+    python benchmarks/crowd_limit.py --suite NAME [--suite NAME ...] [--batch NAME ...] [--seeds A:B] [--trials N] [--seconds S]
 
-`RESULTS`: of `clearway run crowd`; `--trials`: at most so many of each batch and navigator; `--minutes`: no other scenario of a batch is begun after
-so long, and those searched until then are a random sample of it, as its scenarios come shuffled; `--smoke`: makes two of its own.
+`RESULTS`: of `clearway run crowd`; `--trials`: at most so many of each batch and navigator; `--seconds`:
+a scenario that is searched for longer is given up, and neither found nor shown to have none; `--smoke`: makes two of its own.
 """
 
 from __future__ import annotations
 
 import argparse
 import math
-import random
+import signal
 import tempfile
-import time
 from collections import defaultdict
 from pathlib import Path
+from types import FrameType
 
 import numpy as np
 
@@ -91,8 +91,24 @@ def limits(scenario: Scenario, robot: Robot) -> tuple[float, float]:
     return (found.time, before) if found is not None else (math.inf, math.inf if before >= latest else before)
 
 
-def suites(names: list[str], batches: list[str], seeds: str | None, most: int, minutes: float) -> None:
-    """Print the table of what is known ahead, of at most so many scenarios a batch, none of them begun after `minutes`."""
+def limits_in(seconds: float, scenario: Scenario, robot: Robot) -> tuple[float, float]:
+    """`limits`; NaN both where they take longer than so many seconds, at least."""
+
+    def ring(signum: int, frame: FrameType | None) -> None:
+        raise TimeoutError
+
+    signal.signal(signal.SIGALRM, ring)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        return limits(scenario, robot)
+    except TimeoutError:
+        return math.nan, math.nan
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+
+
+def suites(names: list[str], batches: list[str], seeds: str | None, most: int, seconds: float) -> None:
+    """Print the table of what is known ahead, of at most so many scenarios a batch, each given up after `seconds`; 0: never."""
     print(
         "| suite | batch | scenarios | a way found | shown to have none | clairvoyant, found (s) | nobody before (s) |"
     )
@@ -106,14 +122,7 @@ def suites(names: list[str], batches: list[str], seeds: str | None, most: int, m
         ):
             groups[scenario.labels.batch].append(scenario)
         for batch, scenarios in groups.items():
-            if math.isfinite(minutes):
-                random.Random(0).shuffle(scenarios)
-            since, reached = time.monotonic(), []
-            for scenario in scenarios[:most]:
-                if time.monotonic() - since > 60 * minutes:
-                    break
-                reached.append(limits(scenario, robot))
-            rows = np.array(reached)
+            rows = np.array([limits_in(seconds, scenario, robot) for scenario in scenarios[:most]])
             found, none = np.isfinite(rows[:, 0]), np.isinf(rows[:, 1])
             mean = rows[found].mean(axis=0)
             print(
@@ -130,13 +139,13 @@ def main() -> None:
     parser.add_argument("--suite", action="append", default=[], choices=AHEAD)
     parser.add_argument("--batch", action="append", default=[])
     parser.add_argument("--seeds", metavar="A:B")
-    parser.add_argument("--minutes", type=float, default=math.inf)
+    parser.add_argument("--seconds", type=float, default=0.0)
     parser.add_argument("--smoke", action="store_true")
     given = parser.parse_args()
     if given.smoke:
-        suites(["dynabarn"], ["easy"], None, 2, math.inf)
+        suites(["dynabarn"], ["easy"], None, 2, 60.0)
     if given.suite:
-        suites(given.suite, given.batch, given.seeds, given.trials, given.minutes)
+        suites(given.suite, given.batch, given.seeds, given.trials, given.seconds)
         return
     with tempfile.TemporaryDirectory() as folder:
         if given.smoke:
