@@ -28,6 +28,7 @@ from clearway.perception.clusters import (
     looks_around,
     perceive,
 )
+from clearway.perception.rectangles import RectangleFollower
 from clearway.perception.skew import straightened
 from clearway.perception.structure import StructureMemory
 from clearway.quantities import Positive
@@ -49,6 +50,8 @@ class TrackerParameters(BaseModel):
     structure_memory: float = Field(default=5.0, ge=0, description="structure that the sensor has turned away from is kept"
                                     " for so long, s: a turn there and back")  # fmt: skip
     watch: Positive = Field(default=2.0, description="how old the scans are that tell whether a body has moved, s")
+    pushed: tuple[tuple[Positive, Positive], ...] = Field(default=((2.1, 0.96), (1.1, 0.7)), description="lengths and widths of"
+                             " what is pushed about in a house whose map is known, m: a hospital's bed and wheelchair")  # fmt: skip
     clusters: ClusterParameters = ClusterParameters()
 
 
@@ -151,6 +154,8 @@ class LidarTracker:
         """Forget all obstacles; learn the map, if one is granted."""
         self._known = NOTHING_KNOWN if task.map is None else known_structure(task.map, self._p.clusters.known_within)
         self._follower, c = self._make(), self._p.clusters
+        followed = task.map is not None and self._remembers > 0.0
+        self._rectangles = RectangleFollower(np.array(self._p.pushed).reshape(-1, 2)) if followed else None
         self._memory = StructureMemory(self._remembers, self._sigma, c.range_limit, c.discs - c.discs // 4)
 
     def update(self, sensing: Sensing, pose: FloatArray) -> Obstacles:
@@ -167,6 +172,8 @@ class LidarTracker:
         odom = self._drive.base_link(np.asarray(sensing.odom_pose, dtype=np.float64))
         returns = perceive(scan, odom, c, self._sigma, self._known, pose, self._legs, around)
         bodies = self._follower.update(returns, scan, sensing.t)
+        if self._rectangles is not None:
+            bodies = self._rectangles.update(returns, bodies, sensing.t)
         structure = bodies.structure
         cores, whole = bodies.cores, len(bodies.x) + len(bodies.cores)
         discs, cells, known = cover(returns, structure, scan.angle_increment, c, c.discs - min(whole, c.discs - 16))
