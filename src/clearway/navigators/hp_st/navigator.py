@@ -120,7 +120,7 @@ class HpSt:
             )
             for draws in (range(1), range(10, 14), range(30, 34), range(50, 54))
         ),
-        TunedOn("ward-day", ("tiago",), draws=range(20, 44), note=_LOOK_NOTE),
+        TunedOn("ward-day", ("tiago",), draws=range(20, 44), note=f"{_LOOK_NOTE}; how what is pushed is told"),
         TunedOn("ward-day-held-out", ("tiago",), draws=range(70, 73), note=_LOOK_NOTE),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
