@@ -24,8 +24,6 @@ SIDE, GAP = 0.64, 0.12
 """A new one shows a side of at least so much without a gap, m: HOSBOT's rack is 0.6 m wide, and no row of legs looks like that."""
 RETURNS = 4
 """Fewer are none."""
-SHOWN = 0.3
-"""One that is followed is seen if so much of it is, m."""
 CLOSE, OFF = 0.1, 0.15
 """m: a return that is nearer to a side belongs to it; one that is farther from all, or deeper inside, doesn't fit."""
 NOISE, SOFT, WORTH = 0.03, 0.06, 12.0

@@ -19,7 +19,6 @@ from clearway.perception.rectangle_fit import (
     CLOSE,
     OFF,
     RETURNS,
-    SHOWN,
     SIDE,
     Rectangles,
     from_side,
@@ -29,6 +28,8 @@ from clearway.perception.rectangle_fit import (
     register,
 )
 
+SHOWN = 0.3
+"""One that is followed is seen if so much of it is, m."""
 SOON = 0.2
 """What it may have come farther than expected since the last scan, at most, m."""
 PERSISTENCE = 3
