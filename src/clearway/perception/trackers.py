@@ -2,9 +2,9 @@
 
 `difference` remembers the previous frame only, as paper B does; `kalman` filters. A robot with a camera is told its
 obstacles one by one. With a lidar alone they are discs over what the scan shows (see `clusters`): bodies that move,
-one disc each, and structure (walls, furniture, boxes), many small ones. Motion is estimated in the frame of the
-odometry, which is smooth, and moved into the map frame by the estimated pose: a correction of the localisation is not
-an obstacle's velocity.
+one disc each, what is pushed, a row of them each (see `rectangles`), and structure (walls, furniture, boxes), many
+small ones. Motion is estimated in the frame of the odometry, which is smooth, and moved into the map frame by the
+estimated pose: a correction of the localisation is not an obstacle's velocity.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class LidarTracker:
 
     A body is one disc over its returns, with `error` 3 sigma of a range; structure is small discs with velocity 0 and
     error 0, as they contain the noise. Where the task grants a map, returns near its occupied cells are known
-    structure: nothing there moves, and a body beside a wall is told from the wall.
+    structure: nothing there moves, a body beside a wall is told from the wall, and what is pushed is followed.
     """
 
     def __init__(
