@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearway.geometry.compiled import kernel, light
+from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.perception.clusters import IntArray
 
@@ -66,7 +66,6 @@ class Rectangles(NamedTuple):
     way: FloatArray
 
 
-@kernel
 def nothing(n: int) -> Rectangles:
     """So many, of which nothing is known."""
     return Rectangles(
@@ -75,32 +74,33 @@ def nothing(n: int) -> Rectangles:
     )  # fmt: skip
 
 
-@light
-def from_side(
-    r: Rectangles, i: int, point: FloatArray, sensor: FloatArray
-) -> tuple[float, float, float, float, float, float]:
-    """How far a point (2,) lies from the nearest of the sides of `i` that look at the sensor, m; the same with a sign, outside positive;
-    along which unit vector, and where it is, both in the rectangle's own frame."""
+@kernel
+def from_sides(r: Rectangles, i: int, points: FloatArray, sensor: FloatArray) -> FloatArray:
+    """(n, 6) how far each of `points` (n, 2) lies from the nearest of the sides of `i` that look at the sensor, m; the same with a sign,
+    outside positive; along which unit vector, and where it is, both in the rectangle's own frame."""
+    found = np.empty((points.shape[0], 6))
     c, s = math.cos(r.pose[i, 2]), math.sin(r.pose[i, 2])
-    dx, dy = point[0] - r.pose[i, 0], point[1] - r.pose[i, 1]
-    u, v = c * dx + s * dy, c * dy - s * dx
     dx, dy = sensor[0] - r.pose[i, 0], sensor[1] - r.pose[i, 1]
     eye = c * dx + s * dy, c * dy - s * dx
-    nearest, off, along, across = math.inf, 0.0, 0.0, 0.0
-    for axis in range(2):
-        x, y = (u, v) if axis == 0 else (v, u)
-        half, end = r.half[i, axis], r.half[i, 1 - axis]
-        if abs(eye[axis]) <= half:
-            continue
-        sign = 1.0 if eye[axis] > 0.0 else -1.0
-        out = sign * x - half
-        beyond = math.copysign(max(abs(y) - end, 0.0), y)
-        far = math.hypot(out, beyond)
-        if far < nearest:
-            nearest, off = far, out if beyond == 0.0 else far
-            a, b = (sign, 0.0) if beyond == 0.0 else (sign * out / far, beyond / far)
-            along, across = (a, b) if axis == 0 else (b, a)
-    return nearest, off, along, across, u, v
+    for j in range(points.shape[0]):
+        dx, dy = points[j, 0] - r.pose[i, 0], points[j, 1] - r.pose[i, 1]
+        u, v = c * dx + s * dy, c * dy - s * dx
+        nearest, off, along, across = math.inf, 0.0, 0.0, 0.0
+        for axis in range(2):
+            x, y = (u, v) if axis == 0 else (v, u)
+            half, end = r.half[i, axis], r.half[i, 1 - axis]
+            if abs(eye[axis]) <= half:
+                continue
+            sign = 1.0 if eye[axis] > 0.0 else -1.0
+            out = sign * x - half
+            beyond = math.copysign(max(abs(y) - end, 0.0), y)
+            far = math.hypot(out, beyond)
+            if far < nearest:
+                nearest, off = far, out if beyond == 0.0 else far
+                a, b = (sign, 0.0) if beyond == 0.0 else (sign * out / far, beyond / far)
+                along, across = (a, b) if axis == 0 else (b, a)
+        found[j, 0], found[j, 1], found[j, 2], found[j, 3], found[j, 4], found[j, 5] = nearest, off, along, across, u, v
+    return found
 
 
 @kernel
@@ -123,41 +123,61 @@ def predict(r: Rectangles, i: int, dt: float) -> None:
 
 
 @kernel
-def register(r: Rectangles, i: int, points: FloatArray, near: IntArray, sensor: FloatArray) -> bool:
-    """Move it to where the points `near` (n,) of `points` (m, 2) lie on its sides, as far as it is likely to be there; false: none does.
+def register(r: Rectangles, i: int, points: FloatArray, sensor: FloatArray) -> bool:
+    """Move it to where `points` (n, 2) lie on its sides, as far as it is likely to be there; false: none does.
 
     Least squares with robust weights and what was expected as a prior, by Gauss and Newton; velocities follow as in a Kalman filter.
     """
-    p = r.spread[i]
-    expected, sure = r.pose[i].copy(), inverse(p[:3, :3])
-    seen, pull = np.empty((3, 3)), np.empty(3)
+    p, expected = r.spread[i], r.pose[i].copy()
+    sure, seen, both, pull, moved = (
+        inverse(p[:3, :3]),
+        np.empty((3, 3)),
+        np.empty((3, 3)),
+        np.empty((3, 1)),
+        np.empty((3, 1)),
+    )
     for _ in range(ROUNDS):
         seen[:], pull[:], total = 0.0, 0.0, 0.0
         c, s = math.cos(r.pose[i, 2]), math.sin(r.pose[i, 2])
-        for j in near:
-            away, off, along, across, u, v = from_side(r, i, points[j], sensor)
-            if away > 2.0 * OFF:
+        sides = from_sides(r, i, points, sensor)
+        for j in range(points.shape[0]):
+            off, along, across = sides[j, 1], sides[j, 2], sides[j, 3]
+            if sides[j, 0] > 2.0 * OFF:
                 continue
             weight = 1.0 / (1.0 + (off / SOFT) ** 2)
-            row = (s * across - c * along, -s * along - c * across, along * v - across * u)
+            row = (s * across - c * along, -s * along - c * across, along * sides[j, 5] - across * sides[j, 4])
             for d in range(3):
-                pull[d] += weight * row[d] * off
+                pull[d, 0] += weight * row[d] * off
                 for e in range(3):
                     seen[d, e] += weight * row[d] * row[e]
             total += weight
         if total < 2.0:
             return False
         worth = min(1.0, WORTH / total) / NOISE**2
-        seen *= worth
-        pull = worth * pull + (sure * (r.pose[i] - expected)).sum(axis=1)
-        step = (inverse(seen + sure) * pull).sum(axis=1)
-        r.pose[i] -= step
-        if np.abs(step).max() < ENOUGH:
+        for d in range(3):
+            moved[d, 0] = r.pose[i, d] - expected[d]
+        prior = product(sure, moved)
+        for d in range(3):
+            pull[d, 0] = worth * pull[d, 0] + prior[d, 0]
+            for e in range(3):
+                seen[d, e] *= worth
+                both[d, e] = seen[d, e] + sure[d, e]
+        step, most = product(inverse(both), pull), 0.0
+        for d in range(3):
+            r.pose[i, d] -= step[d, 0]
+            most = max(most, abs(step[d, 0]))
+        if most < ENOUGH:
             break
-    r.velocity[i] += (product(p[3:, :3], sure) * (r.pose[i] - expected)).sum(axis=1)
-    less = product(seen, inverse(np.eye(3) + product(p[:3, :3], seen)))
-    p -= product(product(p[:, :3], less), p[:3, :])
-    p[:] = 0.5 * (p + p.T)
+    for d in range(3):
+        moved[d, 0] = r.pose[i, d] - expected[d]
+    gained, less = product(product(p[3:, :3], sure), moved), product(p[:3, :3], seen)
+    for d in range(3):
+        r.velocity[i, d] += gained[d, 0]
+        less[d, d] += 1.0
+    gone = product(product(p[:, :3], product(seen, inverse(less))), p[:3, :])
+    for d in range(6):
+        for e in range(d + 1):
+            p[d, e] = p[e, d] = 0.5 * (p[d, e] - gone[d, e] + p[e, d] - gone[e, d])
     return True
 
 

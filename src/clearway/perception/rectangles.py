@@ -11,7 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.compiled import kernel
+from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray, rectangle, row_of_discs
 from clearway.perception.bodies import Bodies
 from clearway.perception.clusters import IntArray, Returns
@@ -21,7 +21,7 @@ from clearway.perception.rectangle_fit import (
     RETURNS,
     SIDE,
     Rectangles,
-    from_side,
+    from_sides,
     nothing,
     predict,
     put,
@@ -112,7 +112,6 @@ def _with(bodies: Bodies, returns: Returns, now: Rectangles, i: int) -> Bodies:
     )
 
 
-@kernel
 def follow(
     before: Rectangles, returns: Returns, sizes: FloatArray, unused: int, dt: float, t: float
 ) -> tuple[Rectangles, int]:
@@ -124,60 +123,67 @@ def follow(
         sizes: (m, 2) lengths and widths of those that there are, m.
         unused: The first identity that was never given until then.
     """
-    label, k = returns.label, returns.size.shape[0]
-    free = returns.legs == 0  # clusters that may be one
-    for j in range(label.shape[0]):
-        if returns.known[j]:
-            free[label[j]] = False
-    for i in range(before.identity.shape[0]):
-        if t - before.seen[i] <= COASTS:
-            predict(before, i, dt)
-            _look(before, i, returns, free, sizes, t)
-    rows = _kept(before, t)
-    n = rows.shape[0]
-    now = nothing(n + k)
-    for i in range(n):
-        _copy(before, rows[i], now, i)
-    for c in range(k):
-        if not free[c] or returns.size[c] < 2 * RETURNS or returns.circles[c, 2] < 0.5 * SIDE:
-            continue
-        own = returns.points[label == c]
-        if _is_part(now, n, own, returns.sensor, t):
-            continue
-        at = n
-        for i in range(n):  # one that was lost
-            away = math.hypot(now.pose[i, 0] - returns.circles[c, 0], now.pose[i, 1] - returns.circles[c, 1])
-            if now.way[i].any() and now.seen[i] < t and away <= AGAIN:
-                at = i
-        if put(now, at, own, returns.sensor, sizes):
-            now.seen[at], now.velocity[at], now.moves[at] = t, 0.0, 0
-            for d in range(3):
-                now.spread[at, 3 + d, 3 + d] = AT_FIRST[d] ** 2
-            if at == n:
-                now.identity[n] = unused
-                n, unused = n + 1, unused + 1
-    last = nothing(n)
-    for i in range(n):
-        _copy(now, i, last, i)
-    return last, unused
+    free, rows = _go_on(before, returns, sizes, dt, t)
+    now = Rectangles._make(a[rows] for a in before)
+    if not free.any():
+        return now, unused
+    room = nothing(int(free.sum()))
+    now = Rectangles._make(np.concatenate((a, more)) for a, more in zip(now, room, strict=True))
+    n, unused = _find(now, len(rows), returns, free, sizes, unused, t)
+    return Rectangles._make(a[:n] for a in now), unused
 
 
 @kernel
-def _copy(a: Rectangles, i: int, b: Rectangles, j: int) -> None:
-    b.identity[j], b.pose[j], b.velocity[j], b.spread[j], b.half[j] = (
-        a.identity[i],
-        a.pose[i],
-        a.velocity[i],
-        a.spread[i],
-        a.half[i],
-    )
-    b.seen[j], b.begun[j], b.moves[j], b.misfits[j], b.way[j] = (
-        a.seen[i],
-        a.begun[i],
-        a.moves[i],
-        a.misfits[i],
-        a.way[i],
-    )
+def _go_on(
+    r: Rectangles, returns: Returns, sizes: FloatArray, dt: float, t: float
+) -> tuple[npt.NDArray[np.bool_], IntArray]:
+    """Follow those that there are for another `dt` [s]: which clusters may show another one (k,), and which rectangles are kept."""
+    free = np.empty(returns.size.shape[0], dtype=np.bool_)
+    for c in range(free.shape[0]):
+        free[c] = returns.legs[c] == 0
+    for j in range(returns.label.shape[0]):
+        if returns.known[j]:
+            free[returns.label[j]] = False
+    for i in range(r.identity.shape[0]):
+        if t - r.seen[i] <= COASTS:
+            predict(r, i, dt)
+            _look(r, i, returns, free, sizes, t)
+    for c in range(free.shape[0]):
+        free[c] &= returns.size[c] >= 2 * RETURNS and returns.circles[c, 2] >= 0.5 * SIDE
+    return free, _kept(r, t)
+
+
+@kernel
+def _find(
+    r: Rectangles, n: int, returns: Returns, free: npt.NDArray[np.bool_], sizes: FloatArray, unused: int, t: float
+) -> tuple[int, int]:
+    """Put new ones behind the first `n` where clusters that are `free` (k,) show a side, or one there that was lost; how many there are
+    then, and the first identity that was never given."""
+    for c in range(free.shape[0]):
+        if not free[c]:
+            continue
+        own = returns.points[returns.label == c]
+        if _is_part(r, n, own, returns.sensor, t):
+            continue
+        at = n
+        for i in range(n):  # one that was lost
+            away = math.hypot(r.pose[i, 0] - returns.circles[c, 0], r.pose[i, 1] - returns.circles[c, 1])
+            if has_moved(r, i) and r.seen[i] < t and away <= AGAIN:
+                at = i
+        if put(r, at, own, returns.sensor, sizes):
+            r.seen[at], r.moves[at] = t, 0
+            for d in range(3):
+                r.velocity[at, d], r.spread[at, 3 + d, 3 + d] = 0.0, AT_FIRST[d] ** 2
+            if at == n:
+                r.identity[n] = unused
+                n, unused = n + 1, unused + 1
+    return n, unused
+
+
+@light
+def has_moved(r: Rectangles, i: int) -> bool:
+    """Whether it has ever been seen to move."""
+    return bool(r.way[i, 0] != 0.0 or r.way[i, 1] != 0.0)
 
 
 @kernel
@@ -187,7 +193,7 @@ def _kept(r: Rectangles, t: float) -> IntArray:
     kept, m = np.empty(n, dtype=np.int64), 0
     for moved in (True, False):
         for i in range(n):
-            if r.way[i].any() != moved or t - r.seen[i] > (KNOWN if moved else COASTS):
+            if has_moved(r, i) != moved or t - r.seen[i] > (KNOWN if moved else COASTS):
                 continue
             apart = True
             for j in kept[:m]:
@@ -207,9 +213,9 @@ def _is_part(r: Rectangles, n: int, points: FloatArray, sensor: FloatArray, t: f
     for i in range(n):
         if t - r.seen[i] > COASTS:
             continue
-        near = 0
+        near, away = 0, from_sides(r, i, points, sensor)
         for j in range(points.shape[0]):
-            near += from_side(r, i, points[j], sensor)[0] < CLOSE + OFF
+            near += away[j, 0] < CLOSE + OFF
         if 3 * near > points.shape[0]:
             return True
     return False
@@ -224,32 +230,36 @@ def _look(r: Rectangles, i: int, returns: Returns, free: npt.NDArray[np.bool_], 
     """
     points, label, sensor, k = returns.points, returns.label, returns.sensor, free.shape[0]
     reach = OFF + min(2.0 * math.sqrt(r.spread[i, 0, 0] + r.spread[i, 1, 1]), SOON)
-    near, n = np.empty(label.shape[0], dtype=np.int64), 0
+    near, n, sides = np.empty((label.shape[0], 2)), 0, from_sides(r, i, points, sensor)
     for j in range(label.shape[0]):
-        if free[label[j]] and from_side(r, i, points[j], sensor)[0] < reach:
-            near[n] = j
+        if free[label[j]] and sides[j, 0] < reach:
+            near[n, 0], near[n, 1] = points[j, 0], points[j, 1]
             n += 1
-    if n < RETURNS or not register(r, i, points, near[:n], sensor):
+    if n < RETURNS or not register(r, i, near[:n], sensor):
         r.moves[i] = 0
         return
     count, off, deep = np.zeros(k), np.zeros(k), 0
     low, high = np.full((k, 2), math.inf), np.full((k, 2), -math.inf)
+    sides = from_sides(r, i, points, sensor)
     for j in range(label.shape[0]):
-        c = label[j]
+        c, u, v = label[j], sides[j, 4], sides[j, 5]
         if not free[c]:
             continue
-        away, _, _, _, u, v = from_side(r, i, points[j], sensor)
-        off[c] += away > OFF
+        off[c] += sides[j, 0] > OFF
         deep += abs(u) < r.half[i, 0] - OFF and abs(v) < r.half[i, 1] - OFF
-        if away < CLOSE:
+        if sides[j, 0] < CLOSE:
             count[c] += 1
             low[c, 0], low[c, 1] = min(low[c, 0], u), min(low[c, 1], v)
             high[c, 0], high[c, 1] = max(high[c, 0], u), max(high[c, 1], v)
-    own = (count >= 0.5 * returns.size) & (count >= RETURNS) & free
-    shown, wrong, most = 0.0, 0.0, int(np.argmax(count * own))
-    for c in np.flatnonzero(own):
-        shown += max(high[c, 0] - low[c, 0], high[c, 1] - low[c, 1])
-        wrong += off[c]
+    shown, wrong, most = 0.0, 0.0, 0
+    own = np.zeros(k, dtype=np.bool_)
+    for c in range(k):
+        if free[c] and count[c] >= 0.5 * returns.size[c] and count[c] >= RETURNS:
+            own[c] = True
+            shown += max(high[c, 0] - low[c, 0], high[c, 1] - low[c, 1])
+            wrong += off[c]
+            if not own[most] or count[c] > count[most]:
+                most = c
     if shown < SHOWN:
         r.moves[i] = 0
         return
