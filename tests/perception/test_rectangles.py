@@ -111,6 +111,18 @@ def test_a_bed_that_comes_is_followed_to_where_it_waits_and_told_to_go_on() -> N
     assert ((GOES_ON + 0.1) * t <= e + v_error * t + 0.5 * t**2 + 1e-12).all()
 
 
+def test_who_stands_at_its_side_is_told_all_the_same() -> None:
+    """So near that their returns are one cluster."""
+    coming = straight((EYE[0] + 3.5, EYE[1] - 0.4, math.pi), 0.6, 25)
+    way = coming + [coming[-1]] * 10
+    front = way[-1][0] - BED[0] / 2
+    shin = np.array((front, EYE[1] + 0.25, 0.0))
+    out = list(told([(rectangle(*BED), way), (Circle(0.06), [shin] * len(way))]))[-1]
+    assert (out.identity >= FIRST).any()
+    far = np.linalg.norm(out.position - shin[:2], axis=1) - out.radius
+    assert far[out.identity < FIRST].min() < 0.0
+
+
 def test_it_is_the_same_one_after_it_was_hidden() -> None:
     coming = straight((EYE[0] + 3.5, EYE[1], math.pi), 0.6, 25)
     way = coming + [coming[-1]] * 80

@@ -64,20 +64,21 @@ class RectangleFollower:
         self._sizes, self._t, self._unused = sizes, math.nan, 0
         self._followed = nothing(0)
 
-    def update(self, returns: Returns, bodies: Bodies, t: float) -> Bodies:
-        """`bodies` at time `t` [s], those rectangles that have been seen to move among them instead of what was made of their returns."""
+    def update(self, returns: Returns, bodies: Bodies, t: float) -> tuple[Bodies, Returns]:
+        """`bodies` at time `t` [s], those rectangles that have been seen to move among them instead of what was made of their returns; and
+        `returns`, in which what stands beside one is no part of its clusters."""
         dt = t - self._t if t > self._t else 0.0
         self._t = t
         self._followed, self._unused = follow(self._followed, returns, self._sizes, self._unused, dt, t)
         now = self._followed
         told = now.way.any(axis=1) & (t - now.seen <= COASTS)
         for i in np.flatnonzero(told).tolist():
-            bodies = _with(bodies, returns, now, i)
-        return bodies
+            bodies, returns = _with(bodies, returns, now, i)
+        return bodies, returns
 
 
-def _with(bodies: Bodies, returns: Returns, now: Rectangles, i: int) -> Bodies:
-    """`bodies` with the rectangle `i`, as a row of discs, instead of what else was made of its returns."""
+def _with(bodies: Bodies, returns: Returns, now: Rectangles, i: int) -> tuple[Bodies, Returns]:
+    """`bodies` with the rectangle `i`, as a row of discs, instead of what else was made of its returns; see `update`."""
     pose, velocity = now.pose[i], now.velocity[i]
     c, s = math.cos(pose[2]), math.sin(pose[2])
     turn = np.array([[c, -s], [s, c]])
@@ -86,9 +87,12 @@ def _with(bodies: Bodies, returns: Returns, now: Rectangles, i: int) -> Bodies:
         off = np.abs((points[:, :2] - pose[:2]) @ turn) - now.half[i]
         return off.max(axis=1, initial=-math.inf) < beside  # type: ignore[no-any-return]
 
-    k = len(returns.size)
-    known = np.bincount(returns.label, weights=returns.known, minlength=k) > 0
-    own = np.bincount(returns.label, weights=inside(returns.points, CLOSE), minlength=k) > 0.5 * returns.size
+    k, its = len(bodies.structure), inside(returns.points, CLOSE)
+    share = np.bincount(returns.label, weights=its & (returns.known == 0), minlength=k) / np.bincount(
+        returns.label, minlength=k
+    ).clip(1)
+    own = share > 0.5
+    beside = own[returns.label] & ~its
     length, width = 2.0 * now.half[i]
     discs = row_of_discs(rectangle(length, width), BULGE)
     off, n = discs[:, :2] @ turn.T, len(discs)
@@ -99,17 +103,18 @@ def _with(bodies: Bodies, returns: Returns, now: Rectangles, i: int) -> Bodies:
     error, v_error = (max(SIGMAS * math.sqrt(spread[d : d + 2].max()), CLOSE) for d in (0, 3))
     kept = ~inside(bodies.x, np.maximum(bodies.radius - CLOSE, CLOSE))  # nobody stands in it: those are parts of it
     core = ~inside(bodies.cores, CLOSE)
-    return bodies._replace(
+    told = bodies._replace(
         x=np.concatenate((bodies.x[kept], pose[:2] + off)),
         v=np.concatenate((bodies.v[kept], wanted + velocity[2] * off[:, ::-1] * (-1.0, 1.0))),
         radius=np.concatenate((bodies.radius[kept], discs[:, 2])),
         error=np.concatenate((bodies.error[kept], np.full(n, min(error, OFF)))),
         v_error=np.concatenate((bodies.v_error[kept], np.full(n, v_error))),
         identity=np.concatenate((bodies.identity[kept], FIRST + PARTS * now.identity[i] + np.arange(n))),
-        structure=np.where(own & ~known, 0, bodies.structure).astype(np.uint8),
+        structure=np.append(np.where(own, 0, bodies.structure), 1).astype(np.uint8),
         cores=bodies.cores[core],
         core_identity=bodies.core_identity[core],
     )
+    return told, returns._replace(label=np.where(beside, k, returns.label))
 
 
 def follow(
@@ -230,9 +235,14 @@ def _look(r: Rectangles, i: int, returns: Returns, free: npt.NDArray[np.bool_], 
     """
     points, label, sensor, k = returns.points, returns.label, returns.sensor, free.shape[0]
     reach = OFF + min(2.0 * math.sqrt(r.spread[i, 0, 0] + r.spread[i, 1, 1]), SOON)
-    near, n, sides = np.empty((label.shape[0], 2)), 0, from_sides(r, i, points, sensor)
+    near, n, close, sides = np.empty((label.shape[0], 2)), 0, np.zeros(k), from_sides(r, i, points, sensor)
     for j in range(label.shape[0]):
-        if free[label[j]] and sides[j, 0] < reach:
+        if free[label[j]] and sides[j, 0] < CLOSE:
+            close[label[j]] += 1
+    likely = (close >= 0.5 * returns.size).any()  # where one is as near as expected, those beside it are others
+    for j in range(label.shape[0]):
+        c = label[j]
+        if free[c] and sides[j, 0] < reach and (not likely or close[c] >= 0.5 * returns.size[c]):
             near[n, 0], near[n, 1] = points[j, 0], points[j, 1]
             n += 1
     if n < RETURNS or not register(r, i, near[:n], sensor):
