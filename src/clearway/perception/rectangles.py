@@ -7,10 +7,12 @@ them, and the middle of what is seen jumps. A rectangle of a known size has one 
 from __future__ import annotations
 
 import math
+from collections import deque
 
 import numpy as np
 import numpy.typing as npt
 
+from clearway.contract import Scan
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray, rectangle, row_of_discs
 from clearway.perception.bodies import Bodies
@@ -27,6 +29,7 @@ from clearway.perception.rectangle_fit import (
     put,
     register,
 )
+from clearway.perception.seen_through import share_seen_through
 
 SHOWN = 0.3
 """One that is followed is seen if so much of it is, m."""
@@ -36,6 +39,10 @@ PERSISTENCE = 3
 """Periods in a row in which it moves, or doesn't fit, until that counts."""
 FASTER, FARTHER = 0.25, 0.25
 """It moves if it is faster than that and than three standard deviations, m/s, and has come farther, m."""
+CAME = 0.12
+"""Share of its returns that have to have come to a free place, or gone from one: of a bed that passes by side on few have."""
+WATCH, ASIDE = 1.0, 0.05
+"""How old the scan is that has to have looked through where it is now, s, and for how far to either side, rad: what odometry errs in that time."""
 COASTS = 3.0
 """Out of view it is told for so long, s."""
 KNOWN, AGAIN = 20.0, 1.5
@@ -63,8 +70,10 @@ class RectangleFollower:
     def __init__(self, sizes: FloatArray) -> None:
         self._sizes, self._t, self._unused = sizes, math.nan, 0
         self._followed = nothing(0)
+        self._past: deque[tuple[float, Scan, FloatArray, FloatArray, IntArray]] = deque()
+        self._moved: set[int] = set()
 
-    def update(self, returns: Returns, bodies: Bodies, t: float) -> tuple[Bodies, Returns]:
+    def update(self, returns: Returns, scan: Scan, bodies: Bodies, t: float) -> tuple[Bodies, Returns]:
         """`bodies` at time `t` [s], those rectangles that have been seen to move among them instead of what was made of their returns; and
         `returns`, in which what stands beside one is no part of its clusters."""
         dt = t - self._t if t > self._t else 0.0
@@ -72,9 +81,45 @@ class RectangleFollower:
         self._followed, self._unused = follow(self._followed, returns, self._sizes, self._unused, dt, t)
         now = self._followed
         told = now.way.any(axis=1) & (t - now.seen <= COASTS)
+        self._watch(returns, scan, t)
         for i in np.flatnonzero(told).tolist():
-            bodies, returns = _with(bodies, returns, now, i)
+            if int(now.identity[i]) in self._moved:
+                bodies, returns = _with(bodies, returns, now, i)
         return bodies, returns
+
+    def _watch(self, returns: Returns, scan: Scan, t: float) -> None:
+        """Note which have come to where a scan before looked through, or gone from where this one does: what stands, and shows another
+        side, never has."""
+        now = self._followed
+        owner = np.full(len(returns.points), -1, dtype=np.int64)
+        for i in np.flatnonzero(now.seen == t).tolist():
+            owner[(from_sides(now, i, returns.points, returns.sensor)[:, 0] < CLOSE) & (returns.known == 0)] = (
+                now.identity[i]
+            )
+        self._past.append((t, scan, returns.sensor, returns.points, owner))
+        while self._past[0][0] < t - WATCH - 1e-9:
+            self._past.popleft()
+        doubted = np.array(
+            [k for k in now.identity[now.way.any(axis=1)].tolist() if k not in self._moved], dtype=np.int64
+        )
+        if not len(doubted):
+            return
+        doubted.sort()
+        before, latest = self._past[0], self._past[-1]
+        for (_, _, _, points, own), (_, other, sensor, _, _) in ((latest, before), (before, latest)):
+            share = share_seen_through(
+                points,
+                own,
+                doubted,
+                other.ranges,
+                sensor,
+                other.angle_min,
+                other.angle_increment,
+                other.range_max,
+                OFF,
+                ASIDE,
+            )
+            self._moved |= set(doubted[share >= CAME].tolist())
 
 
 def _with(bodies: Bodies, returns: Returns, now: Rectangles, i: int) -> tuple[Bodies, Returns]:

@@ -173,7 +173,7 @@ class LidarTracker:
         returns = perceive(scan, odom, c, self._sigma, self._known, pose, self._legs, around)
         bodies = self._follower.update(returns, scan, sensing.t)
         if self._rectangles is not None:
-            bodies, returns = self._rectangles.update(returns, bodies, sensing.t)
+            bodies, returns = self._rectangles.update(returns, scan, bodies, sensing.t)
         structure = bodies.structure
         cores, whole = bodies.cores, len(bodies.x) + len(bodies.cores)
         discs, cells, known = cover(returns, structure, scan.angle_increment, c, c.discs - min(whole, c.discs - 16))
