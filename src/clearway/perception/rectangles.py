@@ -17,6 +17,7 @@ from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray, rectangle, row_of_discs
 from clearway.perception.bodies import Bodies
 from clearway.perception.clusters import IntArray, Returns
+from clearway.perception.kalman import SIGMAS
 from clearway.perception.rectangle_fit import (
     CLOSE,
     OFF,
@@ -54,8 +55,6 @@ FIRST, PARTS = 1 << 20, 16
 GOES_ON = 0.4
 """Speed at which one that stands, or gives way, is told to go on, m/s: who pushes it wants to. Whoever reckons with bounds and with
 1 m/s^2 reckons with its standing too, as no bound is told below `CLOSE`."""
-SIGMAS = 3.0
-"""Of a bound."""
 BULGE = 0.08
 """By which the discs that it is told as stick out of its longer sides at most, m."""
 
@@ -93,32 +92,19 @@ class RectangleFollower:
         now = self._followed
         owner = np.full(len(returns.points), -1, dtype=np.int64)
         for i in np.flatnonzero(now.seen == t).tolist():
-            owner[(from_sides(now, i, returns.points, returns.sensor)[:, 0] < CLOSE) & (returns.known == 0)] = (
-                now.identity[i]
-            )
+            near = from_sides(now, i, returns.points, returns.sensor)[:, 0] < CLOSE
+            owner[near & (returns.known == 0)] = now.identity[i]
         self._past.append((t, scan, returns.sensor, returns.points, owner))
         while self._past[0][0] < t - WATCH - 1e-9:
             self._past.popleft()
-        doubted = np.array(
-            [k for k in now.identity[now.way.any(axis=1)].tolist() if k not in self._moved], dtype=np.int64
-        )
+        doubted = np.array(sorted(set(now.identity[now.way.any(axis=1)].tolist()) - self._moved), dtype=np.int64)
         if not len(doubted):
             return
-        doubted.sort()
         before, latest = self._past[0], self._past[-1]
         for (_, _, _, points, own), (_, other, sensor, _, _) in ((latest, before), (before, latest)):
             share = share_seen_through(
-                points,
-                own,
-                doubted,
-                other.ranges,
-                sensor,
-                other.angle_min,
-                other.angle_increment,
-                other.range_max,
-                OFF,
-                ASIDE,
-            )
+                points, own, doubted, other.ranges, sensor, other.angle_min, other.angle_increment, other.range_max, OFF, ASIDE
+            )  # fmt: skip
             self._moved |= set(doubted[share >= CAME].tolist())
 
 
@@ -133,10 +119,8 @@ def _with(bodies: Bodies, returns: Returns, now: Rectangles, i: int) -> tuple[Bo
         return off.max(axis=1, initial=-math.inf) < beside  # type: ignore[no-any-return]
 
     k, its = len(bodies.structure), inside(returns.points, CLOSE)
-    share = np.bincount(returns.label, weights=its & (returns.known == 0), minlength=k) / np.bincount(
-        returns.label, minlength=k
-    ).clip(1)
-    own = share > 0.5
+    mine = np.bincount(returns.label, weights=its & (returns.known == 0), minlength=k)
+    own = mine > 0.5 * np.bincount(returns.label, minlength=k)
     beside = own[returns.label] & ~its
     length, width = 2.0 * now.half[i]
     discs = row_of_discs(rectangle(length, width), BULGE)
@@ -232,7 +216,7 @@ def _find(
 
 @light
 def has_moved(r: Rectangles, i: int) -> bool:
-    """Whether it has ever been seen to move."""
+    """Whether it has ever gone fast and far enough; whether space has shown it too, see `RectangleFollower`, counts for what is told."""
     return bool(r.way[i, 0] != 0.0 or r.way[i, 1] != 0.0)
 
 
@@ -272,6 +256,29 @@ def _is_part(r: Rectangles, n: int, points: FloatArray, sensor: FloatArray, t: f
 
 
 @kernel
+def _expected(r: Rectangles, i: int, returns: Returns, free: npt.NDArray[np.bool_]) -> FloatArray:
+    """(n, 2) what is seen near where its sides are expected, of clusters that are `free` (k,)."""
+    points, label, size = returns.points, returns.label, returns.size
+    reach = OFF + min(2.0 * math.sqrt(r.spread[i, 0, 0] + r.spread[i, 1, 1]), SOON)
+    near, n, close, sides = (
+        np.empty((label.shape[0], 2)),
+        0,
+        np.zeros(size.shape[0]),
+        from_sides(r, i, points, returns.sensor),
+    )
+    for j in range(label.shape[0]):
+        if free[label[j]] and sides[j, 0] < CLOSE:
+            close[label[j]] += 1
+    likely = (close >= 0.5 * size).any()  # where one is as near as expected, those beside it are others
+    for j in range(label.shape[0]):
+        c = label[j]
+        if free[c] and sides[j, 0] < reach and (not likely or close[c] >= 0.5 * size[c]):
+            near[n, 0], near[n, 1] = points[j, 0], points[j, 1]
+            n += 1
+    return near[:n]
+
+
+@kernel
 def _look(r: Rectangles, i: int, returns: Returns, free: npt.NDArray[np.bool_], sizes: FloatArray, t: float) -> None:
     """Move it to where what is seen near its sides lies on them, and note whether it fits and has moved.
 
@@ -279,18 +286,8 @@ def _look(r: Rectangles, i: int, returns: Returns, free: npt.NDArray[np.bool_], 
         free: (k,) which clusters may be one; those that are its own no longer are.
     """
     points, label, sensor, k = returns.points, returns.label, returns.sensor, free.shape[0]
-    reach = OFF + min(2.0 * math.sqrt(r.spread[i, 0, 0] + r.spread[i, 1, 1]), SOON)
-    near, n, close, sides = np.empty((label.shape[0], 2)), 0, np.zeros(k), from_sides(r, i, points, sensor)
-    for j in range(label.shape[0]):
-        if free[label[j]] and sides[j, 0] < CLOSE:
-            close[label[j]] += 1
-    likely = (close >= 0.5 * returns.size).any()  # where one is as near as expected, those beside it are others
-    for j in range(label.shape[0]):
-        c = label[j]
-        if free[c] and sides[j, 0] < reach and (not likely or close[c] >= 0.5 * returns.size[c]):
-            near[n, 0], near[n, 1] = points[j, 0], points[j, 1]
-            n += 1
-    if n < RETURNS or not register(r, i, near[:n], sensor):
+    near = _expected(r, i, returns, free)
+    if near.shape[0] < RETURNS or not register(r, i, near, sensor):
         r.moves[i] = 0
         return
     count, off, deep = np.zeros(k), np.zeros(k), 0
@@ -327,9 +324,8 @@ def _look(r: Rectangles, i: int, returns: Returns, free: npt.NDArray[np.bool_], 
         free[c] &= not own[c]
     vx, vy, p = r.velocity[i, 0], r.velocity[i, 1], r.spread[i]
     speed = math.hypot(vx, vy)
-    unsure = math.sqrt(vx * vx * p[3, 3] + 2.0 * vx * vy * p[3, 4] + vy * vy * p[4, 4]) / max(
-        speed, 1e-9
-    )  # along its way
+    variance = vx * vx * p[3, 3] + 2.0 * vx * vy * p[3, 4] + vy * vy * p[4, 4]
+    unsure = math.sqrt(variance) / max(speed, 1e-9)  # along its way
     gone = math.hypot(r.pose[i, 0] - r.begun[i, 0], r.pose[i, 1] - r.begun[i, 1])
     r.moves[i] = r.moves[i] + 1 if speed > max(FASTER, SIGMAS * unsure) and gone > FARTHER else 0
     if r.moves[i] >= PERSISTENCE:
