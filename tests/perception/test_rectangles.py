@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +16,8 @@ from clearway.contract import Goal, Obstacles, Scan, Sensing, Task
 from clearway.geometry.raycast import beams, scene, sweep
 from clearway.geometry.shapes import Circle, FloatArray, Shape, rectangle
 from clearway.perception import TrackerParameters, make_tracker
-from clearway.perception.rectangle_fit import inverse, nothing, product, put
-from clearway.perception.rectangles import FIRST, GOES_ON
+from clearway.perception.rectangle_fit import Rectangles, inverse, nothing, product, put
+from clearway.perception.rectangles import FIRST, GOES_ON, follow
 
 BED, CHAIR = TrackerParameters().pushed
 LIDAR = {"beams": 606, "angle_min": -1.745, "angle_max": 1.745, "range_min": 0.05, "range_max": 25.0, "sigma": 0.02}
@@ -148,6 +149,20 @@ def test_it_is_the_same_one_after_it_was_hidden() -> None:
 )
 def test_what_stands_people_and_robots_are_none(bodies: list[tuple[Shape, list[FloatArray]]]) -> None:
     assert all((out.identity < FIRST).all() for out in told(bodies))
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.5])
+def test_it_has_moved_only_if_space_has_shown_it(speed: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever its own filter makes of another side that comes into view."""
+
+    def slides(*given: Any) -> tuple[Rectangles, int]:
+        now, unused = follow(*given)
+        now.way[:] = (-1.0, 0.0)
+        return now, unused
+
+    monkeypatch.setattr("clearway.perception.rectangles.follow", slides)
+    way = straight((4.6, 3.0, math.pi), speed, 20)
+    assert any((out.identity >= FIRST).any() for out in told([(rectangle(*BED), way)])) == (speed > 0.0)
 
 
 def test_where_sizes_are_alike_it_keeps_its_own() -> None:
