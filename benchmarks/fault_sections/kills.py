@@ -41,7 +41,7 @@ STAGES: dict[str, Callable[[Path, int], bool]] = {
 
 
 def kills(smoke: bool, every: int = 1) -> list[tuple[str, str, signal.Signals]]:
-    """At which stage who is killed by what: all, each of `every`, or in a smoke run one a stage."""
+    """At which stage who is killed by what: all, each of `every`, or in a smoke run one."""
     found = [
         (stage, whom, number)
         for stage in STAGES
@@ -49,7 +49,7 @@ def kills(smoke: bool, every: int = 1) -> list[tuple[str, str, signal.Signals]]:
         for number in SIGNALS
         if (stage, whom) != ("reporting", "worker")
     ]
-    return [kill for kill in found if kill[1:] == ("parent", signal.SIGKILL)] if smoke else found[::every]
+    return [("running", "parent", signal.SIGKILL)] if smoke else found[::every]
 
 
 def measure(smoke: bool, every: int = 1) -> list[Count]:

@@ -44,7 +44,7 @@ def measure(smoke: bool) -> list[Count]:
         headline(run_campaign(plan, Path(folder) / "warm", 0).trials)  # whoever is forked off has all that it needs
         wanted = _run(Path(folder) / "alone", ["Drives"])
         return [
-            _kind(kind, list(names)[: 2 if smoke else None], Path(folder), wanted)
+            _kind(kind, list(names)[: 1 if smoke else None], Path(folder), wanted)
             for kind, names in module.CLASSES.items()
         ]
 
