@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from space_time_scenes import OTHER, OWN, PERIOD, Drive, begun, drive, goal, observation, obstacles
+from space_time_scenes import OTHER, OWN, PERIOD, Drive, begun, drive, obstacles
 
 from clearway.contract import Budget, Latency, Task
 from clearway.geometry.shapes import FloatArray
@@ -129,19 +129,6 @@ def test_evading_it_drives_only_where_it_looks_and_searches_again_only_for_what_
     assert free.v_min < 0.0
     assert evasion.base.limits == (free if behind else free._replace(v_min=0.0))
     assert evasion.again == again
-
-
-@pytest.mark.parametrize(("turning", "evades"), [(0.0, True), (0.2, False), (-0.2, False)])
-def test_it_drives_without_a_certificate_only_where_it_has_looked_for_a_while(turning: float, evades: bool) -> None:
-    """On either side of a TIAGo stands somebody, a little behind it; it has turned by so many radians before each look, or not at all."""
-    tiago = load_robot("tiago")
-    navigator = begun(tiago, speed=0.6)
-    for k in range(8):
-        seen = observation(
-            k * tiago.period, (0.0, 0.0, (k - 7) * turning), goal(3.0, 0.0), obstacles([(-0.2, 0.65), (-0.2, -0.65)])
-        )
-        status = navigator.step(seen).status
-    assert (status == "evading") == evades
 
 
 def test_it_evades_what_comes_at_it_at_rest() -> None:

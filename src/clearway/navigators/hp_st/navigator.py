@@ -47,7 +47,7 @@ from clearway.navigators.hp_st.parameters import (
     ingredients_from,
 )
 from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.sight import Sight, hidden_within, looked_at, sees
+from clearway.navigators.hp_st.sight import Sight, hidden_within, looked_at
 from clearway.navigators.hp_st.sight_monitor import SightMonitor
 from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
 from clearway.navigators.hp_st.ways import Memory, find, gather, pose_scene, widen
@@ -68,10 +68,6 @@ REFRESH = 0.3
 
 LOOK = 0.3
 """For so long a lidar's tracker has to have somebody in view to tell that they move, s: it drives only where it has looked for that long."""
-
-LOOK_TO_EVADE, BESIDE = 0.4, 1.3
-"""It drives without a certificate only where it has looked for so long, s, at all that lies within so much of its heading, rad (of a view
-that isn't much wider at three quarters of it): beside a robot that turns stands who it doesn't know of yet, or knows badly, and no bound holds for those."""
 
 _LOOK_NOTE = "that it drives only where it has looked for a while"
 
@@ -125,9 +121,7 @@ class HpSt:
             for draws in (range(1), range(10, 14), range(30, 34), range(50, 54))
         ),
         TunedOn("ward-day", ("tiago",), draws=range(20, 44), note=f"{_LOOK_NOTE}; how what is pushed is told"),
-        TunedOn("ward-day", ("tiago",), draws=range(120, 136), note=_LOOK_NOTE),
         TunedOn("ward-day-held-out", ("tiago",), draws=range(70, 73), note=_LOOK_NOTE),
-        TunedOn("ward-day-held-out", ("tiago",), draws=range(80, 86), note=_LOOK_NOTE),
     )
     INGREDIENTS: ClassVar[tuple[str, ...]] = INGREDIENTS
     GUARANTEES: ClassVar[tuple[str, ...]] = GUARANTEES
@@ -158,7 +152,7 @@ class HpSt:
         made = assemble(p, task, robot, self._guarantee, self._without)
         self._settings, self._base, self._wishes, self._safety, self._rules, self._evasion = made
         sight, car = self._rules.sight, made.base.limits.kind == "ackermann"
-        self._sight, self._headings = sight, deque[tuple[float, float]]()  # time and heading in the odometry's frame
+        self._sight, self._headings = sight, deque[tuple[float, float]]()
         start = np.array((p.pose_error, p.pose_error, p.heading_error))
         self._uncovered: tuple[str, ...] = (_UNCOVERED,) if car and self._guarantee != "none" else ()
         self._car = car
@@ -224,8 +218,7 @@ class HpSt:
         violated += self._looks.seen(observation.t, pose, seen, now)
         perceived = pose
         if self._drifts:
-            self._headings.append((observation.t, float(pose[2])))
-            self._rules = self._rules._replace(sight=self._looked(LOOK))
+            self._rules = self._rules._replace(sight=self._looked(observation.t, float(pose[2])))
         if self._ahead.time > 0.0:
             given, pose = self._ahead.pose(observation.t, given), self._ahead.pose(observation.t, pose)
             self._rules = self._rules._replace(eye=perceived)
@@ -266,8 +259,6 @@ class HpSt:
         assert self._field is not None
         settings, memory, forecast, counted = self._settings, self._memory, self._forecast, self._counted
         evasion = self._evasion._replace(costs=self._evasion.costs._replace(reach=costs.reach))
-        if self._drifts and not sees(self._looked(LOOK_TO_EVADE), 0.0, min(BESIDE, 0.75 * self._sight.half)):
-            evasion = evasion._replace(hit=math.inf)
         if self._seconds is None:
             return decide(
                 settings, self._base, memory, forecast, counted, self._field, self._area, costs, self._rules, self._safety,
@@ -285,13 +276,12 @@ class HpSt:
         decision = choose(scene, memory, counted, self._rules, found._replace(cut=found.cut or late), ways)
         return decision if late else evade(scene, memory, evasion, ways, decision)
 
-    def _looked(self, seconds: float) -> Sight:
-        """What has been in sight for the last so many `seconds`."""
-        now, heading = self._headings[-1]
-        while self._headings[0][0] < now - max(LOOK, LOOK_TO_EVADE) - 1e-9:
+    def _looked(self, t: float, heading: float) -> Sight:
+        """What has been in sight for `LOOK` at time `t` [s]; the robot's `heading` is in the odometry's frame."""
+        self._headings.append((t, heading))
+        while self._headings[0][0] < t - LOOK - 1e-9:
             self._headings.popleft()
-        then = [before for t, before in self._headings if t >= now - seconds - 1e-9]
-        return looked_at(self._sight, [math.remainder(heading - before, 2.0 * math.pi) for before in then])
+        return looked_at(self._sight, [math.remainder(heading - before, 2.0 * math.pi) for _, before in self._headings])
 
     def _count(self, forecast: Forecast, eye: FloatArray, pose: FloatArray) -> Forecast:
         """Of `forecast` what certificates count with: all but who is out of view, beside the sector that is seen from `eye` (3,), and
