@@ -52,9 +52,16 @@ SMOKE = {"smoke": ("sar-case1", {"navigators": ["colregs-apf"], "configurations"
 
 
 def run(suite: str, options: dict[str, Any], cache: str, checked: bool) -> dict[str, Any]:
-    """Run a row in a process of its own; the digest of what it wrote, its trials' outcomes, and how long it took, s."""
+    """Run a row in a process of its own; the digest of what it wrote, its trials' outcomes, and how long it took, s.
+
+    Args:
+        cache: Folder of what is compiled; empty: the usual one.
+        checked: Whether every index is.
+    """
     began = time.perf_counter()
-    environment = os.environ | {"NUMBA_CACHE_DIR": cache, "NUMBA_BOUNDSCHECK": "1" if checked else "0"}
+    environment = os.environ | {"NUMBA_BOUNDSCHECK": "1" if checked else "0"}
+    if cache:
+        environment["NUMBA_CACHE_DIR"] = cache
     with tempfile.TemporaryDirectory() as folder:
         asked = json.dumps([suite, options, str(Path(folder) / "results")])
         said = subprocess.DEVNULL
@@ -78,7 +85,7 @@ def _written(results: Path) -> dict[str, Any]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--row", action="append", choices=list(ROWS), help="only this; may be repeated")
-    parser.add_argument("--smoke", action="store_true", help="one trial that needs few kernels")
+    parser.add_argument("--smoke", action="store_true", help="one trial that needs few kernels, from the usual cache")
     parser.add_argument("--here", help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.here:
@@ -92,7 +99,8 @@ def main() -> None:
     bad = 0
     for name, (suite, options) in rows.items():
         with tempfile.TemporaryDirectory() as cache, tempfile.TemporaryDirectory() as other:
-            runs = [run(suite, options, *way) for way in ((cache, False), (cache, False), (other, True))]
+            own = "" if asked.smoke else cache  # the one that there is already
+            runs = [run(suite, options, *way) for way in ((own, False), (own, False), (other, True))]
         digests, beyond = [r["digest"] for r in runs], [f for f in runs[2]["failed"] if "IndexError" in f]
         wrong = len(set(digests)) > 1 or bool(beyond)
         bad += wrong
