@@ -13,7 +13,7 @@ With `--learning` too, and Clearway is 16 of its Gymnasium environments in one k
 the action is a learner's; IR-SIM's discs go by its `rvo`. A step is then what a learner calls one in one of them, the beginnings of
 episodes of a minute counted in. Beside them stand the environments of robot_sf, whose people walk the same lanes by social force, and
 CrowdNav, whose people cross the room by ORCA of Python-RVO2, where a step is 0.25 s and there is no lidar. CrowdNav's `gym`, of which it
-takes a base class and a list of names, is gymnasium here.
+takes a base class and a list of names, is gymnasium here. People of all three decide once a step.
 
 With `--alone` there are no discs. With `--before` the rival is an earlier Clearway, on rails or alone.
 
@@ -68,8 +68,10 @@ def main() -> int:
         if options.learning
         else clearway(options.steps, options.people, alone=options.alone)
     }
-    if options.people and not options.learning:
-        ours["clearway 20Hz"] = clearway(options.steps, True, 0.05)
+    if options.people:
+        ours["clearway 20Hz"] = (
+            learner(options.steps, 0.05) if options.learning else clearway(options.steps, True, 0.05)
+        )
     for once in ours.values():
         once()  # compiles
     rivals = {name: _start(name, options) for name in AIM if name not in _left_out(options)}

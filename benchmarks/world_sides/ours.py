@@ -85,8 +85,8 @@ def _scene(
     return robot, scenario
 
 
-def learner(steps: int) -> Callable[[], float]:
-    """Steps of `clearway.learning.make_vec`: 16 worlds in one kernel, an episode of a minute each."""
+def learner(steps: int, every: float = PERIOD) -> Callable[[], float]:
+    """Steps of `clearway.learning.make_vec`: 16 worlds in one kernel, an episode of a minute each; people decide `every` so many seconds."""
     import numpy as np
 
     from clearway.learning import make_vec
@@ -97,7 +97,7 @@ def learner(steps: int) -> Callable[[], float]:
             [(0, HALF + 0.05, 0), (0, -HALF - 0.05, 0), (HALF + 0.06, 0, math.pi / 2), (-HALF - 0.06, 0, math.pi / 2)]
         )
     ]
-    robot, scenario = _scene(EPISODE, True, walls)
+    robot, scenario = _scene(EPISODE, True, walls, every)
     env = make_vec(scenario, robot, num_envs=WORLDS, beams=BEAMS, flat=True, normalised=False, localisation="odometry")
     action = np.tile(np.array((V, OMEGA), np.float32), (WORLDS, 1))
     env.reset(seed=1)
