@@ -199,22 +199,6 @@ class Task:
     latency: Latency = Latency()
 
 
-class Ranges(NamedTuple):
-    """What the robot's sonars measured at the same time as the rest, as sensor_msgs/Range has it.
-
-    Attributes:
-        ranges: (n,) the distance to the nearest that echoes in each one's cone, m; inf: there is nothing within `range_max`.
-        mounts: (n, 3) pose of each in base_link, m, m, rad.
-        field: The cone's whole angle, rad.
-        range_max: m.
-    """
-
-    ranges: FloatArray
-    mounts: FloatArray
-    field: float
-    range_max: float
-
-
 class Sensing(NamedTuple):
     """What the robot's sensors gave: raw, before any estimation.
 
@@ -227,7 +211,6 @@ class Sensing(NamedTuple):
         goal: Where to go.
         truth: (3,) the true pose in the map frame; only the localiser `truth` may read it, to show what localisation
             costs.
-        sonars: What its sonars measured; None: it has none, or they have told nothing new since the last time.
     """
 
     t: float
@@ -237,7 +220,6 @@ class Sensing(NamedTuple):
     obstacles: Obstacles | None
     goal: Goal
     truth: FloatArray
-    sonars: Ranges | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -46,11 +46,6 @@ class StructureMemory:
             np.empty(0, dtype=np.int64), np.empty((0, 3)), np.empty(0, dtype=np.uint8), np.empty(0)
         )  # fmt: skip
 
-    @property
-    def discs(self) -> FloatArray:
-        """(n, 3) what stands, seen or remembered."""
-        return self._standing.discs
-
     def update(
         self, ids: IntArray, discs: FloatArray, known: npt.NDArray[np.uint8], scan: Scan, sensor: FloatArray, t: float
     ) -> tuple[IntArray, FloatArray, npt.NDArray[np.uint8]]:

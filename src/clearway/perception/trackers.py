@@ -30,7 +30,6 @@ from clearway.perception.clusters import (
 )
 from clearway.perception.rectangles import RectangleFollower
 from clearway.perception.skew import straightened
-from clearway.perception.sonars import SonarFollower
 from clearway.perception.structure import StructureMemory
 from clearway.quantities import Positive
 from clearway.robots import Robot
@@ -157,7 +156,6 @@ class LidarTracker:
         self._follower, c = self._make(), self._p.clusters
         followed = task.map is not None and self._remembers > 0.0
         self._rectangles = RectangleFollower(np.array(self._p.pushed).reshape(-1, 2)) if followed else None
-        self._sonars = SonarFollower(self._p.speed, self._p.acceleration, c.range_limit) if robot.sonars else None
         self._memory = StructureMemory(self._remembers, self._sigma, c.range_limit, c.discs - c.discs // 4)
 
     def update(self, sensing: Sensing, pose: FloatArray) -> Obstacles:
@@ -176,10 +174,6 @@ class LidarTracker:
         bodies = self._follower.update(returns, scan, sensing.t)
         if self._rectangles is not None:
             bodies, returns = self._rectangles.update(returns, scan, bodies, sensing.t)
-        if self._sonars is not None:
-            bodies = self._sonars.update(
-                sensing.sonars, scan, returns, bodies, self._memory.discs, odom, pose, self._known, sensing.t
-            )
         structure = bodies.structure
         cores, whole = bodies.cores, len(bodies.x) + len(bodies.cores)
         discs, cells, known = cover(returns, structure, scan.angle_increment, c, c.discs - min(whole, c.discs - 16))

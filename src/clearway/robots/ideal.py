@@ -12,11 +12,11 @@ SensorError = Literal["sweep", "legs", "mixed-pixels", "lost-returns", "bias", "
 """What can be left out; `all`: all of them."""
 ERRORS: dict[str, dict[str, dict[str, Any]]] = {
     "sweep": {"lidar": {"sweep": 0.0}},
-    "legs": {"lidar": {"height": None}, "sonars": {"height": None}},
+    "legs": {"lidar": {"height": None}},
     "mixed-pixels": {"lidar": {"divergence": 0.0}},
     "lost-returns": {"lidar": {"dropout": 0.0}},
     "bias": {"lidar": {"bias": 0.0}},
-    "noise": {"lidar": {"sigma": 0.0}, "sonars": {"sigma": 0.0}},
+    "noise": {"lidar": {"sigma": 0.0}},
     "odometry": {
         "odometry": {
             "translation_per_metre": 0.0, "rotation_per_metre": 0.0, "rotation_per_radian": 0.0, "scale": 0.0,

@@ -116,28 +116,6 @@ class Lidar(Part):
         return self
 
 
-class Sonars(Part):
-    """Ultrasonic range finders: each tells the distance to the nearest within its cone, and not where in it."""
-
-    mounts: tuple[PoseSpec, ...] = Field(
-        min_length=1, max_length=32, description="pose of each in base_link: m, m, rad"
-    )
-    field: PositiveAngle = Field(le=math.pi, description="the cone's whole angle, rad")
-    range_min: Distance = Field(description="m")
-    range_max: Length = Field(description="m")
-    sigma: NonNegative = Field(description="standard deviation of a range, m")
-    period: Positive = Field(description="all of them measure once in so long, s")
-    height: Distance | None = Field(
-        default=None, description="above the floor, m: low ones meet two legs of a person; default: it is not known"
-    )
-
-    @model_validator(mode="after")
-    def _ordered(self) -> Sonars:
-        if self.range_min >= self.range_max:
-            raise ValueError(f"range_min {self.range_min:g} must lie below range_max {self.range_max:g}")
-        return self
-
-
 class Camera(Part):
     """Sees obstacles as discs within a circle around the robot (paper B's perception field, assumptions A1 and A3)."""
 
@@ -223,7 +201,6 @@ class Robot(Part):
     drive: DriveSpec
     lidar: Lidar | None = None
     camera: Camera | None = Field(default=None, description="sees obstacles as discs; default: none")
-    sonars: Sonars | None = None
     odometry: Odometry
     latency: LatencySpec = LatencySpec()
     tolerances: Tolerances = Field(description="what a test judges the end of a leg by")

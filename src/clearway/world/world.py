@@ -21,7 +21,6 @@ from clearway.world.camera import ObstacleSensor
 from clearway.world.contact import TOUCH
 from clearway.world.latency import Delays, Past, between
 from clearway.world.scanner import Scanner
-from clearway.world.sonars import SonarRing
 from clearway.world.tracks import pose_at
 from clearway.world.traffic import Traffic
 
@@ -136,11 +135,6 @@ class World:
                 self._state[:3], latency, late, seed,
             )  # fmt: skip
             self._sensed_obstacles = self.scanner.poses
-        self._sonars = None
-        if robot.sonars is not None:
-            self._sonars = SonarRing(
-                robot.sonars, self.pivot, self._still, self._moving, self._sensed_obstacles, self._around, robot.period, seed
-            )  # fmt: skip
 
     @property
     def state(self) -> FloatArray:
@@ -199,7 +193,6 @@ class World:
             self._picture(state),
             goal,
             state[0:3],
-            None if self._sonars is None else self._sonars.look(stamp, inner[:3], self._count),
         )
 
     def _picture(self, state: FloatArray) -> Obstacles | None:
