@@ -3,8 +3,8 @@
 Perceived tracks: obstacles of the rescue suites as far as they reach into the camera's circle of a robot that goes
 straight from start to goal, each from the moment that it comes into view, once in a control period, with the camera's error;
 and other kinds of motion that no model here matches exactly. Compared: constant velocity (the ablation `forecast`), the
-mixture, and, on oscillators, the exact model: both stiffnesses known, all else estimated by least squares with the same
-prior. No forecaster can do better than that one; what it knows of stiffness can't be seen in a second.
+mixture, and, on oscillators, what one who is told the kind of motion would expect by Bayes' rule, from the mixture's own
+priors, and the exact model, which is told both stiffnesses as well: that can't be seen in a second.
 
 Printed: rms and 95 % quantile of the error of the weighted mean path; shares of truths within the 50, 90 and 99 % discs
 about it (nominal if calibrated); shares outside of the bounds (must be 0), and how tight they are; ms for an update.
@@ -147,29 +147,50 @@ def probability(f: Forecast, truth: FloatArray) -> FloatArray:
     return total
 
 
-def exact(scene: Scene, noise: FloatArray, i: int, at: npt.NDArray[np.int64], p: ForecastParameters) -> FloatArray:
-    """(len(at), K + 1, 2) by least squares over all that was seen until period `i`, both stiffnesses known."""
+def knowing(
+    scene: Scene, noise: FloatArray, i: int, at: npt.NDArray[np.int64], p: ForecastParameters, told: bool
+) -> FloatArray:  # fmt: skip
+    """(len(at), K + 1, 2) what is expected of oscillators in view from the start by all that was seen until period `i`.
+
+    Args:
+        told: Whether both stiffnesses of each are known; else they are any of the bank's range, weighed by Bayes' rule.
+    """
     assert scene.stiffness is not None
-    out = np.empty((len(at), round(AHEAD[-1] / 0.1) + 1, 2))
-    ahead = 0.1 * np.arange(out.shape[1])
-    for row, j in enumerate(at.tolist()):
-        when = np.flatnonzero(scene.seen[: i + 1, j])
-        z = scene.truth[SKIP * when, j] + noise[when, j]
-        t = PERIOD * (when - i)
-        for axis in range(2):
-            k = scene.stiffness[j, axis]
-            w = math.sqrt(k)
-            far = min(p.usual_reach, p.acceleration / k, p.speed / w)
-
-            def design(t: FloatArray, w: float = w) -> FloatArray:
-                return np.column_stack([np.ones_like(t), np.sin(w * t) / w, 1.0 - np.cos(w * t)])  # x, v, a - x now
-
-            weight = np.diag([0.0, 1.0 / p.usual_speed**2, 1.0 / far**2])
-            rows = design(t)
-            r = ERROR**2 / 4.0
-            solved = np.linalg.solve(rows.T @ rows / r + weight, rows.T @ (z[:, axis] - z[-1, axis]) / r)
-            out[row, :, axis] = z[-1, axis] + design(ahead) @ solved
+    ahead = 0.1 * np.arange(round(AHEAD[-1] / 0.1) + 1)
+    t = PERIOD * np.arange(-i, 1)
+    z = scene.truth[SKIP * np.arange(i + 1)][:, at] + noise[: i + 1, at]
+    out = np.empty((len(at), len(ahead), 2))
+    grid = np.geomspace(p.softest, p.stiffest, 60)
+    likely = -0.5 * np.linspace(-p.ends, p.ends, len(grid)) ** 2
+    for axis in range(2):
+        if told:
+            for row, k in enumerate(scene.stiffness[at, axis].tolist()):
+                out[row, :, axis] = _expected(k, t, ahead, z[:, [row], axis], p)[0][:, 0]
+            continue
+        each = [_expected(k, t, ahead, z[:, :, axis], p) for k in grid.tolist()]
+        score = np.array([evidence for _, evidence in each]) + likely[:, None]
+        weight = np.exp(score - score.max(axis=0))
+        out[:, :, axis] = np.einsum("kn,kan->na", weight / weight.sum(axis=0), np.array([path for path, _ in each]))
     return out
+
+
+def _expected(
+    k: float, t: FloatArray, ahead: FloatArray, z: FloatArray, p: ForecastParameters
+) -> tuple[FloatArray, FloatArray]:
+    """(K + 1, n) what `z` (i + 1, n) at `t` leads to with stiffness `k`, and the logarithm of how likely that is (n,)."""
+    w = math.sqrt(k)
+    far = min(p.usual_reach, p.acceleration / k, p.speed / w)
+    prior = np.diag([1.0, p.usual_speed**2, far**2])  # beside the last place; velocity; the way to the point
+
+    def design(t: FloatArray) -> FloatArray:
+        return np.column_stack([np.ones_like(t), np.sin(w * t) / w, 1.0 - np.cos(w * t)])
+
+    rows = design(t)
+    cov = rows @ prior @ rows.T + ERROR**2 / 4.0 * np.eye(len(t))
+    off = z - z[-1]
+    solved = np.linalg.solve(cov, off)
+    evidence = -0.5 * (off * solved).sum(axis=0) - 0.5 * np.linalg.slogdet(cov)[1]
+    return z[-1] + design(ahead) @ prior @ rows.T @ solved, evidence
 
 
 def measure(scene: Scene, p: ForecastParameters) -> dict[str, Any]:
@@ -205,7 +226,8 @@ def measure(scene: Scene, p: ForecastParameters) -> dict[str, Any]:
         pick = np.flatnonzero(steady[f.identity])
         guesses = {name: mean_path(g)[pick] for name, g in results.items()}
         if scene.stiffness is not None:
-            guesses["exact model"] = exact(scene, noise, i, f.identity[pick], p)
+            guesses["kind known"] = knowing(scene, noise, i, f.identity[pick], p, told=False)
+            guesses["exact model"] = knowing(scene, noise, i, f.identity[pick], p, told=True)
         u = probability(f, truth)[pick]
         for name, path in guesses.items():
             e = np.hypot(*np.moveaxis(truth[pick] - path, 2, 0))[:, looks]
