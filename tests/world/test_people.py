@@ -18,7 +18,7 @@ from clearway.contract import BodyKind, Command
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
-from clearway.world.behaviours.walkers import FASTER, IN_TIME, TOUCH, Sighting, hold_off
+from clearway.world.behaviours.walkers import FASTER, IN_TIME, SLIM, TOUCH, Sighting, hold_off
 from clearway.world.behaviours.wishes import speed_of
 
 RULES = ("orca", "social-force", "headed-social-force")
@@ -88,7 +88,7 @@ def test_eight_who_want_through_each_other_arrive_and_nobody_walks_through_anybo
     people = [walker(f"p{k}", p, (-p[0], -p[1]), behaviour=rule) for k, p in enumerate(at)]
     trial = watch(people, 30.0)
     assert ends(trial, people).max() < 0.3
-    assert nearest(trial) > (0.49 if rule == "orca" else 0.3)  # forces are soft: shoulders touch
+    assert nearest(trial) > (0.49 if rule == "orca" else 0.35)  # forces are soft: shoulders touch
 
 
 @pytest.mark.parametrize("rule", RULES)
@@ -292,6 +292,15 @@ def test_no_contact_with_the_robot_is_missed(seed: int, rule: str, v: float, ome
         px, py = (np.interp(fine, trial.t, trial.moving_obstacles[:, k, c]) for c in (0, 1))
         apart = np.hypot(px - x, py - y) - 0.5
         assert (apart[:-1] > -8e-3).all()  # a line between samples of 0.1 s is off by so much
+
+
+@settings(max_examples=15)
+@given(seed=st.integers(0, 999), rules=st.lists(st.sampled_from(RULES), min_size=8, max_size=8))
+def test_nobody_passes_through_anybody_in_a_throng_at_a_door(seed: int, rules: list[str]) -> None:
+    places = np.random.default_rng(seed).uniform(-2.5, 2.5, (8, 2, 2)).round(3)
+    places[:, 0] = [(side * (0.5 + 0.6 * k), 0.3 * side) for k in range(4) for side in (-1.0, 1.0)]
+    people = [walker(f"p{k}", tuple(a), tuple(b), behaviour=rules[k]) for k, (a, b) in enumerate(places.tolist())]
+    assert nearest(watch(people, 8.0, walls=WALL, seed=seed)) > 0.5 * SLIM - 1e-9
 
 
 @settings(max_examples=15)

@@ -216,7 +216,7 @@ def _interact(count: int, pair: FloatArray, model: SocialForce, push: IntArray) 
         slower = strength / length * exp(-near[p] - (slowing * turned) * (slowing * turned))
         aside = strength / length * exp(-near[p] - (turning * turned) * (turning * turned))
         aside = (aside if across > 0.0 else -aside) if across != 0.0 else 0.0
-        fx[p], fy[p] = _quanta(aside * dy[p] - slower * dx[p]), _quanta(-aside * dx[p] - slower * dy[p])
+        fx[p], fy[p] = quanta(aside * dy[p] - slower * dx[p]), quanta(-aside * dx[p] - slower * dy[p])
 
 
 @light
@@ -262,8 +262,8 @@ def _add_walls(
         force = force if (d > 0.0) & (d < reach) else 0.0
         fx[p], fy[p] = force * fx[p], force * fy[p]
     for p in range(count):
-        total[0] += _quanta(fx[p])
-        total[1] += _quanta(fy[p])
+        total[0] += quanta(fx[p])
+        total[1] += quanta(fy[p])
 
 
 @light
@@ -276,12 +276,12 @@ def _add_group(i: int, bodies: Bodies, group: IntArray, model: SocialForce, tota
             continue
         size += 1
         rx, ry = bodies.position[j, 0] - x, bodies.position[j, 1] - y
-        cx += _quanta(rx)
-        cy += _quanta(ry)
+        cx += quanta(rx)
+        cy += quanta(ry)
         d = math.sqrt(rx * rx + ry * ry)
         if 0.0 < d < model.apart:
-            total[0] -= _quanta(model.repulsion * rx / d)
-            total[1] -= _quanta(model.repulsion * ry / d)
+            total[0] -= quanta(model.repulsion * rx / d)
+            total[1] -= quanta(model.repulsion * ry / d)
     if size == 0:
         return
     ox, oy = cx * QUANTUM / size, cy * QUANTUM / size  # to the centre of the others
@@ -289,16 +289,16 @@ def _add_group(i: int, bodies: Bodies, group: IntArray, model: SocialForce, tota
     if away == 0.0:
         return
     if away * size / (size + 1) > 0.5 * size:  # from the centre of all
-        total[0] += _quanta(model.attraction * ox / away)
-        total[1] += _quanta(model.attraction * oy / away)
+        total[0] += quanta(model.attraction * ox / away)
+        total[1] += quanta(model.attraction * oy / away)
     vx, vy = bodies.velocity[i, 0], bodies.velocity[i, 1]
     turn = abs(atan2(vx * oy - vy * ox, vx * ox + vy * oy)) - model.sight
     if turn > 0.0:
-        total[0] -= _quanta(model.gaze * turn * vx)
-        total[1] -= _quanta(model.gaze * turn * vy)
+        total[0] -= quanta(model.gaze * turn * vx)
+        total[1] -= quanta(model.gaze * turn * vy)
 
 
 @kernel
-def _quanta(value: float) -> int:
+def quanta(value: float) -> int:
     """`value` in whole multiples of `QUANTUM`."""
     return int(np.rint(min(max(value, -_LARGEST), _LARGEST) / QUANTUM))
