@@ -98,7 +98,7 @@ def attempt(scenario: Scenario, gains: Gains) -> tuple[bool, float, str, Any]:
     """Whether it reached the goal, after how long [s], the outcome, and what it saw first."""
     robot, navigator = load_robot("rescue"), Watched(**gains)
     localiser, tracker = make_localiser("truth", robot), make_tracker(scenario.tracking, robot)
-    pilot = compose(navigator, localiser, "truth", tracker=tracker)
+    pilot = compose(navigator, localiser, tracker=tracker)
     trial = simulate(
         scenario, robot, pilot, navigator="colregs-apf", localisation="truth", map=None, tracking=scenario.tracking
     )

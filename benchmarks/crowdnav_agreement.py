@@ -59,7 +59,7 @@ def ends(cases: int) -> dict[str, list[End]]:
     for row in rows:
         batch = f"{row['rule'].partition('_')[0]}-{row['robot']}"
         tracker, localiser = make_tracker("difference", robot), make_localiser("truth", robot)
-        pilot = compose(Orca(), localiser, "truth", tracker=tracker)
+        pilot = compose(Orca(), localiser, tracker=tracker)
         trial = simulate(
             named[batch, f"case-{row['case']}"], robot, pilot, navigator="orca", localisation="truth", raise_errors=True
         )

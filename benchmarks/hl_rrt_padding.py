@@ -33,7 +33,7 @@ def attempt(scenario: Scenario, padding: float, speed: float) -> tuple[str, floa
     """How it ended, and after how long [s]."""
     robot = load_robot("rescue")
     navigator, tracker = HlRrt(padding=padding, speed=speed), make_tracker(scenario.tracking, robot)
-    pilot = compose(navigator, make_localiser("truth", robot), "truth", tracker=tracker)
+    pilot = compose(navigator, make_localiser("truth", robot), tracker=tracker)
     trial = simulate(
         scenario, robot, pilot, navigator="hl-rrt", localisation="truth", map=None, tracking=scenario.tracking
     )

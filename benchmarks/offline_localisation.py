@@ -54,7 +54,7 @@ def driven(robot: Robot, batch: str, trials: int) -> list[tuple[Trial, list[Sens
     found = []
     for scenario in load_suite("hospital").build(robot, Selection(batches=(batch,)), 0)[:trials]:
         kept = Kept()
-        pilot = compose(make_navigator("move-base"), kept, "truth")
+        pilot = compose(make_navigator("move-base"), kept)
         trial = simulate(
             scenario, robot, pilot, navigator="move-base", localisation="truth", map=granted_map(None, scenario)
         )

@@ -97,7 +97,7 @@ def test_it_gives_only_what_is_needed() -> None:
     nothing, everything = needing(), needing("map", "scan", "obstacles")
     for navigator in (nothing, everything):
         localiser, tracker = Here(), Follows()
-        pilot = compose(navigator, localiser, "truth", tracker=tracker)
+        pilot = compose(navigator, localiser, tracker=tracker)
         start(pilot)
         decision = pilot.decide(sensing())
         assert localiser.task.map is GRID  # a localiser may always have it
@@ -119,14 +119,14 @@ def test_a_tracker_is_not_asked_for_nothing() -> None:
         def update(self, sensing: Sensing, pose: np.ndarray) -> Obstacles:
             raise AssertionError
 
-    pilot = compose(needing("scan"), Here(), "truth", tracker=Breaks())
+    pilot = compose(needing("scan"), Here(), tracker=Breaks())
     start(pilot)
     assert pilot.decide(sensing()).command == Command(0.1, 0.2)
 
 
 def test_a_navigator_that_needs_obstacles_gets_them_from_the_lidar_where_there_is_no_camera() -> None:
     navigator = needing("obstacles")
-    pilot = compose(navigator, Here(), "truth", tracker=make_tracker("kalman", ROBOT))
+    pilot = compose(navigator, Here(), tracker=make_tracker("kalman", ROBOT))
     start(pilot)
     pilot.decide(sensing(obstacles=None))
     seen = navigator.seen.obstacles
@@ -138,8 +138,8 @@ def test_a_navigator_that_needs_obstacles_gets_them_from_the_lidar_where_there_i
 
 def test_what_is_needed_and_not_there_is_an_error() -> None:
     with pytest.raises(ClearwayError, match="needs obstacles"):
-        compose(needing("obstacles"), Here(), "truth")
-    pilot = compose(needing("scan"), Here(), "truth")
+        compose(needing("obstacles"), Here())
+    pilot = compose(needing("scan"), Here())
     start(pilot)
     with pytest.raises(ClearwayError, match="needs scans"):
         pilot.decide(sensing(scan=None))
@@ -150,12 +150,12 @@ def test_random_streams_are_keyed_by_name() -> None:
     draws = []
     for n in (1, 7):
         navigator, localiser, tracker = needing("obstacles"), Here(n), Follows()
-        start(compose(navigator, localiser, "truth", tracker=tracker))
+        start(compose(navigator, localiser, tracker=tracker))
         draws.append(navigator.drawn.tolist())
         assert len({navigator.drawn[0], localiser.drawn[0], tracker.drawn[0]}) == 3
     assert draws[0] == draws[1]
     other = needing()
-    start(compose(other, Here(), "truth"), seed=2)
+    start(compose(other, Here()), seed=2)
     assert other.drawn.tolist() != draws[0]
 
 
@@ -164,7 +164,7 @@ def test_diagnostics_are_asked_for_every_half_second() -> None:
         def diagnostics(self) -> Diagnostics:
             return Diagnostics(status="on")
 
-    pilot = compose(Shows(), Here(), "truth")
+    pilot = compose(Shows(), Here())
     for _ in range(2):  # a new trial begins anew
         start(pilot)
         shown = [i for i in range(21) if pilot.decide(sensing(0.1 * i)).diagnostics is not None]
@@ -180,7 +180,7 @@ def test_diagnostics_are_copied_to_the_millimetre_and_checked() -> None:
 
     navigator = Shows()
     navigator.tube = None
-    pilot = compose(navigator, Here(), "truth")
+    pilot = compose(navigator, Here())
     start(pilot)
     shown = pilot.decide(sensing()).diagnostics
     assert shown is not None
@@ -200,7 +200,7 @@ def test_a_decision_that_hangs_is_broken_off() -> None:
             except Exception:  # a navigator that swallows everything can't swallow this
                 return Command(0.0, 0.0)
 
-    pilot = compose(Hangs(), Here(), "truth", decision_limit=0.1)
+    pilot = compose(Hangs(), Here(), decision_limit=0.1)
     start(pilot)
     began = time.perf_counter()
     with pytest.raises(TookTooLong, match=r"took longer than 0.1 s"):
@@ -218,11 +218,11 @@ def test_leaving_the_debugger_is_no_failure_of_the_navigator(quits: str) -> None
             exec(quits, {"__name__": "pdb"})
             raise AssertionError
 
-    pilot = compose(Debugged(), Here(), "truth", decision_limit=None)
+    pilot = compose(Debugged(), Here(), decision_limit=None)
     start(pilot)
     with pytest.raises(KeyboardInterrupt):
         pilot.decide(sensing())
-    watched = compose(Debugged(), Here(), "truth", decision_limit=60.0)
+    watched = compose(Debugged(), Here(), decision_limit=60.0)
     start(watched)
     with pytest.raises((bdb.BdbQuit, RuntimeError)):
         watched.decide(sensing())
@@ -239,7 +239,7 @@ def test_compiling_does_not_count_as_hanging() -> None:
 
             return Command(float(slow(0.0)), 0.0)
 
-    pilot = compose(Compiles(), Here(), "truth", decision_limit=0.05)
+    pilot = compose(Compiles(), Here(), decision_limit=0.05)
     start(pilot)
     began = time.perf_counter()
     assert pilot.decide(sensing()).command.v == 0.0
@@ -258,7 +258,7 @@ def test_an_alarm_that_python_drops_is_rung_again() -> None:
             time.sleep(10.0)
             return Command(0.0, 0.0)
 
-    pilot = compose(Drops(), Here(), "truth", decision_limit=0.1)
+    pilot = compose(Drops(), Here(), decision_limit=0.1)
     start(pilot)
     with pytest.raises(TookTooLong):
         pilot.decide(sensing())
@@ -313,9 +313,7 @@ def test_nothing_that_a_navigator_is_given_can_be_written() -> None:
     cells, tables = grid.data.copy(), robot.model_dump()
     for localisation in ("truth", "amcl"):
         navigator = Scribbler()
-        pilot = compose(
-            navigator, make_localiser(localisation, robot), localisation, tracker=make_tracker("kalman", robot)
-        )
+        pilot = compose(navigator, make_localiser(localisation, robot), tracker=make_tracker("kalman", robot))
         legs = (suite[0].legs[0].model_copy(update={"time_limit": 1.0}), *suite[0].legs[1:])
         short = suite[0].model_copy(update={"legs": legs})
         trial = simulate(short, robot, pilot, navigator="scribbler", localisation=localisation, map=grid)
@@ -372,7 +370,7 @@ def test_what_a_navigator_is_told_is_its_own() -> None:
     shared, budget = grid.read_only(), Budget(iterations=7)
     cells, trials = shared.data.copy(), []
     for navigator in (Honest(), Forger(), Honest()):
-        pilot = compose(navigator, make_localiser("amcl", robot), "amcl")
+        pilot = compose(navigator, make_localiser("amcl", robot))
         trials.append(
             simulate(
                 scenario,
@@ -409,7 +407,7 @@ def test_the_goal_that_it_is_judged_by_is_not_the_navigators() -> None:
     robot = load_robot("hosbot")
     scenario = load_suite("hospital").build(robot, Selection(batches=("NO",), repetitions=1), 0)[0]
     for navigator in (Careless(), Cheat()):
-        pilot = compose(navigator, make_localiser("truth", robot), "truth")
+        pilot = compose(navigator, make_localiser("truth", robot))
         trial = simulate(scenario, robot, pilot, navigator="own", localisation="truth", map=None)
         row = score_row(trial)
         assert not row["success"]

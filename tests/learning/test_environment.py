@@ -79,7 +79,7 @@ def navigated(episode: Episode) -> list[Trial]:
     drivers, scenario = [], episode.scenario
     for robot in episode.robots:
         localiser, tracker = make_localiser(scenario.localisation, robot), make_tracker(scenario.tracking, robot)
-        pilot = compose(Straight(), localiser, scenario.localisation, tracker=tracker)
+        pilot = compose(Straight(), localiser, tracker=tracker)
         drivers.append(Driver(robot, pilot, "straight", scenario.localisation, map=granted_map(None, scenario)))
     return simulate_all(scenario, drivers)
 

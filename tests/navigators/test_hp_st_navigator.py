@@ -32,7 +32,7 @@ TRIALS = (("sar-case1", 0), ("sar-case1", 4), ("sar-case2", 1), ("sar-case3", 0)
 def trial(suite: str, index: int, guarantee: str, factor: float | None = None) -> Trial:
     """A frozen scenario of a suite, driven as a run does it."""
     navigator = HpSt(guarantee)
-    pilot = compose(navigator, make_localiser("truth", RESCUE), "truth", tracker=make_tracker("difference", RESCUE))
+    pilot = compose(navigator, make_localiser("truth", RESCUE), tracker=make_tracker("difference", RESCUE))
     scenario = load_suite(suite).build(RESCUE, Selection(disturbance=factor))[index]
     return simulate(scenario, RESCUE, pilot, navigator="hp-st", localisation="truth", map=None)
 
@@ -84,7 +84,7 @@ def test_evasive_is_passive_where_nobody_would_hit_it(suite: str, index: int) ->
 def test_one_that_senses_and_acts_late_keeps_the_guarantee(suite: str, index: int, latency: dict[str, float]) -> None:
     robot = RESCUE.model_copy(update={"latency": LatencySpec(**latency)})
     navigator = HpSt("passive")
-    pilot = compose(navigator, make_localiser("truth", robot), "truth", tracker=make_tracker("difference", robot))
+    pilot = compose(navigator, make_localiser("truth", robot), tracker=make_tracker("difference", robot))
     scenario = load_suite(suite).build(robot, Selection())[index]
     ran = simulate(scenario, robot, pilot, navigator="hp-st", localisation="truth", map=None)
     assert ran.velocity is not None

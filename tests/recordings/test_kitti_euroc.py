@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from text_captures import capture, damaged, nothing_but_clearway_errors
+from text_captures import damaged, nothing_but_clearway_errors
 
 from clearway.errors import ClearwayError
 from clearway.recordings import formats
@@ -161,25 +161,6 @@ def test_a_description_beside_it_counts_more(tmp_path: Path) -> None:
     toml = '[time]\ncolumn = "timestamp [ns]"\nunit = "ns"\n[bodies.imu]\nx = "p_RS_R_x [m]"\ny = "p_RS_R_y [m]"\n'
     (tmp_path / "data.csv.toml").write_text(toml)
     assert list(of(EUROC.replace(", ", ","), tmp_path).tracks) == ["imu"]
-
-
-@pytest.mark.parametrize("name", ["kitti", "euroc"])
-def test_what_is_written_comes_back(name: str, tmp_path: Path) -> None:
-    made, path = capture(), tmp_path / "back.txt"
-    write = formats.formats()[name].write
-    assert write is not None
-    write(path, made)
-    back, cart = formats.read(path), made.tracks["cart"]
-    assert back.format == name
-    there = np.isfinite(cart.position).all(axis=1)
-    track = back.tracks["trajectory"]
-    assert back.epoch == pytest.approx(made.epoch, abs=1e-6)
-    np.testing.assert_allclose(track.t, cart.t[there], atol=3e-7)
-    np.testing.assert_allclose(track.position, cart.position[there], atol=1e-8)
-    assert track.orientation is not None
-    assert cart.orientation is not None
-    same = np.abs((track.orientation * cart.orientation[there]).sum(axis=1))
-    np.testing.assert_allclose(same, 1.0, atol=1e-8)
 
 
 @settings(max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])

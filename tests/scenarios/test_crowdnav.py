@@ -33,7 +33,7 @@ def build(suite: str = "crowd", **selection: Any) -> list[Scenario]:
 
 def drive(scenario: Scenario, **options: Any) -> Trial:
     pilot = compose(
-        Orca(**options), make_localiser("truth", ROBOT), "truth", tracker=make_tracker("difference", ROBOT)
+        Orca(**options), make_localiser("truth", ROBOT), tracker=make_tracker("difference", ROBOT)
     )  # fmt: skip
     return simulate(scenario, ROBOT, pilot, navigator="orca", localisation="truth")
 

@@ -228,7 +228,7 @@ def _drive(navigator: Navigator, robot: Robot, situation: Situation, decision_li
     run, scenario = _Watched(navigator, situation), _scenario(situation, robot)
     tracker = make_tracker(scenario.tracking, robot) if "obstacles" in run.needs else None
     watched: Any = run  # a Navigator, but that its `needs` are those of another
-    pilot = compose(watched, make_localiser("truth", robot), "truth", tracker=tracker, decision_limit=decision_limit)
+    pilot = compose(watched, make_localiser("truth", robot), tracker=tracker, decision_limit=decision_limit)
     try:
         run.trial = simulate(
             scenario, robot, pilot, navigator="checked", localisation="truth",

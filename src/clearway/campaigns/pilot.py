@@ -64,7 +64,6 @@ class _Alarm(BaseException):
 def compose(
     navigator: Navigator,
     localiser: Localiser,
-    localisation: str,
     *,
     tracker: Tracker | None = None,
     decision_limit: float | None = DECISION_LIMIT,
@@ -74,7 +73,6 @@ def compose(
     Args:
         navigator: Who decides; it gets what its `needs` asks for (the map, scans, obstacles) and nothing else.
         localiser: What gives the pose that the navigator believes in.
-        localisation: The localiser's name, for messages.
         tracker: What gives the obstacles of a navigator that needs them; not asked for one that doesn't.
         decision_limit: Wall clock after which a decision is broken off with `TookTooLong`, s; None: never. It works in
             the main thread of a process, where signals arrive, and can't stop code that never comes back to Python.
@@ -82,7 +80,7 @@ def compose(
     Raises:
         ClearwayError: the navigator needs obstacles, and there is no tracker.
     """
-    return Composed(navigator, localiser, localisation, tracker, decision_limit)
+    return Composed(navigator, localiser, tracker, decision_limit)
 
 
 class Composed:
@@ -92,11 +90,10 @@ class Composed:
         self,
         navigator: Navigator,
         localiser: Localiser,
-        localisation: str,
         tracker: Tracker | None,
         decision_limit: float | None,
     ) -> None:
-        self._navigator, self._localiser, self._localisation = navigator, localiser, localisation
+        self._navigator, self._localiser = navigator, localiser
         self._limit = decision_limit
         self._prepare_limit = prepare_limit(decision_limit)
         self._watch = _Watchdog()

@@ -174,7 +174,7 @@ def _driver(
     options = plan.options.get(name, {})
     navigator = guarded(prepare_limit(limit), "to be made", partial(make_navigator, name, **options))
     after.callback(dismiss, navigator, limit)
-    pilot = compose(navigator, localiser, spec.localisation, tracker=tracker, decision_limit=limit)
+    pilot = compose(navigator, localiser, tracker=tracker, decision_limit=limit)
     return Driver(
         robot, pilot, map=granted, budget=spec.setup.budget, real_time=spec.setup.real_time, **_about(spec, name, known)
     )

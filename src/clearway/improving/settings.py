@@ -229,7 +229,6 @@ class Together:
 
     def __init__(self, robot: str, navigator: str, variables: Sequence[Variable]) -> None:
         self._options = {v.name for v in variables if v.option}
-        self._navigator = navigator
         in_file = any(not v.option for v in variables)
         kind = InYaml if "params" in split_options(navigator)[1] else InRobotFile
         self._file: Settings = kind(robot, navigator) if in_file else InOptions(robot, navigator)

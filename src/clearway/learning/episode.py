@@ -61,7 +61,7 @@ class Equipment:
         self.robot = robot
         localiser = make_localiser(localisation, robot)
         tracker = make_tracker(tracking, robot) if seeing.obstacles else None
-        self._pilot = compose(_Learner(seeing.needs), localiser, localisation, tracker=tracker, decision_limit=None)
+        self._pilot = compose(_Learner(seeing.needs), localiser, tracker=tracker, decision_limit=None)
         self._names: Any = {"localisation": localisation, "tracking": tracking if seeing.obstacles else ""}
 
     def driver(self, scenario: Scenario) -> Driver:

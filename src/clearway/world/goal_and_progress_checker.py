@@ -64,7 +64,7 @@ class GoalAndProgressChecker:
     """
 
     def __init__(self, legs: Sequence[Leg], rules: Sequence[LegSpec], livelock: bool, pose: FloatArray) -> None:
-        self._legs, self._clocks, self._livelock = legs, [rule.clock_starts_after for rule in rules], livelock
+        self._legs, self._livelock = legs, livelock
         self.rules = [_row(leg, rule) for leg, rule in zip(legs, rules, strict=True)]
         self.progress = [math.nan] * PROGRESS_STATE
         self.spans: list[Span] = []

@@ -95,7 +95,7 @@ def test_retuning_removes_a_livelock() -> None:
     outcomes = []
     for navigator in (ColregsApf(**by_hand), RetunedColregsApf()):
         tracker = make_tracker(scenario.tracking, robot)
-        pilot = compose(navigator, make_localiser("truth", robot), "truth", tracker=tracker)
+        pilot = compose(navigator, make_localiser("truth", robot), tracker=tracker)
         trial = simulate(scenario, robot, pilot, navigator="colregs-apf", localisation="truth", map=None)
         outcomes.append(trial.outcome)
     assert outcomes == [Outcome.LIVELOCK, Outcome.REACHED]

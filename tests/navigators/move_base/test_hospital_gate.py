@@ -24,7 +24,7 @@ def test_around_a_gate_in_less_than_twice_the_undisturbed_time(name: str) -> Non
     robot = load_robot(name)
     chosen = Selection(configurations=("perpendicular",), speeds=(0.6,), sizes=(0.03,), gaps=(1.0,), repetitions=1)
     (scenario,) = load_suite("hospital").build(robot, chosen, 0)
-    pilot = compose(MoveBase(), make_localiser("truth", robot), "truth")
+    pilot = compose(MoveBase(), make_localiser("truth", robot))
     trial = simulate(
         scenario, robot, pilot, navigator="move-base", localisation="truth", map=granted_map(None, scenario)
     )

@@ -29,8 +29,6 @@ _MESSAGE_HEAD = struct.Struct("<HIQQ")
 class _Chunk:
     at: int  # of its header
     end: int
-    start_time: int
-    end_time: int
     index: dict[int, Times] = field(default_factory=dict)
 
 
@@ -146,9 +144,9 @@ class McapStore(OneFile):
         self.channels[number] = Channel(number, topic, *_typed(encoding, self._schemas.get(schema, ("", "", ""))))
 
     def _chunk(self, begin: int, end: int, allowance: Allowance) -> None:
-        first, last, claimed, _ = _CHUNK_HEAD.unpack(self._file.read(_CHUNK_HEAD.size))
+        _, _, claimed, _ = _CHUNK_HEAD.unpack(self._file.read(_CHUNK_HEAD.size))
         allowance.take(end - begin, claimed)
-        self._chunks.append(_Chunk(begin, end, first, last))
+        self._chunks.append(_Chunk(begin, end))
 
     def _unpack(self, chunk: _Chunk) -> bytes:
         self._file.seek(chunk.at)

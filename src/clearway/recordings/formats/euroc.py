@@ -18,7 +18,7 @@ import pyarrow as pa
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats import beside, table, tum
-from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, header_of, pieces, split, written
+from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, header_of, pieces, split
 from clearway.recordings.formats.format import Format, look_by
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.recording import Recording, Track, Want
@@ -127,23 +127,4 @@ def _columns(path: Path, dialect: Dialect, stamp: str, numbers: list[str]) -> tu
     return np.concatenate(stamps), np.concatenate(rows)
 
 
-def write(path: Path, recording: Recording) -> None:
-    """The recording's first track with a heading. Poses that were not measured are left out.
-
-    Raises:
-        ClearwayError: there is no such track, or the file can't be written.
-    """
-    track = next((x for x in recording.tracks.values() if x.orientation is not None), None)
-    if track is None or track.orientation is None:
-        raise ClearwayError("there is no track with a heading to write", file=path)
-    q = track.orientation[:, [3, 0, 1, 2]]
-    rows = np.column_stack((track.position, q))
-    there = np.isfinite(rows).all(axis=1)
-    stamps = np.rint(track.t[there] * 1e9).astype(np.int64) + round((recording.epoch or 0.0) * 1e9)
-    with written(path) as f:
-        f.write(", ".join(HEADER) + "\n")
-        for stamp, row in zip(stamps.tolist(), rows[there], strict=True):
-            f.write(f"{stamp}," + ",".join(f"{x:.9f}" for x in row) + "\n")
-
-
-FORMATS = (Format("euroc", "EuRoC ground truth (CSV)", (), sniff, read, look_by(read), write),)
+FORMATS = (Format("euroc", "EuRoC ground truth (CSV)", (), sniff, read, look_by(read)),)

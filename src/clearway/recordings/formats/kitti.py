@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats import beside
-from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, stacked, written
+from clearway.recordings.formats.delimited import Dialect, first_lines, head_of, is_number, pieces, stacked
 from clearway.recordings.formats.format import Format, look_by
 from clearway.recordings.formats.text import encoding_of
 from clearway.recordings.formats.tum import ordered
@@ -93,25 +93,6 @@ def read(path: Path, want: Want) -> Recording:
     return Recording(path, "kitti", tracks={NAME: track}, epoch=epoch, notes=(*said, *notes), up=hints.up)
 
 
-def write(path: Path, recording: Recording) -> None:
-    """The recording's first track with a camera's axes, and its times beside it in `NAME_times.txt`. Poses without a heading are
-    left out.
-
-    Raises:
-        ClearwayError: there is no track with a heading, or a file can't be written.
-    """
-    track = next((x for x in recording.tracks.values() if x.orientation is not None), None)
-    if track is None or track.orientation is None:
-        raise ClearwayError("there is no track with a heading to write", file=path)
-    there = np.isfinite(np.column_stack((track.position, track.orientation))).all(axis=1)
-    turned = _CAMERA.inv() * Rotation.from_quat(track.orientation[there]) * _CAMERA
-    pose = np.concatenate((turned.as_matrix(), _CAMERA.inv().apply(track.position[there])[:, :, None]), axis=2)
-    with written(path) as f:
-        np.savetxt(f, pose.reshape(-1, 12), fmt="%.12e")
-    with written(path.with_name(f"{path.stem}_times.txt")) as f:
-        np.savetxt(f, track.t[there] + (recording.epoch or 0.0), fmt="%.9f")
-
-
 def _times(path: Path, hints: Hints, count: int) -> tuple[FloatArray, tuple[str, ...]]:
     """When each pose was taken, s, and where that stands."""
     if hints.rate is not None and hints.times is None:
@@ -151,4 +132,4 @@ def _numbers(path: Path, width: int) -> FloatArray:
         raise ClearwayError(f"{error.problem}; a line has {width} numbers", file=path) from error
 
 
-FORMATS = (Format("kitti", "KITTI poses", (), sniff, read, look_by(read), write),)
+FORMATS = (Format("kitti", "KITTI poses", (), sniff, read, look_by(read)),)
