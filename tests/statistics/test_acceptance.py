@@ -124,6 +124,8 @@ def test_each_group_has_to_meet_it(tmp_path: Path):
     with pytest.raises(ClearwayError, match=r"criterion\.0\.where\.batch: unknown batch 'CE'; .*known: MO, SO"):
         verdict(trials(60), tmp_path, text.replace("MO", "CE"))
     assert judge([trials(60)], asked(text.replace("MO", "CE"), tmp_path), complete=False).criteria[1].trials == 0
+    with pytest.raises(ClearwayError, match=r"criterion\.0\.where\.batch: unknown batch 'M0'; did you mean 'MO'"):
+        verdict(trials(60), tmp_path, SUCCESS + 'where = { batch = ["SO", "M0"] }\n')
 
 
 def test_simulated_trials_count_in_a_drawn_order_that_no_robot_changes(tmp_path: Path):
@@ -197,6 +199,11 @@ LIMITS = {
     'indicator = "TCS"\nat_least = 101.0': "no trial can meet it: TCS is never more than 100 %",
     'indicator = "MDO"\nat_least = 0.0': "every trial meets it",
     'indicator = "outcome"\nat_least = 1': "outcome is a word; one_of or none_of says what conforms",
+    'indicator = "moved_at_contact"\nnone_of = ["Robot"]': "none_of: unknown moved_at_contact 'Robot'; did you mean 'robot'",
+    'indicator = "outcome"\none_of = ["sucess"]': "one_of: unknown outcome 'sucess'; .*known: aborted, collision, .*reached",
+    'indicator = "failure"\nnone_of = ["colision"]': "unknown failure 'colision'; did you mean 'collision'",
+    'indicator = "outcome"\nnone_of = [""]': "unknown outcome ''",
+    'indicator = "success"\nwhere = { source = "simulatd" }': "where.source: unknown source 'simulatd'; did you mean 'simulated'",
 }  # fmt: skip
 
 

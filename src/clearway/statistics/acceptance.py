@@ -304,15 +304,15 @@ def _same(cell: Any, value: Any) -> bool:
 
 
 def _refuse_nothing(rows: Sequence[Row], where: Mapping[str, Any], at: str, complete: bool) -> None:
-    """Nothing, unless no row fits."""
-    if not complete or any(fits(r, where) for r in rows):
+    """Nothing, unless no row fits, or none has one of the values: a group of which a part is misspelt is not the one that is meant."""
+    if not complete:
         return
     for name, value in where.items():
-        known = {word(r.get(name)) for r in rows}
         for v in value if isinstance(value, tuple) else (value,):
             if not any(_same(r.get(name), v) for r in rows):
-                raise unknown(name, word(v), known, field=f"{at}.{name}")
-    raise ClearwayError(f"no trial is of this group{_of(where)}" if where else "there is no trial", field=at)
+                raise unknown(name, word(v), {word(r.get(name)) for r in rows}, field=f"{at}.{name}")
+    if not any(fits(r, where) for r in rows):
+        raise ClearwayError(f"no trial is of this group{_of(where)}" if where else "there is no trial", field=at)
 
 
 def _system(rows: Sequence[Row]) -> str:

@@ -15,18 +15,38 @@ from typing import Any, Literal
 import pyarrow as pa
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from clearway.contract import BodyKind
 from clearway.errors import ClearwayError, shown, unknown
 from clearway.indicators import INDICATORS, row_schema
+from clearway.indicators.avoidable import CLASSES
 from clearway.quantities import Finite, Whole
 from clearway.reading import read_toml
 from clearway.statistics.betting import MOST, rule
 from clearway.statistics.proportions import checked_probability
 from clearway.statistics.samples import reliability_shown
 from clearway.trials.store import results_schema
+from clearway.trials.trial import Outcome
+from clearway.tuning import Tuned
 from clearway.validation import problems
 
 MANY = 100
 """Criteria in a file."""
+
+_CONTACT_FREE = tuple(o.value for o in Outcome if o not in (Outcome.REACHED, Outcome.COLLISION))
+WORDS: dict[str, tuple[str, ...]] = {
+    "outcome": tuple(Outcome),
+    "failure": ("", "collision", "collision at rest", *_CONTACT_FREE, "unfinished", "DE", "OE", "DE+OE"),
+    "cause": (
+        "", "contact at rest", "crushing zone", "iteration limit", "input-limit violation", "infeasible", "unforeseen",
+        *_CONTACT_FREE, "unfinished", "DE", "OE", "DE+OE",
+    ),
+    "moved_at_contact": ("", "robot", "obstacle", "both", "neither"),
+    "touched": ("", *BodyKind),
+    "avoidable": ("", *CLASSES),
+    "tuned": tuple(Tuned),
+    "source": ("simulated", "recorded"),
+}  # fmt: skip
+"""All words of the columns that have no others: one that is misspelt would fit no trial, and `none_of` would let every trial pass."""
 
 Label = str | bool | Finite
 """A value of a column by which trials are chosen."""
@@ -222,6 +242,14 @@ def _columns_there(where: Mapping[str, Any], at: str) -> None:
             if isinstance(v, str) != word:
                 kind = "text" if word else "a number, true or false"
                 raise ClearwayError(f"{shown(v)} is wrong: the column holds {kind}", field=f"{at}.{name}")
+            if word:
+                _known(name, v, f"{at}.{name}")
+
+
+def _known(column: str, value: str, at: str) -> None:
+    """Refuse a word that the column can't have."""
+    if column in WORDS and value not in WORDS[column]:
+        raise unknown(column, value, filter(None, WORDS[column]), field=at)
 
 
 def _limit(one: Criterion, at: str) -> None:
@@ -240,6 +268,8 @@ def _limit(one: Criterion, at: str) -> None:
             raise ClearwayError(f"{name} is {what}; {' or '.join(allowed)} says what conforms", field=f"{at}.{field}")
     if (word and len(given) != 1) or not (word or yes or given):
         raise ClearwayError(f"{name} needs a limit: {' or '.join(allowed)}", field=at)
+    for v in (*one.one_of, *one.none_of):
+        _known(name, v, f"{at}.{given[0]}")
     low = -math.inf if one.at_least is None else one.at_least
     high = math.inf if one.at_most is None else one.at_most
     if low > high:
