@@ -15,7 +15,9 @@ from command_line import Shell
 from tests.reports.synthetic_results import write_campaign
 
 import clearway
+from clearway.errors import ClearwayError
 from clearway.scenarios.suites import Selection
+from clearway.trials.store import Results
 
 MET = 'title = "Ward 3"\n[[criterion]]\nname = "arrives"\nindicator = "success"\nshare = 0.6\n'
 BROKEN = '[[criterion]]\nname = "keeps clear"\nindicator = "MDO"\nat_least = 2.0\nshare = 0.9\n'
@@ -74,6 +76,27 @@ def test_wrong_input_is_no_verdict(
     assert found.code == 64
     assert said in found.err
     assert "Traceback" not in found.err
+
+
+def test_results_of_another_system_are_no_more_trials_of_this_one(results: Path, tmp_path: Path):
+    said = open_results(results).campaign
+
+    def with_(name: str, change: dict[str, object]) -> Results:
+        return Results(tmp_path / name, said | change)
+
+    (robot,) = said["robots"]
+    heavy = with_("heavy", {"robots": {robot: said["robots"][robot] | {"d_base": 0.7}}})
+    newer = with_("newer", {"code": said.get("code", {}) | {"clearway": "0123"}})
+    spec = {"file": "a.csv", "span": None}
+    lab, again = (with_(n, {"attempted": [spec], "files": {"a.csv": "0123"}}) for n in ("lab", "again"))
+    asked = criteria(tmp_path, MET)
+    for first, second, why in (
+        (open_results(results), heavy, r"differ in robots\.tiago\.d_base, which is 0\.7 here and 0\.54 there"),
+        (with_("older", {"code": {"clearway": "4567"}}), newer, r"differ in code\.clearway, which is '0123' here"),
+        (lab, again, r"again: holds the recording 'a\.csv', as .*lab does; each trial counts once"),
+    ):
+        with pytest.raises(ClearwayError, match=why):
+            accept(asked, first, second)
 
 
 def test_a_failure_of_ours_is_no_verdict(

@@ -154,6 +154,14 @@ def test_what_depends_is_refused(tmp_path: Path):
         ClearwayError, match=r"where\.navigator: a verdict is on one, and there are several: orca, hp-st"
     ):
         verdict(trials(4, navigator=lambda i: "orca" if i < 2 else "hp-st"), tmp_path)
+    placed = trials(4, source="simulated", localisation="amcl")
+    for other in (same, trials(4, source="simulated", seed=lambda i: 9 + i, localisation="truth")):
+        with pytest.raises(
+            ClearwayError, match=r"where\.localisation: a verdict is on one, and there are several: amcl,"
+        ):
+            judge([placed, other], asked(SUCCESS, tmp_path))
+    elsewhere = trials(4, source="simulated", suite="other", localisation="truth")  # whose scenarios say so
+    assert judge([placed, elsewhere], asked(SUCCESS, tmp_path)).criteria[0].trials == 8
     mixed = trials(80, navigator=lambda i: "orca" if i % 2 else "hp-st")
     assert verdict(mixed, tmp_path, '[where]\nnavigator = "orca"\n' + SUCCESS).criteria[0].trials == 40
 
@@ -187,6 +195,8 @@ WRONG = {
     'share = 0.9\neach = "batch"': r"say each of which: where = \{ batch",
     'share = 0.9\nwhere = { bach = "SO" }': "unknown column 'bach'; did you mean 'batch'",
     'share = 0.9\nwhere = { speed = "fast" }': "'fast' is wrong: the column holds a number",
+    'share = 0.9\nwhere = { success = true }': "where.success: success is known only after a trial",
+    'share = 0.9\nwhere = { failure = "" }': "failure is known only after a trial, .*batch, .*are known before",
     'share = 0.9\nat_least = 1': "success is a yes or no; is says what conforms",
     'sahre = 0.9': "unknown key; did you mean 'share'",
 }  # fmt: skip

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from clearway.api.arguments import NavigatorLike, free_directory, strings
 from clearway.api.results import open_results
@@ -15,7 +16,7 @@ from clearway.campaigns.pilot import prepare_limit
 from clearway.campaigns.pool import pool, workers_of
 from clearway.campaigns.progress import ProgressCallback
 from clearway.campaigns.variants import variants
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 from clearway.given import PREFIX
 from clearway.improving.tune import tune as run_tuning
 from clearway.improving.tuning import Tuning
@@ -26,6 +27,7 @@ from clearway.scenarios.suites import load_suite
 from clearway.searching.breaks import Breaks
 from clearway.searching.breaks import find_breaks as search_breaks
 from clearway.trials import store
+from clearway.trials.differences import first_in_json
 
 if TYPE_CHECKING:
     from clearway.navigators.common.parameter_table import ParameterTable
@@ -70,6 +72,7 @@ def accept(
     paths = [os.path.realpath(one.path) for one in opened]
     if twice := next((p for p in paths if paths.count(p) > 1), None):
         raise ClearwayError("is named twice; each trial counts once", file=twice)
+    _refuse_others(opened)
     file = None if not isinstance(criteria, str | Path) else criteria
     asked = load_criteria(criteria) if isinstance(criteria, str | Path) else criteria
     planned = None if test_plan is None else labels_in(load_test_plan(test_plan))
@@ -82,6 +85,37 @@ def accept(
     if junit is not None:
         write_junit(found, Path(junit))
     return found
+
+
+def _refuse_others(opened: Sequence[store.Results]) -> None:
+    """Nothing, unless what bears one name is another robot, navigator or Clearway in some of the results, or they share a recording.
+
+    Raises:
+        ClearwayError: it is, or they do.
+    """
+    known: dict[tuple[str, str], tuple[Any, Path]] = {}
+    recordings: dict[tuple[str, str], Path] = {}
+    for one in opened:
+        said = one.campaign
+        plan = said.get("plan") or {}
+        options = {name: plan.get("options", {}).get(name) for name in plan.get("navigators", ())}
+        for kind, named in (("robots", said.get("robots", {})), ("code", said.get("code", {})), ("options", options)):
+            for name, own in named.items():
+                other, folder = known.setdefault((kind, name), (own, one.path))
+                if (differs := first_in_json(f"{kind}.{name}", other, own)) is not None:
+                    at, was, now = differs
+                    raise ClearwayError(
+                        f"is not on the same system as {folder}: they differ in {at}, which is {shown(now)} here and {shown(was)} "
+                        "there; a verdict is on one, so make one of them anew",
+                        file=one.path,
+                    )
+        for spec in said.get("attempted", ()):
+            recording = (said["files"].get(spec["file"]), json.dumps(spec.get("span")))
+            if recording[0] and (folder := recordings.setdefault(recording, one.path)) != one.path:
+                raise ClearwayError(
+                    f"holds the recording {shown(spec['file'])}, as {folder} does; each trial counts once",
+                    file=one.path,
+                )
 
 
 def acceptance_plan(criteria: str | Path | Criteria, rates: Iterable[float] = ()) -> list[Outlook]:

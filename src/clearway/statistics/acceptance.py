@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,8 @@ from clearway.trials.trial import UNUSABLE
 Row = dict[str, Any]
 _OF_A_CONTACT = ("moved_at_contact", "touched", "avoidable")
 _IDENTITY = ("suite", "scenario", "seed", "member")
+_SENSES = ("localisation", "tracking")
+"""Of the system too; but scenarios may name their own, so that those of another suite or batch may have others."""
 
 
 class Decision(StrEnum):
@@ -321,6 +323,14 @@ def _system(rows: Sequence[Row]) -> str:
         column = next(c for i, c in enumerate(SYSTEM) if len({f[i] for f in found}) > 1)
         names = ", ".join(dict.fromkeys(word(f[SYSTEM.index(column)]) for f in found))
         raise ClearwayError(f"a verdict is on one, and there are several: {names}; say which", field=f"where.{column}")
+    senses: dict[Any, Any] = {}
+    for r, column in product(rows, _SENSES):
+        other, own = senses.setdefault((r.get("suite"), r.get("batch"), column), r.get(column)), r.get(column)
+        if own != other:
+            raise ClearwayError(
+                f"a verdict is on one, and there are several: {word(other)}, {word(own)}; say which",
+                field=f"where.{column}",
+            )
     return ", ".join(str(part) for part in found[0] if part) if found else ""
 
 
@@ -334,7 +344,7 @@ def _refuse_dependent(rows: Sequence[Row]) -> None:
                 field="where.member",
             )
         if r.get("source") == "simulated":
-            test = tuple(r.get(c) for c in (*_IDENTITY, "localisation", "tracking"))
+            test = tuple(r.get(c) for c in _IDENTITY)
             if test in tests:
                 raise ClearwayError(
                     f"trial {r['trial']} is the same test as trial {tests[test]}: {shown(r.get('scenario'))} with seed {r.get('seed')}; "

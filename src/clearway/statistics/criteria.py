@@ -48,6 +48,13 @@ WORDS: dict[str, tuple[str, ...]] = {
 }  # fmt: skip
 """All words of the columns that have no others: one that is misspelt would fit no trial, and `none_of` would let every trial pass."""
 
+BEFOREHAND = (
+    "trial", "id", "scenario", "suite", "family", "batch", "configuration", "robot", "navigator", "setup", "localisation", "tracking",
+    "privileged", "tuned", "floor_plan", "speed", "obstacle_speed", "size", "gap", "repetition", "seed", "run", "member", "people",
+    "other_robots", "source",
+)  # fmt: skip
+"""Columns that are known before a trial is driven; by others it could be chosen for how it went."""
+
 Label = str | bool | Finite
 """A value of a column by which trials are chosen."""
 
@@ -235,6 +242,11 @@ def _columns_there(where: Mapping[str, Any], at: str) -> None:
     for name, value in where.items():
         if name not in columns().names:
             raise unknown("column", name, columns().names, field=f"{at}.{name}")
+        if name not in BEFOREHAND:
+            raise ClearwayError(
+                f"{name} is known only after a trial, and would choose trials by how they went; {', '.join(BEFOREHAND)} are known before",
+                field=f"{at}.{name}",
+            )
         if value == ():
             raise ClearwayError("names no value; say one, or leave it out", field=f"{at}.{name}")
         word = pa.types.is_string(columns().field(name).type)
