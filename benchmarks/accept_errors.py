@@ -1,7 +1,8 @@
 """Does `clearway accept` keep its errors? Robots at the limit, looked at after every trial, and how many trials others take.
 
 Printed: how often a robot whose true share lies on the limit (the worst case of either error) is accepted, and rejected, within
-so many trials; for trials of one test, for those of unlike tests in a drawn order, for several criteria at once; beside it the same
+so many trials; for trials of one test, for those of unlike tests in a drawn order, for several criteria at once; for campaigns that grow by
+repetitions or seeds and for recordings that come in in another order than their plan's, judged anew at ten looks; beside it the same
 by Clopper and Pearson's interval looked at after every trial, and the exact probabilities where there are such. Then how many
 trials better and worse robots take, beside a plan of fixed length. It fails if an error exceeds its probability beyond chance.
 
@@ -19,9 +20,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pyarrow as pa
 from scipy import special
 
 from clearway.statistics import samples_needed
+from clearway.statistics.acceptance import NUMBER, in_order
 from clearway.statistics.betting import Rule, prospect, rule
 
 Bools = npt.NDArray[np.bool_]
@@ -29,6 +32,7 @@ ERROR = 0.05
 LIMITS = (0.8, 0.9, 0.95, 0.99)
 BLOCK = 250
 """Robots at once."""
+LOOKS = 10
 
 
 def first(bounds: Rule, conforms: Bools) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
@@ -118,6 +122,55 @@ def errors(limit: float, robots: int, rng: np.random.Generator) -> list[dict[str
     return rows
 
 
+def grows(limit: float, way: str, robots: int, rng: np.random.Generator) -> dict[str, Any]:
+    """How often robots at the limit are accepted and rejected at any of several looks at results that grow: half of a round of tests never
+    fail, the others twice as often as they may.
+
+    Args:
+        limit: Their true share.
+        way: By what the results grow: `repetitions`, `seeds`, or `another order` than the plan's in which recordings come in.
+        robots: How many.
+        rng: Where chance comes from.
+    """
+    bounds = rule(limit, ERROR, ERROR)
+    tests = max(2, bounds.least // 10 * 2)
+    n = -(-12 * bounds.least // tests // LOOKS) * LOOKS * tests
+    accepted = rejected = 0
+    for block in range(robots // BLOCK):
+        rounds, test = np.arange(n) // tests, np.arange(n) % tests
+        if way == "another order":  # of the plan, which is drawn round by round
+            test = rng.permuted(test.reshape(-1, tests), axis=1).ravel()
+        rates = np.where(test % 2 == 0, 1.0, max(0.0, 1 - 2 * (1 - limit)))
+        conforms = rng.random((BLOCK, n)) < rates
+        part, repetition = ("seed-{}-r1", np.ones(n, int)) if way == "seeds" else ("r{}", rounds + 1)
+        names = [f"{block}-t{t}-{part.format(r)}" for t, r in zip(test, rounds, strict=True)]
+        source = "recorded" if way == "another order" else "simulated"
+        table = pa.table(
+            {
+                "trial": np.arange(n),
+                "scenario": names,
+                "repetition": repetition,
+                "source": [source] * n,
+                NUMBER: np.arange(n) + 1,
+            }
+        )
+        came = rng.permutation(n) if way == "another order" else np.arange(n)
+        yes_ever, no_ever = np.zeros(BLOCK, np.bool_), np.zeros(BLOCK, np.bool_)
+        for look in range(1, LOOKS + 1):
+            there = np.sort(came[: n * look // LOOKS])
+            counted = [r["trial"] for r in in_order(table.take(there)) if not r["_waits"]]
+            if not counted:
+                continue
+            yes, no = first(bounds, conforms[:, counted])
+            yes_ever |= (yes <= no) & (yes < len(counted))
+            no_ever |= (no < yes) & (no < len(counted))
+        accepted += int(yes_ever.sum())
+        rejected += int(no_ever.sum())
+    total = robots // BLOCK * BLOCK
+    case = {"repetitions": "grown by repetitions", "seeds": "grown by seeds"}.get(way, "not in the plan's order")
+    return {"limit": limit, "case": case, "trials": n, "accepted": accepted / total, "rejected": rejected / total}
+
+
 def together(limit: float, criteria: int, robots: int, rng: np.random.Generator) -> dict[str, Any]:
     """How often a robot is rejected that keeps all of several criteria by a hair, each judged on its own trials."""
     bounds = rule(limit, ERROR, ERROR / criteria)
@@ -163,6 +216,9 @@ def main() -> None:
     rng = np.random.default_rng(17)
     limits = LIMITS[:2] if given.smoke else LIMITS
     found = [row for limit in limits for row in errors(limit, robots, rng)]
+    found += [
+        grows(limit, way, robots, rng) for limit in limits[:3] for way in ("repetitions", "seeds", "another order")
+    ]
     found.append(together(0.9, 5, robots, rng))
     took = [row for limit in limits for row in lengths(limit)]
     if given.json:

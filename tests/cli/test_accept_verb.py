@@ -9,6 +9,7 @@ import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
+import pyarrow as pa
 import pytest
 import yaml
 from command_line import Shell
@@ -97,6 +98,22 @@ def test_results_of_another_system_are_no_more_trials_of_this_one(results: Path,
     ):
         with pytest.raises(ClearwayError, match=why):
             accept(asked, first, second)
+
+
+def test_campaigns_count_in_the_order_in_which_they_were_begun(results: Path, tmp_path: Path):
+    trials = open_results(results).trials
+    first, second = (
+        Results(tmp_path / f"day-{day}", {"plan": {}, "run": {"started": f"2026-11-0{day}T08:00:00+00:00"}})
+        for day in (1, 2)
+    )
+    first.trials = trials
+    second.trials = trials.set_column(
+        trials.column_names.index("seed"), "seed", pa.array(range(len(trials)), pa.uint64())
+    )
+    asked = criteria(tmp_path, MET)
+    assert accept(asked, first, second).criteria[0].trials == 2 * len(trials)
+    with pytest.raises(ClearwayError, match=r"day-2: is not named in the order .* count first: .*day-1 .*day-2"):
+        accept(asked, second, first)
 
 
 def test_a_failure_of_ours_is_no_verdict(

@@ -11,6 +11,7 @@ import pytest
 
 from clearway.errors import ClearwayError
 from clearway.statistics import Criteria, Decision, Verdict, judge, load_criteria, outlooks
+from clearway.statistics.acceptance import in_order
 
 
 def trials(n: int, bad: tuple[int, ...] = (), **cells: Any) -> pa.Table:
@@ -136,6 +137,32 @@ def test_simulated_trials_count_in_a_drawn_order_that_no_robot_changes(tmp_path:
     other = trials(60, bad=tuple(range(40, 60)), source="simulated", navigator="hp-st")
     decided = [verdict(t, tmp_path).criteria[0].decided for t in (easy_first, shuffled, other)]
     assert len(set(decided)) == 1
+
+
+@pytest.mark.parametrize("grows_by", ["repetition", "seed"])
+def test_a_campaign_that_has_grown_begins_with_what_it_was(grows_by: str):
+    again = grows_by == "repetition"
+    name = (lambda i: f"t{i % 6}-r{i // 6 + 1}") if again else (lambda i: f"t{i % 6}-seed-{i // 6}-r1")
+    grown = trials(60, source="simulated", scenario=name, repetition=lambda i: i // 6 + 1 if again else 1)
+    whole = [r["trial"] for r in in_order(grown)]
+    assert sorted(whole) == list(range(60))
+    assert whole[:6] != sorted(whole[:6])
+    for n in range(6, 60, 6):
+        assert [r["trial"] for r in in_order(grown.slice(0, n))] == whole[:n]
+
+
+def test_recorded_trials_behind_a_gap_in_the_plan_wait(tmp_path: Path):
+    gap = trials(40, _number=lambda i: i + 1 if i < 9 else i + 2)
+    found = verdict(gap, tmp_path)
+    assert (found.decision, found.criteria[0].trials) == (Decision.GO_ON, 9)
+    (note,) = found.notes
+    assert note.startswith(
+        "trial 10 of the test plan is not there yet, and the 31 that came in of those behind it wait"
+    )
+    filled = verdict(trials(40, _number=lambda i: i + 1), tmp_path)
+    assert (filled.decision, filled.criteria[0].trials, filled.notes) == (Decision.ACCEPTED, 40, ())
+    none_counts = verdict(trials(4, _number=lambda i: i + 2), tmp_path)
+    assert (none_counts.decision, none_counts.criteria[0].trials) == (Decision.GO_ON, 0)
 
 
 def test_an_order_that_was_not_drawn_is_told(tmp_path: Path):

@@ -5,8 +5,11 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import pyarrow as pa
 
 from clearway.api.arguments import NavigatorLike, free_directory, strings
 from clearway.api.results import open_results
@@ -44,7 +47,8 @@ def accept(
 ) -> Verdict:
     """Is the robot accepted? Criteria held against all trials of results directories, one after the other.
 
-    A verdict is valid however often it is asked for while trials come in: each of its two errors keeps to its probability.
+    A verdict is valid however often it is asked for while trials come in: each of its two errors keeps to its probability. Of a
+    test plan that has gaps the trials behind the first of them wait.
 
     Args:
         criteria: Their TOML file, or as `clearway.statistics.load_criteria` reads it.
@@ -59,7 +63,7 @@ def accept(
 
     Raises:
         ClearwayError: a criterion that is wrong or that no number of trials can meet, a group without trials, results of several
-            robots or navigators, or trials that are not independent.
+            robots or navigators, trials that are not independent, or campaigns in another order than they were begun in.
     """
     from clearway.recordings.lab.plan_file import load_test_plan
     from clearway.recordings.protocol.lab_trials import labels_in
@@ -73,15 +77,25 @@ def accept(
     if twice := next((p for p in paths if paths.count(p) > 1), None):
         raise ClearwayError("is named twice; each trial counts once", file=twice)
     _refuse_others(opened)
+    _refuse_other_order(opened)
     file = None if not isinstance(criteria, str | Path) else criteria
     asked = load_criteria(criteria) if isinstance(criteria, str | Path) else criteria
     planned = None if test_plan is None else labels_in(load_test_plan(test_plan))
     try:
         if planned is not None:
             refuse_strange_groups(asked, planned)
-        found = judge([one.trials for one in opened], asked, complete=planned is None)
+        found = judge([_numbered(one) for one in opened], asked, complete=planned is None)
     except ClearwayError as error:
         raise ClearwayError(error.problem, file=error.file or file, field=error.field) from None
+    growing = [
+        f"{one.campaign['not_attempted']} of {one.path}" for one in opened[:-1] if one.campaign.get("not_attempted")
+    ]
+    if growing:
+        note = (
+            f"trials of a test plan are still to come ({', '.join(growing)}) that would count before those of the results after it; finish "
+            "one plan before you begin the next"
+        )
+        found = replace(found, notes=(*found.notes, note))
     if junit is not None:
         write_junit(found, Path(junit))
     return found
@@ -116,6 +130,35 @@ def _refuse_others(opened: Sequence[store.Results]) -> None:
                     f"holds the recording {shown(spec['file'])}, as {folder} does; each trial counts once",
                     file=one.path,
                 )
+
+
+def _refuse_other_order(opened: Sequence[store.Results]) -> None:
+    """Nothing, unless campaigns are named in another order than they were begun in, which could be chosen by what came of them.
+
+    Raises:
+        ClearwayError: they are.
+    """
+    begun = [
+        (str(run["started"]), one.path)
+        for one in opened
+        if "plan" in one.campaign and "started" in (run := one.campaign["run"])
+    ]
+    right = sorted(begun, key=lambda one: one[0])
+    if begun != right:
+        wrong = next(path for (_, path), (_, other) in zip(begun, right, strict=True) if path != other)
+        named = " ".join(str(path) for _, path in right)
+        raise ClearwayError(
+            f"is not named in the order in which campaigns were begun, and earlier trials count first: {named}",
+            file=wrong,
+        )
+
+
+def _numbered(one: store.Results) -> pa.Table:
+    """The table of trials; of recordings also where each stands in its plan."""
+    from clearway.statistics.acceptance import NUMBER
+
+    numbers = one.campaign.get("numbers")
+    return one.trials if numbers is None else one.trials.append_column(NUMBER, pa.array(numbers, pa.int64()))
 
 
 def acceptance_plan(criteria: str | Path | Criteria, rates: Iterable[float] = ()) -> list[Outlook]:

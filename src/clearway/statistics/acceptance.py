@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +29,11 @@ from clearway.statistics.proportions import Interval
 from clearway.trials.trial import UNUSABLE
 
 Row = dict[str, Any]
+NUMBER = "_number"
+"""The column that tells which trial of its plan a recorded one is."""
+_WAITS = "_waits"
+_DRAWN_FROM = re.compile(r"\bseed-(\d{1,12})\b")
+"""In a scenario's name: the seed that it was drawn from."""
 _OF_A_CONTACT = ("moved_at_contact", "touched", "avoidable")
 _IDENTITY = ("suite", "scenario", "seed", "member")
 _SENSES = ("localisation", "tracking")
@@ -112,11 +118,13 @@ class Verdict:
 def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = True) -> Verdict:
     """Hold trials against criteria, trial by trial.
 
-    Recorded trials count in the order of their table, simulated ones in an order that is drawn by their names, the same for every
-    robot and navigator.
+    Whatever comes in later counts later, so that a look sees what the one before it saw, and then more. Recorded trials count in
+    the order of their plan, up to the first that is not there yet: those behind it wait. Simulated ones count seed by seed and
+    repetition by repetition, within each in an order that is drawn by their names, the same for every robot and navigator.
 
     Args:
-        tables: Results, as in `trials.parquet`, one after the other; none: nothing was run yet.
+        tables: Results, as in `trials.parquet`, one after the other; none: nothing was run yet. Of recorded ones a column `NUMBER`
+            may tell which of the plan's trials they are, from 1; else none is missing.
         criteria: What is asked.
         complete: Whether a group without trials is an error; else its trials may still come.
 
@@ -124,17 +132,18 @@ def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = Tr
         ClearwayError: a group that does not exist, several systems, trials that are not independent, or an indicator that none of
             them can have.
     """
-    rows = [row for number, table in enumerate(tables) for row in _ordered(table, number)]
+    rows = [row for number, table in enumerate(tables) for row in in_order(table, number)]
     chosen = [r for r in rows if fits(r, criteria.where)]
     _refuse_nothing(rows, criteria.where, "where", complete)
     system = _system(chosen)
     _refuse_dependent(chosen)
+    counted = [r for r in chosen if not r[_WAITS]]
     judged = []
     for number, one in enumerate(criteria.criterion):
         at = f"criterion.{number}"
         for where in groups(one):
             _refuse_nothing(chosen, where, f"{at}.where", complete)
-            part = [r for r in chosen if fits(r, where)]
+            part = [r for r in counted if fits(r, where)]
             judged.append(_judged(one, criteria, part, where, at, complete))
     decisions = {j.decision for j in judged}
     decision = (
@@ -147,8 +156,16 @@ def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = Tr
     open_ones = [j for j in judged if j.decision is Decision.GO_ON]
     more = None
     if decision is Decision.GO_ON and all(j.more is not None for j in open_ones):
-        more = max(math.ceil((j.more or 0) * (len(chosen) / j.trials if j.trials else 1)) for j in open_ones)
-    return Verdict(criteria.title, system, decision, tuple(judged), more, tuple(_notes(chosen, tables)), len(tables))
+        more = max(math.ceil((j.more or 0) * (len(counted) / j.trials if j.trials else 1)) for j in open_ones)
+    return Verdict(
+        criteria.title,
+        system,
+        decision,
+        tuple(judged),
+        more,
+        (*_gaps(rows, len(tables)), *_notes(chosen, tables)),
+        len(tables),
+    )
 
 
 def _judged(
@@ -279,14 +296,25 @@ def refuse_strange_groups(criteria: Criteria, planned: Sequence[Mapping[str, Any
             _refuse_nothing(rows, {name: v for name, v in where.items() if name in told}, at, True)
 
 
-def _ordered(table: pa.Table, number: int) -> list[Row]:
-    rows: list[Row] = [row | {"_table": number} for row in table.to_pylist()]
+def in_order(table: pa.Table, number: int = 0) -> list[Row]:
+    """The trials of a table in the order in which they count; of each also whether it still waits for one before it.
+
+    Args:
+        table: Results.
+        number: Which of the results they are.
+    """
+    rows: list[Row] = [row | {"_table": number, _WAITS: False} for row in table.to_pylist()]
     recorded = [r for r in rows if r.get("source") == "recorded"]
     drawn = [r for r in rows if r.get("source") != "recorded"]
+    for at, row in enumerate(recorded, 1):
+        row[_WAITS] = row.get(NUMBER, at) != at
 
-    def lot(row: Row) -> tuple[str, int]:
+    def lot(row: Row) -> tuple[int, int, str, int]:
+        """First what a campaign grows by, so that the trials it had stay ahead."""
+        seed = _DRAWN_FROM.search(str(row.get("scenario")))
         name = json.dumps([row.get(c) for c in _IDENTITY])
-        return hashlib.sha256(name.encode()).hexdigest(), row["trial"]
+        drawn = hashlib.sha256(name.encode()).hexdigest()
+        return int(seed[1]) if seed else -1, row.get("repetition") or 1, drawn, row["trial"]
 
     return recorded + sorted(drawn, key=lot)
 
@@ -351,6 +379,20 @@ def _refuse_dependent(rows: Sequence[Row]) -> None:
                     "another seed of the campaign makes others"
                 )
             tests[test] = r["trial"]
+
+
+def _gaps(rows: Sequence[Row], tables: int) -> list[str]:
+    """Of which recorded trials others wait."""
+    found = []
+    for number in range(tables):
+        waits = Counter(r[_WAITS] for r in rows if r["_table"] == number and r.get("source") == "recorded")
+        if waits[True]:
+            of = f" of results {number + 1}" if tables > 1 else ""
+            found.append(
+                f"trial {waits[False] + 1} of the test plan{of} is not there yet, and the {waits[True]} that came in of those behind it "
+                "wait; drive it, or leave out `attempted = false`, and it counts as not recorded"
+            )
+    return found
 
 
 def _notes(rows: Sequence[Row], tables: Sequence[pa.Table]) -> list[str]:
