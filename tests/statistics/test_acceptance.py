@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pyarrow as pa
 import pytest
 
@@ -89,6 +90,31 @@ def test_what_nobody_can_judge_counts_against_either_verdict(tmp_path: Path):
         assert any("trials 0, 1, 2, 3" in note for note in found.notes)
     all_unknown = verdict(trials(60, to_confirm="possible contact"), tmp_path)
     assert (all_unknown.decision, all_unknown.criteria[0].unknown) == (Decision.GO_ON, 60)
+
+
+def test_no_verdict_is_turned_by_what_a_person_confirms(tmp_path: Path):
+    text = SUCCESS.replace("0.9", "0.95")
+    two = trials(182, to_confirm=lambda i: "possible contact" if i < 2 else "")
+    open_one = verdict(two, tmp_path, text).criteria[0]
+    assert (open_one.decision, open_one.more) == (Decision.GO_ON, 0)
+    assert open_one.why == "what nobody can judge yet may decide it at trial 2, and has to be judged first"
+    assert verdict(trials(182, bad=(0, 1)), tmp_path, text).criteria[0].decided == 2
+    assert verdict(trials(182), tmp_path, text).decision is Decision.ACCEPTED
+
+    rng = np.random.default_rng(3)
+    decided = 0
+    for _ in range(50):
+        rate, often = rng.choice((0.6, 0.9, 1.0)), rng.choice((0.02, 0.1))
+        bad = tuple(np.flatnonzero(rng.random(80) > rate).tolist())
+        unknown = {int(i) for i in np.flatnonzero(rng.random(80) < often)}
+        partly = trials(80, bad=tuple({*bad} - unknown), to_confirm=lambda i, u=unknown: "?" if i in u else "")
+        found = verdict(partly, tmp_path).decision
+        if found is not Decision.GO_ON:
+            decided += 1
+            some = {i for i in unknown if rng.random() < 0.5}
+            for failing in (unknown, set(), some):
+                assert verdict(trials(80, bad=tuple({*bad} - unknown | failing)), tmp_path).decision is found
+    assert decided > 10
 
 
 def test_a_missing_value_fails_unless_it_is_called_unknown(tmp_path: Path):

@@ -2,7 +2,7 @@
 
 Nothing here may be turned against whoever relies on it: a trial that nobody can judge yet counts as failed towards an acceptance
 and as conforming towards a rejection; trials that share a simulation, or that stand twice in the tables, are refused; what is
-decided stays decided, whatever later trials say.
+decided stays decided, whatever later trials say and whatever a person confirms.
 """
 
 from __future__ import annotations
@@ -217,15 +217,21 @@ def _by_share(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np
     within = slice(None, most)
     yes = first_shown(sure[within], one.share, accept, above=True)
     no = first_shown(possible[within], one.share, reject, above=False)
+    # what nobody can judge yet might have decided the other way before that: then it has to be judged first
+    no_before = yes and first_shown(sure[:yes], one.share, reject, above=False)
+    yes_before = no and first_shown(possible[:no], one.share, accept, above=True)
     k, f = int(sure.sum()), int((~possible).sum())
     worst, best = shown_shares(k, n - k, 1 - accept), shown_shares(n - f, f, 1 - reject)
     shares = Interval(k / n if n else math.nan, worst.low, best.high)
-    if yes is not None and (no is None or yes <= no):
+    if yes is not None and no_before is None:
         why = f"{int(sure[:yes].sum())} of the first {yes} trials conform: a share below {one.share:g} is ruled out"
         return Decision.ACCEPTED, yes, why, shares, None, None
-    if no is not None:
+    if no is not None and yes_before is None:
         why = f"{int((~possible[:no]).sum())} of the first {no} trials fail: a share of {one.share:g} is ruled out"
         return Decision.REJECTED, no, why, shares, None, None
+    if before := no_before or yes_before:
+        why = f"what nobody can judge yet may decide it at trial {before}, and has to be judged first"
+        return Decision.GO_ON, None, why, shares, 0, None
     if most is not None and n >= most:
         if (possible & ~sure)[within].any():
             why = f"{most} trials are the most that count, and some of them nobody can judge yet"
