@@ -52,6 +52,14 @@ def test_accepted_rejected_and_go_on(tmp_path: Path):
     assert bad.criteria[0].failed == tuple((0, i) for i in range(12))
 
 
+def test_a_confidence_of_all_but_one(tmp_path: Path):
+    text = SUCCESS.replace("0.9", "0.95") + "confidence = 0.9999999999999999\n"
+    both = text + text.replace("success", "success_slack")
+    for n in (1, 2, 40):
+        assert verdict(trials(n, success_slack=lambda i: True), tmp_path, both).decision is Decision.GO_ON
+    assert verdict(trials(1, bad=(0,)), tmp_path, text).decision is Decision.GO_ON
+
+
 def test_what_is_decided_stays_decided(tmp_path: Path):
     later = tuple(range(33, 60))
     found = verdict(trials(60, bad=later), tmp_path)

@@ -63,11 +63,18 @@ def test_prospect_is_what_many_robots_meet():
 def test_possible_shares_agree_with_the_verdict():
     bounds = rule(0.9, 0.05, 0.05)
     for k, f in ((32, 0), (33, 0), (60, 1), (65, 1), (8, 2), (2, 2), (0, 1), (5, 30)):
-        found = shown_shares(k, f, 0.95)
+        found = shown_shares(k, f, 0.05)
         assert (found.low >= 0.9) == (k + f >= bounds.accepts[f])
         assert (found.high <= 0.9) == (k + f <= bounds.rejects[f])
         assert found.low <= k / (k + f) <= found.high
-    assert (shown_shares(0, 0, 0.95).low, shown_shares(0, 0, 0.95).high) == (0.0, 1.0)
+    assert (shown_shares(0, 0, 0.05).low, shown_shares(0, 0, 0.05).high) == (0.0, 1.0)
+
+
+def test_possible_shares_where_hardly_anything_is_ruled_out():
+    assert (shown_shares(1, 0, 1e-16).low, shown_shares(0, 1, 1e-16).high) == (0.0, 1.0)
+    close = shown_shares(1_000_000, 1, 1e-4)
+    assert 0.99998 < close.low < close.estimate < close.high == 1.0
+    assert 0.4 < shown_shares(59, 0, 1e-17).low < 0.95
 
 
 def test_trials_more_lead_to_the_bound():

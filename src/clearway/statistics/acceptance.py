@@ -221,7 +221,7 @@ def _by_share(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np
     no_before = yes and first_shown(sure[:yes], one.share, reject, above=False)
     yes_before = no and first_shown(possible[:no], one.share, accept, above=True)
     k, f = int(sure.sum()), int((~possible).sum())
-    worst, best = shown_shares(k, n - k, 1 - accept), shown_shares(n - f, f, 1 - reject)
+    worst, best = shown_shares(k, n - k, accept), shown_shares(n - f, f, reject)
     shares = Interval(k / n if n else math.nan, worst.low, best.high)
     if yes is not None and no_before is None:
         why = f"{int(sure[:yes].sum())} of the first {yes} trials conform: a share below {one.share:g} is ruled out"

@@ -61,25 +61,28 @@ def first_shown(conforms: BoolArray, share: float, error: float, *, above: bool)
     return int(n[shown[0]]) if len(shown) else None
 
 
-def shown_shares(conforming: int, failing: int, confidence: float) -> Interval:
-    """The shares that neither bet has ruled out so far: each end holds at all times at once with `confidence`.
+def shown_shares(conforming: int, failing: int, error: float) -> Interval:
+    """The shares that neither bet has ruled out so far: each end is wrong at any time with probability `error` at most.
 
     Args:
         conforming: How many trials conformed.
         failing: How many did not.
-        confidence: Of either end, in (0, 1).
+        error: Of either end, in (0, 1); however small, unlike one less a confidence.
     """
     k, f = conforming, failing
     if k + f == 0:
         return Interval(math.nan, 0.0, 1.0)
-    level, best = -math.log1p(-confidence), k / (k + f)
+    level, best = -math.log(error), k / (k + f)
 
     def excess(p: float, above: bool) -> float:
         return float(log_wealth(k, f, p, above=above)) - level
 
     inner = min(max(best, _TINY), 1 - _TINY)
-    low = optimize.brentq(excess, _TINY, inner, args=(True,)) if k and excess(inner, True) < 0 else 0.0
-    high = optimize.brentq(excess, inner, 1 - _TINY, args=(False,)) if f and excess(inner, False) < 0 else 1.0
+    low, high = 0.0, 1.0  # where a share within `_TINY` of them is not ruled out
+    if k and excess(inner, True) < 0 < excess(_TINY, True):
+        low = optimize.brentq(excess, _TINY, inner, args=(True,))
+    if f and excess(inner, False) < 0 < excess(1 - _TINY, False):
+        high = optimize.brentq(excess, inner, 1 - _TINY, args=(False,))
     return Interval(best, float(low), float(high))
 
 
