@@ -12,7 +12,7 @@ import pytest
 
 from clearway.errors import ClearwayError
 from clearway.statistics import Criteria, Decision, Verdict, judge, load_criteria, outlooks
-from clearway.statistics.acceptance import in_order
+from clearway.statistics.acceptance import _by_share, in_order
 
 
 def trials(n: int, bad: tuple[int, ...] = (), **cells: Any) -> pa.Table:
@@ -136,6 +136,13 @@ def test_a_missing_value_fails_unless_it_is_called_unknown(tmp_path: Path):
     assert verdict(asked_for, tmp_path, text).criteria[0].unknown == 5
     kinder = verdict(gone, tmp_path, text + 'missing = "unknown"\n')
     assert (kinder.decision, kinder.criteria[0].unknown) == (Decision.GO_ON, 5)
+
+
+def test_very_many_failures(tmp_path: Path):
+    text = SUCCESS.replace("0.9", "0.5")
+    many = _by_share(asked(text, tmp_path).criterion[0], asked(text, tmp_path), *2 * [np.arange(120_000) % 2 == 0])
+    assert many[0] is Decision.GO_ON
+    assert many[5] > 1000
 
 
 def test_no_moving_contact(tmp_path: Path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from clearway.statistics.betting import first_shown, log_wealth, prospect, rule, shown_shares
+from clearway.statistics.betting import failures_within, first_shown, log_wealth, prospect, rule, shown_shares
 
 
 @pytest.mark.parametrize("above", [True, False])
@@ -58,6 +58,28 @@ def test_prospect_is_what_many_robots_meet():
         accepted += bool(len(over)) and n[over[0]] >= bounds.accepts[f[over[0]]]
     assert accepted / runs == pytest.approx(exact.accepted, abs=0.03)
     assert np.mean(lengths) == pytest.approx(exact.expected, rel=0.04)
+
+
+def test_a_prospect_is_exact_however_many_fail():
+    least = rule(0.5, 0.05, 0.05, failures=0).least
+    for most in (1, least, 200, 12_000):
+        failures = failures_within(0.5, 0.05, most)
+        assert failures == most or log_wealth(most - failures, failures, 0.5, above=False) >= -np.log(0.05)
+        if most < 1000:
+            all_of_them = prospect(rule(0.5, 0.05, 0.05, failures=most), 0.5, most)
+            assert prospect(rule(0.5, 0.05, 0.05, failures=failures), 0.5, most) == all_of_them
+    at = prospect(rule(0.5, 0.05, 0.05, failures=failures), 0.51, most)  # more than 4,000 fail
+    going = 1 - at.accepted - at.rejected
+    assert 0.5 < going < 1
+    assert at.expected > 0.8 * most
+
+
+def test_bounds_begin_where_they_are_asked_to():
+    whole, end = rule(0.5, 0.05, 0.05, failures=120), rule(0.5, 0.05, 0.05, failures=120, first=100)
+    assert (whole.accepts[100:].tolist(), whole.rejects[100:].tolist()) == (end.accepts.tolist(), end.rejects.tolist())
+    more = end.more(110, 100, 0.55)
+    assert more is not None
+    assert whole.more(110, 100, 0.55) == more
 
 
 def test_possible_shares_agree_with_the_verdict():

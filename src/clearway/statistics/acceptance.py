@@ -238,9 +238,9 @@ def _by_share(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np
             return Decision.GO_ON, None, why, shares, None, None
         why = f"a share of {one.share:g} was not shown within {most} trials, the most that count"
         return Decision.REJECTED, most, why, shares, None, None
-    bounds = rule(one.share, accept, reject, failures=min(n - k + 4000, 50_000))
+    bounds = rule(one.share, accept, reject, failures=n - k + 4000, first=n - k)
     more = bounds.more(k, n - k, k / n if n else 1.0)
-    least = int(max(bounds.accepts[n - k], n + 1)) - n
+    least = max(bounds.least, n + 1) - n
     if most is not None:
         more = most - n if more is None else min(more, most - n)
     why = (

@@ -12,7 +12,7 @@ from scipy import special
 
 from clearway.errors import ClearwayError
 from clearway.statistics.acceptance import fits, refuse_strange_groups
-from clearway.statistics.betting import Prospect, prospect, rule
+from clearway.statistics.betting import Prospect, failures_within, prospect, rule
 from clearway.statistics.criteria import Criteria, Criterion, asks, demand, errors_of, groups, in_words
 
 AHEAD = 20
@@ -92,8 +92,9 @@ def _outlook(one: Criterion, criteria: Criteria, rates: tuple[float, ...]) -> Ou
         looked = rates or tuple(dict.fromkeys((one.expected or 1 - (1 - share) / 5, 1.0, share, 1 - 2 * (1 - share))))
         counted = tuple(_counted(one.trials, one.failures, max(rate, 0.0)) for rate in looked)
         return Outlook(**about, least=one.trials, most=one.trials, planned=one.trials, prospects=counted)
-    bounds = rule(one.share, *errors_of(one, criteria))
-    most = criteria.most or min(AHEAD * bounds.least, LONGEST)
+    accept, reject = errors_of(one, criteria)
+    most = criteria.most or min(AHEAD * rule(one.share, accept, reject, failures=0).least, LONGEST)
+    bounds = rule(one.share, accept, reject, failures=failures_within(one.share, reject, most))
     expected = one.expected or (1 + one.share) / 2
     limits = (1.0, one.share, max(0.0, 1 - 2 * (1 - one.share)))
     looked = tuple(dict.fromkeys((expected, *(rates or limits))))

@@ -91,33 +91,35 @@ class Rule:
     """When a share is accepted or rejected: both bounds for every number of trials up to some.
 
     Attributes:
-        accepts: (m,) by number of failures: from how many trials on so many still are accepted; beyond `MOST`: never.
-        rejects: (m,) by number of failures: up to how many trials so many are rejected; 0: never.
+        accepts: (m,) by number of failures from `first` on: from how many trials on so many still are accepted; beyond `MOST`: never.
+        rejects: (m,) likewise: up to how many trials so many are rejected; 0: never.
+        first: The number of failures with which they begin.
     """
 
     accepts: IntArray
     rejects: IntArray
+    first: int = 0
 
     @property
     def least(self) -> int:
-        """The number of trials that is enough if none of them fails."""
+        """The number of trials that is enough if no more of them fail than `first`."""
         return int(self.accepts[0])
 
     def more(self, conforming: int, failing: int, rate: float) -> int | None:
         """About how many trials more decide if each conforms at `rate`, a straight line on; None: more than are looked ahead to."""
         n = conforming + failing
-        f = np.arange(failing, len(self.accepts))
-        further = f - failing
-        line = np.full(len(f), np.inf) if rate >= 1 else n + further / (1 - rate)  # when that many have failed
-        accepted = np.maximum(self.accepts[f], n + 1)
+        accepts, rejects = self.accepts[failing - self.first :], self.rejects[failing - self.first :]
+        further = np.arange(len(accepts))
+        line = np.full(len(further), np.inf) if rate >= 1 else n + further / (1 - rate)  # when that many have failed
+        accepted = np.maximum(accepts, n + 1)
         ahead = np.append(line[1:], np.inf)  # before the next one fails
         yes = accepted[(accepted < ahead) & (accepted <= MOST)]
-        no = line[(line <= self.rejects[f]) & (line > n)]
+        no = line[(line <= rejects) & (line > n)]
         found = [float(times.min()) for times in (yes, no) if len(times)]
         return math.ceil(min(found)) - n if found else None
 
 
-def rule(share: float, accept_error: float, reject_error: float, failures: int = 4000) -> Rule:
+def rule(share: float, accept_error: float, reject_error: float, failures: int = 4000, first: int = 0) -> Rule:
     """The bounds for a share.
 
     Args:
@@ -125,8 +127,9 @@ def rule(share: float, accept_error: float, reject_error: float, failures: int =
         accept_error: The greatest probability of accepting what has a smaller share.
         reject_error: The greatest probability of rejecting what has it.
         failures: Up to how many failures.
+        first: From how many on.
     """
-    f = np.arange(failures + 1)
+    f = np.arange(first, failures + 1)
 
     def enough(n: IntArray) -> BoolArray:
         found: BoolArray = log_wealth(n - f, f, share, above=True) >= -math.log(accept_error)
@@ -138,7 +141,17 @@ def rule(share: float, accept_error: float, reject_error: float, failures: int =
 
     accepts = _bisected(lambda n: ~enough(n), f, np.full(len(f), MOST + 1)) + 1
     rejects = np.where((f > 0) & too_many(f), _bisected(too_many, f, np.full(len(f), MOST + 1)), 0)
-    return Rule(accepts.astype(np.int64), rejects.astype(np.int64))
+    return Rule(accepts.astype(np.int64), rejects.astype(np.int64), first)
+
+
+def failures_within(share: float, reject_error: float, most: int) -> int:
+    """More failures than so many there can't be within `most` trials without a rejection."""
+
+    def undecided(f: IntArray) -> BoolArray:
+        found: BoolArray = log_wealth(most - f, f, share, above=False) < -math.log(reject_error)
+        return found
+
+    return min(most, int(_bisected(undecided, np.array([0]), np.array([most + 1]))[0]) + 1)
 
 
 def _bisected(holds: Callable[[IntArray], BoolArray], low: IntArray, high: IntArray) -> IntArray:
@@ -176,7 +189,7 @@ def prospect(bounds: Rule, rate: float, most: int) -> Prospect:
     """What becomes of a criterion with these bounds within `most` trials at a rate.
 
     Args:
-        bounds: Its bounds.
+        bounds: Its bounds, up to `failures_within` so many trials at least.
         rate: Probability that a trial conforms.
         most: How many trials are planned at most.
     """
