@@ -116,6 +116,23 @@ def test_campaigns_count_in_the_order_in_which_they_were_begun(results: Path, tm
         accept(asked, second, first)
 
 
+def test_a_gap_in_a_test_plan_holds_up_the_trials_behind_it(results: Path, tmp_path: Path):
+    trials = open_results(results).trials
+    n, at = len(trials), trials.column_names.index("source")
+    numbers = [1, 2, *range(4, n + 2)]
+    lab = Results(tmp_path / "lab", {"run": {}, "numbers": numbers, "not_attempted": 5})
+    lab.trials = trials.set_column(at, "source", pa.array(["recorded"] * n))
+    found = accept(criteria(tmp_path, MET), lab)
+    assert found.criteria[0].trials == 2
+    assert any(
+        note.startswith(f"trial 3 of the test plan is not there yet, and the {n - 2} that") for note in found.notes
+    )
+    simulated = Results(tmp_path / "next", {"run": {}})
+    simulated.trials = trials
+    both = accept(tmp_path / "criteria.toml", lab, simulated)
+    assert any("still to come (5 of " in note and "finish one plan before" in note for note in both.notes)
+
+
 def test_a_failure_of_ours_is_no_verdict(
     clearway: Shell, results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
