@@ -65,7 +65,7 @@ def test_what_is_met_nowhere_is_told(tmp_path: Path) -> None:
     told = CliRunner().invoke(app, [*typed, "--out", str(tmp_path / "door")])
     assert told.exit_code == 1, told.output
     assert "is not shown to reach 50 % success at 0.6 m/s" in told.output
-    assert "never met in that range, and fails it at 0.7 m" in told.output
+    assert "a door of 0.6 to 0.7 m: it is never met in that range (" in told.output
 
 
 @pytest.mark.parametrize("name", sorted(OFFERS.addresses()))
@@ -144,6 +144,21 @@ def test_an_offer_of_ones_own_needs_to_be_one() -> None:
     assert isinstance(find_offer("clearway.scenarios.offers:DOOR"), Offer)
     with pytest.raises(ClearwayError, match="not an Offer"):
         find_offer("clearway.scenarios.offers:ROOM")
+
+
+def test_never_met_is_said_only_where_the_easiest_value_is_shown_to_fail() -> None:
+    asked: dict[str, Any] = {
+        "offer": "door", "phrase": "a door of {}", "unit": " m", "quantity": "width of a door, m", "eases": True, "robot": "TIAGo",
+        "navigator": "move-base", "speed": 0.6, "reliability": 0.9, "confidence": 0.9, "hardest": 0.6, "easiest": 1.4,
+        "values": (0.6, 1.4), "successes": (0, 350), "trials": (10, 390), "curve": (0.0, 0.9), "estimate": None,
+        "passes": None, "spent": True, "judged": "success_slack", "why": ("gave up", ""),
+    }  # fmt: skip
+    said = {fails: str(Requirement(**asked, fails=fails)) for fails in (None, 1.0, 1.4)}
+    assert "not decided before its trials were used up (" in said[None]
+    assert (
+        "not decided before its trials were used up, but it is shown to fail at 1 m and what is harder (" in said[1.0]
+    )
+    assert "it is never met in that range (" in said[1.4]
 
 
 def test_a_map_is_coloured_by_a_width_from_a_place_that_is_free(tmp_path: Path) -> None:

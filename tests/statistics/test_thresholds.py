@@ -76,6 +76,18 @@ def test_what_is_met_nowhere_and_everywhere() -> None:
     assert always.fails is None
 
 
+def test_the_easiest_value_gets_what_trials_are_left_until_it_is_decided() -> None:
+    hard = [0.1, 0.3, 0.5, 0.7]
+    for seed in range(10):
+        enough = _searched(np.array([*hard, 0.98]), seed, 0.95, 0.95, 5000)
+        assert enough.passes == 4
+        too_hard = _searched(np.array([*hard, 0.85]), seed, 0.95, 0.95, 5000)
+        assert too_hard.fails == 4
+        assert too_hard.trials.sum() < 1000
+        near = _searched(np.array([*hard, 0.95]), seed, 0.95, 0.95, 600)
+        assert near.trials.sum() == 600 or near.passes == 4 or near.fails == 4
+
+
 def test_isotonic_regression_pools_violators() -> None:
     assert isotonic([0.0, 0.5, 0.25, 1.0], [4, 4, 4, 4]).tolist() == [0.0, 0.375, 0.375, 1.0]
     assert isotonic([1.0, 0.0], [1, 3]).tolist() == [0.25, 0.25]

@@ -95,9 +95,13 @@ class Requirement:
             last = ", the hardest that was asked for" if self.passes == self.hardest else ""
             return f"{who} {verb} {self.phrase.format(bound + _n(self.passes) + self.unit)}{last} {with_} {goal}{basis}"
         ends = f"{_n(self.hardest)} to {_n(self.easiest)}{self.unit}"
-        why = "its trials are used up" if self.spent else "it is never met in that range"
-        beyond = f", and fails it at {_n(self.fails)}{self.unit} and what is harder" if self.fails is not None else ""
-        return f"{who} is not shown to reach {goal} with {self._of(None, ends)}: {why}{beyond}{basis}"
+        if self.fails == self.easiest:
+            why = "it is never met in that range"
+        else:
+            why = "not decided before its trials were used up" if self.spent else "not decided"
+            if self.fails is not None:
+                why += f", but it is shown to fail at {_n(self.fails)}{self.unit} and what is harder"
+        return f"{who} is not shown to reach {goal} with {self._of(None, ends)}: {why}{basis}"
 
     def _of(self, value: float | None, behind: str) -> str:
         return self.phrase.format(behind if value is None else f"{_n(value)}{self.unit}{behind}")

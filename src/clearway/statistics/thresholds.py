@@ -5,6 +5,8 @@ Values are scouted by bisection, a few trials each. Then the easiest value that 
 enough are put to the test, each by trials that count from there on: a bet against "success is at most R" (or "at least R") whose
 wealth, if that is true, is a supermartingale for any design (Ville 1939; Shafer 2021, J. R. Stat. Soc. A 184, 407). The j-th value
 that is put to the test is decided once the wealth is j (j + 1) / (1 - confidence): all errors together stay below 1 - confidence.
+A value that cannot be decided gives way to its neighbour. Where that leads to the easiest value, and that cannot be decided soon either,
+all further trials are its: it decides whether anything is shown at all.
 Nothing is assumed of the curve but that success does not fall from a harder value to an easier one.
 """
 
@@ -109,8 +111,8 @@ class ThresholdSearch:
             return Block((self._low + self._high) // 2, min(SCOUT, left), testing=False)
         for above in (True, False):
             if self._open[above]:
-                return Block(self._test(above).index, min(BLOCK[above], left), testing=True)
-        return None
+                return Block(self._test(above, self._index(above)).index, min(BLOCK[above], left), testing=True)
+        return Block(len(self.trials) - 1, min(BLOCK[True], left), testing=True) if self._undecided else None
 
     def tell(self, block: Block, successes: int) -> None:
         """Take note of what came of a block.
@@ -125,11 +127,23 @@ class ThresholdSearch:
         if not block.testing:
             self._scout(block, successes)
             return
-        for test in self._tests:
-            if test.index == block.index and self._open[test.above] and test is self._test(test.above):
-                test.successes += successes
-                test.trials += block.trials
-                self._judge(test)
+        if self._undecided:
+            under_way = [self._test(above, block.index) for above in (True, False)]
+        else:
+            under_way = [
+                test
+                for test in self._tests
+                if test.index == block.index == self._index(test.above) and self._open[test.above]
+            ]
+        for test in under_way:
+            test.successes += successes
+            test.trials += block.trials
+            self._judge(test)
+
+    @property
+    def _undecided(self) -> bool:
+        """Whether nothing is left to put to the test, though not even the easiest value is decided."""
+        return not any(self._open.values()) and self.passes is None and self.fails != len(self.trials) - 1
 
     def _scout(self, block: Block, successes: int) -> None:
         if successes >= self.reliability * block.trials:
@@ -142,9 +156,12 @@ class ThresholdSearch:
             self._pass, self._fail = min(self._high, last), max(self._low, 0)
             self._open = {True: self._high <= last, False: self._low >= 0}
 
-    def _test(self, above: bool) -> _Test:
-        """The test of that side which is under way, begun if need be."""
-        index = self._pass if above else self._fail
+    def _index(self, above: bool) -> int:
+        """The value that side puts to the test."""
+        return self._pass if above else self._fail
+
+    def _test(self, above: bool, index: int) -> _Test:
+        """The test of a value, begun if need be."""
         for test in self._tests:
             if test.index == index and test.above == above:
                 return test
@@ -159,6 +176,7 @@ class ThresholdSearch:
             else:
                 self.fails = test.index
             self._open[test.above] = False
+        if not self._open[test.above]:
             return
         share = self.reliability if test.above else 1 - self.reliability
         good = test.successes if test.above else test.trials - test.successes
