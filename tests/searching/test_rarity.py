@@ -69,13 +69,30 @@ def test_noise_is_one_of_the_numbers():
     assert np.mean([r.probability for r in found]) == pytest.approx(0.002, rel=0.5)
 
 
-def test_what_never_fails_is_bounded_by_what_was_reached():
+def test_what_never_fails_is_bounded_by_draws_of_chance_alone():
     never = _told(lambda asked: [0.1 + float(c.point[0]) for c in asked])
     assert (never.probability, never.low, never.plain) == (0.0, 0.0, None)
-    assert 0.0 < never.high < 1e-2
-    assert "in less than" in str(never)
+    assert never.high == never.limit == pytest.approx(1.0 - 0.025 ** (1 / 527))  # of 3,000 trials 527 are first draws
+    assert "in less than 0.007 of all trials (95 %)" in str(never)
     flat = _told(lambda asked: [math.inf for _ in asked])
-    assert (flat.probability, flat.high) == (0.0, 1.0)
+    assert flat.probability == 0.0
+    assert 0.0 < flat.high < never.high  # nowhere to climb to, so all trials are such draws
+
+
+def test_no_limit_is_below_what_margins_do_not_lead_to():
+    def judge(asked: Sequence[Candidate]) -> list[float | None]:
+        return [-0.5 if c.point[1] < 1e-3 else 0.1 + float(c.point[0]) for c in asked]
+
+    found = [_told(judge, trials=2000, seed=seed) for seed in range(12)]
+    assert any(r.probability == 0.0 for r in found)  # and margins near 0 for nothing
+    assert all(r.low <= 1e-3 <= r.high <= r.limit for r in found)
+
+
+def test_the_sentence_tells_the_limit_that_rests_on_no_margin():
+    found = _told(_plane(1e-4))
+    assert found.high < found.limit
+    assert f"{found.high:.2g} if small margins lead to it, up to {found.limit:.2g} if they don't)" in str(found)
+    assert "margins" not in str(_told(_plane(0.2)))
 
 
 def test_only_what_makes_a_scenario_counts():

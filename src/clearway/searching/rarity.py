@@ -4,6 +4,9 @@ Members are drawn by chance. Again and again the tenth with the least margins st
 steps that keep the distribution of those below that margin. The product of the shares that stayed estimates the probability. Who
 descends of different first draws has nothing in common but the levels, so how unevenly those who failed descend of them tells how far
 the estimate may be off (a branching process, as of fixed levels; that it holds for these is measured in `benchmarks/rarity.py`).
+That is so if small margins lead to the failure: one that comes at once, or in a scenario that all others are nearer to it than, may have
+been where no member was left. So the interval is told with that assumption, and beside it what the first draws exclude by chance alone;
+where a round saw no failure, only that.
 Where so many of the first draws fail that plain sampling does it, that goes on instead.
 
 Every scenario is as likely as any other, what varies of it uniform in its range, as far as that makes a scenario. Which noise a
@@ -72,8 +75,9 @@ class Rarity:
         failure: Which.
         probability: The estimate; 0 where no trial failed.
         low: Lower end of its interval.
-        high: Upper end.
-        confidence: Of the interval.
+        high: Upper end. By splitting it may hold only if small margins lead to the failure.
+        limit: The upper end that draws by chance alone tell, whatever margins lead to; never below `high`.
+        confidence: Of the interval, and of the limit.
         trials: How many it took.
         splitting: Whether by splitting; otherwise by plain sampling.
         plain: About how many trials plain sampling would take for as narrow an interval; None: not to be told.
@@ -83,6 +87,7 @@ class Rarity:
     probability: float
     low: float
     high: float
+    limit: float
     confidence: float
     trials: int
     splitting: bool
@@ -93,7 +98,10 @@ class Rarity:
         sure = f"{100 * self.confidence:g} %"
         if self.probability == 0.0:
             return f"{self.failure} in less than {self.high:.2g} of all trials ({sure}), by {how} in {self.trials:,} trials"
-        said = f"{self.failure} in {self.probability:.2g} of all trials ({sure}: {self.low:.2g} to {self.high:.2g})"
+        led = f" if small margins lead to it, up to {self.limit:.2g} if they don't" if self.high < self.limit else ""
+        said = (
+            f"{self.failure} in {self.probability:.2g} of all trials ({sure}: {self.low:.2g} to {self.high:.2g}{led})"
+        )
         if self.probability < 0.1:
             said += f", about one in {_round(1 / self.probability):,}"
         said += f", by {how} in {self.trials:,} trials"
@@ -132,7 +140,7 @@ def rarity(
         # they say how many more are drawn, so only those tell how probable it is
         many = min(trials - size, math.ceil(_ENOUGH * size / first.failed))
         found = success_interval(_drawn(space, judged, many, seed, 1).failed, many, CONFIDENCE)
-        return Rarity(failure, found.estimate, found.low, found.high, CONFIDENCE, judged.done, False, many)
+        return Rarity(failure, found.estimate, found.low, found.high, found.high, CONFIDENCE, judged.done, False, many)
     _split(first, judged, trials)
     rounds = [first]
     for k in range(1, trials // judged.done):
@@ -188,13 +196,16 @@ class _Population:
         rng: Of its draws.
 
     Attributes:
+        size: How many first draws there were.
+        failed_first: How many of them failed.
         log_share: Logarithm of the probability of a margin below the last level.
         steps: How many steps each chain makes at this level.
     """
 
     def __init__(self, members: list[Candidate], margins: FloatArray, rng: np.random.Generator) -> None:
         self._members, self._margins, self._rng = members, margins, rng
-        self._size, self._lines = len(members), np.arange(len(members))  # of which first draw each descends
+        self._lines = np.arange(len(members))  # of which first draw each descends
+        self.size, self.failed_first = len(members), self.failed
         self._length, self._level, self._chains = 0.6, math.inf, 0
         self._asked: list[Candidate] = []
         self.log_share, self.steps = 0.0, 0
@@ -210,16 +221,10 @@ class _Population:
         return math.exp(self.log_share) * self.failed / len(self._members)
 
     @property
-    def most(self) -> float:
-        """The estimate, or that of the last level where none failed."""
-        return self.probability or math.exp(self.log_share)
-
-    @property
     def variance(self) -> float:
-        """Of `most`, over its square: each first draw's part in it is independent of the others'."""
-        lines = self._lines[self._margins <= 0.0] if self.failed else self._lines
-        parts = np.bincount(lines) / len(lines)
-        return max(float(np.square(parts).sum()) - 1.0 / self._size, 0.0)
+        """Of the estimate, over its square, where some failed: each first draw's part in it is independent of the others'."""
+        parts = np.bincount(self._lines[self._margins <= 0.0]) / self.failed
+        return max(float(np.square(parts).sum()) - 1.0 / self.size, 0.0)
 
     def fall(self) -> bool:
         """Keep the members with the least margins; whether there was need, and others to leave."""
@@ -233,7 +238,7 @@ class _Population:
         self.log_share += math.log(len(kept) / len(self._members))
         self._members, self._margins = [self._members[int(i)] for i in kept], self._margins[kept]
         self._lines, self._chains = self._lines[kept], len(kept)
-        self.steps = max(1, round(self._size / len(kept)) - 1)
+        self.steps = max(1, round(self.size / len(kept)) - 1)
         return True
 
     def proposals(self) -> list[Candidate]:
@@ -281,17 +286,19 @@ def _split(population: _Population, judge: _Counted, trials: float) -> None:
 
 def _found(failure: str, rounds: Sequence[_Population], trials: int) -> Rarity:
     """The mean of independent rounds, its interval on the logarithm by Student's distribution of as many degrees of freedom as first
-    draws take part in it; where a round never failed, it bounds from above only."""
-    probability = float(np.mean([p.probability for p in rounds]))
-    most = np.array([p.most for p in rounds])
-    variance = float((np.square(most) * [p.variance for p in rounds]).sum() / most.sum() ** 2)
+    draws take part in it. All first draws together tell its limit; where a round never failed, they alone tell."""
+    estimates = np.array([p.probability for p in rounds])
+    probability = float(estimates.mean())
+    drawn = success_interval(sum(p.failed_first for p in rounds), sum(p.size for p in rounds), CONFIDENCE)
+    if not estimates.all():
+        return Rarity(failure, probability, 0.0, drawn.high, drawn.high, CONFIDENCE, trials, True, None)
+    variance = float((np.square(estimates) * [p.variance for p in rounds]).sum() / estimates.sum() ** 2)
     degrees = max(1.0 / variance - 1.0, 1.0) if variance else math.inf
     half = float(special.stdtrit(degrees, 0.5 + CONFIDENCE / 2.0)) * math.sqrt(variance)
-    never = any(p.probability == 0.0 for p in rounds)
-    low = 0.0 if never else probability * math.exp(-half)
-    high = min(1.0, float(most.mean()) * math.exp(min(half, _DEEPEST)))
-    plain = None if never or not variance else math.ceil((1.0 - probability) / (probability * variance))
-    return Rarity(failure, probability, low, high, CONFIDENCE, trials, True, plain)
+    limit = max(drawn.high, probability)
+    low, high = probability * math.exp(-half), min(limit, probability * math.exp(min(half, _DEEPEST)))
+    plain = math.ceil((1.0 - probability) / (probability * variance)) if variance else None
+    return Rarity(failure, probability, low, high, limit, CONFIDENCE, trials, True, plain)
 
 
 def _round(number: float) -> int:
