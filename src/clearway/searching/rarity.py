@@ -80,7 +80,7 @@ class Rarity:
         confidence: Of the interval, and of the limit.
         trials: How many it took.
         splitting: Whether by splitting; otherwise by plain sampling.
-        plain: About how many trials plain sampling would take for as narrow an interval; None: not to be told.
+        plain: About how many trials plain sampling would take for as narrow an interval; None: not to be told, or no more than it took.
     """
 
     failure: str
@@ -123,7 +123,7 @@ def rarity(
         failure: Its name.
         space: The families.
         judge: Tells margins; a trial failed if its margin is 0 or less.
-        trials: About how many it may take; it takes fewer where the failure is frequent.
+        trials: How many it may take; it takes fewer where the failure is frequent.
         seed: Of the draws.
         tell: Told how far it is: done, of how many, and what is reached.
 
@@ -144,8 +144,10 @@ def rarity(
     _split(first, judged, trials)
     rounds = [first]
     for k in range(1, trials // judged.done):
+        if judged.done + size > trials:  # the rounds before took longer than the first
+            break
         rounds.append(_drawn(space, judged, size, seed, k))
-        _split(rounds[-1], judged, math.inf)
+        _split(rounds[-1], judged, trials)
     return _found(failure, rounds, judged.done)
 
 
@@ -199,14 +201,15 @@ class _Population:
         size: How many first draws there were.
         failed_first: How many of them failed.
         log_share: Logarithm of the probability of a margin below the last level.
-        steps: How many steps each chain makes at this level.
+        chains: How many chains grow at this level.
+        steps: How many steps each of them makes.
     """
 
     def __init__(self, members: list[Candidate], margins: FloatArray, rng: np.random.Generator) -> None:
         self._members, self._margins, self._rng = members, margins, rng
         self._lines = np.arange(len(members))  # of which first draw each descends
         self.size, self.failed_first = len(members), self.failed
-        self._length, self._level, self._chains = 0.6, math.inf, 0
+        self._length, self._level, self.chains = 0.6, math.inf, 0
         self._asked: list[Candidate] = []
         self.log_share, self.steps = 0.0, 0
 
@@ -237,13 +240,13 @@ class _Population:
         kept = np.flatnonzero(self._margins < self._level)
         self.log_share += math.log(len(kept) / len(self._members))
         self._members, self._margins = [self._members[int(i)] for i in kept], self._margins[kept]
-        self._lines, self._chains = self._lines[kept], len(kept)
+        self._lines, self.chains = self._lines[kept], len(kept)
         self.steps = max(1, round(self.size / len(kept)) - 1)
         return True
 
     def proposals(self) -> list[Candidate]:
         """Whither the chains would step."""
-        self._asked = [self._step(member) for member in self._members[-self._chains :]]
+        self._asked = [self._step(member) for member in self._members[-self.chains :]]
         return self._asked
 
     def _step(self, member: Candidate) -> Candidate:
@@ -256,7 +259,7 @@ class _Population:
     def take(self, margins: Sequence[float | None]) -> None:
         """Each chain's next member: the step where it stays below the level, else the last one again. Steps get longer if most stay."""
         steps = taken = 0
-        before, margins_before = self._members[-self._chains :], self._margins[-self._chains :]
+        before, margins_before = self._members[-self.chains :], self._margins[-self.chains :]
         after = margins_before.copy()
         for i, (candidate, margin) in enumerate(zip(self._asked, margins, strict=True)):
             below = margin is not None and margin < self._level
@@ -266,7 +269,7 @@ class _Population:
                 before[i], after[i] = candidate, margin
         self._members += before
         self._margins = np.concatenate([self._margins, after])
-        self._lines = np.concatenate([self._lines, self._lines[-self._chains :]])
+        self._lines = np.concatenate([self._lines, self._lines[-self.chains :]])
         if steps:
             self._length = min(max(self._length * math.exp(taken / steps - _ACCEPTED), 0.02), 1.0)
 
@@ -277,10 +280,13 @@ def _drawn(space: Space, judge: Judge, size: int, seed: int, k: int) -> _Populat
     return _Population(*_draws(space, judge, size, rng), rng)
 
 
-def _split(population: _Population, judge: _Counted, trials: float) -> None:
-    """Let a population fall until enough fail, it is stuck or beyond what may ever be found, or the trials are spent."""
+def _split(population: _Population, judge: _Counted, trials: int) -> None:
+    """Let a population fall until enough fail, it is stuck or beyond what may ever be found, or the trials are spent; its last level may
+    have fewer steps."""
     while judge.done < trials and population.log_share > -_DEEPEST and population.fall():
         for _ in range(population.steps):
+            if judge.done + population.chains > trials:
+                return
             population.take(judge(population.proposals(), f"down to {math.exp(population.log_share):.1g}"))
 
 
@@ -294,11 +300,19 @@ def _found(failure: str, rounds: Sequence[_Population], trials: int) -> Rarity:
         return Rarity(failure, probability, 0.0, drawn.high, drawn.high, CONFIDENCE, trials, True, None)
     variance = float((np.square(estimates) * [p.variance for p in rounds]).sum() / estimates.sum() ** 2)
     degrees = max(1.0 / variance - 1.0, 1.0) if variance else math.inf
-    half = float(special.stdtrit(degrees, 0.5 + CONFIDENCE / 2.0)) * math.sqrt(variance)
+    half = _student(degrees) * math.sqrt(variance)
     limit = max(drawn.high, probability)
     low, high = probability * math.exp(-half), min(limit, probability * math.exp(min(half, _DEEPEST)))
-    plain = math.ceil((1.0 - probability) / (probability * variance)) if variance else None
-    return Rarity(failure, probability, low, high, limit, CONFIDENCE, trials, True, plain)
+    # by as wide an interval on the logarithm, whose quantile is the normal one
+    plain = (1.0 - probability) / probability * (_student(math.inf) / half) ** 2 if half else 0.0
+    return Rarity(
+        failure, probability, low, high, limit, CONFIDENCE, trials, True, math.ceil(plain) if plain > trials else None
+    )
+
+
+def _student(degrees: float) -> float:
+    """The quantile of Student's distribution that an interval takes on either side."""
+    return float(special.stdtrit(degrees, 0.5 + CONFIDENCE / 2.0))
 
 
 def _round(number: float) -> int:
