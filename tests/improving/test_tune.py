@@ -15,7 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.improving.objective import FAILED, Answers, read_objective
 from clearway.improving.search import Record, Values, best, refuse_little
 from clearway.improving.settings import InRobotFile, InYaml, with_options
-from clearway.improving.task import Search, Variable, read_task
+from clearway.improving.task import Search, Task, Variable, read_task
 from clearway.improving.trials import refuse_overlap
 from clearway.improving.tune import tune
 from clearway.improving.yaml_text import changed
@@ -109,6 +109,19 @@ def test_frozen_scenarios_may_be_held_out_and_the_same_may_not(tmp_path: Path) -
     assert refuse_overlap(task.training, task.held_out, "task.toml") is False
     with pytest.raises(ClearwayError, match="in training too"):
         refuse_overlap(task.held_out, task.held_out, "task.toml")
+
+
+def test_a_hair_makes_no_other_trial(tmp_path: Path) -> None:
+    def asked(held_out: str) -> Task:
+        old = 'suite = "hospital-held-out"\nbatches = ["MO"]'
+        return read_task(_written(tmp_path, old, f'suite = "hospital"\nbatches = ["MO"]\n{held_out}'))
+
+    for hair in ("latency = 1.000001", "latency = 2.0"):
+        task = asked(hair)
+        with pytest.raises(ClearwayError, match="in training too"):
+            refuse_overlap(task.training, task.held_out, "task.toml")
+    task = asked("latency = 1.000001\nseed = 1")
+    assert refuse_overlap(task.training, task.held_out, "task.toml") is True  # and a warning says so
 
 
 def test_a_robots_file_is_kept_and_has_a_preset_that_says_on_what_it_was_tuned(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def refuse_overlap(training: CampaignPlan, held_out: CampaignPlan, file: str) ->
     """Complain of held-out trials that are training trials too.
 
     Returns:
-        Whether some held-out trials are in places of training, and only noise and timing differ.
+        Whether some held-out trials are in places of training, and only noise, timing and the like differ.
 
     Raises:
         ClearwayError: a trial is among both.
@@ -123,9 +123,15 @@ def refuse_overlap(training: CampaignPlan, held_out: CampaignPlan, file: str) ->
     return same
 
 
+_PLACE = {"floor_plan", "start", "legs", "obstacles", "people", "robots"}
+"""Fields of a scenario that make a place another one; latency, say, makes none."""
+_TIMING = {"obstacles": {"__all__": {"runs": {"__all__": {"delay"}}}}}
+"""What of them a seed alone may change."""
+
+
 def _test(spec: TrialSpec) -> str:
-    return spec.scenario.model_dump_json(exclude={"name", "labels"})
+    return spec.scenario.model_dump_json(include=_PLACE | {"speed", "seed"})
 
 
 def _place(spec: TrialSpec) -> str:
-    return spec.scenario.model_dump_json(exclude={"name", "labels", "seed"})
+    return spec.scenario.model_dump_json(include=_PLACE, exclude=_TIMING)
