@@ -296,12 +296,12 @@ def _found(failure: str, rounds: Sequence[_Population], trials: int) -> Rarity:
     estimates = np.array([p.probability for p in rounds])
     probability = float(estimates.mean())
     drawn = success_interval(sum(p.failed_first for p in rounds), sum(p.size for p in rounds), CONFIDENCE)
+    limit = max(drawn.high, probability)
     if not estimates.all():
-        return Rarity(failure, probability, 0.0, drawn.high, drawn.high, CONFIDENCE, trials, True, None)
+        return Rarity(failure, probability, 0.0, limit, limit, CONFIDENCE, trials, True, None)
     variance = float((np.square(estimates) * [p.variance for p in rounds]).sum() / estimates.sum() ** 2)
     degrees = max(1.0 / variance - 1.0, 1.0) if variance else math.inf
     half = _student(degrees) * math.sqrt(variance)
-    limit = max(drawn.high, probability)
     low, high = probability * math.exp(-half), min(limit, probability * math.exp(min(half, _DEEPEST)))
     # by as wide an interval on the logarithm, whose quantile is the normal one
     plain = (1.0 - probability) / probability * (_student(math.inf) / half) ** 2 if half else 0.0
