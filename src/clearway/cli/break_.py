@@ -56,7 +56,7 @@ def break_(
         int,
         typer.Option(
             min=0,
-            help="About how many trials more may tell how rare a break is, with an interval; 0: none. 10000 suffice down to 1e-5.",
+            help="At most how many trials more may tell how rare a break is, with an interval; 0: none. 10000 suffice down to 1e-5.",
         ),
     ] = 0,
     batches: _options.Batches = None,

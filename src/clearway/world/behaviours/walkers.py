@@ -368,7 +368,10 @@ def walk(
     things = len(crowd.radius)
     first = things + len(crowd.things.of)
     robots = (len(bodies.radius) - first) // max(len(crowd.reactions), 1)
+    bodily = crowd.rule != Rule.ORCA  # ORCA keeps bodies apart itself
     for k in range(len(at)):
+        if bodily:
+            press_off(crowd, k, chosen[k], bodies, dt)
         for j in range(things, len(bodies.radius)):
             if crowd.sees[k] & bodies.layer[j]:
                 away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
@@ -376,8 +379,8 @@ def walk(
                 apart = radius[k] + bodies.radius[j]
                 reaction = crowd.reactions[(j - first) // robots] if j >= first else 0.0
                 hold_off(chosen[k], at[k, 2], Sighting(away, drives, reaction, apart), dt, crowd.v_max[k])
-        if crowd.rule != Rule.ORCA:
-            brush_past(crowd, k, chosen[k], bodies, dt)
+        if bodily:
+            stop_short(crowd, k, chosen[k], bodies, dt)
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), SLIM * radius[k]):
             chosen[k, 0] = chosen[k, 1] = 0.0
@@ -392,9 +395,8 @@ def walk(
 
 
 @light
-def brush_past(crowd: Crowd, k: int, velocity: FloatArray, bodies: Bodies, dt: float) -> None:
-    """Have person `k` pressed off those whom it touches, and slow down so far that it takes no more than half of the room that is left to
-    anybody: forces know no bodies. In which order people are listed changes no bit.
+def press_off(crowd: Crowd, k: int, velocity: FloatArray, bodies: Bodies, dt: float) -> None:
+    """Have person `k` pressed off those whom it touches: forces know no bodies. In which order people are listed changes no bit.
 
     Args:
         crowd: Who they are.
@@ -403,24 +405,46 @@ def brush_past(crowd: Crowd, k: int, velocity: FloatArray, bodies: Bodies, dt: f
         bodies: Everything that moves.
         dt: Until the next decision, s.
     """
-    x, y, me = crowd.at[k, 0], crowd.at[k, 1], crowd.who[k]
-    far, px, py, slower = 2.0 * crowd.v_max[k] * dt, 0, 0, 1.0
-    for after in range(2):
-        for i in range(len(crowd.radius)):
-            dx, dy, touching = bodies.position[i, 0] - x, bodies.position[i, 1] - y, crowd.radius[i] + crowd.radius[me]
-            if i == me or max(abs(dx), abs(dy)) > touching + far or not crowd.sees[k] & bodies.layer[i]:
-                continue
-            distance = max(math.hypot(dx, dy), 1e-9)
-            if after:
-                onto = (velocity[0] * dx + velocity[1] * dy) / distance
-                most = max(0.5 * (distance - SLIM * touching) / dt, 0.0)
-                slower = min(slower, most / onto) if onto > most else slower
-            else:
-                press = PRESSING * max(touching - distance, 0.0) * dt / distance
-                px, py = px + quanta(press * dx), py + quanta(press * dy)
-        if not after:
-            velocity[0], velocity[1] = velocity[0] - px * QUANTUM, velocity[1] - py * QUANTUM
-            slower = min(crowd.v_max[k] / max(math.hypot(velocity[0], velocity[1]), 1e-9), 1.0)
+    me, px, py = crowd.who[k], 0, 0
+    for i in range(len(crowd.radius)):
+        dx, dy, touching = (
+            bodies.position[i, 0] - crowd.at[k, 0],
+            bodies.position[i, 1] - crowd.at[k, 1],
+            crowd.radius[i] + crowd.radius[me],
+        )
+        if i == me or max(abs(dx), abs(dy)) > touching or not crowd.sees[k] & bodies.layer[i]:
+            continue
+        distance = max(math.hypot(dx, dy), 1e-9)
+        press = PRESSING * max(touching - distance, 0.0) * dt / distance
+        px, py = px + quanta(press * dx), py + quanta(press * dy)
+    velocity[0], velocity[1] = velocity[0] - px * QUANTUM, velocity[1] - py * QUANTUM
+    faster = max(math.hypot(velocity[0], velocity[1]) / crowd.v_max[k], 1.0)
+    velocity[0], velocity[1] = velocity[0] / faster, velocity[1] / faster
+
+
+@light
+def stop_short(crowd: Crowd, k: int, velocity: FloatArray, bodies: Bodies, dt: float) -> None:
+    """Slow person `k` down so far that it takes no more than half of the room that is left to anybody in a step of `dt` [s].
+
+    Args:
+        crowd: Who they are.
+        k: One of them.
+        velocity: (2,) at which it would walk, m/s; updated.
+        bodies: Everything that moves.
+        dt: Until the next decision, s.
+    """
+    me, far, slower = crowd.who[k], 2.0 * crowd.v_max[k] * dt, 1.0
+    for i in range(len(crowd.radius)):
+        dx, dy, slim = (
+            bodies.position[i, 0] - crowd.at[k, 0],
+            bodies.position[i, 1] - crowd.at[k, 1],
+            SLIM * (crowd.radius[i] + crowd.radius[me]),
+        )
+        if i == me or max(abs(dx), abs(dy)) > slim + far or not crowd.sees[k] & bodies.layer[i]:
+            continue
+        distance = max(math.hypot(dx, dy), 1e-9)
+        onto, most = (velocity[0] * dx + velocity[1] * dy) / distance, max(0.5 * (distance - slim) / dt, 0.0)
+        slower = min(slower, most / onto) if onto > most else slower
     velocity[0], velocity[1] = slower * velocity[0], slower * velocity[1]
 
 
