@@ -306,11 +306,15 @@ def test_nobody_passes_through_anybody_in_a_throng_at_a_door(seed: int, rules: l
 @settings(max_examples=15)
 @given(seed=st.integers(0, 999), rule=st.sampled_from(RULES[1:]))
 def test_nobody_is_pressed_into_a_robot_that_stands(seed: int, rule: str) -> None:
-    at = np.random.default_rng(seed).uniform(-0.4, 0.4, (10, 2)).round(3) + np.array([2.0, 0.0])
-    at += np.column_stack([0.6 * np.arange(10), np.zeros(10)])
-    people = [walker(f"p{k}", tuple(a), (-4.0, 0.0), behaviour=rule, reaction=0.3) for k, a in enumerate(at.tolist())]
+    """Two streams meet in a corridor where it leaves half a metre to either side."""
+    aside = np.random.default_rng(seed).uniform(-0.6, 0.6, 12).round(3).tolist()
+    people = [
+        walker(f"p{k}", (side * (1.5 + 0.4 * k), aside[k]), (-6.0 * side, aside[k]), behaviour=rule)
+        for k in range(12)
+        for side in [1.0 if k % 2 else -1.0]
+    ]
     lane = [body(rectangle(20.0, 0.2), 0.0, y, name=f"wall {y}") for y in (1.0, -1.0)]
-    assert watch(people, 10.0, (0.0, 0.0, 0.0), walls=lane, seed=seed).outcome is Outcome.TIMEOUT
+    assert watch(people, 12.0, (0.0, 0.0, 0.0), walls=lane, seed=seed).outcome is Outcome.TIMEOUT
 
 
 @settings(max_examples=15)
