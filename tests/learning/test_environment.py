@@ -25,8 +25,9 @@ from clearway.learning.scenes import Scenes
 from clearway.navigators.learnt.encoding import Acting, Seeing, axes, bounds
 from clearway.perception import make_localiser, make_tracker
 from clearway.robots import DriveKind, Robot, load_robot
+from clearway.scenarios.scenario import LabelSpec
 from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, Selection
-from clearway.scenarios.suites import suite_names
+from clearway.scenarios.suites import load_suite, suite_names
 from clearway.trials import Outcome, Trial
 from clearway.world import simulate_all
 from clearway.world.drive import Driver
@@ -213,6 +214,26 @@ def test_no_campaign_meets_what_a_learner_meets(suite: str) -> None:
     with pytest.raises(ClearwayError, match="that learners meet"):
         CampaignPlan(suites=(suite,), selection=Selection(seeds=(LEARNING_DRAWS[0] - 1, LEARNING_DRAWS[0] + 1)))
     CampaignPlan(suites=(suite,), seed=LEARNING_SEEDS[0] - 1)
+
+
+@pytest.mark.parametrize("suite", [name for name in suite_names() if load_suite(name).generator is not None])
+def test_no_learner_meets_a_test_that_it_names(suite: str) -> None:
+    whole = load_suite(suite)
+    test = whole.build(load_robot(whole.robots[0]), Selection(), outlines=True)[0]
+    several = bool(test.robots)
+    with pytest.raises(ClearwayError, match=r"scenarios: .*tests that a campaign runs"):
+        Scenes(suite, None, {"scenarios": [test.name]}, several=several)
+    with pytest.raises(ClearwayError, match=rf"suite: .*is a test of the suite '{suite}'"):
+        Scenes(test, whole.robots[0], {}, several=several)
+
+
+def test_a_scenario_of_ones_own_is_met_as_it_is() -> None:
+    tests = load_suite("crowd").build(load_robot("crowdnav-disc"), Selection(batches=("circle-invisible",)))
+    own = tests[0].model_copy(update={"name": "own", "labels": LabelSpec()})
+    met = Scenes(own, "crowdnav-disc", {}).draw()
+    assert (met.obstacles, met.start) == (own.obstacles, own.start)
+    named = Scenes("hospital", "tiago", {"scenarios": ("NO-v0.2-r1",)})
+    assert [scenario.name for scenario in named.outlines()] == ["NO-v0.2-r1"]
 
 
 def test_every_scenario_comes_once_a_round() -> None:

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from clearway.campaigns.objects import names_of
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 from clearway.robots import Robot, load_robot
 from clearway.scenarios.check import check_scenario
 from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, Selection, Suite
-from clearway.scenarios.suites import load_suite
+from clearway.scenarios.suites import load_suite, suite_names
 
 
 class Scenes:
@@ -35,10 +35,17 @@ class Scenes:
         robot: Who drives.
 
     Raises:
-        ClearwayError: there is no such suite or robot, nothing is selected, or seeds are: those are drawn.
+        ClearwayError: there is no such suite or robot, nothing is selected, or what a campaign runs is: seeds or, of a suite that draws
+            its scenarios, one of them by its name or as an object.
     """
 
     def __init__(self, suite: Any, robot: Any, selection: dict[str, Any], *, several: bool = False) -> None:
+        if isinstance(suite, Scenario) and _is_drawn(own := suite.labels.suite):
+            raise ClearwayError(
+                f"{suite.name!r} is a test of the suite {own!r}, which a campaign runs; {own!r} itself draws others of its kind, and one of your own that is made "
+                "of it has labels without a suite",
+                field="suite",
+            )
         (name,) = names_of(str(suite) if isinstance(suite, Path) else suite, "suites")
         self.suite: Suite = load_suite(name)
         if robot is None and not self.suite.robots:
@@ -50,6 +57,12 @@ class Scenes:
             raise ClearwayError(
                 f"what a learner meets is drawn from the seeds {first} to {last - 1}, which no campaign takes; leave it out",
                 field="seeds",
+            )
+        if selection.get("scenarios") and self.suite.generator is not None:
+            raise ClearwayError(
+                f"{shown(selection['scenarios'])} would be tests that a campaign runs; what a learner meets of {self.suite.name!r} is drawn, and "
+                "has other names: leave it out, and select by batches or speeds",
+                field="scenarios",
             )
         chosen: Any = {k: tuple(v) if isinstance(v, list) else v for k, v in selection.items()}
         self._selection, self._several = Selection(**chosen), several
@@ -95,7 +108,7 @@ class Scenes:
 
     def _build(self, seed: int, draw: int, outlines: bool = False) -> list[Scenario]:
         selection = self._selection
-        if self.suite.generator is not None and not selection.scenarios:
+        if self.suite.generator is not None:
             selection = replace(selection, seeds=(draw, draw + 1))
         made = self.suite.build(self.robot, selection, seed, outlines=outlines)
         if not made:
@@ -111,3 +124,8 @@ class Scenes:
                 field="suite",
             )
         return kept
+
+
+def _is_drawn(suite: str) -> bool:
+    """Whether there is a suite of this name that draws its scenarios."""
+    return suite in suite_names() and load_suite(suite).generator is not None
