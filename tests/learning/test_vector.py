@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,10 @@ import clearway.learning
 from clearway.errors import ClearwayError
 from clearway.learning.environment import Alone
 from clearway.learning.vector import Lanes, Steps
+from clearway.robots import Robot
+from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import Selection
+from clearway.scenarios.suites import load_suite
 
 KINDS: dict[str, dict[str, Any]] = {
     "legs": {"suite": "hospital", "robot": "tiago", "batches": ("NO", "SO"), "speeds": (1.0,), "beams": 30, "latency": 0.0,
@@ -19,7 +24,8 @@ KINDS: dict[str, dict[str, Any]] = {
     "rails": {"suite": "dynabarn", "beams": 24, "latency": 0.0, "localisation": "odometry"},
     "crowdnav": {"suite": "crowd", "batches": ("circle-visible", "square-invisible"), "obstacles": 6, "tracking": "difference",
                  "localisation": "truth"},
-    "walkers": {"suite": "people", "robot": "turtlebot4", "beams": 40, "latency": 0.0, "localisation": "truth"},
+    "walkers": {"suite": "people", "robot": "turtlebot4", "configurations": ("passing", "group", "door", "crowd"), "beams": 40, "latency": 0.0,
+                "localisation": "truth"},
 }  # fmt: skip
 
 
@@ -119,8 +125,40 @@ def test_a_reward_of_ones_own_is_asked() -> None:
 )
 def test_what_takes_python_is_refused(options: dict[str, Any], field: str) -> None:
     with pytest.raises(ClearwayError) as error:
-        clearway.learning.make_vec(**options).reset(seed=1)
+        clearway.learning.make_vec(**options)
     assert field in str(error.value) or error.value.field == field
+
+
+EXACT: dict[str, Any] = {"latency": 0.0, "localisation": "truth", "tracking": "difference"}
+
+
+@pytest.mark.parametrize(
+    ("suite", "which", "select"),
+    [
+        ("people", "bed-r1", "configurations=('passing', 'crossing', "),
+        ("hospital", "MO-passing-", "batches=('NO', 'SO')"),
+        ("ward-day", "people-5-guide-", "batches=('people-0',)"),
+    ],
+)
+def test_who_has_to_be_asked_is_named_before_anything_runs(suite: str, which: str, select: str) -> None:
+    with pytest.raises(ClearwayError, match="takes Python at each step") as error:
+        clearway.learning.make_vec(suite, **EXACT)
+    assert which in str(error.value)
+    assert f"select {select}" in str(error.value)
+
+
+def test_scenarios_with_a_crowd_and_without_are_refused_together() -> None:
+    people = load_suite("people")
+
+    def made(robot: Robot, selection: Selection, seed: int) -> list[Scenario]:
+        passing, crossing = (s for s in people.make(robot, selection, seed) if s.name in ("passing-r1", "crossing-r1"))
+        return [passing, crossing.model_copy(update={"people": ()})]
+
+    mixed = replace(people, name="mixed", make=made)
+    with pytest.raises(ClearwayError, match=r"'crossing-r1',\) have no crowd.* select configurations=\('passing',\)"):
+        clearway.learning.make_vec(mixed, "turtlebot4", **EXACT)
+    for scenario in ("passing-r1", "crossing-r1"):
+        clearway.learning.make_vec(mixed, "turtlebot4", scenarios=(scenario,), **EXACT).reset(seed=1)
 
 
 def test_actions_are_looked_at() -> None:

@@ -17,6 +17,9 @@ from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import LEARNING_DRAWS, LEARNING_SEEDS, Selection, Suite
 from clearway.scenarios.suites import load_suite, suite_names
 
+ROUNDS = 8
+"""Of so many a sample is, where that takes no time: so what is tossed for shows both of its sides."""
+
 
 class Scenes:
     """Gives one scenario after another, in an order that is drawn: all of a suite before one comes again.
@@ -93,6 +96,15 @@ class Scenes:
             order = self._rng.permutation(len(self._round))
             self._round = [self._round[k] for k in order]
         scenario = self._round.pop()
+        self.check(scenario)
+        return scenario
+
+    def check(self, scenario: Scenario) -> None:
+        """Whether `scenario` can be built for this robot.
+
+        Raises:
+            ClearwayError: it can't.
+        """
         labels = scenario.labels  # of those that are drawn one stands for all: each is by the same rule
         known = labels.configuration if labels.configuration in self.suite.configurations else None
         alike = (labels.batch, known, scenario.speed)
@@ -100,11 +112,16 @@ class Scenes:
             for problem in check_scenario(scenario, self.robot):
                 raise ClearwayError(problem.problem, file=problem.file, field=f"{scenario.name}: {problem.field}")
             self._checked.add(alike)
-        return scenario
 
     def outlines(self) -> list[Scenario]:
         """Those of some round, without what is drawn."""
         return self._build(LEARNING_SEEDS[0], LEARNING_DRAWS[0], outlines=True)
+
+    def sample(self) -> list[Scenario]:
+        """Those of one round as they are drawn, or of several rounds where drawing takes no time; unchecked."""
+        generator, (first, _) = self.suite.generator, LEARNING_DRAWS
+        quick = generator is not None and not generator.calls(replace(self._selection, seeds=(first, first + 1)))
+        return [s for k in range(ROUNDS if quick else 1) for s in self._build(LEARNING_SEEDS[0] + k, first + k)]
 
     def _build(self, seed: int, draw: int, outlines: bool = False) -> list[Scenario]:
         selection = self._selection

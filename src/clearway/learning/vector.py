@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numba.typed import List
 
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, shown
 from clearway.geometry.raycast import beams, scene
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
@@ -25,6 +25,7 @@ from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space
 from clearway.navigators.learnt.encoding import Numbers, axes, bounds, cuts
 from clearway.scenarios.scenario import Scenario
+from clearway.scenarios.suite import Suite
 from clearway.trials import Outcome
 from clearway.world.goal_and_progress_checker import Verdict, begin_leg
 from clearway.world.legs import Legs
@@ -32,6 +33,8 @@ from clearway.world.lidar import Errors
 from clearway.world.lidar import View as Lidar
 
 Observed: TypeAlias = dict[str, Numbers] | Numbers
+ASKED = "asked"
+"""Stands for a crowd where not one compiled crowd decides for all."""
 _PLACES = ("truth", "odometry")
 _ENDS = {Verdict.REACHED: Outcome.REACHED, Verdict.TIMEOUT: Outcome.TIMEOUT, Verdict.LIVELOCK: Outcome.LIVELOCK}
 
@@ -79,7 +82,7 @@ def make_vec(
 
     What takes Python at each step is refused: localisation by `amcl`, latency (say `latency=0.0`), obstacles that are not told exactly
     (of a robot with such a camera and `tracking="difference"` they are), and people or obstacles whose behaviour is not one
-    compiled crowd. `gymnasium.make_vec(..., vectorization_mode="async")` steps those.
+    compiled crowd; so are scenarios of which some have such a crowd and some none. `gymnasium.make_vec(..., vectorization_mode="async")` steps those.
 
     Args:
         suite: As `make` has it.
@@ -134,6 +137,7 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         self._low, self.most = np.zeros((n, k)), np.zeros((n, k))
         self._worlds: list[_World | None] = [None] * n
         self._held: tuple[Any, ...] = ()
+        self._crowd = _crowd_of(scenes, view)
 
     def reset(
         self, *, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
@@ -232,6 +236,8 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         while True:
             scenario = self._scenes[i].draw()
             world = _World(scenario, self._robot, self._view)
+            if world.crowd != self._crowd:  # its suite tosses for that, and `_crowd_of` has seen one side
+                raise _unlike([scenario.name], world.crowd, "take `make`")
             if not world.over:  # it may have been placed where another stands
                 break
         self._worlds[i] = world
@@ -260,8 +266,9 @@ class _World:
     """A scenario under way in a lane.
 
     Attributes:
-        lane: It, as kernels take it.
+        lane: It, as kernels take it; none where `crowd` is `ASKED`.
         over: Whether it ended before it began.
+        crowd: Which compiled crowd decides there; empty: nobody does; `ASKED`: somebody whom Python has to ask.
 
     Raises:
         ClearwayError: it takes Python at each step.
@@ -281,16 +288,19 @@ class _World:
         self.over, self._traffic = episode.over, episode.traffic
         world, checker = episode.drives[0].world, episode.drives[0].checker
         self._world, scanner, camera = world, world.scanner, world.camera
+        self.crowd = ""
+        if self._traffic.decided:
+            self.crowd = type(self._traffic.crowd).__name__ if self._traffic.ridden_among else ASKED
         if any((world.latency.sensing, world.latency.command, world.latency.jitter)) or (scanner and scanner.sweeps):
             raise _refused("latency", "say latency=0.0", "latency")
-        if self._traffic.decided and not self._traffic.ridden_among:
-            raise _refused("a scenario whose bodies decide by other than one compiled crowd", "take `make`", "suite")
         if seeing.obstacles and (camera is None or camera.bound.any() or tracking != "difference"):
             raise _refused(
                 "following obstacles",
                 'take a robot whose camera tells them exactly, and tracking="difference"',
                 "obstacles",
             )
+        if self.crowd == ASKED:
+            return
         seen = np.flatnonzero([camera is not None] * (len(camera.radius) if camera and seeing.obstacles else 0))
         discs, which = np.zeros((len(seen), 3)), np.full(len(seen), -1, np.int64)
         if camera is not None and len(seen):
@@ -338,6 +348,55 @@ class _World:
         t = float(now[PERIODS] * self.lane.ride.setting.vehicle.period)
         begin_leg(self.lane.rules[now[LEG]], self.lane.progress, t, float(state[0]), float(state[1]))
         self._world.begin_leg(int(now[LEG]), t)
+
+
+def _crowd_of(scenes: Scenes, view: View) -> str:
+    """Which `_World.crowd` all scenarios have.
+
+    Raises:
+        ClearwayError: some have another one, or it takes Python at each step.
+    """
+    found: dict[str, list[Scenario]] = {}
+    crowds: dict[Any, str] = {}  # of those that differ in nothing that counts here one is built
+    for scenario in scenes.sample():
+        behaviours = {(person.behaviour, person.decides_every) for person in scenario.people}
+        driven = any(obstacle.behaviour for obstacle in scenario.obstacles)
+        alike = (scenario.localisation, scenario.tracking, driven, frozenset(behaviours))
+        if alike not in crowds:
+            scenes.check(scenario)
+            crowds[alike] = _World(scenario, scenes.robot, view).crowd
+        found.setdefault(crowds[alike], []).append(scenario)
+    if len(found) == 1 and ASKED not in found:
+        return next(iter(found))
+    able = sorted((crowd for crowd in found if crowd != ASKED), key=lambda crowd: -len(found[crowd]))
+    crowd = ASKED if ASKED in found else able[-1]
+    ways = (
+        _leaving_out([s for c, of in found.items() if c != kept for s in of], found[kept], scenes.suite)
+        for kept in able
+    )
+    raise _unlike([s.name for s in found[crowd]], crowd, next(filter(None, ways), "take `make`"))
+
+
+def _leaving_out(rest: Sequence[Scenario], kept: Sequence[Scenario], suite: Suite) -> str:
+    """How to meet none of `rest`, but some of `kept`, in words; empty: there is no way."""
+    for option, label in (("batches", "batch"), ("configurations", "configuration")):
+        bad = {getattr(scenario.labels, label) for scenario in rest}
+        good = dict.fromkeys(getattr(scenario.labels, label) for scenario in kept)
+        if own := tuple(name for name in good if name in getattr(suite, option) and name not in bad):
+            return f"select {option}={own}, or take `make`"
+    if suite.generator is None:
+        return f"select scenarios={shown(tuple(scenario.name for scenario in kept))}, or take `make`"
+    return ""
+
+
+def _unlike(names: Sequence[str], crowd: str, instead: str) -> ClearwayError:
+    if crowd == ASKED:
+        what = f"that bodies decide by other than one compiled crowd, as in {shown(tuple(names))},"
+        return _refused(what, instead, "suite")
+    return ClearwayError(
+        f"{shown(tuple(names))} have {'another crowd than others' if crowd else 'no crowd, as others have'}, and make_vec steps one kind in its kernel; {instead}",
+        field="suite",
+    )
 
 
 def _refused(what: str, instead: str, field: str) -> ClearwayError:
