@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -141,3 +142,12 @@ def test_a_header_is_as_the_specification_shows_it() -> None:
 def test_a_header_that_is_none_is_told(data: bytes, says: str) -> None:
     with pytest.raises(WireError, match=says):
         fields_of(data)
+
+
+@pytest.mark.parametrize("increment", [2e-3, -2e-3, 0.0])
+def test_each_beam_of_a_sweep_has_its_time(increment: float) -> None:
+    told = WRITING.sweep(STAMP, replace(SCAN, time_increment=increment))
+    first = told.header.stamp.sec * 10**9 + told.header.stamp.nanosec
+    times = [first + round(i * told.time_increment * 1e9) for i in range(3)]
+    assert times == [STAMP + round((i - 1) * increment * 1e9) for i in range(3)]
+    assert told.scan_time == abs(2 * increment)

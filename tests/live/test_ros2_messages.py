@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -122,3 +122,12 @@ def test_the_type_hash_of_a_topic_is_the_published_one() -> None:
     assert m.type_hash("geometry_msgs/msg/Twist") == (
         "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a"
     )
+
+
+@pytest.mark.parametrize("increment", [2e-3, -2e-3, 0.0])
+def test_each_beam_of_a_sweep_has_its_time(increment: float) -> None:
+    told = writing.sweep(STAMP, replace(SCAN, time_increment=increment))
+    first = told.header.stamp.sec * 10**9 + told.header.stamp.nanosec
+    times = [first + round(i * told.time_increment * 1e9) for i in range(3)]
+    assert times == [STAMP + round((i - 1) * increment * 1e9) for i in range(3)]
+    assert told.scan_time == abs(2 * increment)

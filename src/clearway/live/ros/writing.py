@@ -98,12 +98,13 @@ class Writing:
         return self._located(self.header(stamp, MAP), self._spread_pose(self.pose_of(pose), covariance))
 
     def sweep(self, stamp: int, scan: Scan) -> Any:
-        """What `/scan` holds: its stamp is the first beam's, as the message defines it."""
+        """What `/scan` holds: its stamp is the first beam's, as the message defines it, also where that one is cast last: beam i is of
+        the stamp and i times the time increment."""
         beams = len(scan.ranges)
         lasts = scan.time_increment * (beams - 1)
-        begun = stamp - round(0.5 * abs(lasts) * 1e9)
+        first = stamp - round(0.5 * lasts * 1e9)
         return self._sweep(
-            self.header(begun, LASER),
+            self.header(first, LASER),
             scan.angle_min, scan.angle_min + (beams - 1) * scan.angle_increment, scan.angle_increment,
             scan.time_increment, abs(lasts), scan.range_min, scan.range_max, scan.ranges.tolist(), [],
         )  # fmt: skip
