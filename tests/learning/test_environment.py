@@ -19,6 +19,7 @@ from clearway.campaigns.pilot import compose
 from clearway.campaigns.plan import CampaignPlan, granted_map
 from clearway.contract import Command, Goal, Need, Observation, Obstacles, Scan, Task
 from clearway.errors import ClearwayError
+from clearway.indicators import score_row
 from clearway.learning.episode import Episode
 from clearway.learning.rewards import Step, default_reward
 from clearway.learning.scenes import Scenes
@@ -101,6 +102,21 @@ def test_an_episode_of_a_team_is_the_trials_of_its_robots() -> None:
     trials = env.episode.trials()
     assert len(trials) > 1
     assert all(same(a, b) for a, b in zip(navigated(env.episode), trials, strict=True))
+
+
+def test_each_robot_of_a_team_has_its_indicators_when_all_are_over() -> None:
+    env = clearway.learning.make_team("sar-team", obstacles=5)
+    seen, _ = env.reset(seed=4)
+    everybody, last, infos = set(env.agents), set(), {}
+    while env.agents:
+        last = set(env.agents)
+        seen, *_, infos = env.step({name: straight(seen[name]) for name in last})
+        assert all(infos[name]["outcome"] for name in last - set(env.agents))
+    assert last < everybody == infos.keys()  # one was over before
+    for info, trial in zip((infos[name] for name in env.episode.scenario.names()), env.episode.trials(), strict=True):
+        assert info["outcome"] == str(trial.outcome)
+        assert info["indicators"]["success"] == (trial.outcome == Outcome.REACHED)
+        assert info["indicators"] == {k: v for k, v in score_row(trial).items() if v is not None}
 
 
 @pytest.mark.parametrize(

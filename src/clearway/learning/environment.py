@@ -153,7 +153,7 @@ class Alone(gymnasium.Env[Observed, npt.NDArray[np.float32]]):
         reward = past.reward(self._view.reward, episode, command)
         outcome = episode.outcome()
         terminated, truncated = outcome not in (None, Outcome.TIMEOUT), outcome == Outcome.TIMEOUT
-        return self._seen(), reward, terminated, truncated, ending(episode, 0, self._view)
+        return self._seen(), reward, terminated, truncated, endings(episode, self._view)[0]
 
     def render(self) -> RenderFrame | list[RenderFrame] | None:
         """Nothing: an episode is drawn by a report."""
@@ -210,13 +210,13 @@ class Past:
         )  # fmt: skip
 
 
-def ending(episode: Episode, robot: int, view: View) -> dict[str, Any]:
-    """What `info` holds when the trial of `robot` is over, and, for its indicators, all others are."""
-    drive = episode.drives[robot]
-    if drive.outcome is None:
-        return {}
-    told: dict[str, Any] = {"outcome": str(drive.outcome), "reason": drive.checker.reason}
-    if episode.over and view.indicators:
-        row = score_row(episode.trials()[robot])
-        told["indicators"] = {name: value for name, value in row.items() if value is not None}
+def endings(episode: Episode, view: View) -> list[dict[str, Any]]:
+    """Of each robot what `info` holds when its trial is over, with its indicators when all are; empty: it goes on."""
+    trials = episode.trials() if episode.over and view.indicators else []
+    told: list[dict[str, Any]] = [
+        {"outcome": str(drive.outcome), "reason": drive.checker.reason} if drive.outcome is not None else {}
+        for drive in episode.drives
+    ]
+    for own, trial in zip(told, trials, strict=False):
+        own["indicators"] = {name: value for name, value in score_row(trial).items() if value is not None}
     return told

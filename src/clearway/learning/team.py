@@ -10,7 +10,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from clearway.errors import ClearwayError
-from clearway.learning.environment import Observed, Past, View, ending, split, view
+from clearway.learning.environment import Observed, Past, View, endings, split, view
 from clearway.learning.episode import Episode, Equipment, equipment_of, robots_of
 from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space, seen
@@ -31,6 +31,9 @@ def make_team(suite: Any, robot: Any = None, **options: Any) -> Team:
 
 class Team(ParallelEnv):  # type: ignore[misc]
     """All robots of a suite's scenarios, each an agent by its name; one that has arrived stands and is out of `agents`.
+
+    The `info` of a robot says at its end its `outcome` and the `reason`. Its `indicators` are known when all robots are at their ends: the last
+    step has an `info` of each, also of those that were out of `agents` before.
 
     Args:
         scenes: Which scenarios they meet.
@@ -113,7 +116,8 @@ class Team(ParallelEnv):  # type: ignore[misc]
         episode.step(commands)
         rewards = {name: pasts[k].reward(self._view.reward, episode, commands[k]) for k, name in numbers.items()}
         ends = {name: episode.outcome(k) for k, name in numbers.items()}
-        infos = {name: ending(episode, k, self._view) for k, name in numbers.items()}
+        told = endings(episode, self._view)
+        infos = {name: told[k] for k, name in enumerate(self._names) if k in numbers or episode.over}
         self.agents = [name for name in agents if ends[name] is None]
         return (
             self._seen(agents),
