@@ -33,6 +33,7 @@ from clearway.errors import ClearwayError
 from clearway.live import navigator as live_navigator
 from clearway.live.encodings import JsonLines, MessagePack
 from clearway.live.line import WireError
+from clearway.live.peers import Process
 from clearway.navigators.registry import NAVIGATORS, drives_of, make_navigator, needs_of
 
 
@@ -336,6 +337,51 @@ def served(connections: int) -> Iterator[int]:
         yield listening.getsockname()[1]
         thread.join(10.0)
         assert not thread.is_alive()
+
+
+def gone(pid: int) -> bool:
+    """Whether it is, within five seconds."""
+    until = time.monotonic() + 5.0
+    while alive(pid) and time.monotonic() < until:
+        time.sleep(0.01)
+    return not alive(pid)
+
+
+def number_in(file: Path) -> int:
+    """What a shell writes there, within ten seconds."""
+    until = time.monotonic() + 10.0
+    while not (file.exists() and file.read_text().endswith("\n")) and time.monotonic() < until:
+        time.sleep(0.01)
+    return int(file.read_text())
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc to look for processes")
+@pytest.mark.parametrize("how", ["ended", "left", "this process is killed"])
+def test_what_a_shell_script_starts_ends_with_it(how: str, tmp_path: Path) -> None:
+    file = tmp_path / "pid"
+    command = ["sh", "-c", f"sleep 600 & echo $! > {file}; {'exit' if how == 'left' else 'wait'}"]
+    if how == "this process is killed":
+        code = f"import time\nfrom clearway.live.peers import Process\none = Process({command!r})\ntime.sleep(600)"
+        this = subprocess.Popen([sys.executable, "-c", code], process_group=0)
+        pid = number_in(file)
+        this.kill()
+        this.wait()
+    else:
+        one = Process(command)
+        pid = number_in(file)
+        assert os.getpgid(pid) != os.getpgrp()  # nor does Ctrl-C come there
+        if how == "left":
+            one.leave()
+        one.end()
+        one.end()  # which is nothing more
+    assert gone(pid)
+
+
+def test_one_that_leaves_its_group_ends_too() -> None:
+    one = Process([sys.executable, "-c", "import os, time\nos.setsid()\nprint(1, flush=True)\ntime.sleep(600)"])
+    one._process.stdout.read(1)  # type: ignore[union-attr]
+    one.end()
+    assert not alive(one._process.pid)
 
 
 def test_a_server_answers_as_a_process_does() -> None:

@@ -27,7 +27,7 @@ from clearway.errors import ClearwayError, shown
 from clearway.geometry.shapes import FloatArray, circumscribed_radius
 from clearway.live.line import WireError, Words
 from clearway.live.navigator import HELLO_LIMIT
-from clearway.live.peers import ENDING, fate_of, started
+from clearway.live.peers import ENDING, Program, fate_of
 from clearway.navigators.common.route import Route, seen
 from clearway.reading import read_yaml
 from clearway.robots import Robot, possible
@@ -138,9 +138,10 @@ class Session:
         self._folder = tempfile.TemporaryDirectory(prefix="clearway_arena_")
         places = {name: f"ipc://{self._folder.name}/{name.lower()}" for name in _SOCKETS}
         told = {f"ARENA_PLANNER_{name}_ENDPOINT": place for name, place in places.items()}
-        self._process = started(
+        self._program = Program(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=os.environ | told
         )
+        self._process = self._program.process
         assert self._process.stdout is not None
         self.words = Words(self._process.stdout.fileno())
         self._context, self._poller = zmq.Context(), zmq.Poller()
@@ -203,9 +204,7 @@ class Session:
 
     def end(self) -> None:
         """Let nothing of it go on."""
-        if self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
+        self._program.end()
         assert self._process.stdout is not None
         self._process.stdout.close()
         self._context.destroy(linger=0)

@@ -18,6 +18,7 @@ ENDING = 1.0
 """s that a process has to end after its `bye`."""
 
 _CONNECTING = 5.0
+_GUARD = ("/bin/sh", "-c", "trap '' HUP INT TERM; read nothing; kill -KILL 0")
 _PR_SET_PDEATHSIG = 1
 _C = ctypes.CDLL(None)
 
@@ -42,7 +43,7 @@ class Peer(Protocol):
 
 
 class Process:
-    """A process that speaks on its standard streams. It ends with this one, however this one ends.
+    """A process that speaks on its standard streams. It ends with this one, and with it what it has started.
 
     Args:
         command: The program and its arguments.
@@ -52,7 +53,8 @@ class Process:
     """
 
     def __init__(self, command: Sequence[str]) -> None:
-        self._process = started(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self._program = Program(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self._process = self._program.process
         streams = (self._process.stdout, self._process.stdin, self._process.stderr)
         self._streams = [stream for stream in streams if stream is not None]
         self.line = Line(*(stream.fileno() for stream in self._streams))
@@ -71,28 +73,54 @@ class Process:
         return self.fate() if self._process.returncode else ""
 
     def end(self) -> None:
-        if self._process.poll() is None:
-            self._process.kill()
-            self._process.wait()
+        self._program.end()
         for stream in self._streams:
             with suppress(OSError):
                 stream.close()
 
 
-def started(command: Sequence[str], **how: Any) -> subprocess.Popen[bytes]:
-    """A process that ends with this one.
+class Program:
+    """A program and all that it starts, a group of processes that ends with this process, however this one ends.
+
+    Ctrl-C doesn't come there. A shell that is the first of the group waits for this process to end, and then ends the group.
 
     Args:
         command: The program and its arguments.
         how: Further arguments of `Popen`.
 
+    Attributes:
+        process: The program itself.
+
     Raises:
         WireError: it can't be started.
     """
-    try:  # in the group of a worker, which is ended as a whole
-        return subprocess.Popen(command, bufsize=0, preexec_fn=_ending_with(os.getpid()), **how)
-    except (OSError, subprocess.SubprocessError) as error:
-        raise WireError(f"cannot be started: {getattr(error, 'strerror', None) or error}") from error
+
+    def __init__(self, command: Sequence[str], **how: Any) -> None:
+        quiet = subprocess.DEVNULL
+        self._guard = subprocess.Popen(
+            _GUARD, bufsize=0, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, process_group=0
+        )
+        group, parent = self._guard.pid, os.getpid()
+        try:
+            self.process = subprocess.Popen(
+                command, bufsize=0, preexec_fn=_ending_with(parent), process_group=group, **how
+            )
+        except (OSError, subprocess.SubprocessError) as error:
+            self._end_group()
+            raise WireError(f"cannot be started: {getattr(error, 'strerror', None) or error}") from error
+
+    def end(self) -> None:
+        """End it, and whatever it has started."""
+        self._end_group()
+        self.process.kill()  # it may have left the group
+        self.process.wait()
+
+    def _end_group(self) -> None:
+        if self._guard.returncode is None:  # so the group's number is nobody else's yet
+            os.killpg(self._guard.pid, signal.SIGKILL)
+            self._guard.wait()
+        assert self._guard.stdin is not None
+        self._guard.stdin.close()
 
 
 def fate_of(process: subprocess.Popen[bytes]) -> str:
