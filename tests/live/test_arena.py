@@ -95,7 +95,7 @@ def test_a_scan_is_laid_around_the_robot_as_arena_lays_it(monkeypatch: pytest.Mo
     [
         ("dies", "ended with exit code 1; .* 'out of thrust'"),
         ("fails", r"says that it failed: 'no weights' \('step_failed'\)"),
-        ("nan", r"acts \[nan, nan\], which is no action of kind differential_drive"),
+        ("nan", r"acts \[nan, nan\], which is no action of kind differential_drive; the last line .* 'no way out'"),
     ],
 )
 def test_what_it_does_wrong_is_said(kind: str, says: str, monkeypatch: pytest.MonkeyPatch) -> None:

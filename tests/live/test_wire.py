@@ -168,13 +168,15 @@ def test_what_it_does_wrong_is_said_and_the_next_trial_begins_it_anew(
 
 @pytest.mark.parametrize(
     ("kind", "says"),
-    [("nan", "v = nan is not finite"), ("null", "omega is None"), ("words", "v is 'fast', not a number")],
+    [("nan", "v = nan is not finite"), ("null", "omega is None, not a number"), ("words", "v is 'fast', not a number")],
 )
 def test_a_command_that_is_none_of_numbers(kind: str, says: str) -> None:
     made = make_navigator(address(kind))
     begin(made)
-    with pytest.raises((TypeError, ValueError), match=says):
-        [plain_command(command) for command in drive(made)]
+    pid = pid_of(made)
+    with pytest.raises(WireError, match=f"a command that is none: .*{says}; the last line of .*'dividing by zero'$"):
+        drive(made)
+    assert not alive(pid)
 
 
 def test_one_that_hangs_is_broken_off_with_its_last_words() -> None:

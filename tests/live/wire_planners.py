@@ -37,6 +37,11 @@ def die() -> None:
     raise SystemExit("the map is upside down")
 
 
+def slip(**more: Any) -> None:
+    print("dividing by zero", file=sys.stderr, flush=True)
+    command(**more)
+
+
 def chatter() -> None:
     said = json.dumps({"type": "command", "v": 0.1, "omega": 0.0})
     say(f"{said}\n{said}")  # at once: of two writes, the second may pass for the next step's answer
@@ -72,9 +77,9 @@ STEPS = {
     "closes": lambda: (os.close(1), time.sleep(3600)),
     "text": lambda: say("planning ..."),
     "long": lambda: say("x" * (1 << 21)),
-    "nan": lambda: command(v=float("nan")),
-    "null": lambda: command(omega=None),
-    "words": lambda: command(v="fast"),
+    "nan": lambda: slip(v=float("nan")),
+    "null": lambda: slip(omega=None),
+    "words": lambda: slip(v="fast"),
     "half": lambda: tell(type="command", v=0.1),
     "misspelt": lambda: command(w=0.1),
     "ready": lambda: tell(type="ready"),

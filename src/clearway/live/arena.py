@@ -270,9 +270,15 @@ class ArenaPlanner:
             "op": "obs", "t_sec": seconds, "t_nanosec": max(round(1e9 * (observation.t - seconds)), 0), "seq": self._count,
             "features": self._features(observation),
         }  # fmt: skip
-        answer = self._heard(lambda session: session.ask("OBS", frame, "action"))
-        v, omega, v_y = self._held(*self._driven(answer.get("action"), float(observation.pose[2])))
-        return Command(v, omega, v_y=v_y, arrived=True if answer.get("signal") == "arrived" else None)
+        theta = float(observation.pose[2])
+
+        def acted(session: Session) -> Command:
+            answer = session.ask("OBS", frame, "action")
+            v, omega, v_y = self._held(*self._driven(answer.get("action"), theta))
+            return Command(v, omega, v_y=v_y, arrived=True if answer.get("signal") == "arrived" else None)
+
+        command: Command = self._heard(acted)
+        return command
 
     def close(self) -> None:
         """End it."""
@@ -312,7 +318,7 @@ class ArenaPlanner:
             if self._limits.v_y_max > 0.0:
                 return speed * math.cos(turn), omega, speed * math.sin(turn)
             return speed, omega + (turn / self._task.period if speed >= 1e-6 else 0.0), 0.0
-        raise WireError(f"{self.name} acts {shown(action)}, which is no action of kind {self._manifest.action}")
+        raise WireError(f"acts {shown(action)}, which is no action of kind {self._manifest.action}")
 
     def _held(self, v: float, omega: float, v_y: float) -> tuple[float, float, float]:
         """What the base can hold of that: all by one factor, so that the curve stays, as Arena does it."""

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from clearway.campaigns.plain import plain_command
 from clearway.contract import Command, Goal, Observation, Task
 from clearway.live.encodings import Encoding, Message
 from clearway.live.line import WireError
@@ -59,7 +60,7 @@ class Remote:
         if observation.goal is not self._goal:
             self._goal, self._told = observation.goal, goal_of(observation.goal, self._goals)
             self._goals += 1
-        return self._heard(command_of, step_of(observation, self._told, self._encoding.array))
+        return self._heard(_sound_command_of, step_of(observation, self._told, self._encoding.array))
 
     def close(self) -> None:
         """Say bye, and end it if it doesn't."""
@@ -134,3 +135,11 @@ class Remote:
         if isinstance(error, EOFError):
             return peer.fate()
         return str(error) if isinstance(error, WireError) else None
+
+
+def _sound_command_of(message: Message) -> Command:
+    """The command that a message is; one whose values are wrong is a failure of its own, which is told with its last words."""
+    try:
+        return plain_command(command_of(message))
+    except (TypeError, ValueError) as error:
+        raise WireError(f"gave a command that is none: {error}") from error
