@@ -161,6 +161,22 @@ def test_scenarios_with_a_crowd_and_without_are_refused_together() -> None:
         clearway.learning.make_vec(mixed, "turtlebot4", scenarios=(scenario,), **EXACT).reset(seed=1)
 
 
+def test_one_without_a_seed_goes_on_as_it_was() -> None:
+    lanes, twin = several("crowdnav", 3), several("crowdnav", 3)
+    lanes.reset(seed=[4, 5, 6])
+    twin.reset(seed=5)
+    seen, _ = lanes.reset(seed=[5, None, 7])
+    again, _ = twin.reset(seed=[5, 6, 7])
+    np.testing.assert_array_equal(seen[[0, 2]], again[[0, 2]])
+    assert not np.array_equal(seen[1], again[1])
+    twin.reset(seed=[None, 5, None])
+    again, _ = twin.reset()
+    np.testing.assert_array_equal(seen[1], again[1])
+    for seeds in ([], [1], [1, 2, 3, 4]):
+        with pytest.raises(ValueError, match=f"{len(seeds)} seeds for 3 environments"):
+            lanes.reset(seed=seeds)
+
+
 def test_actions_are_looked_at() -> None:
     lanes = several("crowdnav", 2)
     with pytest.raises(ResetNeeded):

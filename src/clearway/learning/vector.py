@@ -140,20 +140,22 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         self._crowd = _crowd_of(scenes, view)
 
     def reset(
-        self, *, seed: int | list[int] | None = None, options: dict[str, Any] | None = None
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observed, dict[str, Any]]:
-        """Begin a scenario in each: with a list of seeds each is `make`'s environment with its own, with one `seed` the first has
-        that, the second the next one, and so on. It takes no `options`.
+        """Begin a scenario in each: with a list of seeds each is `make`'s environment with its own, where that is None it goes on as it
+        was; with one `seed` the first has that, the second the next one, and so on. It takes no `options`.
 
         Raises:
             ValueError: there are more seeds or fewer than environments.
         """
-        seeds = [seed + i for i in range(self.num_envs)] if isinstance(seed, int) else seed or []
-        super().reset(seed=seeds[0] if seeds else None)
-        if seeds and len(seeds) != self.num_envs:
-            raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
-        for scenes, own in zip(self._scenes, seeds, strict=False):
-            scenes.seed(own)
+        n = self.num_envs
+        seeds = [seed + i for i in range(n)] if isinstance(seed, int) else [None] * n if seed is None else list(seed)
+        if len(seeds) != n:
+            raise ValueError(f"{len(seeds)} seeds for {n} environments")
+        super().reset(seed=seeds[0])
+        for scenes, own in zip(self._scenes, seeds, strict=True):
+            if own is not None:
+                scenes.seed(own)
         infos: dict[str, Any] = {}
         for i in range(self.num_envs):
             infos = self._add_info(infos, {"scenario": self._begin(i)}, i)
