@@ -191,6 +191,16 @@ def test_a_reward_of_ones_own() -> None:
     assert told[0].command == Command(1.0, bounds(load_robot("crowdnav-disc"))[1][2], v_y=1.0)
 
 
+@pytest.mark.parametrize("given", [None, math.nan, math.inf, np.zeros(1), "much"])
+def test_a_reward_that_is_none(given: Any) -> None:
+    env = clearway.learning.make("crowd", reward=lambda step: given, **CROWD)
+    env.reset(seed=0)
+    with pytest.raises(
+        ClearwayError, match=r"^reward: what it gave for a control period is .*; a finite number is expected"
+    ):
+        env.step(np.ones(3, np.float32))
+
+
 def test_the_default_reward_is_what_its_words_say() -> None:
     at = np.zeros(3)
     near = Step(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -109,6 +110,16 @@ def test_a_reward_of_ones_own_is_asked() -> None:
     assert rewards.tolist() == [1.0, 2.0]
     assert asked[0].before.shape == (2,)
     assert asked[0].outcome == [None, None]
+
+
+@pytest.mark.parametrize("given", [None, 1.0, np.zeros((2, 1)), [1.0, math.nan], [1.0, math.inf], "much", {}])
+def test_rewards_that_are_none(given: Any) -> None:
+    lanes = several("crowdnav", 2, reward=lambda steps: given)
+    lanes.reset(seed=1)
+    with pytest.raises(
+        ClearwayError, match=r"^reward: what it gave .*; 2 finite numbers, an array of the shape \(2,\)"
+    ):
+        lanes.step(np.zeros((2, 3), np.float32))
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from clearway.contract import Command, Goal
 from clearway.errors import ClearwayError, unknown
 from clearway.indicators import score_row
 from clearway.learning.episode import Episode, Equipment, equipment_of
-from clearway.learning.rewards import Reward, Step, default_reward
+from clearway.learning.rewards import Reward, Step, default_reward, numbers_of
 from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space, seen
 from clearway.navigators.learnt.encoding import Acting, Numbers, Seeing
@@ -142,6 +142,7 @@ class Alone(gymnasium.Env[Observed, npt.NDArray[np.float32]]):
 
         Raises:
             ValueError: the action is not as many finite numbers as it should be.
+            ClearwayError: the reward is no finite number.
             gymnasium.error.ResetNeeded: no episode is under way.
         """
         episode = self.episode
@@ -197,17 +198,18 @@ class Past:
         return cls(robot, drive.world.motion[:3], drive.checker.goal, drive.checker.leg)
 
     def reward(self, reward: Reward, episode: Episode, command: Command) -> float:
-        """What the period is worth in which it was told `command`, which is now over."""
+        """What the period is worth in which it was told `command`, which is now over.
+
+        Raises:
+            ClearwayError: `reward` says no finite number.
+        """
         drive, observation = episode.drives[self.robot], episode.seen[self.robot]
         assert observation is not None
-        return float(
-            reward(
-                Step(
-                    self.pose, drive.world.motion[:3], self.goal, command, observation, drive.task.period,
-                    drive.checker.leg != self.leg, drive.outcome,
-                )
-            )
+        step = Step(
+            self.pose, drive.world.motion[:3], self.goal, command, observation, drive.task.period,
+            drive.checker.leg != self.leg, drive.outcome,
         )  # fmt: skip
+        return float(numbers_of(reward(step), ()))
 
 
 def endings(episode: Episode, view: View) -> list[dict[str, Any]]:

@@ -7,7 +7,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeAlias
 
+import numpy as np
+
 from clearway.contract import Command, Goal, Observation
+from clearway.errors import ClearwayError, shown
 from clearway.geometry.shapes import FloatArray
 from clearway.trials import Outcome
 
@@ -56,6 +59,24 @@ def default_reward(step: Step) -> float:
     if step.outcome not in (None, Outcome.REACHED, Outcome.TIMEOUT):
         ends = -END
     return gone - SECOND * step.period + ends
+
+
+def numbers_of(given: object, shape: tuple[int, ...]) -> FloatArray:
+    """What a reward has given, as finite numbers of a shape.
+
+    Raises:
+        ClearwayError: it is something else.
+    """
+    try:
+        found = np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        found = np.array(math.nan)
+    if found.shape != shape or not np.isfinite(found).all():
+        right = f"{shape[0]} finite numbers, an array of the shape {shape}, are" if shape else "a finite number is"
+        raise ClearwayError(
+            f"what it gave for a control period is {' '.join(shown(given).split())}; {right} expected", field="reward"
+        )
+    return found
 
 
 def _away(pose: FloatArray, goal: Goal) -> float:

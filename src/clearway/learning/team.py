@@ -103,6 +103,7 @@ class Team(ParallelEnv):  # type: ignore[misc]
 
         Raises:
             ValueError: an agent is left without an action, or one is not as many finite numbers as it should be.
+            ClearwayError: a reward is no finite number.
         """
         episode, agents = self.episode, self.agents
         if episode is None or not agents:

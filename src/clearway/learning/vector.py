@@ -20,7 +20,7 @@ from clearway.learning import lanes
 from clearway.learning.environment import View, split, view
 from clearway.learning.episode import Episode, equipment_of
 from clearway.learning.lanes import HIT, LEG, PERIODS, VERDICT, Lane, Phase, Told
-from clearway.learning.rewards import END, SECOND, default_reward
+from clearway.learning.rewards import END, SECOND, default_reward, numbers_of
 from clearway.learning.scenes import Scenes
 from clearway.learning.spaces import action_space, observation_space
 from clearway.navigators.learnt.encoding import Numbers, axes, bounds, cuts
@@ -166,6 +166,7 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
 
         Raises:
             ValueError: the actions are not as many finite numbers as they should be.
+            ClearwayError: nor are the rewards.
             gymnasium.error.ResetNeeded: they have not been reset.
         """
         if not self._held:
@@ -182,7 +183,7 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         steps = Steps(
             told.moved[:, 0].copy(), told.moved[:, 1].copy(), reached, outcomes, told.seen, actions, self._robot.period
         )
-        rewards = np.asarray(self._reward(steps), np.float64)
+        rewards = numbers_of(self._reward(steps), (n,))
         truncated = np.array([outcome == Outcome.TIMEOUT for outcome in outcomes])
         terminated = np.array([outcome is not None for outcome in outcomes]) & ~truncated
         infos: dict[str, Any] = {}
