@@ -132,6 +132,7 @@ def test_rewards_that_are_none(given: Any) -> None:
         ({"suite": "crowd", "num_envs": 0}, "num_envs"),
         ({"suite": "crowd", "num_envs": True}, "num_envs"),
         ({"suite": "crowd", "beans": 3}, "option"),
+        ({"suite": "crowd", "indicators": True}, "indicators"),
     ],
 )
 def test_what_takes_python_is_refused(options: dict[str, Any], field: str) -> None:

@@ -89,16 +89,21 @@ def make_vec(
         robot: The same.
         num_envs: How many.
         reward: What a control period is worth to each: a function of `Steps`.
-        options: As `make` has them; `indicators` are none here, as no trial is kept.
+        options: As `make` has them, but for `indicators`: no trial is kept here.
 
     Raises:
         ClearwayError: one of them is wrong, or takes Python at each step.
     """
-    shown, where = split(options)
-    shown.pop("indicators", None)
+    options, where = split(options)
+    if options.pop("indicators", False):
+        raise ClearwayError(
+            "True is not to be had, as no trial is kept here; leave it out, or take `make`", field="indicators"
+        )
     if not isinstance(num_envs, int) or isinstance(num_envs, bool) or num_envs < 1:
         raise ClearwayError(f"{num_envs!r} is no number of environments; 1 or more are", field="num_envs")
-    return Lanes(Scenes(suite, robot, where), view(**shown, reward=default_reward, indicators=False), num_envs, reward)
+    return Lanes(
+        Scenes(suite, robot, where), view(**options, reward=default_reward, indicators=False), num_envs, reward
+    )
 
 
 class Lanes(VectorEnv[Observed, Numbers, Any]):
