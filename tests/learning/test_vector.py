@@ -110,6 +110,10 @@ def test_a_reward_of_ones_own_is_asked() -> None:
     assert rewards.tolist() == [1.0, 2.0]
     assert asked[0].before.shape == (2,)
     assert asked[0].outcome == [None, None]
+    before = asked[0].seen.copy()
+    lanes.step(np.ones((2, 3), np.float32))
+    assert np.array_equal(asked[0].seen, before)  # which is kept, also when more is seen
+    assert not np.array_equal(asked[1].seen, before)
 
 
 @pytest.mark.parametrize("given", [None, 1.0, np.zeros((2, 1)), [1.0, math.nan], [1.0, math.inf], "much", {}])

@@ -186,7 +186,13 @@ class Lanes(VectorEnv[Observed, Numbers, Any]):
         for i in over:
             outcomes[i] = self._outcome(i)
         steps = Steps(
-            told.moved[:, 0].copy(), told.moved[:, 1].copy(), reached, outcomes, told.seen, actions, self._robot.period
+            told.moved[:, 0].copy(),
+            told.moved[:, 1].copy(),
+            reached,
+            outcomes,
+            told.seen.copy(),
+            actions,
+            self._robot.period,
         )
         rewards = numbers_of(self._reward(steps), (n,))
         truncated = np.array([outcome == Outcome.TIMEOUT for outcome in outcomes])
