@@ -201,6 +201,17 @@ def test_a_reward_that_is_none(given: Any) -> None:
         env.step(np.ones(3, np.float32))
 
 
+@pytest.mark.parametrize("policy", [straight, lambda seen: np.zeros(3, np.float32)])
+def test_at_the_end_nothing_more_is_seen_and_but_for_a_contact_driven(policy: Any) -> None:
+    told: list[Step] = []
+    env = clearway.learning.make("crowd", reward=lambda step: told.append(step) or 0.0, indicators=False, **CROWD)
+    for seed in range(3):
+        driven(env, seed, policy)
+        assert told[-1].observation is told[-2].observation
+        contact = told[-1].outcome == Outcome.COLLISION
+        assert np.array_equal(told[-1].after, told[-1].before) != (contact and policy is straight)
+
+
 def test_the_default_reward_is_what_its_words_say() -> None:
     at = np.zeros(3)
     near = Step(

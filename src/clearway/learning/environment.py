@@ -100,7 +100,8 @@ class Alone(gymnasium.Env[Observed, npt.NDArray[np.float32]]):
     """One robot in a suite's scenarios.
 
     An episode terminates with the trial, and is truncated by its time limit. `info` says at its beginning which `scenario` it is, and at
-    its end its `outcome`, the `reason` and the trial's `indicators`; where an indicator can't be computed, it is missing.
+    its end its `outcome`, the `reason` and the trial's `indicators`; where an indicator can't be computed, it is missing. What is seen at the end
+    is what was seen before, see `Step`.
 
     Args:
         scenes: Which scenarios it meets.

@@ -24,12 +24,15 @@ SECOND = 0.1
 class Step:
     """A control period that is over.
 
+    At the end of a trial nothing more is perceived: `observation` is the one before. A contact ends it amid the period; every other end is
+    found where the period would begin, so `command` is not driven, and `after` is `before`.
+
     Attributes:
         before: (3,) true pose where it began, map frame: x, y [m], theta [rad].
         after: (3,) the same where it ended.
         goal: Where the robot was to go in it.
         command: What the base was told.
-        observation: What is perceived at its end.
+        observation: What is perceived at its end; what was perceived last where the trial ended with it.
         period: How long it is, s.
         leg_reached: Whether a leg other than the last was reached.
         outcome: How the trial ended with it; None: it goes on.

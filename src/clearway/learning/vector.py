@@ -40,14 +40,15 @@ _ENDS = {Verdict.REACHED: Outcome.REACHED, Verdict.TIMEOUT: Outcome.TIMEOUT, Ver
 
 
 class Steps(NamedTuple):
-    """A control period of n worlds that is over.
+    """A control period of n worlds that is over. At the end of an episode its row is as `Step` has it: nothing more is perceived, and but for a
+    contact nothing was driven.
 
     Attributes:
         before: (n,) how far from its goal each robot was where it began, by the truth, m.
         after: (n,) how far from the same goal it was where it ended, m.
         leg_reached: (n,) whether a leg other than the last was reached.
         outcome: (n,) how each episode ended with it; None: it goes on.
-        seen: (n, m) what is perceived at its end, in a row.
+        seen: (n, m) what is perceived at its end, in a row; what was perceived last where the episode ended with it.
         action: (n, k) what was said.
         period: How long it is, s.
     """
