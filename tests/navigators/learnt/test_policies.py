@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +42,11 @@ def written(folder: Path, **changes: Any) -> Path:
             arrays = {k: v for k, v in {**held, **changes}.items() if v is not None}
         np.savez(file, **arrays)
     return file
+
+
+def about(**changes: Any) -> np.ndarray:
+    """What a policy's file tells of itself, some of it another."""
+    return np.array(json.dumps({"format": 1, "beams": 0, "obstacles": 2, "normalised": True} | changes))
 
 
 def onnx_of(policy: Perceptron, file: Path) -> Path:
@@ -106,6 +113,12 @@ def test_a_policy_drives_a_trial(tmp_path: Path) -> None:
         ({"scale": np.zeros(2, np.float32)}, "another size"),
         ({"scale": np.zeros(SIZE, np.float32)}, "above 0"),
         ({"mean": np.array([{}] * 3, object)}, "holds no policy"),
+        ({"about": about(normalised="false")}, "normalised: 'false' is none; true or false is"),
+        ({"about": about(normalised=0)}, "normalised: 0 is none; true or false is"),
+        ({"weight_2": np.zeros((2, 2), np.float32)}, "holds no policy .*bias_2"),
+        ({"bias_1": None}, "holds no policy .*bias_1"),
+        ({"mean": np.float32(0.0)}, r"mean: is \(\); one row"),
+        ({"bias_0": np.float32(0.0)}, r"bias_0: is \(\); one row"),
     ],
 )
 def test_a_file_that_holds_no_policy(tmp_path: Path, changes: dict[str, Any], said: str) -> None:
@@ -113,6 +126,19 @@ def test_a_file_that_holds_no_policy(tmp_path: Path, changes: dict[str, Any], sa
     with pytest.raises(ClearwayError, match=said) as told:
         make_navigator(f"npz:{file}")
     assert str(file) in str(told.value)
+
+
+def test_a_file_whose_array_says_that_it_is_larger_than_any(tmp_path: Path) -> None:
+    file = written(tmp_path)
+    with zipfile.ZipFile(file) as held:
+        parts = {name: held.read(name) for name in held.namelist()}
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(head, {"descr": "<f4", "fortran_order": False, "shape": (1 << 55,)})
+    with zipfile.ZipFile(file, "w") as lying:
+        for name, part in (parts | {"mean.npy": head.getvalue()}).items():
+            lying.writestr(name, part)
+    with pytest.raises(ClearwayError, match="holds no policy"):
+        make_navigator(f"npz:{file}")
 
 
 @pytest.mark.parametrize("scheme", ["npz", "onnx"])

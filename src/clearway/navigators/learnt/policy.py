@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,11 @@ FORMAT = 1
 """Of an npz file with a policy."""
 MOST_BYTES = 64 << 20
 """Of a policy's file: a hundred times any that drives a robot from a lidar."""
+
+_BROKEN = (
+    OSError, EOFError, ValueError, KeyError, TypeError, MemoryError, OverflowError, zlib.error, zipfile.BadZipFile
+)  # fmt: skip
+"""What reading a file raises that is none of ours, or whose arrays are not as large as they say."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,15 +85,20 @@ def read_npz(file: Path) -> Policy:
                 f"{shown(about['format'])} is no format that is read; {FORMAT} is", file=file, field="format"
             )
         mean, scale = (arrays.pop(name).astype(np.float32) for name in ("mean", "scale"))
-        n = len(arrays) // 2
+        n = (len(arrays) + 1) // 2  # so that one without its other half is missed, not left out
         layers = [(arrays[f"weight_{k}"].astype(np.float32), arrays[f"bias_{k}"].astype(np.float32)) for k in range(n)]
-        seeing, acting = Seeing(about["beams"], about["obstacles"]), Acting(bool(about["normalised"]))
+        if not isinstance(normalised := about["normalised"], bool):
+            raise ClearwayError(f"{shown(normalised)} is none; true or false is", file=file, field="normalised")
+        seeing, acting = Seeing(about["beams"], about["obstacles"]), Acting(normalised)
     except ClearwayError:
         raise
-    except (OSError, EOFError, ValueError, KeyError, TypeError, zipfile.BadZipFile) as error:
+    except _BROKEN as error:
         raise ClearwayError(
             f"holds no policy ({type(error).__name__}: {error}); docs/how-to/learning.md says what it must", file=file
         ) from error
+    for name, array in [("mean", mean), *((f"bias_{k}", bias) for k, (_, bias) in enumerate(layers))]:
+        if array.ndim != 1:
+            raise ClearwayError(f"is {array.shape}; one row of numbers is expected", file=file, field=name)
     sizes = [len(mean), *(len(bias) for _, bias in layers)]
     for k, (weight, _) in enumerate(layers):
         if weight.shape != (sizes[k], sizes[k + 1]):
