@@ -15,7 +15,7 @@ from clearway.navigators.nav2.parameters import files, plugins, read
 from clearway.navigators.nav2.parameters.branch import settle
 from clearway.navigators.nav2.parameters.costmaps import Costmap
 from clearway.navigators.nav2.parameters.file import read_nodes
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
 from clearway.navigators.nav2.parameters.nav2_parameters import SERVERS, reader_of, tables_of
 from clearway.navigators.nav2.parameters.table import rows_of, table
 from clearway.navigators.nav2.presets import preset_for, preset_names, read_preset
@@ -41,8 +41,9 @@ class Driver(Group):
     JAZZY: ClassVar[dict[str, Any]] = {"temperature": 0.25}
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
-        return dict.fromkeys(plugins.refuse_twice(table.get("critics", ("Goal",)), "critics"), Critic)
+    def children(cls, table: dict[str, Any]) -> Readers:
+        critics = table.get("critics", ("Goal",))
+        return dict.fromkeys(critics, Critic) | plugins.twice(critics, "critics")
 
 
 @pytest.fixture(autouse=True)
@@ -185,6 +186,47 @@ def test_a_plugin_that_is_not_there_is_said_by_name(tmp_path: Path, plugin: str,
             "controller_server",
             path,
         )
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ("goal_checker_plugins: [g]\n    g: {plugin: 'nav2_controller::AxisGoalChecker', along: 0.3}", "g.plugin"),
+        ("goal_checker_plugins: [g]\n    g: {along: 0.3}", "goal_checker_plugins"),
+        ("goal_checker_plugins: [g, g]\n    g: {plugin: 'nav2_controller::SimpleGoalChecker'}", "goal_checker_plugins"),
+        ("goal_checker_plugins: g\n    g: {plugin: 'nav2_controller::SimpleGoalChecker'}", "goal_checker_plugins"),
+    ],
+)
+def test_a_plugin_that_is_not_there_hides_none_of_the_others(tmp_path: Path, lines: str, said: str) -> None:
+    text = f"{CONTROLLER}      batchsize: 500\n      temperature: '0.3'\n    {lines}\n"
+    found = table(written(tmp_path, text))
+    problems = [(p.field or "").removeprefix("controller_server.") for p in found.problems]
+    assert sorted(problems) == sorted(["FollowPath.temperature", said])
+    rows = {row.name.removeprefix("controller_server."): row for row in found.rows}
+    assert rows["FollowPath.plugin"].status == "read"
+    assert rows["FollowPath.batchsize"].note == "did you mean 'batch_size'?"
+    assert rows["g"][0:5:4] == ("missing", "what would read it is not there: see the problem of that")
+
+
+def test_a_layer_that_is_not_there_hides_none_of_the_others(tmp_path: Path) -> None:
+    layers = (
+        "l: {plugin: 'nav2_costmap_2d::LegacyInflationLayer'}, s: {plugin: 'nav2_costmap_2d::StaticLayer', enabld: 1}"
+    )
+    text = f"global_costmap: {{global_costmap: {{ros__parameters: {{plugins: [s, l], {layers}}}}}}}"
+    found = table(written(tmp_path, text))
+    assert [p.field for p in found.problems] == ["global_costmap.l.plugin"]
+    assert {row.name: row.status for row in found.rows} == {
+        "global_costmap.plugins": "read",
+        "global_costmap.l": "missing",
+        "global_costmap.s.plugin": "read",
+        "global_costmap.s.enabld": "unknown",
+    }
+
+
+def test_a_value_that_is_wrong_hides_no_namespace(tmp_path: Path) -> None:
+    found = table(written(tmp_path, CONTROLLER + "    controller_frequency: 20\n    spare: {plugin: x}\n"))
+    assert len(found.problems) == 1
+    assert [row.status for row in found.rows if row.name == "controller_server.spare"] == ["ignored"]
 
 
 class Demanding(Group):

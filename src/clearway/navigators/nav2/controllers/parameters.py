@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
 from clearway.navigators.nav2.parameters.plugins import named
 from clearway.quantities import Finite, NonNegative, Positive
 
@@ -143,6 +143,6 @@ class RotationShimParameters(Group):
     )
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its primary controller, under `primary_controller`."""
         return named("controller", table, ("primary_controller",), "primary_controller")

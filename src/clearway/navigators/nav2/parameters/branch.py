@@ -29,12 +29,14 @@ class Branch:
         group: Its values.
         children: The namespaces inside it by their names, in the order of the lists that name them.
         table: Its parameters as they were given, as tables within each other.
-        told: Whether it could be told which namespaces it has; if not, what was wrong was collected.
+        unread: The namespaces inside it that are asked for and that nothing reads; what is wrong with them was collected.
+        told: Whether it could be told which namespaces are asked for: no list or text among its values was wrong.
     """
 
     group: Group
     children: Mapping[str, Branch]
     table: Mapping[str, Any]
+    unread: frozenset[str] = frozenset()
     told: bool = True
 
 
@@ -95,21 +97,20 @@ def settle(
                 del given[first]
                 continue
         break
-    children: Mapping[str, type[Group]] = {}
-    told = not wrong
-    try:
-        children = kind.children({name: value for name, value in table.items() if name not in wrong})
-    except ClearwayError as error:
-        fault(error.problem, error.field, error)
-        told = False
+    children = kind.children({name: value for name, value in table.items() if name not in wrong})
     spaces = {}
     for name, what in children.items():
         space = table.get(name, {})
-        if isinstance(space, dict):
+        if isinstance(what, ClearwayError):
+            fault(what.problem, what.field)
+        elif isinstance(space, dict):
             spaces[name] = settle(what, space, f"{where}.{name}", file, faults)
         else:
             fault(f"is {shown(space)}, and the parameters of a plug-in stand there", name)
-    return Branch(group, spaces, table, told)
+    listing = {
+        name for name in wrong if _kinds((field := kind.model_fields[name]).annotation, field.metadata) & {tuple, str}
+    }
+    return Branch(group, spaces, table, frozenset(children) - frozenset(spaces), told=not listing)
 
 
 def is_filled_in_at_launch(kind: type[Group], name: str, value: object) -> bool:

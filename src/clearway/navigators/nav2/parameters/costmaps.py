@@ -6,9 +6,9 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
 from clearway.navigators.nav2.parameters.outline import Outline
-from clearway.navigators.nav2.parameters.plugins import named, refuse_twice
+from clearway.navigators.nav2.parameters.plugins import named, twice
 from clearway.quantities import Finite, NonNegative, Positive, Whole
 from clearway.reading.limits import CELLS, SHORTEST
 
@@ -81,10 +81,10 @@ class ObstacleLayer(Group):
     }
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its sensors."""
-        sources = table.get("observation_sources", "")
-        return dict.fromkeys(refuse_twice(str(sources).split(), "observation_sources"), Source)
+        sources = str(table.get("observation_sources", "")).split()
+        return dict.fromkeys(sources, Source) | twice(sources, "observation_sources")
 
 
 class VoxelLayer(ObstacleLayer):
@@ -177,7 +177,7 @@ class Costmap(Group):
     }
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its layers."""
         return named("layer", table, table.get("plugins", tuple(LAYERS)), "plugins", LAYERS)
 

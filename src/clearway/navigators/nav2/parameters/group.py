@@ -6,6 +6,8 @@ from typing import Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict
 
+from clearway.errors import ClearwayError
+
 
 class Group(BaseModel):
     """A namespace of Nav2's parameters: its fields are read, with Nav2's names and the defaults of its branch `main`.
@@ -27,6 +29,10 @@ class Group(BaseModel):
     JAZZY: ClassVar[dict[str, Any]] = {}
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """The namespaces inside this one that `table`, its parameters, asks for, and what reads each."""
         return {}
+
+
+Readers = dict[str, type[Group] | ClearwayError]
+"""Namespaces by their names, each with what reads it, or with why nothing does."""

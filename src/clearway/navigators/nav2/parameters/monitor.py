@@ -8,12 +8,10 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, Field
 
 from clearway.errors import ClearwayError, shown
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
 from clearway.navigators.nav2.parameters.outline import Outline, Points
-from clearway.navigators.nav2.parameters.plugins import refuse_twice
+from clearway.navigators.nav2.parameters.plugins import twice
 from clearway.quantities import Finite, NonNegative, Positive, Whole
-
-_Readers = dict[str, type[Group]]
 
 _TOPIC = "there are no topics here"
 _NOBODY_LOOKS = "nobody looks at it"
@@ -110,9 +108,10 @@ class VelocityZone(Zone):
     )
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> _Readers:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its outlines."""
-        return dict.fromkeys(refuse_twice(table.get("velocity_polygons", ()), "velocity_polygons"), VelocityRange)
+        outlines = table.get("velocity_polygons", ())
+        return dict.fromkeys(outlines, VelocityRange) | twice(outlines, "velocity_polygons")
 
 
 class MonitorSource(Group):
@@ -174,24 +173,24 @@ class CollisionMonitorParameters(Group):
     }
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> _Readers:
-        """Its zones, then its sensors.
-
-        Raises:
-            ClearwayError: a zone has no type, or one that there isn't, or listens to a sensor that is not there.
-        """
-        found: dict[str, type[Group]] = {}
-        sources = refuse_twice(table.get("observation_sources", ()), "observation_sources")
-        for name in refuse_twice(table.get("polygons", ()), "polygons"):
+    def children(cls, table: dict[str, Any]) -> Readers:
+        """Its zones, then its sensors; nothing reads a zone without a type, or one that listens to a sensor that is not there."""
+        found: Readers = {}
+        sources, zones = table.get("observation_sources", ()), table.get("polygons", ())
+        for name in zones:
             space = table.get(name, {})
             kind = space.get("type") if isinstance(space, dict) else None
+            heard = space.get("sources_names") if isinstance(space, dict) else None
+            deaf = [source for source in heard if source not in sources] if isinstance(heard, tuple) else []
             if not isinstance(kind, str) or kind not in _ZONES:
-                raise ClearwayError(f"is {shown(kind)}; a zone is one of {', '.join(_ZONES)}", field=f"{name}.type")
-            for source in space.get("sources_names", ()):
-                if source not in sources:
-                    raise ClearwayError(
-                        f"names {shown(source)}, which is not among the observation_sources",
-                        field=f"{name}.sources_names",
-                    )
-            found[name] = _ZONES[kind]
-        return found | dict.fromkeys(sources, MonitorSource)
+                found[name] = ClearwayError(
+                    f"is {shown(kind)}; a zone is one of {', '.join(_ZONES)}", field=f"{name}.type"
+                )
+            elif deaf:
+                found[name] = ClearwayError(
+                    f"names {shown(deaf[0])}, which is not among the observation_sources", field=f"{name}.sources_names"
+                )
+            else:
+                found[name] = _ZONES[kind]
+        found |= dict.fromkeys(sources, MonitorSource)
+        return found | twice(zones, "polygons") | twice(sources, "observation_sources")

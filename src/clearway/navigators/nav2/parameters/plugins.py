@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import difflib
 import importlib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 from clearway.errors import ClearwayError, shown
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
 
 _HERE = "clearway.navigators.nav2"
 
@@ -88,16 +89,13 @@ def proper(plugin: str) -> str:
     return plugin.replace("/", "::")
 
 
-def group_of(role: str, plugin: str, field: str) -> type[Group]:
-    """What reads the parameters of a plug-in.
+def group_of(role: str, plugin: str, field: str) -> type[Group] | ClearwayError:
+    """What reads the parameters of a plug-in, or that there is no such plug-in.
 
     Args:
         role: A key of `PLUGINS`.
         plugin: Its name in ROS.
         field: Where that stands, for the message.
-
-    Raises:
-        ClearwayError: there is no such plug-in.
     """
     known = PLUGINS[role]
     address = known.get(proper(plugin))
@@ -105,7 +103,7 @@ def group_of(role: str, plugin: str, field: str) -> type[Group]:
         instead = {proper(name): closest for name, closest in MISSING.items()}.get(proper(plugin))
         close = difflib.get_close_matches(proper(plugin)[:200], known, n=1, cutoff=0.8)
         hint = f"closest is {instead}; " if instead else f"did you mean {close[0]!r}? " if close else ""
-        raise ClearwayError(
+        return ClearwayError(
             f"the {role} {shown(plugin)} is not built here; {hint}there are {', '.join(sorted(known)) or 'none'}",
             field=field,
         )
@@ -116,8 +114,8 @@ def group_of(role: str, plugin: str, field: str) -> type[Group]:
 
 def named(
     role: str, table: Mapping[str, Any], names: Iterable[str], field: str, usual: Mapping[str, str] | None = None
-) -> dict[str, type[Group]]:
-    """What reads the namespaces that a list of plug-ins names.
+) -> Readers:
+    """What reads the namespaces that a list of plug-ins names; nothing does where a name has no plug-in, or one that is not there.
 
     Args:
         role: A key of `PLUGINS`.
@@ -125,34 +123,28 @@ def named(
         names: The list.
         field: The name of that list.
         usual: The names that the list has by default, each with its plug-in, which hold where the list is just these.
-
-    Raises:
-        ClearwayError: a name stands twice, or has no plug-in, or one that is not there.
     """
-    once = refuse_twice(names, field)
-    usual = usual if usual is not None and once == tuple(usual) else {}
-    found: dict[str, type[Group]] = {}
-    for name in once:
+    listed = tuple(names)
+    usual = usual if usual is not None and listed == tuple(usual) else {}
+    found: Readers = {}
+    for name in listed:
         space = table.get(name, {})
         plugin = space.get("plugin", usual.get(name)) if isinstance(space, dict) else None
         if not isinstance(plugin, str):
-            raise ClearwayError(
+            found[name] = ClearwayError(
                 f"names {name!r}, and nothing says which {role} that is; write `{name}: {{plugin: ...}}` with one of "
                 f"{', '.join(sorted(PLUGINS[role])) or 'none'}",
                 field=field,
             )
-        found[name] = group_of(role, plugin, f"{name}.plugin")
-    return found
+        else:
+            found[name] = group_of(role, plugin, f"{name}.plugin")
+    return found | twice(listed, field)
 
 
-def refuse_twice(names: Iterable[str], field: str) -> tuple[str, ...]:
-    """The names.
-
-    Raises:
-        ClearwayError: one of them stands twice.
-    """
-    listed = tuple(names)
-    for n, name in enumerate(listed):
-        if name in listed[:n]:
-            raise ClearwayError(f"has {name!r} twice; each of its names stands once", field=field)
-    return listed
+def twice(names: Iterable[str], field: str) -> Readers:
+    """The names that stand twice in a list, which nothing reads."""
+    return {
+        name: ClearwayError(f"has {name!r} twice; each of its names stands once", field=field)
+        for name, times in Counter(names).items()
+        if times > 1
+    }

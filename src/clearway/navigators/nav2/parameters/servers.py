@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 
 from pydantic import Field
 
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
 from clearway.navigators.nav2.parameters.plugins import named
 from clearway.quantities import Finite, NonNegative, Positive, Whole
 
@@ -66,7 +66,7 @@ class ControllerServer(Group):
     }
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its plug-ins: progress checkers, goal checkers, controllers, path handlers."""
         roles = {
             "progress checker": ("progress_checker_plugins", PROGRESS),
@@ -74,7 +74,7 @@ class ControllerServer(Group):
             "controller": ("controller_plugins", CONTROLLER),
             "path handler": ("path_handler_plugins", HANDLER),
         }
-        found: dict[str, type[Group]] = {}
+        found: Readers = {}
         for role, (field, usual) in roles.items():
             found |= named(role, table, table.get(field, tuple(usual)), field, usual)
         return found
@@ -92,7 +92,7 @@ class PlannerServer(Group):
     }
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its planners."""
         return named("planner", table, table.get("planner_plugins", tuple(PLANNER)), "planner_plugins", PLANNER)
 
@@ -147,7 +147,7 @@ class BehaviorServer(Group):
     }
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its behaviours."""
         return named("behavior", table, table.get("behavior_plugins", tuple(BEHAVIORS)), "behavior_plugins", BEHAVIORS)
 

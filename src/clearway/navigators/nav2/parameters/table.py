@@ -83,7 +83,9 @@ def rows_of(branch: Branch, above: str) -> Iterator[Row]:
                 _short(value),
                 note=f"is called {renamed[name]!r} now; the old name does nothing",
             )
-        elif branch.told or not isinstance(value, dict):
+        elif name in branch.unread or (isinstance(value, dict) and not branch.told):
+            yield Row("missing", here, _short(value), note="what would read it is not there: see the problem of that")
+        else:
             yield _unknown(branch, name, value, here)
     for name, value in jazzy.items():
         if _at(branch.table, name) is None and name in kind.model_fields:
@@ -116,13 +118,14 @@ def _of_field(branch: Branch, name: str, here: str, missing: Mapping[str, str]) 
 
 def _unknown(branch: Branch, name: str, value: Any, here: str) -> Row:
     """A name that nothing reads: a namespace that no list names, or one that is misspelt."""
-    known = [*type(branch.group).model_fields, *branch.children, *_all(type(branch.group), "IGNORED")]
+    asked = [*branch.children, *branch.unread]
+    known = [*type(branch.group).model_fields, *asked, *_all(type(branch.group), "IGNORED")]
     if isinstance(value, dict):
         ignored = _all(type(branch.group), "IGNORED")
         for other, listed in branch.table.items():
             if other in ignored and isinstance(listed, tuple) and name in listed:
                 return Row("ignored", here, _short(value), note=ignored[other])
-        absent = [child for child in branch.children if child not in branch.table]
+        absent = [child for child in asked if child not in branch.table]
         close = get_close_matches(name[:200], absent, n=1, cutoff=0.75)
         if not close:
             return Row(

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
 from clearway.quantities import NonNegative, Positive, Whole
 
 
@@ -51,7 +51,7 @@ class _Smac(Group):
     downsampling_factor: Whole = Field(default=1, ge=1, le=100, description="cells of the costmap along a coarse one")
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
+    def children(cls, table: dict[str, Any]) -> Readers:
         """Its smoother."""
         return {"smoother": SmootherParameters}
 

@@ -7,8 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from clearway.errors import shown
-from clearway.navigators.nav2.parameters.group import Group
-from clearway.navigators.nav2.parameters.plugins import group_of, refuse_twice
+from clearway.navigators.nav2.parameters.group import Group, Readers
+from clearway.navigators.nav2.parameters.plugins import group_of, twice
 from clearway.quantities import Finite, NonNegative, Positive, Whole
 
 _DRAWN = "nobody looks at it"
@@ -193,16 +193,13 @@ class DWBParameters(Group):
         return self
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
-        """Its critics.
-
-        Raises:
-            ClearwayError: one is not there, or listed twice.
-        """
-        found: dict[str, type[Group]] = {}
-        for name in refuse_twice(table.get("critics", ()), "critics"):
+    def children(cls, table: dict[str, Any]) -> Readers:
+        """Its critics."""
+        found: Readers = {}
+        listed = table.get("critics", ())
+        for name in listed:
             space = table.get(name, {})
             kind = str(space.get("class", name) if isinstance(space, dict) else name)
             kind = kind if "Critic" in kind else f"{kind}Critic"
             found[name] = group_of("DWB critic", kind if ":" in kind else f"dwb_critics::{kind}", "critics")
-        return found
+        return found | twice(listed, "critics")

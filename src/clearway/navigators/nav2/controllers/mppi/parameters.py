@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Literal
 from pydantic import Field
 
 from clearway.errors import ClearwayError, shown, unknown
-from clearway.navigators.nav2.parameters.group import Group
+from clearway.navigators.nav2.parameters.group import Group, Readers
+from clearway.navigators.nav2.parameters.plugins import twice
 from clearway.quantities import Finite, NonNegative, Positive, Whole
 
 _DRAWN = "nothing is drawn while it drives"
@@ -266,53 +267,44 @@ class MPPIParameters(Group):
     JAZZY: ClassVar[dict[str, Any]] = {"motion_model": "DiffDrive"}
 
     @classmethod
-    def children(cls, table: dict[str, Any]) -> dict[str, type[Group]]:
-        """Its critics, its motion model, validator and visualiser.
-
-        Raises:
-            ClearwayError: a critic or motion model is not there, or a critic listed twice.
-        """
-        found: dict[str, type[Group]] = {
+    def children(cls, table: dict[str, Any]) -> Readers:
+        """Its critics, its motion model, validator and visualiser."""
+        found: Readers = {
             "TrajectoryValidator": ValidatorParameters,
             "TrajectoryVisualizer": VisualizerParameters,
         }
         if _CAR_OF_JAZZY in table:  # it stands in files of bases that are no cars, too
             found[_CAR_OF_JAZZY] = AckermannParameters
-        namespace, kind = motion_model(table)
-        found[namespace] = MOTION_MODELS[kind]
-        listed = tuple(table.get("critics", ()))
-        for n, name in enumerate(listed):
-            if name in listed[:n]:
-                raise ClearwayError(f"has {name!r} twice; each critic stands once", field="critics")
-            if name in cls.MISSING:
-                raise ClearwayError(
+        found |= _motion_model(table)
+        listed = table.get("critics", ())
+        for name in listed:
+            if name in CRITICS:
+                found[name] = CRITICS[name]
+            elif name in cls.MISSING:
+                found[name] = ClearwayError(
                     f"asks for {name!r}, which is not built; closest is {cls.MISSING[name]}", field="critics"
                 )
-            if name not in CRITICS:
-                raise unknown("critic", str(name), CRITICS, field="critics")
-            found[name] = CRITICS[name]
-        return found
+            else:
+                found[name] = unknown("critic", str(name), CRITICS, field="critics")
+        return found | twice(listed, "critics")
 
 
-def motion_model(table: dict[str, Any]) -> tuple[str, str]:
-    """The namespace of the motion model, and its plug-in.
-
-    Raises:
-        ClearwayError: nothing says which it is, or it is none of the three.
-    """
+def _motion_model(table: dict[str, Any]) -> Readers:
+    """The namespace of the motion model, and what reads it; nothing does where it is none of the three, or nothing says which."""
     name = table.get("motion_model", _BY_DEFAULT)
     space = table.get(name, {})
     if name in _OF_JAZZY:
-        return _CAR_OF_JAZZY if name == "Ackermann" else name, f"mppi::{name}MotionModel"
+        return {_CAR_OF_JAZZY if name == "Ackermann" else name: MOTION_MODELS[f"mppi::{name}MotionModel"]}
     plugin = space.get("plugin") if isinstance(space, dict) else None
     if plugin is None and "motion_model" not in table:
         plugin = "mppi::DiffDriveMotionModel"
     if plugin not in MOTION_MODELS:
-        raise ClearwayError(
+        wrong = ClearwayError(
             f"is {shown(plugin)}; write the motion model's plug-in there, one of {', '.join(MOTION_MODELS)}",
             field=f"{name}.plugin",
         )
-    return str(name), plugin
+        return {str(name): wrong}
+    return {str(name): MOTION_MODELS[plugin]}
 
 
 def motion_model_of(parameters: MPPIParameters, spaces: Mapping[str, Group]) -> str:
