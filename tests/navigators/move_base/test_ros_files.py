@@ -176,10 +176,10 @@ def test_a_sensors_range_is_looked_for_upwards(tmp_path: Path) -> None:
         ({"costmap_common.yaml": "footprint: [[0.1, 0.1], [0.1]]\n"}, r"footprint: .*is no outline"),
         ({"costmap_common.yaml": "plugins: [a, b]\n"}, "a list of layers, each with name and type"),
         ({"costmap_common.yaml": "plugins: [{name: a, type: b}, {name: a, type: b}]\n"}, "has the layer 'a' twice"),
-        ({"move_base.yaml": "controller_frequency: -5.0\n"}, r"move_base\.controller_frequency.*-5"),
+        ({"move_base.yaml": "controller_frequency: -5.0\n"}, r": controller_frequency: .*-5"),
         (
             {"move_base.yaml": "controller_frequency: 1e-3\n"},
-            r"move_base\.controller_frequency.*'1e-3'",
+            r": controller_frequency: .*'1e-3'",
         ),  # a text in YAML 1.1
         ({"local_costmap.yaml": "global_frame: /world\n"}, r"local_costmap\.global_frame.*'world'"),
         ({"move_base.yaml": "recovery_behaviors: 5\n"}, "each with name and type"),
@@ -206,6 +206,61 @@ def test_a_misspelt_name_is_told_with_the_nearest(tmp_path: Path) -> None:
     assert told["recovery_behaviour_enabled"].note == "did you mean 'recovery_behavior_enabled'?"
     assert told["DWAPlanerROS"].note == "did you mean 'DWAPlannerROS'?"
     assert told["local_costmap.widht"].note == "did you mean 'width'?"
+
+
+def test_a_planner_or_list_that_is_wrong_hides_no_other_parameter(tmp_path: Path) -> None:
+    place = folder(
+        tmp_path,
+        {
+            "move_base.yaml": "base_local_planner: teb_local_planner/TebLocalPlannerROS\nrecovery_behaviors: 5\n"
+            "TebLocalPlannerROS: {max_vel_x: 0.4}\nDWAPlannerROS: {max_vl_x: 1.0}\nplanner_patience: 2.0\n",
+            "local_costmap.yaml": "plugins: [a]\nwidth: 4.0\na: {enabled: true}\n",
+            "global_costmap.yaml": "inflation_radius: 0.5\n",
+        },
+    )
+    found = table(place, "")
+    assert [p.field for p in found.problems] == ["base_local_planner", "recovery_behaviors", "local_costmap.plugins"]
+    told = {row.name: row.status for row in found.rows}
+    assert told == {
+        "planner_patience": "read",
+        "TebLocalPlannerROS": "missing",
+        "DWAPlannerROS.max_vl_x": "unknown",
+        "local_costmap.width": "read",
+        "local_costmap.a": "missing",
+        "global_costmap.inflation_layer.inflation_radius": "read",
+        "global_costmap.obstacle_layer.observation_sources": "read",
+    }
+
+
+def test_every_wrong_value_is_told_once(tmp_path: Path) -> None:
+    place = folder(
+        tmp_path,
+        {
+            "move_base.yaml": "planner_patience: five\ncontroller_patience: -1.0\nDWAPlannerROS: {vx_samples: many}\n",
+            "local_costmap.yaml": "plugins: [{name: o, type: 'costmap_2d::ObstacleLayer'}]\nraytrace_range: far\n"
+            "o: {observation_sources: s, combination_method: 7, s: {data_type: LaserScan, marking: maybe, obstacle_range: ~}}\n",
+        },
+    )
+    found = table(place, "")
+    wrong = [p.field for p in found.problems]
+    assert wrong == [
+        "planner_patience",
+        "controller_patience",
+        "DWAPlannerROS.vx_samples",
+        "local_costmap.o.s.marking",
+        "local_costmap.o.s.obstacle_range",
+        "local_costmap.o.combination_method",
+        "local_costmap.raytrace_range",
+    ]
+    assert not any(row.name in wrong for row in found.rows)
+    with pytest.raises(ClearwayError, match="'five' is wrong"):
+        read(place, "")
+
+
+def test_without_a_list_of_layers_a_misspelt_name_of_theirs_is_told_with_the_nearest(tmp_path: Path) -> None:
+    told = rows(folder(tmp_path, {"local_costmap.yaml": "cost_scaling_factr: 3.0\nobstacle_rnge: 2.0\n"}))
+    assert told["local_costmap.cost_scaling_factr"].note == "did you mean 'cost_scaling_factor'?"
+    assert told["local_costmap.obstacle_rnge"].note == "did you mean 'obstacle_range'?"
 
 
 def test_the_navigator_is_driven_with_them_and_names_their_files(tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ file lists no layers) and plugins/obstacle_layer.cpp (a sensor's ranges are look
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from pathlib import Path
+from contextlib import suppress
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -20,7 +20,7 @@ from clearway.navigators.move_base.local_parameters import DWAParameters, Trajec
 from clearway.navigators.move_base.parameters import ClearCostmapRecovery, MoveBaseGroup, Parameters, RotateRecovery
 from clearway.navigators.move_base.ros import names
 from clearway.navigators.move_base.ros.files import RosFiles, read_ros_files
-from clearway.validation import first_problem
+from clearway.validation import problems
 
 ABOUT = "defaults are those of ROS 1's navigation, noetic"
 _LOCAL: dict[str, type[BaseModel]] = {"DWAPlannerROS": DWAParameters, "TrajectoryPlannerROS": TrajectoryParameters}
@@ -46,11 +46,7 @@ def read(place: str, robot: str) -> Parameters:
     Raises:
         ClearwayError: a file can't be read, or something in it is wrong.
     """
-    told = Told(read_ros_files(place, robot), place)
-    parameters = told.parameters()
-    if told.problems:
-        raise told.problems[0]
-    return parameters
+    return Told(read_ros_files(place, robot), place).parameters()
 
 
 def table(place: str, robot: str) -> ParameterTable:
@@ -61,12 +57,12 @@ def table(place: str, robot: str) -> ParameterTable:
     """
     found = read_ros_files(place, robot)
     told = Told(found, place)
-    try:
+    with suppress(ClearwayError):  # the first of the problems, which are told together
         told.parameters()
-    except ClearwayError as error:
-        told.problems.append(error)
-    told.rows += [Row("ignored", str(file), note=what) for file, what in found.skipped.items()]
-    return ParameterTable(place, ABOUT, tuple(told.rows), tuple(told.problems))
+    wrong = {problem.field for problem in told.problems}
+    rows = [row for row in told.rows if row.name not in wrong]
+    rows += [Row("ignored", str(file), note=what) for file, what in found.skipped.items()]
+    return ParameterTable(place, ABOUT, tuple(rows), tuple(told.problems))
 
 
 class Told:
@@ -86,7 +82,7 @@ class Told:
         """What they mean.
 
         Raises:
-            ClearwayError: a value is wrong.
+            ClearwayError: a value is wrong, the first of all those in `problems`.
         """
         tree = self._tree
         groups: dict[str, Any] = {"move_base": self._move_base(tree)}
@@ -94,14 +90,17 @@ class Told:
             groups[name] = self._take(
                 _table(tree, name), model, name, names.LOCAL_PLANNER, names.RENAMED, but=_OURS[name]
             )
-        groups["global_planner"] = self._global_planner(groups["move_base"])
+        groups["global_planner"] = self._global_planner()
         for name in ("global_costmap", "local_costmap"):
             groups[name] = self._costmap(_table(tree, name), name)
         try:
-            return Parameters.model_validate(groups)
+            found = Parameters.model_validate(groups)
         except ValidationError as error:
-            problem = first_problem(error, Parameters)
-            raise ClearwayError(problem.problem, file=self._place, field=problem.field) from error
+            for problem in problems(error, Parameters):
+                self._problem(problem.problem, problem.field or "")
+        if self.problems:
+            raise self.problems[0]
+        return found
 
     def _take(
         self,
@@ -111,8 +110,19 @@ class Told:
         ignored: Mapping[str, str],
         renamed: Mapping[str, str] | None = None,
         but: Collection[str] = (),
+        also: Collection[str] = (),
     ) -> dict[str, Any]:
-        """The values of a namespace that a group reads; namespaces inside it are left alone."""
+        """The values of a namespace that a group reads and that are right; namespaces inside it are left alone.
+
+        Args:
+            space: What the files have there.
+            model: The group.
+            where: The namespace's name.
+            ignored: Names that mean nothing here, each with why.
+            renamed: Old names of the group's.
+            but: Names of the group's that ROS has not.
+            also: Names that something else reads there.
+        """
         fields = {name: field for name, field in model.model_fields.items() if name not in but}
         renamed = {old: new for old, new in (renamed or {}).items() if new in fields and old not in fields}
         values: dict[str, Any] = {}
@@ -132,8 +142,19 @@ class Told:
                     note=f"is called {renamed[name]!r} in noetic, which does not read the old name",
                 )
             elif not isinstance(value, dict):
-                self._row("unknown", at, value, note=nearest(name, [*fields, *ignored]))
+                self._row("unknown", at, value, note=nearest(name, [*fields, *ignored, *also]))
+        try:
+            model.model_validate(values)
+        except ValidationError as error:
+            for problem in problems(error, model):
+                name = (problem.field or "").partition(".")[0]
+                if name in values:  # else it is missing yet, or of several values together
+                    del values[name]
+                    self._problem(problem.problem, f"{where}.{problem.field}".lstrip("."))
         return values
+
+    def _problem(self, problem: str, field: str) -> None:
+        self.problems.append(ClearwayError(problem, file=self._place, field=field))
 
     def _row(self, status: Any, name: str, value: Any = "", default: str = "", note: str = "") -> None:
         self.rows.append(Row(status, name, as_written(value), default, note))
@@ -141,20 +162,18 @@ class Told:
     def _move_base(self, tree: Mapping[str, Any]) -> dict[str, Any]:
         """The node's own parameters; of what only a launch file says, the local planner, what fits the files."""
         own = {name: value for name, value in tree.items() if name != "recovery_behaviors"}
-        values = self._take(own, MoveBaseGroup, "", names.MOVE_BASE)
-        for name, planners in (("base_local_planner", MoveBaseGroup), ("base_global_planner", MoveBaseGroup)):
-            plugin = values.get(name)
-            built = planners.model_fields[name].annotation.__args__  # type: ignore[union-attr]
+        for name in ("base_local_planner", "base_global_planner"):
+            plugin = own.get(name)
+            built = MoveBaseGroup.model_fields[name].annotation.__args__  # type: ignore[union-attr]
             if plugin is not None and plugin not in built:
                 closest = next(
                     (c for p, c in names.CLOSEST.items() if p.rpartition("/")[2] == str(plugin).rpartition("/")[2]), ""
                 )
-                raise ClearwayError(
-                    f"{shown(plugin)} is not built; {f'closest is {closest}; ' if closest else ''}there are {', '.join(built)}",
-                    file=self._place,
-                    field=name,
-                )
-        if "base_local_planner" not in values and "DWAPlannerROS" in tree:
+                hint = f"closest is {closest}; " if closest else ""
+                self._problem(f"{shown(plugin)} is not built; {hint}there are {', '.join(built)}", name)
+                del own[name]
+        values = self._take(own, MoveBaseGroup, "", names.MOVE_BASE)
+        if "base_local_planner" not in tree and "DWAPlannerROS" in tree:
             values["base_local_planner"] = "dwa_local_planner/DWAPlannerROS"
             self._row(
                 "default",
@@ -177,7 +196,8 @@ class Told:
         return values
 
     def _recovery_names(self, tree: Mapping[str, Any]) -> list[str]:
-        listed = tree.get("recovery_behaviors", ())
+        found = tree.get("recovery_behaviors")
+        listed = found if isinstance(found, list) else ()
         usual = ["conservative_reset", "aggressive_reset", "rotate_recovery"]
         return usual + [str(one.get("name")) for one in listed if isinstance(one, dict)]
 
@@ -185,11 +205,10 @@ class Told:
         found = []
         listed = tree["recovery_behaviors"]
         if not isinstance(listed, list) or not all(isinstance(b, dict) and {"name", "type"} <= set(b) for b in listed):
-            raise ClearwayError(
-                f"is {shown(listed)}; a list of behaviours, each with name and type, is read",
-                file=self._place,
-                field="recovery_behaviors",
+            self._problem(
+                f"is {shown(listed)}; a list of behaviours, each with name and type, is read", "recovery_behaviors"
             )
+            return ()
         for one in listed:
             name, kind = str(one["name"]), str(one["type"])
             if kind not in _RECOVERIES:
@@ -205,9 +224,11 @@ class Told:
             found.append({"name": name, "type": kind, **values})
         return tuple(found)
 
-    def _global_planner(self, move_base: Mapping[str, Any]) -> dict[str, Any]:
-        plugin = move_base.get("base_global_planner", "navfn/NavfnROS")
-        own, other = ("NavfnROS", "GlobalPlanner") if plugin == "navfn/NavfnROS" else ("GlobalPlanner", "NavfnROS")
+    def _global_planner(self) -> dict[str, Any]:
+        plugin = self._tree.get("base_global_planner", "navfn/NavfnROS")
+        own, other = (
+            ("GlobalPlanner", "NavfnROS") if plugin == "global_planner/GlobalPlanner" else ("NavfnROS", "GlobalPlanner")
+        )
         few = [n for n in GlobalPlannerGroup.model_fields if n not in ("allow_unknown", "default_tolerance")]
         for name, value in _table(self._tree, other).items():
             self._row("ignored", f"{other}.{name}", value, note=f"base_global_planner is {plugin}")
@@ -218,13 +239,13 @@ class Told:
     def _costmap(self, space: Mapping[str, Any], where: str) -> dict[str, Any]:
         """A costmap and its layers."""
         old = "plugins" not in space
-        layers = _old_layers(space) if old else _layers(space["plugins"], self._place, f"{where}.plugins")
+        layers = _old_layers(space) if old else self._layers(space["plugins"], f"{where}.plugins")
         ignored = names.COSTMAP | {"plugins": "see its layers below"}
         moved = set(_MOVED) | set(str(space.get("observation_sources", "")).split()) if old else set(_SEARCHED)
         own = {
             n: v for n, v in space.items() if n not in (*moved, "footprint", "robot_radius", "global_frame", *layers)
         }
-        values = self._take(own, Costmap, where, ignored, but=_OURS["costmap"])
+        values = self._take(own, Costmap, where, ignored, but=_OURS["costmap"], also=moved)
         values |= self._outline(space, where)
         if "global_frame" in space:
             self._row("read", f"{where}.global_frame", space["global_frame"])
@@ -249,14 +270,28 @@ class Told:
                 values[part] = self._obstacles(space, table, name, at, old)
         for name, value in space.items():
             if isinstance(value, dict) and name not in layers and name not in moved:
-                note = nearest(name, layers)
-                self._row(
-                    "unknown" if note else "ignored",
-                    f"{where}.{name}",
-                    value,
-                    note=note or "it stands in no list of layers or sources",
-                )
+                if note := nearest(name, layers):
+                    self._row("unknown", f"{where}.{name}", value, note=note)
+                elif layers or old:
+                    self._row("ignored", f"{where}.{name}", value, note="it stands in no list of layers or sources")
+                else:
+                    self._row("missing", f"{where}.{name}", value, note="no layer is listed that would read it")
         return values
+
+    def _layers(self, plugins: Any, field: str) -> dict[str, str]:
+        """The layers that a list names, each with its type."""
+        if not isinstance(plugins, list) or not all(
+            isinstance(p, dict) and {"name", "type"} <= set(p) for p in plugins
+        ):
+            self._problem(f"is {shown(plugins)}; a list of layers, each with name and type, is read", field)
+            return {}
+        found: dict[str, str] = {}
+        for plugin in plugins:
+            name = str(plugin["name"])
+            if name in found:
+                self._problem(f"has the layer {name!r} twice", field)
+            found[name] = str(plugin["type"])
+        return found
 
     def _outline(self, space: Mapping[str, Any], where: str) -> dict[str, Any]:
         """The footprint, which a radius gives way to; its vertices counter-clockwise."""
@@ -265,12 +300,9 @@ class Told:
         if footprint not in (None, "", "[]", []):
             points = _points(footprint)
             if points is None:
-                self.problems.append(
-                    ClearwayError(
-                        f"{shown(footprint)} is no outline; three points or more, as [[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2]]",
-                        file=self._place,
-                        field=f"{where}.footprint",
-                    )
+                self._problem(
+                    f"{shown(footprint)} is no outline; three points or more, as [[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2]]",
+                    f"{where}.footprint",
                 )
                 return {}
             area = sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(points, (*points[1:], points[0]), strict=True))
@@ -295,7 +327,8 @@ class Told:
         for source, table in sources.items():
             seen = "marking", "clearing", "inf_is_valid", "observation_persistence", *_SEARCHED
             known = {n: v for n, v in table.items() if n in seen}
-            self._take(known, ObstacleLayer, f"{where}.{source}", {})
+            right = self._take(known, ObstacleLayer, f"{where}.{source}", {})
+            sources[source] = {n: v for n, v in table.items() if n in right or n not in known}
             for n, value in table.items():
                 if n == "data_type" and value != "LaserScan":
                     self._row(
@@ -318,11 +351,12 @@ class Told:
         first = (marking or clearing or [{}])[0]
         values |= {"name": name, "marking": bool(marking), "clearing": bool(clearing)}
         for field, usual in (("obstacle_range", marking), ("raytrace_range", clearing)):
-            for space in (*usual[:1], layer, costmap, self._tree):
+            for space in (*usual[:1], values, costmap, self._tree):
                 if field in space:
-                    values[field] = space[field]
                     if space is costmap and not old:
-                        self._row("read", f"{where.rpartition('.')[0]}.{field}", space[field])
+                        values |= self._take({field: space[field]}, ObstacleLayer, where.rpartition(".")[0], {})
+                    else:
+                        values[field] = space[field]
                     break
         values |= {n: first[n] for n in ("inf_is_valid", "observation_persistence") if n in first}
         return values
@@ -339,20 +373,6 @@ def _old_layers(space: Mapping[str, Any]) -> dict[str, str]:
     static = {"static_layer": "costmap_2d::StaticLayer"} if space.get("static_map") is True else {}
     kind = "costmap_2d::VoxelLayer" if space.get("map_type") == "voxel" else "costmap_2d::ObstacleLayer"
     return {**static, "obstacle_layer": kind, "inflation_layer": "costmap_2d::InflationLayer"}
-
-
-def _layers(plugins: Any, place: str | Path, field: str) -> dict[str, str]:
-    if not isinstance(plugins, list) or not all(isinstance(p, dict) and {"name", "type"} <= set(p) for p in plugins):
-        raise ClearwayError(
-            f"is {shown(plugins)}; a list of layers, each with name and type, is read", file=place, field=field
-        )
-    found: dict[str, str] = {}
-    for plugin in plugins:
-        name = str(plugin["name"])
-        if name in found:
-            raise ClearwayError(f"has the layer {name!r} twice", file=place, field=field)
-        found[name] = str(plugin["type"])
-    return found
 
 
 def _points(footprint: Any) -> tuple[tuple[float, float], ...] | None:
