@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
@@ -355,3 +356,22 @@ def test_every_plugin_has_its_group() -> None:
         for name in known:
             assert issubclass(plugins.group_of(role, name, "plugin"), Group)
     assert all(issubclass(reader_of(server), Group) for server in SERVERS)
+
+
+@pytest.mark.parametrize(
+    ("tree", "said"),
+    [
+        (None, r"default_nav_to_pose_bt_xml: there is no file mine\.xml; unknown behaviour tree 'mine'"),
+        ("<root><BehaviorTree ID='A'><Spinn/></BehaviorTree></root>", r"mine\.xml: unknown node type 'Spinn'"),
+        ("<root><BehaviorTree ID='A'><Spin/></BehaviorTree></root>", None),
+    ],
+)
+def test_the_table_says_of_the_tree_what_driving_would(tmp_path: Path, tree: str | None, said: str | None) -> None:
+    if tree is not None:
+        (tmp_path / "mine.xml").write_text(tree)
+    text = "bt_navigator: {ros__parameters: {default_nav_to_pose_bt_xml: mine.xml, bt_loop_duration: 20}}"
+    found = table(written(tmp_path, text))
+    told = {row.name.removeprefix("bt_navigator.") for row in found.rows}
+    assert told == {"bt_loop_duration"} | (set() if said else {"default_nav_to_pose_bt_xml"})
+    assert len(found.problems) == (0 if said is None else 1)
+    assert said is None or re.search(said, str(found.problems[0]))

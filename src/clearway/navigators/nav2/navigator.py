@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Literal, cast
 import numpy as np
 
 from clearway.contract import Command, Diagnostics, Goal, Need, Observation, Task
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import unknown
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.plans import to_frame
@@ -27,7 +27,7 @@ from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status, TreeError
 from clearway.navigators.nav2.behavior_tree.paths import EMPTY
-from clearway.navigators.nav2.behavior_tree.reader import Trees, build, read_trees
+from clearway.navigators.nav2.behavior_tree.reader import Trees, build
 from clearway.navigators.nav2.behavior_tree.servers import Job, Validity
 from clearway.navigators.nav2.behaviors import STILL, BehaviorServer
 from clearway.navigators.nav2.command_chain import CommandChain
@@ -123,15 +123,7 @@ class Nav2:
 
     def _trees(self, p: Parameters) -> Trees:
         text = cast("parameters.BtNavigator", p.bt_navigator.group).default_nav_to_pose_bt_xml
-        beside = [Path(text)] if p.file is None else [p.file.parent / text, Path(text)]
-        for path in beside:
-            if path.is_file():
-                return read_trees(path)
-        stem = text.rpartition("/")[2].removesuffix(".xml")
-        try:
-            return defaults.shipped(stem or defaults.DEFAULT, self._branch)
-        except ClearwayError as error:
-            raise ClearwayError(f"there is no file {text}; {error.problem}", file=p.file, field=error.field) from error
+        return defaults.named(text, p.file, self._branch)
 
     def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
         """Forget everything and prepare for a new trial.

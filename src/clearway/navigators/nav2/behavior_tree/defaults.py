@@ -10,10 +10,11 @@ RecoveryNode, 6 times
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Literal
 
-from clearway.errors import unknown
-from clearway.navigators.nav2.behavior_tree.reader import Spec, Trees, check, node
+from clearway.errors import ClearwayError, unknown
+from clearway.navigators.nav2.behavior_tree.reader import Spec, Trees, check, node, read_trees
 
 Version = Literal["main", "jazzy"]
 """A branch of Nav2."""
@@ -222,3 +223,25 @@ def shipped(name: str, version: Version = "main") -> Trees:
     found = Trees(name, {name: trees[name]}, f"{name}.xml")
     check(trees[name], found)
     return found
+
+
+def named(text: str, params: Path | None, version: Version = "main") -> Trees:
+    """The tree that `default_nav_to_pose_bt_xml` names: a file beside that of the parameters or from here, or one that Nav2 ships.
+
+    Args:
+        text: What stands there.
+        params: The file of the parameters, None for a preset.
+        version: Of which branch the trees are that ship.
+
+    Raises:
+        ClearwayError: There is no such tree, or it can't be read, or asks for a node that is not there.
+    """
+    beside = [Path(text)] if params is None else [params.parent / text, Path(text)]
+    for path in beside:
+        if path.is_file():
+            return read_trees(path)
+    stem = text.rpartition("/")[2].removesuffix(".xml")
+    try:
+        return shipped(stem or DEFAULT, version)
+    except ClearwayError as error:
+        raise ClearwayError(f"there is no file {text}; {error.problem}", file=params, field=error.field) from error

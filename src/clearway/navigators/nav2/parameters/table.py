@@ -9,11 +9,13 @@ from typing import Any
 
 from clearway.errors import ClearwayError
 from clearway.navigators.common.parameter_table import ParameterTable, Row, Status, as_written, nearest
+from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.parameters.branch import Branch, is_filled_in_at_launch, settle
 from clearway.navigators.nav2.parameters.file import Node, read_nodes
 from clearway.navigators.nav2.parameters.group import Group
 from clearway.navigators.nav2.parameters.ignored import AMCL, EVERYWHERE, NODES
 from clearway.navigators.nav2.parameters.nav2_parameters import OPTIONAL, SERVERS, namespace, reader_of, tables_of
+from clearway.navigators.nav2.parameters.servers import BtNavigator
 
 ABOUT = "defaults are those of Nav2's branch main (a3a97043), and where jazzy's differ they are shown"
 _ORDER: tuple[Status, ...] = ("read", "default", "missing", "ignored", "unknown")
@@ -41,11 +43,23 @@ def table(path: Path) -> ParameterTable:
                 before = shared.get(row.name)
                 if before is None or _ORDER.index(row.status) < _ORDER.index(before.status):
                     shared[row.name] = row
+        if isinstance(branch.group, BtNavigator) and (error := _wrong_tree(branch.group, path)) is not None:
+            problems.append(error)
+            rows = [row for row in rows if row.name != f"{server}.default_nav_to_pose_bt_xml"]
     rows += [row._replace(name=f"{_wild_name(nodes, row.name)}.{row.name}") for row in shared.values()]
     wrong = {problem.field for problem in problems}
     rows = [row for row in rows if row.name not in wrong]
     rows += [row for node in nodes if not node.wild for row in _of_other_node(node, space)]
     return ParameterTable(str(path), ABOUT, tuple(rows), tuple(problems))
+
+
+def _wrong_tree(group: BtNavigator, path: Path) -> ClearwayError | None:
+    """What is wrong with the behaviour tree that a file names."""
+    try:
+        defaults.named(group.default_nav_to_pose_bt_xml, path)
+    except ClearwayError as error:
+        return error
+    return None
 
 
 def _wild_name(nodes: tuple[Node, ...], name: str) -> str:
