@@ -20,6 +20,7 @@ class World:
     def __init__(self, **answers):
         self.answers = {name: list(values) for name, values in answers.items()}
         self.now, self.pose, self.velocity, self.speed = 0.0, np.zeros(3), np.zeros(3), 0.0
+        self.goal_reached_tol = 0.25
         self.log, self.jobs = [], {}
         self.bad = []
 

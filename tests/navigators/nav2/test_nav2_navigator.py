@@ -371,3 +371,16 @@ def test_a_tree_of_the_users_own_is_read_beside_the_file_and_a_wrong_one_told(tm
 def test_an_unknown_branch_of_trees_is_one_clear_error():
     with pytest.raises(ClearwayError, match="unknown branch of Nav2 'jazy'; did you mean 'jazzy'"):
         Nav2(trees="jazy")
+
+
+@pytest.mark.parametrize(("tolerance", "arrives"), [("", False), ("    goal_reached_tol: 1.1\n", True)])
+def test_the_trees_goal_is_reached_within_the_files_tolerance(tmp_path, robot, tolerance, arrives):
+    (tmp_path / "mine.xml").write_text("<root><BehaviorTree ID='A'><GoalReached goal='{goal}'/></BehaviorTree></root>")
+    file = tmp_path / "nav2.yaml"
+    ours = f"bt_navigator:\n  ros__parameters:\n    default_nav_to_pose_bt_xml: mine.xml\n{tolerance}"
+    file.write_text(PURSUIT.read_text() + ours)
+    navigator = Nav2(params=str(file))
+    navigator.reset(Task(PERIOD, 0.6, np.zeros(3), floor()), robot, np.random.default_rng(0))
+    goal, scan = Goal(np.array((1.0, 0.0, 0.0)), 0.1, 0.05), Scan(np.full(4, 3.0), 0.0, 1.0, 0.1, 9.0, np.zeros(3))
+    told = navigator.step(Observation(0.0, np.zeros(3), np.zeros(2), np.zeros(3), goal, scan))
+    assert (told.arrived, told.gave_up is None) == (arrives, arrives)

@@ -375,3 +375,11 @@ def test_the_table_says_of_the_tree_what_driving_would(tmp_path: Path, tree: str
     assert told == {"bt_loop_duration"} | (set() if said else {"default_nav_to_pose_bt_xml"})
     assert len(found.problems) == (0 if said is None else 1)
     assert said is None or re.search(said, str(found.problems[0]))
+
+
+def test_what_nav2s_helpers_read_of_every_node_is_known(tmp_path: Path) -> None:
+    text = CONTROLLER.replace("t/Driver", "nav2_mppi_controller::MPPIController")
+    text += "      verbose: true\n    warn_on_missing_params: true\n    strict_param_loading: true\n"
+    status = {row.name.rpartition(".")[2]: row.status for row in table(written(tmp_path, text)).rows}
+    names = ("verbose", "warn_on_missing_params", "strict_param_loading")
+    assert [status[name] for name in names] == ["ignored"] * 3

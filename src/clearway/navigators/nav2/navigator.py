@@ -47,9 +47,10 @@ _ORIGIN = np.zeros(3)
 class _Around:
     """What the behaviour tree sees of the navigator: its `Servers`."""
 
-    def __init__(self, navigator: Nav2) -> None:
+    def __init__(self, navigator: Nav2, goal_reached_tol: float) -> None:
         self._navigator = navigator
         self.now, self.speed = 0.0, 0.0
+        self.goal_reached_tol = goal_reached_tol
         self.pose: FloatArray = np.zeros(3)
         self.velocity: FloatArray = np.zeros(3)
 
@@ -141,7 +142,7 @@ class Nav2:
         navigator = cast("parameters.BtNavigator", p.bt_navigator.group)
         self._tick_rate = Rate(1000.0 / navigator.bt_loop_duration)
         self._filter = navigator.filter_duration
-        self._around = _Around(self)
+        self._around = _Around(self, navigator.goal_reached_tol)
         self._board = Blackboard()
         self._tree = build(self._trees(p), self._board, self._around, wrap_around=self._branch != "main")
         self._limits = robot.limits(task.speed_limit)

@@ -52,13 +52,14 @@ class GlobalUpdatedGoal(Node):
 
 
 class GoalReached(Node):
-    """Whether the robot is within 0.25 m of the goal (goal_reached_condition.cpp)."""
+    """Whether the robot is within `goal_reached_tol` of the goal (goal_reached_condition.cpp)."""
 
     PORTS: ClassVar[Ports] = {"goal": VALUE, "robot_base_frame": IGNORED}
 
     def tick(self) -> Status:
         goal, pose = self.value("goal"), self.servers.pose
-        return _said(goal is not None and math.hypot(goal[0] - pose[0], goal[1] - pose[1]) <= 0.25)
+        near = abs(self.servers.goal_reached_tol)
+        return _said(goal is not None and math.hypot(goal[0] - pose[0], goal[1] - pose[1]) <= near)
 
 
 class IsGoalNearby(Node):

@@ -107,12 +107,14 @@ class Servers(Protocol):
         pose: (3,) of the robot in the map.
         velocity: (3,) measured v_x, v_y [m/s], omega [rad/s].
         speed: m/s, along and sideways, smoothed over `filter_duration`.
+        goal_reached_tol: Distance to the goal up to which it counts as reached, m.
     """
 
     now: float
     pose: FloatArray
     velocity: FloatArray
     speed: float
+    goal_reached_tol: float
 
     def send(self, action: str, request: Any) -> Job:
         """Send a goal to an action server; what it did for that client before it lets go."""

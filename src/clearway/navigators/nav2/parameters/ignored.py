@@ -17,6 +17,8 @@ EVERYWHERE = {
     "bond_timeout": "no node can fail on its own",
     "autostart_node": "all that is read is started",
     "start_type_description_service": "nobody looks into the node",
+    "warn_on_missing_params": "what a file leaves out has its default",
+    "strict_param_loading": "what a file leaves out has its default",
 }
 """Names that every node of Nav2 has."""
 

@@ -162,6 +162,10 @@ class BtNavigator(Group):
     default_nav_to_pose_bt_xml: str = Field(
         default=TREE, min_length=1, description="the tree: a file, or by its file's name one that ships with Nav2"
     )
+    goal_reached_tol: Finite = Field(
+        default=0.25,
+        description="distance to the goal up to which the tree's node GoalReached says yes, m; its sign doesn't count",
+    )
     filter_duration: NonNegative = Field(default=0.3, description="over which the tree takes the mean of the speed, s")
 
     IGNORED: ClassVar[dict[str, str]] = {

@@ -253,6 +253,7 @@ class MPPIParameters(Group):
     IGNORED: ClassVar[dict[str, str]] = {
         "visualize": _DRAWN,
         "critic_index_to_visualize": _DRAWN,
+        "verbose": "nobody reads the log",
         "publish_optimal_trajectory": "there are no topics here",
         "transform_tolerance": "there are no transforms to wait for",
     }
