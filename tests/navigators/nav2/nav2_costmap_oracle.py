@@ -214,6 +214,53 @@ class Obstacles:
                 master.at[cell] = value
 
 
+class Static:
+    """StaticLayer; the map's cells have costs already."""
+
+    def __init__(self, grid, o, rolling):
+        self.grid, self.o, self.rolling = grid, o, rolling
+        self.news, self.outline = True, []
+
+    def widen(self, bounds, polygon, frame):
+        g = self.grid
+        if not self.rolling and not self.news:
+            return
+        if self.rolling:
+            bounds.low, bounds.high = [-1e300] * 2, [1e300] * 2
+        else:
+            bounds.touch(g.x, g.y)
+            bounds.touch(g.x + g.nx * g.res, g.y + g.ny * g.res)
+        self.news = False
+        if self.o["footprint_clearing_enabled"]:
+            self.outline = [moved(x, y, frame) for x, y in polygon]
+            for x, y in polygon:
+                bounds.touch(x, y)
+
+    def lay(self, master, cells, frame):
+        kept = dict(self.grid.at)
+        if self.o["footprint_clearing_enabled"]:
+            for cell in inside(self.outline, self.grid):
+                self.grid.at[cell] = FREE
+        for i, j in cells:
+            value, old = self.grid.at.get((i, j)), master.at[i, j]
+            if self.rolling:
+                there = moved(master.x + (i + 0.5) * master.res, master.y + (j + 0.5) * master.res, frame)
+                if self.grid.cell(*there) is None:
+                    continue
+                value = self.grid.at[self.grid.cell(*there)]
+                master.at[i, j] = max(value, old) if self.o["use_maximum"] else value
+            elif not self.o["use_maximum"] or (value != UNKNOWN and (old == UNKNOWN or old < value)):
+                master.at[i, j] = value
+        if self.o["restore_cleared_footprint"]:
+            self.grid.at = kept
+
+
+def moved(x, y, frame):
+    """A point of a frame that has a pose in the map, in the map."""
+    c, s = math.cos(frame[2]), math.sin(frame[2])
+    return frame[0] + c * x - s * y, frame[1] + s * x + c * y
+
+
 class Inflation:
     """InflationLayer by brute force: every cell looks at every lethal one near it."""
 

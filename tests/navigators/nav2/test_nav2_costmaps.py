@@ -137,6 +137,65 @@ def test_a_rolling_costmap_is_what_a_plain_reading_makes_of_the_same_scans(kind,
     assert len(np.unique(ours.cost)) > (0 if layer.get("combination_method") == 2 else 5)  # all stays unknown there
 
 
+@pytest.mark.parametrize("rolling", [True, False])
+@pytest.mark.parametrize("maximum", [True, False])
+@pytest.mark.parametrize("below", [True, False])
+@pytest.mark.parametrize(("frees", "restores"), [(False, True), (True, True), (True, False)])
+def test_a_static_layer_is_what_a_plain_reading_makes_of_the_same_map(rolling, maximum, below, frees, restores):
+    rng = np.random.default_rng(8 * rolling + 4 * maximum + 2 * below + frees + restores)
+    data = rng.choice(np.array((0, 100, -1), np.int8), (40, 50), p=(0.7, 0.15, 0.15))
+    map, unknown = OccupancyGrid(data, 0.1, (-2.3, -1.7)), bool(rng.random() < 0.7)
+    free = {"footprint_clearing_enabled": frees, "restore_cleared_footprint": restores}
+    given = {
+        "global_frame": "odom" if rolling else "map",
+        "rolling_window": rolling,
+        "width": 3,
+        "height": 3,
+        "resolution": 0.1,
+        "robot_radius": 0.35,
+        "track_unknown_space": unknown,
+        "use_maximum": maximum,
+        "plugins": ("seen", "static") if below else ("static", "seen"),
+        "static": {"plugin": "nav2_costmap_2d::StaticLayer"} | free,
+        "seen": {"plugin": "nav2_costmap_2d::ObstacleLayer", "observation_sources": "scan", "scan": source()},
+    }
+    ours, default = costmap(given, map), 255 if unknown else 0
+    costs = {100: 254, -1: default, 0: 0}
+    known = oracle.Grid(50, 40, 0.1, -2.3, -1.7, 0)
+    known.at = {(i, j): costs[int(data[j, i])] for i in range(50) for j in range(40)}
+    place = (30, 30, 0.1, 0.0, 0.0, default) if rolling else (50, 40, 0.1, -2.3, -1.7, default)
+    master, seen = oracle.Grid(*place), oracle.Grid(*place)
+    options = {"marking": True, "footprint_clearing_enabled": True, "combination_method": 1}
+    options |= {"obstacle_min_range": 0.0, "raytrace_min_range": 0.0} | source()
+    layers = {"seen": oracle.Obstacles(seen, options, False)}
+    layers["static"] = static = oracle.Static(known, {"use_maximum": maximum} | free, rolling)
+    frame = np.array((0.4, -0.3, 0.7)) if rolling else ORIGIN
+    pose = np.array((0.9, -0.4, 0.5))
+    for k in range(6):
+        pose = pose + np.array((0.31 * rng.random(), 0.27 * rng.random(), 0.2))
+        one = scan(rng)
+        ours.buffer(0.2 * k, one, pose)
+        ours.update(pose, frame)
+        polygon = polygon_at(ours.footprint, pose)
+        layers["seen"].scans = [points_of(one, pose)]
+        if rolling:
+            for grid in (master, seen):
+                grid.move(pose[0] - 1.5, pose[1] - 1.5)
+        bounds = oracle.Bounds()
+        for name in given["plugins"]:
+            layers[name].widen(bounds, polygon, *([frame] if layers[name] is static else []))
+        cells = oracle.window(bounds, master)
+        for cell in cells:
+            master.at[cell] = default
+        for name in given["plugins"]:
+            if layers[name] is static:
+                static.lay(master, cells, frame)
+            else:
+                layers[name].lay(master, polygon, cells)
+        assert np.array_equal(ours.cost, as_array(master)), f"update {k}"
+    assert len(np.unique(ours.cost)) > 1
+
+
 def test_inflation_is_by_the_exact_distance_and_only_within_the_window():
     rng = np.random.default_rng(3)
     for case in range(12):

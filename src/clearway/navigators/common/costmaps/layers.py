@@ -285,7 +285,7 @@ def project_static(
         static: (rows, columns) in the map's frame, with `origin` and `resolution`.
         target: (rows, columns), written.
         transform: (3,) pose of the target's frame in the map's.
-        fill: Where the map does not reach.
+        fill: Where the map does not reach; negative: what is there stays.
     """
     cosine, sine = math.cos(transform[2]), math.sin(transform[2])
     for r in range(target.shape[0]):
@@ -294,7 +294,8 @@ def project_static(
             x = target_origin[0] + (c + 0.5) * target_resolution
             mx = transform[0] + cosine * x - sine * y - origin[0]
             my = transform[1] + sine * x + cosine * y - origin[1]
-            target[r, c] = fill
+            if fill >= 0:
+                target[r, c] = fill
             if mx >= 0 and my >= 0:
                 mc, mr = int(mx / resolution), int(my / resolution)
                 if mc < static.shape[1] and mr < static.shape[0]:

@@ -109,7 +109,7 @@ class Costmap:
         match own:
             case parameters.StaticLayer():
                 assert map is not None
-                return StaticLayer(name, own, p, map, self._default)
+                return StaticLayer(name, own, p, map)
             case parameters.ObstacleLayer():
                 sources = [cast("parameters.Source", source.group) for source in part.children.values()]
                 return ObstacleLayer(name, own, sources, self.cost.shape, p.track_unknown_space, height)

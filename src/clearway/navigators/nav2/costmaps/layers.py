@@ -73,12 +73,9 @@ class StaticLayer:
 
     clearable = False
 
-    def __init__(
-        self, name: str, own: parameters.StaticLayer, costmap: parameters.Costmap, map: OccupancyGrid, outside: int
-    ) -> None:
+    def __init__(self, name: str, own: parameters.StaticLayer, costmap: parameters.Costmap, map: OccupancyGrid) -> None:
         self.name, self._own, self._map = name, own, map
-        self._rolling, self._method = costmap.rolling_window, 1 if costmap.use_maximum else 3
-        self._outside = outside
+        self._rolling, self._maximum = costmap.rolling_window, costmap.use_maximum
         meaning = Interpretation(
             track_unknown_space=costmap.track_unknown_space,
             lethal_cost_threshold=costmap.lethal_cost_threshold,
@@ -86,6 +83,7 @@ class StaticLayer:
         )
         self._grid = interpret(map, meaning)
         self._new = True
+        self._under: FloatArray = np.zeros((0, 2))  # the robot's outline on the map, as of the last news
 
     def roll(self, across: int, up: int) -> None:
         """See `Layer`: a map does not move."""
@@ -101,24 +99,22 @@ class StaticLayer:
         shared.widen(bounds, np.array((*corner, *(corner + size))))
         if self._own.footprint_clearing_enabled:
             shared.widen(bounds, _corners(place.polygon))
+            self._under = self._polygon_on_map(place)
         self._new = False
 
     def lay(self, place: Place, master: ByteGrid, window: Window) -> None:
-        """See `Layer`."""
-        clears, grid = self._own.footprint_clearing_enabled, self._grid
-        if clears:
+        """See `Layer`: where it rolls, by the map's cells alone, of which an unknown one costs most."""
+        grid, origin, resolution = self._grid, np.array(self._map.origin), self._map.resolution
+        if self._own.footprint_clearing_enabled:
             grid = grid.copy() if self._own.restore_cleared_footprint else grid
-            where = self._polygon_on_map(place)
-            shared.fill_polygon(grid, np.array(self._map.origin), self._map.resolution, where, FREE)
+            shared.fill_polygon(grid, origin, resolution, self._under, FREE)
         if not self._rolling:
-            kernels.combine(master, window, grid, self._method)
+            kernels.combine(master, window, grid, 1 if self._maximum else 3)
             return
-        below = np.empty_like(master)
-        origin, resolution = np.array(self._map.origin), self._map.resolution
-        shared.project_static(
-            grid, origin, resolution, place.transform, below, place.origin, place.resolution, self._outside
-        )
-        kernels.combine(master, window, below, self._method)
+        below = master.copy()
+        shared.project_static(grid, origin, resolution, place.transform, below, place.origin, place.resolution, -1)
+        cells = slice(window[0], window[1]), slice(window[2], window[3])
+        master[cells] = np.maximum(master, below)[cells] if self._maximum else below[cells]
 
     def _polygon_on_map(self, place: Place) -> FloatArray:
         t = place.transform
