@@ -100,6 +100,14 @@ def test_the_path_is_handed_on_up_to_its_cusp_until_the_robot_is_there() -> None
     assert handler.local_plan(np.array((0.85, 0.0, 0.0)), frame, view())[-1, 0] == pytest.approx(0.0)
 
 
+def test_the_nearest_pose_is_looked_for_up_to_half_the_local_costmaps_side() -> None:
+    for x, first in ((1.49, 1.49), (1.51, 0.0)):
+        handler = FeasiblePathHandler(FeasiblePath())
+        handler.set_plan(np.array(((0.0, 0.0, 0.0), (x, 0.0, 0.0), (x + 0.1, 0.0, 0.0))))
+        found = handler.local_plan(np.array((x, 0.0, 0.0)), np.zeros(3), view(60, 60, (-1.0, -1.5)))
+        assert found[0, 0] == pytest.approx(first)
+
+
 def test_a_path_off_the_local_costmap_and_one_of_a_single_pose() -> None:
     handler = FeasiblePathHandler(FeasiblePath())
     handler.set_plan(np.array(((5.0, 0.0, 0.0), (6.0, 0.0, 0.0))))

@@ -69,7 +69,7 @@ class FeasiblePathHandler:
         grid = Frame(float(ox), float(oy), view.resolution, view.cost.shape[0], view.cost.shape[1])
         search = p.max_robot_pose_search_dist
         if search is None:
-            search = (max(view.cost.shape) - 0.5) * view.resolution / 2.0
+            search = max(view.cost.shape) * view.resolution / 2.0
         elif search < 0.0:
             search = math.inf
         local: FloatArray = np.empty((left, 3))
