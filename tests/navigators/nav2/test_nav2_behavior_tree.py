@@ -328,6 +328,12 @@ def test_every_shipped_tree_reaches_a_goal_that_nothing_hinders(name, version):
         ("<Spin _skipIf='1 == 1'/>", ["_skipIf", "script"]),
         ("<SubTree ID='T'/>", ["stands in itself"]),
         ("<SubTree ID='U'/>", ["unknown tree 'U'"]),
+        ("<SpeedController max_rate='0'><Spin/></SpeedController>", ["max_rate", "'0'; it is to be a number above 0"]),
+        (
+            "<SpeedController min_speed='0.5'><Spin/></SpeedController>",
+            ["SpeedController", "min_speed and max_speed are both 0.5"],
+        ),
+        ("<ValidatePath footprint='[[0.1, 0.2]]'/>", ["footprint", "it is to be an outline such as"]),
         ("<Spin/><Wait/>", ["2 outermost nodes"]),
         ("<Inverter>" * 40 + "<Spin/>" + "</Inverter>" * 40, ["deeper"]),
     ],
@@ -337,6 +343,41 @@ def test_what_a_tree_may_not_hold_is_one_clear_error(body, words):
         tree(body, World())
     for word in ("T.xml", *words):
         assert word in str(told.value)
+
+
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "AppendGoalPoseToGoals",
+        "ArePosesNear",
+        "CancelAssistedTeleop",
+        "CancelComputeAndTrackRoute",
+        "CancelFollowObject",
+        "CheckPoseOccupancy",
+        "CheckStopStatus",
+        "ClearCostmapAroundPose",
+        "ConcatenatePaths",
+        "DockRobot",
+        "ExtractRouteNodesAsGoals",
+        "FollowObject",
+        "GetCurrentPose",
+        "GetNextFewGoals",
+        "GetPoseFromPath",
+        "NavigateToPose",
+        "PauseResumeController",
+        "RemoveInCollisionGoals",
+        "UndockRobot",
+    ],
+)
+def test_a_node_of_nav2s_that_is_not_there_is_said_by_name_with_what_is_closest(kind):
+    with pytest.raises(ClearwayError, match=f"the node type '{kind}' .* is not built here; closest: "):
+        tree(f"<{kind}/>", World())
+
+
+def test_attributes_of_nav2s_that_change_nothing_here_may_stand():
+    tree("<ValidatePath path='{p}' service_name='is_path_valid' footprint=''/>", World())
+    tree("<IsPathValid path='{p}' service_name='is_path_valid'/>", World())
+    tree("<WouldAPlannerRecoveryHelp error_code='{e}' error_codes_to_check='208'/>", World())
 
 
 @pytest.mark.parametrize(

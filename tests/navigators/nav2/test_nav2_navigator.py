@@ -299,6 +299,10 @@ def test_a_path_is_valid_until_something_stands_on_what_is_left_of_it(parameters
     assert server.invalid_poses(ask, np.array((3.0, 0.0, 0.0)), ORIGIN) == []  # it lies behind
     assert server.invalid_poses(ask._replace(lookahead=1.0), ORIGIN, ORIGIN) == []
     assert server.invalid_poses(ask._replace(layer="nothing"), ORIGIN, ORIGIN) is None
+    longer = ((1.0, 0.1), (1.0, -0.1), (-0.1, -0.1), (-0.1, 0.1))  # a metre ahead
+    bad = server.invalid_poses(ask._replace(outline=longer), ORIGIN, ORIGIN)
+    assert bad
+    assert path[bad[0], 0] == pytest.approx(1.0, abs=0.1)
 
 
 def test_it_drives_through_a_room_to_one_goal_and_the_next(robot):

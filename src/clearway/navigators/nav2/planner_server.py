@@ -107,13 +107,14 @@ class PlannerServer:
         path = moved(request.path, relative(frame, _ORIGIN))
         begin = int(np.argmin((path[:, 0] - pose[0]) ** 2 + (path[:, 1] - pose[1]) ** 2))
         end = first_after(path, begin, request.lookahead) if request.lookahead > 0.0 else len(path)
-        scene = make_scene(grid, costmap.origin, costmap.resolution, costmap.footprint)
+        outline = np.array(request.outline) if request.outline else costmap.footprint
+        scene = make_scene(grid, costmap.origin, costmap.resolution, outline)
         bad = _invalid(
             scene,
             path,
             begin,
             end,
-            costmap.round,
+            costmap.round and not request.outline,
             request.max_cost,
             request.unknown_is_obstacle,
             request.first_only,

@@ -12,6 +12,7 @@ from clearway.navigators.nav2.behavior_tree.nodes import (
     IGNORED,
     NAMES,
     NUMBER,
+    OUTLINE,
     RESULT,
     ROS,
     TEXT,
@@ -320,6 +321,8 @@ class ValidatePath(Node):
         "layer_name": Port(TEXT, ""),
         "stop_at_first_collision": Port(TRUTH, True),
         "max_lookahead_distance": Port(NUMBER, -1.0),
+        "footprint": Port(OUTLINE, ()),
+        "service_name": IGNORED,
         "collision_poses": VALUE,
     } | ROS
 
@@ -335,6 +338,7 @@ class ValidatePath(Node):
                 self.value("layer_name"),
                 self.value("max_lookahead_distance"),
                 self.value("stop_at_first_collision"),
+                self.value("footprint"),
             )
         )
         if bad is None:

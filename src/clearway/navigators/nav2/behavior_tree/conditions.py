@@ -174,9 +174,8 @@ class AreErrorCodesPresent(Node):
 
 
 class WouldAControllerRecoveryHelp(AreErrorCodesPresent):
-    """Whether the controller's error is one that recovery may cure."""
+    """Whether the controller's error is one that recovery may cure, whatever `error_codes_to_check` says."""
 
-    PORTS: ClassVar[Ports] = {"error_code": VALUE}
     CODES = frozenset(
         {
             Error.CONTROLLER_UNKNOWN,
@@ -188,9 +187,8 @@ class WouldAControllerRecoveryHelp(AreErrorCodesPresent):
 
 
 class WouldAPlannerRecoveryHelp(AreErrorCodesPresent):
-    """Whether the planner's error is one that recovery may cure."""
+    """Whether the planner's error is one that recovery may cure, whatever `error_codes_to_check` says."""
 
-    PORTS: ClassVar[Ports] = {"error_code": VALUE}
     CODES = frozenset({Error.PLANNER_UNKNOWN, Error.NO_VALID_PATH, Error.PLANNER_TIMEOUT})
 
 

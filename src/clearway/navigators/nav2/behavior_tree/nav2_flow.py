@@ -9,6 +9,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.nav2.behavior_tree.nodes import (
     IGNORED,
     NUMBER,
+    POSITIVE,
     TRUTH,
     VALUE,
     WHOLE,
@@ -202,8 +203,8 @@ class SpeedController(Decorator):
     """Asks its child the oftener the faster the robot is (speed_controller.cpp)."""
 
     PORTS: ClassVar[Ports] = {
-        "min_rate": Port(NUMBER, 0.1),
-        "max_rate": Port(NUMBER, 1.0),
+        "min_rate": Port(POSITIVE, 0.1),
+        "max_rate": Port(POSITIVE, 1.0),
         "min_speed": Port(NUMBER, 0.0),
         "max_speed": Port(NUMBER, 0.5),
         "goals": VALUE,
@@ -214,6 +215,11 @@ class SpeedController(Decorator):
         super().__init__(*arguments)
         self._goal: Any = None
         self._start, self._period, self._first = 0.0, 1.0, False
+
+    @classmethod
+    def wrong(cls, given: dict[str, Any]) -> str:
+        low, high = (given.get(port, cls.PORTS[port].default) for port in ("min_speed", "max_speed"))
+        return f"min_speed and max_speed are both {low!r}; there has to be a range between them" if low == high else ""
 
     def tick(self) -> Status:
         now, goal, fastest = self.servers.now, self.value_or_shared("goal"), self.value("max_rate")

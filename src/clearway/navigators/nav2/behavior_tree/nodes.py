@@ -13,6 +13,7 @@ from enum import StrEnum
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 from clearway.navigators.nav2.behavior_tree.servers import Servers
+from clearway.navigators.nav2.parameters.outline import points_of
 
 
 class Status(StrEnum):
@@ -75,6 +76,12 @@ def _number(text: str) -> float:
     return value
 
 
+def _positive(text: str) -> float:
+    if (value := _number(text)) <= 0.0:
+        raise ValueError("not above 0")
+    return value
+
+
 def _truth(text: str) -> bool:
     return {"true": True, "1": True, "false": False, "0": False}[text.strip().lower()]
 
@@ -88,6 +95,8 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 NUMBER, WHOLE, TRUTH, TEXT = (_number, "a number"), (int, "a whole number"), (_truth, "true or false"), (str, "a text")
+POSITIVE = (_positive, "a number above 0")
+OUTLINE = (points_of, 'an outline such as "[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]", in metres')
 WHOLES, NAMES = (_whole_numbers, "whole numbers between semicolons"), (_names, "names between semicolons")
 
 
@@ -149,6 +158,11 @@ class Node:
         """
         self.name, self.status, self.children = name, Status.IDLE, tuple(children)
         self._given, self._board, self.servers = given, board, servers
+
+    @classmethod
+    def wrong(cls, given: dict[str, Any]) -> str:
+        """What is wrong with attributes together, each of which is right by itself; empty: nothing."""
+        return ""
 
     def execute(self) -> Status:
         """Tick it and keep the answer (TreeNode::executeTick)."""

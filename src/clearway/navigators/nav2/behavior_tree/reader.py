@@ -25,9 +25,27 @@ KINDS: dict[str, type[Node]] = FLOW | NAV2_FLOW | CONDITIONS | ACTIONS | {"IsPat
 MISSING: dict[str, str] = {
     "SmoothPath": "nothing: take it out, planners smooth their paths themselves where they do (Smac)",
     "ComputePathThroughPoses": "ComputePathToPose",
+    "NavigateToPose": "ComputePathToPose and FollowPath",
     "NavigateThroughPoses": "ComputePathToPose and FollowPath",
     "RemovePassedGoals": "nothing: a leg has one goal",
+    "RemoveInCollisionGoals": "nothing: a leg has one goal",
+    "AppendGoalPoseToGoals": "nothing: a leg has one goal",
+    "ExtractRouteNodesAsGoals": "nothing: a leg has one goal",
+    "GetNextFewGoals": "nothing: a leg has one goal",
+    "GetPoseFromPath": "nothing: no node takes a pose of a path",
+    "GetCurrentPose": "nothing: each node knows where the robot is",
+    "ConcatenatePaths": "nothing: one path is followed at a time",
+    "CheckPoseOccupancy": "ValidatePath",
+    "CheckStopStatus": "Wait",
+    "ArePosesNear": "GoalReached",
+    "ClearCostmapAroundPose": "ClearCostmapAroundRobot",
+    "PauseResumeController": "nothing: take its child, nobody pauses the robot",
+    "FollowObject": "FollowPath",
+    "CancelFollowObject": "CancelControl",
+    "DockRobot": "nothing: there are no docks",
+    "UndockRobot": "nothing: there are no docks",
     "AssistedTeleop": "Wait",
+    "CancelAssistedTeleop": "CancelWait",
     "GoalUpdater": "nothing: take its child, a new goal comes to the navigator itself",
     "Parallel": "NonblockingSequence",
     "ParallelAll": "NonblockingSequence",
@@ -46,6 +64,7 @@ MISSING: dict[str, str] = {
     "Delay": "Wait",
     "ComputeRoute": "ComputePathToPose",
     "ComputeAndTrackRoute": "ComputePathToPose",
+    "CancelComputeAndTrackRoute": "CancelControl",
     "WouldASmootherRecoveryHelp": "WouldAPlannerRecoveryHelp",
     "WouldARouteRecoveryHelp": "WouldAPlannerRecoveryHelp",
     "PersistentSequence": "SequenceWithMemory",
@@ -224,6 +243,8 @@ def _ports(spec: Spec, kind: type[Node], source: str) -> dict[str, Any]:
             raise ClearwayError(
                 f"is {text!r}; it is to be {words}", file=source, field=f"{spec.kind} {spec.name!r}: {attribute}"
             ) from error
+    if problem := kind.wrong(given):
+        raise ClearwayError(problem, file=source, field=f"{spec.kind} {spec.name!r}")
     return given
 
 

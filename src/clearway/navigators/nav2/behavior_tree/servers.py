@@ -6,6 +6,7 @@ from enum import IntEnum
 from typing import Any, NamedTuple, Protocol
 
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.nav2.parameters.outline import Points
 
 
 class Error(IntEnum):
@@ -89,6 +90,7 @@ class Validity(NamedTuple):
         layer: Name of the layer that is asked; empty: the whole costmap.
         lookahead: How far ahead is looked, m; not positive: to the end.
         first_only: Whether the first invalid pose ends the search.
+        outline: Of the robot in base_link, m; empty: the costmap's.
     """
 
     path: FloatArray
@@ -97,6 +99,7 @@ class Validity(NamedTuple):
     layer: str
     lookahead: float
     first_only: bool
+    outline: Points = ()
 
 
 class Servers(Protocol):
