@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from pathlib import Path
 
@@ -112,6 +113,18 @@ def test_a_controller_that_finds_nothing_is_waited_for_as_long_as_the_file_says(
     assert (job.running, job.error) == (False, Error.PATIENCE_EXCEEDED)
     assert told[5] is None
     assert controller.resets == 1
+
+
+def test_without_a_progress_checker_the_robot_may_stand_as_long_as_it_likes(parameters, local):
+    given = {**parameters.controller_server.table, "progress_checker_plugins": ()}
+    branch = settle(type(parameters.controller_server.group), given, "controller_server", None)
+    without = dataclasses.replace(parameters, controller_server=branch)
+    server, job = following(without, Controller())
+    assert len(cycles(server, local, 200)) == 200  # longer than a progress checker takes
+    assert job.running
+    server, _ = following(without, Controller())
+    server.cancel()
+    assert server.send(FollowRequest(np.zeros((2, 3)), "", "", "mine", ""), 0.0).error is Error.INVALID_CONTROLLER
 
 
 def test_a_controller_that_says_that_it_is_over_is_not_waited_for(parameters, local):

@@ -100,7 +100,8 @@ class ControllerServer:
         self._job, self._pending, self._stopping = Job(request), None, False
         try:
             self._choose(request)
-            self._progress.reset()
+            if self._progress is not None:
+                self._progress.reset()
         except _Aborted as failure:
             self._job.abort(failure.error, str(failure))
             return self._job
@@ -179,9 +180,10 @@ class ControllerServer:
         self._controller = _found("controller", request.controller, self._controllers)
         self._goal_checker = _found("goal checker", request.goal_checker, self._goal_checkers)
         self._path_handler = _found("path handler", request.path_handler, self._path_handlers)
-        self._progress = _found("progress checker", request.progress_checker, self._progress_checkers)
-        if request.progress_checker != self._progress_name:
-            self._progress_name = request.progress_checker
+        named, checkers = request.progress_checker, self._progress_checkers
+        self._progress = _found("progress checker", named, checkers) if named or checkers else None
+        if named != self._progress_name and self._progress is not None:
+            self._progress_name = named
             self._progress.reset()
         if not len(request.path):
             raise _Aborted(Error.INVALID_PATH, "the path is empty")
@@ -202,7 +204,7 @@ class ControllerServer:
         checker, p = self._goal_checker, self._parameters
         if checker.reached(pose, goal, velocity, path_length(path)):
             return None
-        if not self._progress.check(now, pose):
+        if self._progress is not None and not self._progress.check(now, pose):
             raise _Aborted(Error.FAILED_TO_MAKE_PROGRESS, "the robot does not get on")
         try:
             command = self._controller.compute(now, pose, velocity, path, goal, checker.tolerances(), view)

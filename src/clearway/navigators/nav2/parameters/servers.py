@@ -48,7 +48,10 @@ class ControllerServer(Group):
     search_window: NonNegative = Field(
         default=2.0, description="how far ahead along the path its nearest pose is looked for, m"
     )
-    progress_checker_plugins: tuple[str, ...] = Field(default=tuple(PROGRESS), description="names of progress checkers")
+    progress_checker_plugins: tuple[str, ...] = Field(
+        default=tuple(PROGRESS),
+        description="names of progress checkers; without any the robot may stand as long as it likes",
+    )
     goal_checker_plugins: tuple[str, ...] = Field(default=tuple(GOAL), description="names of goal checkers")
     controller_plugins: tuple[str, ...] = Field(default=tuple(CONTROLLER), description="names of controllers")
     path_handler_plugins: tuple[str, ...] = Field(default=tuple(HANDLER), description="names of path handlers")
