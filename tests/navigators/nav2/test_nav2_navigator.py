@@ -361,7 +361,7 @@ def test_it_drives_the_hospitals_batches(batch, configuration, robot):
         batches=(batch,), configurations=(configuration,), speeds=(0.6,), sizes=(0.3,), gaps=(1.0,), repetitions=1
     )
     scenario = load_suite("hospital").build(robot, chosen, 0)[0]
-    pilot = compose(Nav2(params=str(PURSUIT)), make_localiser("truth", robot), "truth")
+    pilot = compose(Nav2(params=str(PURSUIT)), make_localiser("truth", robot))
     trial = simulate(scenario, robot, pilot, navigator="nav2", localisation="truth", map=granted_map(None, scenario))
     assert trial.outcome is Outcome.REACHED
 
