@@ -144,6 +144,22 @@ def test_once_means_after_another_goal_only() -> None:
     assert primary.told == ["reset", "plan", "plan", "plan", (50.0, True)]
 
 
+def test_a_turn_that_a_reset_interrupts_goes_on_to_where_it_would_have_ended() -> None:
+    shim = RotationShim(RotationShimParameters(rotate_to_heading_once=True), Recorder(), DT)
+    path = np.column_stack((np.linspace(0.0, 1.0, 21), np.zeros(21), np.zeros(21)))
+    told = Velocity(0.0, 0.0, 0.0), path, path[-1], Tolerances(0.25, 0.25, False), view()
+    away, nearly, turned = (np.array((0.0, 0.0, yaw)) for yaw in (2.0, 0.6, 0.1))  # 0.6: between its two thresholds
+    shim.set_plan(path)
+    assert shim.compute(0.0, away, *told).v_x == 0.0
+    shim.reset()
+    shim.set_plan(path)
+    assert shim.compute(0.0, nearly, *told).v_x == 0.0
+    assert shim.compute(0.0, turned, *told) == PRIMARY
+    shim.reset()
+    shim.set_plan(path)
+    assert shim.compute(0.0, away, *told) == PRIMARY  # the goal is the one that it turned for
+
+
 def test_around_pure_pursuit_the_robot_turns_drives_and_turns() -> None:
     path = np.column_stack((np.linspace(0.0, 1.5, 31), np.zeros(31), np.full(31, -2.0)))
     inner = RegulatedPurePursuitParameters(use_rotate_to_heading=False)

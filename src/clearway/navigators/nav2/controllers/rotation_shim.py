@@ -32,6 +32,7 @@ class RotationShim:
         """
         self._parameters, self._primary, self._period = parameters, primary, period
         self._goal: FloatArray | None = None
+        self._goal_changed, self._towards_path = True, False
         self.reset()
 
     @property
@@ -40,11 +41,9 @@ class RotationShim:
         return _NOWHERE if self._turns else self._primary.trajectory
 
     def reset(self) -> None:
-        """See `Controller`."""
-        self._last_omega = 0.0
-        self._turns = self._towards_path = False
+        """See `Controller`: whether it was turning to the path, and for which goal, it keeps."""
+        self._last_omega, self._turns = 0.0, False
         self._primary.reset()
-        self._goal, self._goal_changed = None, True
 
     def set_plan(self, path: FloatArray) -> None:
         """See `Controller`."""
