@@ -324,6 +324,11 @@ def test_a_footprint_of_the_file_wins_over_the_robots_and_a_radius_is_one():
     assert np.allclose(own.footprint, outline(load_robot("turtlebot4").planner_shape, 0.01))
 
 
+def test_a_padding_below_zero_takes_off() -> None:
+    less = costmap(table("ObstacleLayer", {}, source()) | {"footprint_padding": -0.02})
+    assert np.abs(less.footprint[:, 0]).max() == pytest.approx(0.16)
+
+
 def test_a_static_layer_without_a_map_is_one_clear_error():
     with pytest.raises(ClearwayError, match=r"global_costmap.*static layer"):
         costmap(whole(), None, "global_costmap")

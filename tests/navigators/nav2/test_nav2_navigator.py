@@ -220,6 +220,16 @@ def test_behaviours_turn_go_and_wait_as_far_as_they_are_told(parameters, local):
     assert not poses.any()
 
 
+def test_the_signs_of_a_behaviours_limits_dont_count(parameters, local):
+    told = []
+    for sign in (1.0, -1.0):
+        back = {"acceleration_limit": 0.4 * sign, "deceleration_limit": -0.3 * sign}
+        given = {**parameters.behavior_server.table, "backup": {"plugin": "nav2_behaviors::BackUp"} | back}
+        server = BehaviorServer(settle(type(parameters.behavior_server.group), given, "behavior_server", None))
+        told.append(moved(server, local, "backup", MoveRequest(0.3, 0.15, 10.0))[1])
+    assert np.array_equal(*told)
+
+
 def test_behaviours_fail_in_front_of_an_obstacle_when_late_and_on_signs_that_differ(parameters, local):
     server = BehaviorServer(parameters.behavior_server)
     assert moved(server, local, "drive_on_heading", MoveRequest(0.4, -0.2))[0].error is Error.DRIVE_INVALID_INPUT

@@ -125,6 +125,12 @@ def test_a_wildcards_parameter_is_unknown_only_if_no_server_reads_it(tmp_path: P
     assert rows == {"/**.use_sim_time": "ignored", "/**.cycle_frequency": "read", "/**.cicle_frequency": "unknown"}
 
 
+def test_a_wildcards_namespace_is_unread_only_if_no_server_reads_what_is_inside(tmp_path: Path) -> None:
+    text = CONTROLLER + "/*: {ros__parameters: {FollowPath.batch_size: 500, Spare.a: 1}}\n"
+    rows = {row.name: row.status for row in table(written(tmp_path, text)).rows if row.name.startswith("/*")}
+    assert rows == {"/*.FollowPath.batch_size": "read", "/*.Spare": "ignored"}
+
+
 def test_nodes_that_are_none_of_the_servers_are_told(tmp_path: Path) -> None:
     text = CONTROLLER + "".join(
         f"{node}: {{ros__parameters: {{alpha1: 0.1, max_beams: 60, tf_broadcast: true}}}}\n"
@@ -244,6 +250,19 @@ def test_the_table_goes_on_where_what_must_be_given_is_wrong(tmp_path: Path, mon
     assert row[0:4:3] == ("read", "")
     (missing,) = table(written(tmp_path, f"{text}      kind: a\n")).problems
     assert str(missing).endswith("controller_server.FollowPath.must: is missing")
+
+
+@pytest.mark.parametrize(
+    ("layer", "said"),
+    [
+        ("KeepoutFilter", "closest is none: there are no zones on the maps here"),
+        ("LegacyInflationLayer", "closest is nav2_costmap_2d::InflationLayer"),
+    ],
+)
+def test_a_layer_of_nav2s_that_is_not_there_has_a_closest(layer: str, said: str) -> None:
+    given = {"plugins": ("mine",), "mine": {"plugin": f"nav2_costmap_2d::{layer}"}}
+    with pytest.raises(ClearwayError, match=f"the layer 'nav2_costmap_2d::{layer}' is not built here; {said}"):
+        settle(Costmap, given, "local_costmap", None)
 
 
 def test_plugins_without_a_type_and_layers_by_default(tmp_path: Path) -> None:

@@ -95,10 +95,10 @@ class _Drive:
             return None
         forward = 1.0 if r.speed > 0.0 else -1.0
         last = self._last * forward
-        least = last + own.deceleration_limit / s.cycle_frequency
-        most = last + own.acceleration_limit / s.cycle_frequency
+        least = last - abs(own.deceleration_limit) / s.cycle_frequency
+        most = last + abs(own.acceleration_limit) / s.cycle_frequency
         speed = min(max(abs(r.speed), least), most)
-        stopping = math.sqrt(-2.0 * own.deceleration_limit * left)
+        stopping = math.sqrt(2.0 * abs(own.deceleration_limit) * left)
         if stopping < abs(speed):
             speed = stopping
         if abs(speed) < own.minimum_speed:

@@ -151,7 +151,9 @@ class Costmap(Group):
         default=0.1,
         description="m, where there is no `footprint`; with neither, the robot's own `planner_footprint` holds and not 0.1",
     )
-    footprint_padding: NonNegative = Field(default=0.01, description="added to each coordinate of the footprint, m")
+    footprint_padding: Finite = Field(
+        default=0.01, description="added to each coordinate of the footprint, m; negative: taken off"
+    )
     plugins: tuple[str, ...] = Field(default=tuple(LAYERS), description="names of its layers, from below")
     lethal_cost_threshold: Whole = Field(
         default=100, ge=0, le=100, description="occupancy from which the map's cell is lethal, %"

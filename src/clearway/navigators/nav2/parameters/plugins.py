@@ -78,6 +78,12 @@ MISSING: dict[str, str] = {
     "nav2_smac_planner::SmacPlannerLattice": "nav2_smac_planner::SmacPlannerHybrid",
     "nav2_costmap_2d::RangeSensorLayer": "nav2_costmap_2d::ObstacleLayer",
     "nav2_costmap_2d::NonPersistentVoxelLayer": "nav2_costmap_2d::VoxelLayer",
+    "nav2_costmap_2d::LegacyInflationLayer": "nav2_costmap_2d::InflationLayer",
+    "nav2_costmap_2d::AsymmetricInflationLayer": "nav2_costmap_2d::InflationLayer",
+    **dict.fromkeys(
+        (f"nav2_costmap_2d::{kind}Filter" for kind in ("Keepout", "Speed", "Binary", "ZoneParameter")),
+        "none: there are no zones on the maps here",
+    ),
     "nav2_costmap_2d::PluginContainerLayer": "its layers, listed in `plugins` themselves",
     "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer": "nav2_costmap_2d::VoxelLayer",
 }

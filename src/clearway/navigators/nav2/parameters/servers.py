@@ -107,8 +107,8 @@ class Spin(Group):
 class DriveOnHeading(Group):
     """`nav2_behaviors::DriveOnHeading` and `nav2_behaviors::BackUp` (plugins/drive_on_heading.hpp)."""
 
-    acceleration_limit: NonNegative = Field(default=2.5, description="m/s^2")
-    deceleration_limit: Finite = Field(default=-2.5, le=0.0, description="m/s^2")
+    acceleration_limit: Finite = Field(default=2.5, description="m/s^2; its sign doesn't count")
+    deceleration_limit: Finite = Field(default=-2.5, description="m/s^2; its sign doesn't count")
     minimum_speed: NonNegative = Field(default=0.1, description="m/s")
 
 

@@ -46,6 +46,8 @@ def table(path: Path) -> ParameterTable:
         if isinstance(branch.group, BtNavigator) and (error := _wrong_tree(branch.group, path)) is not None:
             problems.append(error)
             rows = [row for row in rows if row.name != f"{server}.default_nav_to_pose_bt_xml"]
+    for name in [name for name in shared if any(other.startswith(f"{name}.") for other in shared)]:
+        del shared[name]  # what is inside it is read by another server
     rows += [row._replace(name=f"{_wild_name(nodes, row.name)}.{row.name}") for row in shared.values()]
     wrong = {problem.field for problem in problems}
     rows = [row for row in rows if row.name not in wrong]
