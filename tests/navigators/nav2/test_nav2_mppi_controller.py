@@ -9,6 +9,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle
 from clearway.navigators.common.costmaps.footprint import outline
 from clearway.navigators.nav2.controllers.mppi import MPPIController, MPPIParameters
+from clearway.navigators.nav2.parameters.branch import settle
 from clearway.navigators.nav2.seams import CostView, NoValidControl, Tolerances, Velocity
 
 pytestmark = pytest.mark.slow  # compiles for long
@@ -183,7 +184,7 @@ def test_periods():
 )
 def test_bad_files_are_one_clear_error(given, message):
     with pytest.raises(ClearwayError, match=message):
-        MPPIParameters.children(table(**given))
+        settle(MPPIParameters, table(**given), "FollowPath", None)
 
 
 @pytest.mark.parametrize(
