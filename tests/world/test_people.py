@@ -303,6 +303,15 @@ def test_nobody_passes_through_anybody_in_a_throng_at_a_door(seed: int, rules: l
     assert nearest(watch(people, 8.0, walls=WALL, seed=seed)) > 0.5 * SLIM - 1e-9
 
 
+@pytest.mark.parametrize("period", [1.27, 1.29, 10.0])
+def test_people_see_a_robot_that_decides_seldom_all_the_way(period: float) -> None:
+    """It drives towards her at 0.2 m/s, and she goes round it."""
+    person = walker("ann", (4.0, 0.05), (-4.0, 0.0))
+    trial = watch([person], 20.0, (0.0, 0.0, 0.0), constant(0.2), period=period)
+    assert trial.outcome is Outcome.TIMEOUT
+    assert ends(trial, [person])[0] < 0.3
+
+
 @settings(max_examples=15)
 @given(seed=st.integers(0, 999), rule=st.sampled_from(RULES[1:]))
 def test_nobody_is_pressed_into_a_robot_that_stands(seed: int, rule: str) -> None:

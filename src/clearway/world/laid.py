@@ -145,16 +145,18 @@ def lay(
 
 @light
 def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: float, way: FloatArray) -> None:
-    """`Laid.drive`; n is fewer than half of `ROOM`.
+    """`Laid.drive`; where a period has half of `ROOM` places or more, as one of 1.3 s has, every second is laid, or fewer.
 
     Args:
         knots: (ROOM, 4) as `RobotTracks` has them; updated.
         count: (1,) the same.
     """
     n = len(way) - 1
-    if count[0] + n > ROOM:
+    every = max(n - 1, 0) // (ROOM // 2 - 1) + 1
+    if count[0] + (n + every - 1) // every > ROOM:
         count[0] = forget(knots, count[0])
-    for i in range(1, n + 1):
+    for i in range(every, n + every, every):
+        i = min(i, n)
         knots[count[0], 0] = t + period / n * i
         for c in range(3):
             knots[count[0], 1 + c] = way[i, c]
