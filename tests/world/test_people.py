@@ -18,7 +18,8 @@ from clearway.contract import BodyKind, Command
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
-from clearway.world.behaviours.walkers import FASTER, IN_TIME, SLIM, TOUCH, Sighting, hold_off
+from clearway.world.behaviours.keeping_off import IN_TIME, SLIM, TOUCH, Sighting, hold_off
+from clearway.world.behaviours.walkers import FASTER
 from clearway.world.behaviours.wishes import speed_of
 
 RULES = ("orca", "social-force", "headed-social-force")

@@ -11,7 +11,8 @@ from clearway.crowds.bodies import Bodies, Wishes
 from clearway.crowds.walls import walls_of
 from clearway.geometry.shapes import FloatArray
 from clearway.world.behaviours.behaviour import ABSENT, GLANCE, PERIOD, STEPPING, Cast, Scene
-from clearway.world.behaviours.walkers import BESIDE, FASTER, Sighting, hold_off
+from clearway.world.behaviours.keeping_off import BESIDE, Sighting, hold_off
+from clearway.world.behaviours.walkers import FASTER
 
 CATCH_UP = 1.0
 """Who has given way wants to be back on the recorded way in this time, s."""

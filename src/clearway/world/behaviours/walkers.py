@@ -17,7 +17,6 @@ import numpy.typing as npt
 from clearway.crowds import headed_social_force, orca, social_force
 from clearway.crowds.bodies import Bodies, Wishes
 from clearway.crowds.headed_social_force import FARINA, Facing
-from clearway.crowds.social_force import QUANTUM, quanta
 from clearway.crowds.walls import Walls
 from clearway.crowds.ways import room_at
 from clearway.geometry.angles import wrap
@@ -28,6 +27,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.arrivals import walked
 from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street, Things
+from clearway.world.behaviours.keeping_off import BESIDE, SLIM, Sighting, Walker, hold_off, press_off, stop_short
 from clearway.world.behaviours.routes import OnRoute, Routes, go_on, wish
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
@@ -35,20 +35,6 @@ from clearway.world.tracks import place_twice, pose_at
 
 FASTER = 1.3
 """The most that a person hurries, of the preferred speed (Helbing, Molnár 1995)."""
-BESIDE = 0.3
-"""A person leaves a robot so much room beyond its circumscribed disc where there is, and a thing beyond its discs, m: what people leave to
-what stands on either side when they walk between (Hackney, Vallis, Cinelli 2013)."""
-TOUCH = 0.07
-"""Nearer than this nobody walks up to a robot's disc, m: who has less to either side, of a shoulder's width of 0.5 m, turns the shoulders
-(Warren, Whang 1987)."""
-IN_TIME = 0.5
-"""Nobody nears a robot so fast that they would meet sooner, s (tau of Moussaïd, Helbing, Theraulaz 2011)."""
-SLIM = 0.6
-"""Nobody is moved nearer to what stands, or to somebody else, than this share of the radius of each: two who turn the shoulders, of 0.5 m,
-brush past each other chest to chest, 0.3 m from middle to middle."""
-PRESSING = 62.5
-"""Acceleration of two who touch, for each metre that their discs overlap, 1/s^2 (Moussaïd, Helbing, Theraulaz 2011: 5000 kg/s^2, and 80 kg
-for a radius of 0.25 m)."""
 TURNING = 4.0
 """The most that a person turns, rad/s."""
 
@@ -370,8 +356,9 @@ def walk(
     robots = (len(bodies.radius) - first) // max(len(crowd.reactions), 1)
     bodily = crowd.rule != Rule.ORCA  # ORCA keeps bodies apart itself
     for k in range(len(at)):
+        walker = Walker(crowd.who[k], at[k, 0], at[k, 1], crowd.sees[k], crowd.v_max[k])
         if bodily:
-            press_off(crowd, k, chosen[k], bodies, dt)
+            press_off(walker, chosen[k], bodies, things, dt)
         for j in range(things, len(bodies.radius)):
             if crowd.sees[k] & bodies.layer[j]:
                 away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
@@ -380,7 +367,7 @@ def walk(
                 reaction = crowd.reactions[(j - first) // robots] if j >= first else 0.0
                 hold_off(chosen[k], at[k, 2], Sighting(away, drives, reaction, apart), dt, crowd.v_max[k])
         if bodily:
-            stop_short(crowd, k, chosen[k], bodies, dt)
+            stop_short(walker, chosen[k], bodies, things, dt)
         x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), SLIM * radius[k]):
             chosen[k, 0] = chosen[k, 1] = 0.0
@@ -392,112 +379,6 @@ def walk(
         elif math.hypot(wanted[k, 0], wanted[k, 1]) > STEPPING:  # who makes room goes on looking there
             turn = wrap(math.atan2(wanted[k, 1], wanted[k, 0]) - at[k, 2])
             at[k, 2] = wrap(at[k, 2] + min(max(turn, -turning), turning))
-
-
-@light
-def press_off(crowd: Crowd, k: int, velocity: FloatArray, bodies: Bodies, dt: float) -> None:
-    """Have person `k` pressed off those whom it touches: forces know no bodies. In which order people are listed changes no bit.
-
-    Args:
-        crowd: Who they are.
-        k: One of them.
-        velocity: (2,) at which it would walk, m/s; updated.
-        bodies: Everything that moves.
-        dt: Until the next decision, s.
-    """
-    me, px, py = crowd.who[k], 0, 0
-    for i in range(len(crowd.radius)):
-        dx, dy, touching = (
-            bodies.position[i, 0] - crowd.at[k, 0],
-            bodies.position[i, 1] - crowd.at[k, 1],
-            crowd.radius[i] + crowd.radius[me],
-        )
-        if i == me or max(abs(dx), abs(dy)) > touching or not crowd.sees[k] & bodies.layer[i]:
-            continue
-        distance = max(math.hypot(dx, dy), 1e-9)
-        press = PRESSING * max(touching - distance, 0.0) * dt / distance
-        px, py = px + quanta(press * dx), py + quanta(press * dy)
-    velocity[0], velocity[1] = velocity[0] - px * QUANTUM, velocity[1] - py * QUANTUM
-    faster = max(math.hypot(velocity[0], velocity[1]) / crowd.v_max[k], 1.0)
-    velocity[0], velocity[1] = velocity[0] / faster, velocity[1] / faster
-
-
-@light
-def stop_short(crowd: Crowd, k: int, velocity: FloatArray, bodies: Bodies, dt: float) -> None:
-    """Slow person `k` down so far that it takes no more than half of the room that is left to anybody in a step of `dt` [s].
-
-    Args:
-        crowd: Who they are.
-        k: One of them.
-        velocity: (2,) at which it would walk, m/s; updated.
-        bodies: Everything that moves.
-        dt: Until the next decision, s.
-    """
-    me, far, slower = crowd.who[k], 2.0 * crowd.v_max[k] * dt, 1.0
-    for i in range(len(crowd.radius)):
-        dx, dy, slim = (
-            bodies.position[i, 0] - crowd.at[k, 0],
-            bodies.position[i, 1] - crowd.at[k, 1],
-            SLIM * (crowd.radius[i] + crowd.radius[me]),
-        )
-        if i == me or max(abs(dx), abs(dy)) > slim + far or not crowd.sees[k] & bodies.layer[i]:
-            continue
-        distance = max(math.hypot(dx, dy), 1e-9)
-        onto, most = (velocity[0] * dx + velocity[1] * dy) / distance, max(0.5 * (distance - slim) / dt, 0.0)
-        slower = min(slower, most / onto) if onto > most else slower
-    velocity[0], velocity[1] = slower * velocity[0], slower * velocity[1]
-
-
-class Sighting(NamedTuple):
-    """A robot, or a disc of a thing, as somebody sees it.
-
-    Attributes:
-        to: (x, y) from the person to where it is by now if it has driven on, m.
-        drives: (vx, vy) of it when it was seen, m/s.
-        reaction: How long ago that was, s.
-        apart: How far from middle to middle the person would leave it, m.
-    """
-
-    to: tuple[float, float]
-    drives: tuple[float, float]
-    reaction: float
-    apart: float
-
-
-@light
-def hold_off(velocity: FloatArray, heading: float, robot: Sighting, dt: float, v_max: float) -> None:
-    """Have somebody near a robot no faster than lets them meet `IN_TIME` from now, or at the next decision if that is later, wherever it has
-    braked since it was seen; and make room for one that is before its eyes and comes on faster.
-
-    Args:
-        velocity: (2,) of the person, m/s; updated.
-        heading: Where the person looks, rad.
-        robot: What the person sees.
-        dt: Until the next decision, s.
-        v_max: The most that the person walks at, m/s.
-    """
-    to, drives, reaction, apart = robot
-    wx, wy = reaction * drives[0], reaction * drives[1]
-    back = min(max((to[0] * wx + to[1] * wy) / max(wx * wx + wy * wy, 1e-12), 0.0), 1.0)
-    x, y = to[0] - back * wx, to[1] - back * wy
-    in_time, meet = max(IN_TIME, dt), apart - BESIDE + TOUCH
-    _near(velocity, x, y, max((math.hypot(x, y) - meet) / in_time, 0.0))
-    away, onto = math.hypot(to[0], to[1]), drives[0] * to[0] + drives[1] * to[1]
-    if onto < 0.0 and math.cos(heading) * to[0] + math.sin(heading) * to[1] > 0.0:
-        _near(velocity, to[0], to[1], max((away - meet) / in_time + onto / max(away, 1e-9), -v_max))
-        faster = max(math.hypot(velocity[0], velocity[1]) / v_max, 1.0)  # who steps back goes on sideways too
-        velocity[0] /= faster
-        velocity[1] /= faster
-
-
-@light
-def _near(velocity: FloatArray, x: float, y: float, most: float) -> None:
-    """Take from the `velocity` (2,) what is more than `most` [m/s] towards (x, y)."""
-    distance = max(math.hypot(x, y), 1e-9)
-    excess = (velocity[0] * x + velocity[1] * y) / distance - most
-    if excess > 0.0:
-        velocity[0] -= excess * x / distance
-        velocity[1] -= excess * y / distance
 
 
 def course_of(person: PersonSpec) -> float:
