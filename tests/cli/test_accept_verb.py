@@ -80,10 +80,12 @@ def test_wrong_input_is_no_verdict(
 
 
 def test_results_of_another_system_are_no_more_trials_of_this_one(results: Path, tmp_path: Path):
-    said = open_results(results).campaign
+    said, trials = open_results(results).campaign, open_results(results).trials
 
     def with_(name: str, change: dict[str, object]) -> Results:
-        return Results(tmp_path / name, said | change)
+        made = Results(tmp_path / name, said | change)
+        made.trials = trials
+        return made
 
     (robot,) = said["robots"]
     heavy = with_("heavy", {"robots": {robot: said["robots"][robot] | {"d_base": 0.7}}})
@@ -98,6 +100,24 @@ def test_results_of_another_system_are_no_more_trials_of_this_one(results: Path,
     ):
         with pytest.raises(ClearwayError, match=why):
             accept(asked, first, second)
+
+
+def test_what_no_trial_that_is_chosen_has_may_differ(results: Path, tmp_path: Path):
+    said, trials = open_results(results).campaign, open_results(results).trials
+    mine = trials.set_column(
+        trials.column_names.index("navigator"), "navigator", pa.array(["mine"] * len(trials), pa.string())
+    )
+
+    def with_(name: str, code: str) -> Results:
+        made = Results(tmp_path / name, said | {"code": {"mine": code}})
+        made.trials = pa.concat_tables([trials, mine])
+        return made
+
+    (driver,) = set(trials["navigator"].to_pylist())
+    for navigator, why in ((driver, "is the same test as trial"), ("mine", r"differ in code\.mine")):
+        asked = criteria(tmp_path, MET + f'[where]\nnavigator = "{navigator}"\n')
+        with pytest.raises(ClearwayError, match=why):
+            accept(asked, with_("one", "0"), with_("two", "1"))
 
 
 def test_campaigns_count_in_the_order_in_which_they_were_begun(results: Path, tmp_path: Path):

@@ -76,10 +76,10 @@ def accept(
     paths = [os.path.realpath(one.path) for one in opened]
     if twice := next((p for p in paths if paths.count(p) > 1), None):
         raise ClearwayError("is named twice; each trial counts once", file=twice)
-    _refuse_others(opened)
-    _refuse_other_order(opened)
     file = None if not isinstance(criteria, str | Path) else criteria
     asked = load_criteria(criteria) if isinstance(criteria, str | Path) else criteria
+    _refuse_others(opened, asked)
+    _refuse_other_order(opened)
     planned = None if test_plan is None else labels_in(load_test_plan(test_plan))
     try:
         if planned is not None:
@@ -101,8 +101,9 @@ def accept(
     return found
 
 
-def _refuse_others(opened: Sequence[store.Results]) -> None:
-    """Nothing, unless what bears one name is another robot, navigator or Clearway in some of the results, or they share a recording.
+def _refuse_others(opened: Sequence[store.Results], asked: Criteria) -> None:
+    """Nothing, unless what bears one name is another robot, navigator, indicator or Clearway in some of the results, and criteria ask for it,
+    or they share a recording.
 
     Raises:
         ClearwayError: it is, or they do.
@@ -110,11 +111,13 @@ def _refuse_others(opened: Sequence[store.Results]) -> None:
     known: dict[tuple[str, str], tuple[Any, Path]] = {}
     recordings: dict[tuple[str, str], Path] = {}
     for one in opened:
-        said = one.campaign
+        said, idle = one.campaign, _idle(one, asked)
         plan = said.get("plan") or {}
         options = {name: plan.get("options", {}).get(name) for name in plan.get("navigators", ())}
         for kind, named in (("robots", said.get("robots", {})), ("code", said.get("code", {})), ("options", options)):
             for name, own in named.items():
+                if _base(name) in idle:
+                    continue
                 other, folder = known.setdefault((kind, name), (own, one.path))
                 if (differs := first_in_json(f"{kind}.{name}", other, own)) is not None:
                     at, was, now = differs
@@ -130,6 +133,29 @@ def _refuse_others(opened: Sequence[store.Results]) -> None:
                     f"holds the recording {shown(spec['file'])}, as {folder} does; each trial counts once",
                     file=one.path,
                 )
+
+
+def _idle(one: store.Results, asked: Criteria) -> set[str]:
+    """Names of what no criterion asks for: robots and navigators of no trial that is chosen, nor beside one, and other indicators."""
+    from clearway.indicators import INDICATORS
+    from clearway.statistics.acceptance import fits
+
+    rows = one.trials.to_pylist()
+    chosen = [r for r in rows if fits(r, asked.where)]
+    runs = {r["run"] for r in chosen if r.get("run")}
+    beside = [*chosen, *(r for r in rows if r.get("run") in runs)]
+
+    def names(of: Sequence[dict[str, Any]]) -> set[str]:
+        return {_base(str(r.get(column))) for r in of for column in ("robot", "navigator")}
+
+    return names(rows) - names(beside) | {
+        f"indicator {name}" for name in {*INDICATORS} - {c.indicator for c in asked.criterion}
+    }
+
+
+def _base(name: str) -> str:
+    """A navigator's name without its options."""
+    return name.partition("[")[0]
 
 
 def _refuse_other_order(opened: Sequence[store.Results]) -> None:

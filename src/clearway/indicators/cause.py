@@ -33,6 +33,8 @@ _WORDS: dict[str, str] = {
     Status.NO_PATH: "infeasible",
 }
 """A navigator's status -> cause."""
+CAUSES = ("contact at rest", "crushing zone", *dict.fromkeys(_WORDS.values()), "unforeseen")
+"""Of a contact; of another failure it is that."""
 
 
 def cause(trial: Trial) -> str:

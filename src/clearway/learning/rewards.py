@@ -71,8 +71,8 @@ def numbers_of(given: object, shape: tuple[int, ...]) -> FloatArray:
         ClearwayError: it is something else.
     """
     try:
-        found = np.asarray(given, np.float64)
-    except (TypeError, ValueError):
+        found = np.asarray(math.nan if isinstance(given, str | bytes) else given, np.float64)
+    except (TypeError, ValueError, OverflowError):
         found = np.array(math.nan)
     if found.shape != shape or not np.isfinite(found).all():
         right = f"{shape[0]} finite numbers, an array of the shape {shape}, are" if shape else "a finite number is"

@@ -97,16 +97,17 @@ class Program:
 
     def __init__(self, command: Sequence[str], **how: Any) -> None:
         quiet = subprocess.DEVNULL
-        self._guard = subprocess.Popen(
-            _GUARD, bufsize=0, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, process_group=0
-        )
-        group, parent = self._guard.pid, os.getpid()
+        guard: subprocess.Popen[bytes] | None = None
         try:
+            self._guard = guard = subprocess.Popen(
+                _GUARD, bufsize=0, stdin=subprocess.PIPE, stdout=quiet, stderr=quiet, process_group=0
+            )
             self.process = subprocess.Popen(
-                command, bufsize=0, preexec_fn=_ending_with(parent), process_group=group, **how
+                command, bufsize=0, preexec_fn=_ending_with(os.getpid()), process_group=guard.pid, **how
             )
         except (OSError, subprocess.SubprocessError) as error:
-            self._end_group()
+            if guard is not None:
+                self._end_group()
             raise WireError(f"cannot be started: {getattr(error, 'strerror', None) or error}") from error
 
     def end(self) -> None:

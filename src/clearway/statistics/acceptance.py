@@ -32,7 +32,7 @@ Row = dict[str, Any]
 NUMBER = "_number"
 """The column that tells which trial of its plan a recorded one is."""
 _WAITS = "_waits"
-_DRAWN_FROM = re.compile(r"\bseed-(\d{1,12})\b")
+_DRAWN_FROM = re.compile(r"\bseed-(\d{1,19})\b")
 """In a scenario's name: the seed that it was drawn from."""
 _OF_A_CONTACT = ("moved_at_contact", "touched", "avoidable")
 _IDENTITY = ("suite", "scenario", "seed", "member")
@@ -112,7 +112,7 @@ class Verdict:
     tables: int
 
     def __str__(self) -> str:
-        return str(self.decision) if self.more is None else f"{self.decision}, about {self.more:,} more trials"
+        return str(self.decision) if not self.more else f"{self.decision}, about {self.more:,} more trials"
 
 
 def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = True) -> Verdict:
@@ -362,7 +362,7 @@ def _system(rows: Sequence[Row]) -> str:
         other, own = senses.setdefault((r.get("suite"), r.get("batch"), column), r.get(column)), r.get(column)
         if own != other:
             raise ClearwayError(
-                f"a verdict is on one, and there are several: {word(other)}, {word(own)}; say which",
+                f"a verdict is on one, and there are several: {word(other) or 'none'}, {word(own) or 'none'}; say which",
                 field=f"where.{column}",
             )
     return ", ".join(str(part) for part in found[0] if part) if found else ""

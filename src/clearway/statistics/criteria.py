@@ -19,6 +19,7 @@ from clearway.contract import BodyKind
 from clearway.errors import ClearwayError, shown, unknown
 from clearway.indicators import INDICATORS, row_schema
 from clearway.indicators.avoidable import CLASSES
+from clearway.indicators.cause import CAUSES
 from clearway.quantities import Finite, Whole
 from clearway.reading import read_toml
 from clearway.statistics.betting import MOST, rule
@@ -33,13 +34,11 @@ MANY = 100
 """Criteria in a file."""
 
 _CONTACT_FREE = tuple(o.value for o in Outcome if o not in (Outcome.REACHED, Outcome.COLLISION))
+_FAILURES = (*_CONTACT_FREE, "unfinished", "DE", "OE", "DE+OE")
 WORDS: dict[str, tuple[str, ...]] = {
     "outcome": tuple(Outcome),
-    "failure": ("", "collision", "collision at rest", *_CONTACT_FREE, "unfinished", "DE", "OE", "DE+OE"),
-    "cause": (
-        "", "contact at rest", "crushing zone", "iteration limit", "input-limit violation", "infeasible", "unforeseen",
-        *_CONTACT_FREE, "unfinished", "DE", "OE", "DE+OE",
-    ),
+    "failure": ("", "collision", "collision at rest", *_FAILURES),
+    "cause": ("", *CAUSES, *_FAILURES),
     "moved_at_contact": ("", "robot", "obstacle", "both", "neither"),
     "touched": ("", *BodyKind),
     "avoidable": ("", *CLASSES),
