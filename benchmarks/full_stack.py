@@ -116,7 +116,7 @@ def measure(robot_name: str, name: str, batches: tuple[str, ...], speed: float, 
             navigator = make(name, robot, folder)
             timed(navigator, spent)
             clock(localiser, "update", scenario.localisation, spent)
-            pilot = compose(navigator, localiser, scenario.localisation)
+            pilot = compose(navigator, localiser)
             begin = thread_time()
             trial = simulate(
                 scenario,

@@ -152,6 +152,16 @@ def test_what_is_wrong_with_a_scenario(tmp_path: Path, old: str, new: str, messa
     assert first.partition(" known: ")[0] == message  # known are those of suites that other tests have loaded, too
 
 
+def test_who_strays_from_the_path_is_checked_where_the_hand_goes(tmp_path: Path) -> None:
+    """It passes the wall at a distance of 5 cm; the hand strays by up to 10, or it is a cart on rails."""
+    old, path = "runs = [{ leg = \"there\", path = [[7.0, 0.5], [7.0, 3.5]]", "path = [[9.5, 3.7], [5.5, 3.7]]"
+    assert problems(tmp_path, old, f'runs = [{{ leg = "there", {path}') == []
+    (found,) = problems(tmp_path, old, f'behaviour = {{ kind = "operator" }}\nruns = [{{ leg = "there", {path}')
+    assert found.startswith("obstacles.1.runs.0.path: 'visitor' would run into 'north' at (")
+    steady = f'behaviour = {{ kind = "operator", line_keeping = 0.04 }}\nruns = [{{ leg = "there", {path}'
+    assert problems(tmp_path, old, steady) == []
+
+
 def test_overlapping_obstacles(tmp_path: Path) -> None:
     second = '[[obstacles]]\nname = "crate"\nshape = { kind = "disc", radius = 0.2 }\npose = [3.3, 2.0, 0.0]\n\n[[obstacles]]\nname = "visitor"'
     found = problems(tmp_path, '[[obstacles]]\nname = "visitor"', second)

@@ -15,10 +15,13 @@ from pydantic import ValidationError
 from worlds import Pilot, body, constant, make_robot, make_scenario, run_among
 
 from clearway.contract import BodyKind, Command
+from clearway.crowds.bodies import Bodies
+from clearway.crowds.ways import room_of
+from clearway.geometry.grid import FREE, OccupancyGrid
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.scenarios.people import PersonSpec
 from clearway.trials import Body, Outcome, Trial
-from clearway.world.behaviours.keeping_off import IN_TIME, SLIM, TOUCH, Sighting, hold_off
+from clearway.world.behaviours.keeping_off import IN_TIME, SLIM, TOUCH, Around, Walker, keep_off
 from clearway.world.behaviours.walkers import FASTER
 from clearway.world.behaviours.wishes import speed_of
 
@@ -36,10 +39,10 @@ def walker(
 
 def watch(
     people: Sequence[dict[str, Any]], seconds: float = 15.0, start: Any = AWAY, pilot: Pilot | None = None,
-    walls: Sequence[Body] = (), seed: int = 5, **robot: Any,
+    walls: Sequence[Body] = (), seed: int = 5, things: Sequence[dict[str, Any]] = (), **robot: Any,
 ) -> Trial:  # fmt: skip
     legs = [{"name": "forth", "goal": (99.0, 0.0, 0.0), "time_limit": seconds}]
-    scenario = make_scenario(people=people, start=start, legs=legs, seed=seed)
+    scenario = make_scenario(people=people, start=start, legs=legs, seed=seed, obstacles=things)
     return run_among(walls, pilot or constant(0.0), scenario, make_robot(**robot))
 
 
@@ -163,10 +166,17 @@ def test_who_decides_seldom_does_not_run_into_a_robot_that_stands(rule: str) -> 
 
 
 def test_who_makes_room_walks_no_faster_than_it_says() -> None:
+    floor = room_of(OccupancyGrid(np.full((100, 100), FREE, np.int8), 0.1, (-5.0, -5.0)))
+    at, moving = np.array([[0.0, 0.0], [0.7, 0.0]]), np.array([[0.0, 0.0], [-2.0, 0.0]])  # a robot drives at her
+    bodies = Bodies(at, moving, np.array([0.25, 0.55]), np.array([1, 2]), np.ones(2))
+    around = Around(bodies, np.zeros((1, 3)), np.ones(1, np.bool_), np.array([0.0, 0.3]), floor, np.empty((4, 3)))
     velocity = np.array([0.3, 1.5])
-    hold_off(velocity, 0.0, Sighting((0.7, 0.0), (-2.0, 0.0), 0.3, 0.8), 0.05, 1.56)
+    keep_off(Walker(0, 0.0, 0.0, 0.0, 3, 1.56), velocity, False, around, 0.05)
     assert velocity[0] < 0.0
     assert np.hypot(*velocity) <= 1.56 + 1e-9
+    velocity = np.array([0.3, 1.5])
+    keep_off(Walker(0, 0.0, 0.0, 0.0, 1, 1.56), velocity, False, around, 0.05)
+    assert velocity.tolist() == [0.3, 1.5]  # who doesn't see robots
 
 
 def test_a_recorded_person_who_makes_room_goes_on_looking_at_the_robot() -> None:
@@ -302,6 +312,79 @@ def test_nobody_passes_through_anybody_in_a_throng_at_a_door(seed: int, rules: l
     places[:, 0] = [(side * (0.5 + 0.6 * k), 0.3 * side) for k in range(4) for side in (-1.0, 1.0)]
     people = [walker(f"p{k}", tuple(a), tuple(b), behaviour=rules[k]) for k, (a, b) in enumerate(places.tolist())]
     assert nearest(watch(people, 8.0, walls=WALL, seed=seed)) > 0.5 * SLIM - 1e-9
+
+
+@settings(max_examples=25)
+@given(
+    seed=st.integers(0, 999),
+    rules=st.lists(st.sampled_from(RULES), min_size=8, max_size=8),
+    every=st.lists(st.sampled_from((0.05, 0.1, 0.35, 0.5, 1.0)), min_size=8, max_size=8),
+)
+def test_nobody_passes_through_anybody_or_a_wall_however_seldom_they_decide(
+    seed: int, rules: list[str], every: list[float]
+) -> None:
+    thin = [body(rectangle(0.05, 6.0), 0.0, side * 3.6, name=f"wall {side}") for side in (-1.0, 1.0)]
+    places = np.random.default_rng(seed).uniform(-2.5, 2.5, (8, 2, 2)).round(3)
+    places[:, 0] = [(side * (0.5 + 0.6 * k), 0.3 * side) for k in range(4) for side in (-1.0, 1.0)]
+    people = [
+        walker(f"p{k}", tuple(a), tuple(b), behaviour=rules[k], decides_every=every[k])
+        for k, (a, b) in enumerate(places.tolist())
+    ]
+    trial = watch(people, 8.0, walls=thin, seed=seed)
+    assert nearest(trial) > 0.5 * SLIM - 1e-9
+    x, y = trial.moving_obstacles[..., 0], trial.moving_obstacles[..., 1]
+    for k in range(8):
+        for n in np.flatnonzero(x[1:, k] * x[:-1, k] < 0.0):
+            share = x[n, k] / (x[n, k] - x[n + 1, k])
+            assert abs(y[n, k] + share * (y[n + 1, k] - y[n, k])) < 0.6
+
+
+def bed(name: str, y: float, way: float = 1.0) -> dict[str, Any]:
+    """A bed that is pushed along x."""
+    shape = {"kind": "rectangle", "length": 2.1, "width": 0.96}
+    run = {"leg": "forth", "path": [(-4.0 * way, y), (4.0 * way, y)], "speed": 0.6}
+    return {"name": name, "shape": shape, "behaviour": {}, "runs": [run]}
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_in_which_order_beds_are_listed_changes_no_bit(rule: str) -> None:
+    """Who stands between two of them that come makes room for both."""
+    people = [walker(f"p{k}", (0.2 * k, -0.5 + 0.5 * k), (-6.0, 0.2), behaviour=rule) for k in range(3)]
+    things = [bed("one", 0.8), bed("two", -0.8), bed("three", 0.1, -1.0)]
+    one, other = (watch(people, 12.0, things=t).moving_obstacles for t in (things, things[::-1]))
+    assert np.array_equal(one[:, 3:], other[:, 3:])
+    assert np.array_equal(one[:, :3], other[:, 2::-1], equal_nan=True)
+
+
+def test_who_steps_aside_does_so_as_far_as_there_is_room() -> None:
+    stands = {"behaviour": "still", "yields_at": 1.5}
+    people = [stands | {"name": "ann", "start": (2.0, 0.1)}, stands | {"name": "bob", "start": (3.0, 0.1)}]
+    wall = [body(rectangle(20.0, 0.1), 0.0, 0.5, name="wall")]
+    trial = watch(people, 8.0, start=(0.0, -0.5, 0.0), pilot=constant(0.4), walls=wall)
+    assert trial.outcome is Outcome.TIMEOUT, trial.reason
+    moved = np.ptp(trial.moving_obstacles[:, :, 1], axis=0)
+    assert (moved > 0.05).all()
+    assert trial.moving_obstacles[:, :, 1].max() < 0.45 - SLIM * 0.25 + 0.1  # up to a cell
+    beside = [
+        stands | {"name": "ann", "start": (2.0, 0.1)},
+        {"name": "bob", "start": (2.0, 0.65), "behaviour": "still"},
+    ]
+    assert nearest(watch(beside, 8.0, start=(0.0, -0.5, 0.0), pilot=constant(0.4))) > 0.5 * SLIM - 1e-9
+
+
+def test_who_is_pushed_off_a_recorded_way_keeps_off_walls_and_others_and_hurries_no_more_than_it_says() -> None:
+    wall = [body(rectangle(20.0, 0.05), 0.0, 0.4, name="wall")]
+    track = [(0.0, 4.0, 0.1), (10.0, -4.0, 0.1), (30.0, -4.5, 0.1)]
+    people = [
+        {"name": "ann", "start": (4.0, 0.1), "behaviour": "recorded", "track": track},
+        {"name": "bob", "start": (1.5, -0.5), "behaviour": "still"},
+    ]
+    trial = watch(people, 15.0, (-1.0, -0.3, 0.0), constant(0.1), wall)
+    ann = trial.moving_obstacles[:, 0, :2]
+    assert np.ptp(ann[:, 1]) > 0.05  # she is pushed
+    assert ann[:, 1].max() < 0.375 - SLIM * 0.25 + 0.1  # up to a cell
+    assert nearest(trial) > 0.5 * SLIM - 1e-9
+    assert (np.hypot(*np.diff(ann, axis=0).T) / np.diff(trial.t)).max() <= FASTER * 0.8 + 1e-9
 
 
 @pytest.mark.parametrize("period", [1.27, 1.29, 10.0])

@@ -73,6 +73,15 @@ def test_two_that_drive_at_each_other_meet_in_the_middle():
     assert b.attempt.member == "robot 2"
 
 
+@pytest.mark.parametrize("period", [0.001, 0.1, 3.0, 10.0])
+def test_they_meet_as_exactly_however_seldom_one_of_them_decides(period: float):
+    scenario = scene({"start": (-2.0, 0.0, 0.0)}, {"start": (2.0, 0.0, math.pi)})
+    often, seldom = make_robot(drive=FREE), make_robot(drive=FREE, period=period)
+    trials = together(scenario, (often, constant(1.0)), (seldom, constant(0.1)))
+    assert reached(trials) == [Outcome.COLLISION] * 2
+    assert [trial.t[-1] for trial in trials] == pytest.approx([3.5 / 1.1] * 2, abs=1e-4)
+
+
 def test_who_stands_is_run_into_as_exactly():
     robot = make_robot(drive=FREE)
     a, b = together(

@@ -9,7 +9,9 @@ import pytest
 from clearway.errors import ClearwayError
 from clearway.scenarios.motions import states
 from clearway.scenarios.scenario import LegSpec, ObstacleSpec
-from clearway.world.tracks import KNOT, longest, pose_at, tracks
+from clearway.world.laid import Laid
+from clearway.world.setting import steps
+from clearway.world.tracks import KNOT, ROBOTS_ROOM, longest, pose_at, tracks
 
 
 def obstacle(*runs: dict[str, Any]) -> ObstacleSpec:
@@ -123,3 +125,18 @@ def test_other_motions_are_laid_out_as_they_are(kind: str) -> None:
     assert way.speed[0] == pytest.approx(np.hypot(*expected[1:, 2:].T).max())
     with pytest.raises(ClearwayError, match="at most 3600"):
         tracks([shaken], ["a"], 1e6)
+
+
+@pytest.mark.parametrize("period", [0.001, 0.003, 0.007, 0.05, 0.1, 1.0, 10.0])
+def test_a_robot_can_be_seen_as_it_was_two_seconds_ago_whatever_its_control_period(period: float) -> None:
+    knots, count = np.full((ROBOTS_ROOM, 4), np.nan), np.zeros(1, np.int64)
+    laid, n = Laid(knots, count), steps(period)
+    laid.lay(0.0, np.zeros(3))
+    for k in range(math.ceil(25.0 / period)):
+        t = k * period
+        way = t + period / n * np.arange(n + 1.0)
+        laid.drive(t, period, np.column_stack([way, -2.0 * way, np.zeros(n + 1)]))
+        for late in (0.0, 0.3, 2.1):
+            seen = max(t + period - late, 0.0)
+            assert laid.at(seen) == pytest.approx([seen, -2.0 * seen, 0.0], abs=1e-9)
+        assert laid.at(max(t, 0.0)) == pytest.approx([t, -2.0 * t, 0.0], abs=1e-9)  # all of the period, too

@@ -46,6 +46,7 @@ from clearway.scenarios.files import (
 )
 from clearway.scenarios.floor_plan_files import FloorPlanSpec
 from clearway.scenarios.floorplan import load_floor_plan
+from clearway.scenarios.line_keeping import Line
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, RunSpec, Scenario
 from clearway.scenarios.way import CELL
@@ -235,9 +236,10 @@ def _moving_obstacles(
         for j, run in enumerate(obstacle.runs):
             field = f"obstacles.{i}.runs.{j}"
             shape = _shape(obstacle)
-            near = standing.near(np.array(run.path), circumscribed_radius(shape))
+            stray = 0.0 if obstacle.behaviour is None else obstacle.behaviour.line_keeping
+            near = standing.near(np.array(run.path), circumscribed_radius(shape) + stray)
             work.add((_length(run) / STEP + len(run.path)) * (1 + len(near)), f"{field}.path")
-            poses = _sampled_path(run)
+            poses = _sampled_path(run) if obstacle.behaviour is None else _as_driven(run, obstacle, scenario.seed)
             gaps = min_clearance(shape, poses, near, np.zeros((len(poses), 0, 3))) if near else None
             if gaps is not None and gaps.min() <= 0:
                 where = poses[int(gaps.argmin())]
@@ -316,6 +318,13 @@ def _sampled_path(run: RunSpec) -> FloatArray:
         heading = np.full(n + 1, math.atan2(y1 - y0, x1 - x0))
         parts.append(np.stack([x0 + s * (x1 - x0), y0 + s * (y1 - y0), heading], axis=1))
     return np.concatenate(parts)
+
+
+def _as_driven(run: RunSpec, obstacle: ObstacleSpec, seed: int) -> FloatArray:
+    """The same as somebody drives `obstacle` along the path in the trial with this seed."""
+    assert obstacle.behaviour is not None
+    line = Line(run, obstacle.behaviour, seed, obstacle.name)
+    return np.array([line.pose(s) for s in np.linspace(0.0, line.length, math.ceil(line.length / STEP) + 1)])
 
 
 def _length(run: RunSpec) -> float:

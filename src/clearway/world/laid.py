@@ -16,12 +16,16 @@ from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 from clearway.world.tracks import ROOM, Tracks, pose_at
 
+_SAME = 1e-9  # s
+APART = 0.005
+"""A robot's track keeps no knots nearer in time than this, s: one with a control period of 1 ms is kept for as long as any other."""
+
 
 class RobotTracks(NamedTuple):
     """Where r robots have been of late, each with its pivot.
 
     Attributes:
-        knots: (r, ROOM, 4) s since the trial began, x, y [m], theta [rad].
+        knots: (r, ROBOTS_ROOM, 4) s since the trial began, x, y [m], theta [rad].
         laid: (r,) int64, how many of them there are; 0: the robot is gone.
         reach: (r,) radius around the pivot that no part of the robot leaves, m.
     """
@@ -35,7 +39,7 @@ class Laid:
     """The track of one robot.
 
     Args:
-        knots: (ROOM, 4) its part of `RobotTracks`; updated.
+        knots: (ROBOTS_ROOM, 4) its part of `RobotTracks`; updated.
         count: (1,) the same.
     """
 
@@ -49,8 +53,8 @@ class Laid:
 
     def lay(self, t: float, pose: FloatArray) -> None:
         """At time `t` [s], not before the last knot, it will be at `pose` (3,)."""
-        if self.count == ROOM:
-            self._count[0] = forget(self.knots, ROOM)
+        if self.count == len(self.knots):
+            self._count[0] = forget(self.knots, self.count)
         self.knots[self.count, 0], self.knots[self.count, 1:] = t, pose
         self._count[0] += 1
 
@@ -75,24 +79,32 @@ class LaidTracks:
     """Those of the bodies of `tracks` that decide.
 
     Args:
-        tracks: Of all moving bodies; those that decide have `ROOM` knots there.
+        tracks: Of all moving bodies; those that decide have `ROOM` knots there, robots `ROBOTS_ROOM`.
     """
 
     def __init__(self, tracks: Tracks) -> None:
-        self._tracks, self._who = tracks, set[int]()
+        self._tracks, self._room = tracks, dict[int, int]()
 
-    def add(self, body: int, speed: float) -> None:
-        """Moving body `body` decides; it never moves faster than `speed` [m/s]."""
-        self._who.add(body)
+    def add(self, body: int, speed: float, room: int = ROOM) -> None:
+        """Moving body `body` decides; it never moves faster than `speed` [m/s], and there is `room` for so many knots of it."""
+        self._room[body] = room
         self._tracks.speed[body] = speed
 
     def __contains__(self, body: int) -> bool:
         """Whether moving body `body` decides."""
-        return body in self._who
+        return body in self._room
 
     def lay(self, bodies: Sequence[int] | npt.NDArray[np.int64], t: float, poses: FloatArray) -> None:
-        """At time `t` [s] each of these bodies will be at one of `poses` (n, 3)."""
-        lay(self._tracks.knots, self._tracks.rows, np.asarray(bodies, np.int64), t, np.asarray(poses, np.float64))
+        """At time `t` [s] each of these bodies, robots or others, will be at one of `poses` (n, 3)."""
+        who, room = np.asarray(bodies, np.int64), self._room[int(bodies[0])]
+        lay(self._tracks.knots, self._tracks.rows, who, t, np.asarray(poses, np.float64), room)
+
+    def drive(self, body: int, t: float, period: float, way: FloatArray) -> None:
+        """In the `period` [s] from time `t` [s] on, its last knot, robot `body` drives along `way` (n + 1, 3)."""
+        begin, end = self._tracks.rows[0, body].tolist()
+        count = np.array([end - begin])
+        lay_way(self._tracks.knots[begin : begin + self._room[body]], count, t, period, way)
+        self._tracks.rows[:, body, 1] = begin + count[0]
 
     def cut(self, body: int, t: float) -> None:
         """Forget what was laid beyond time `t` [s]."""
@@ -122,20 +134,26 @@ class LaidTracks:
 
 @light
 def lay(
-    knots: FloatArray, rows: npt.NDArray[np.int64], bodies: npt.NDArray[np.int64], t: float, poses: FloatArray
+    knots: FloatArray,
+    rows: npt.NDArray[np.int64],
+    bodies: npt.NDArray[np.int64],
+    t: float,
+    poses: FloatArray,
+    room: int,
 ) -> None:
     """Add a knot at time `t` [s] to the tracks of these bodies: `poses` (n, 3).
 
     Args:
         knots: As `Tracks` has them; updated.
         rows: The same.
+        room: For so many knots of each.
     """
     for i in range(len(bodies)):
         m = bodies[i]
         begin = rows[0, m, 0]
         count = rows[0, m, 1] - begin
-        if count == ROOM:
-            count = forget(knots[begin : begin + ROOM], count)
+        if count == room:
+            count = forget(knots[begin : begin + room], count)
         knots[begin + count, 0] = t
         for c in range(3):
             knots[begin + count, 1 + c] = poses[i, c]
@@ -145,18 +163,18 @@ def lay(
 
 @light
 def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: float, way: FloatArray) -> None:
-    """`Laid.drive`; where a period has half of `ROOM` places or more, as one of 1.3 s has, every second is laid, or fewer.
+    """`Laid.drive`.
 
     Args:
-        knots: (ROOM, 4) as `RobotTracks` has them; updated.
+        knots: (ROBOTS_ROOM, 4) as `RobotTracks` has them; updated.
         count: (1,) the same.
     """
     n = len(way) - 1
-    every = max(n - 1, 0) // (ROOM // 2 - 1) + 1
-    if count[0] + (n + every - 1) // every > ROOM:
+    if n == 1 and count[0] > 1 and knots[count[0] - 1, 0] - knots[count[0] - 2, 0] < APART:
+        count[0] -= 1
+    if count[0] + n > len(knots):
         count[0] = forget(knots, count[0])
-    for i in range(every, n + every, every):
-        i = min(i, n)
+    for i in range(1, n + 1):
         knots[count[0], 0] = t + period / n * i
         for c in range(3):
             knots[count[0], 1 + c] = way[i, c]
@@ -164,9 +182,37 @@ def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: f
 
 
 @light
+def bound_for(
+    tracks: Tracks, leg: int, since: FloatArray, decides: npt.NDArray[np.bool_], t: float, ahead: float,
+    out: FloatArray, free: npt.NDArray[np.bool_],
+) -> None:  # fmt: skip
+    """Where bodies go that have decided.
+
+    Args:
+        tracks: Of all bodies.
+        leg: Number of the leg that they are in.
+        since: As `tracks.place` has it.
+        decides: Which of them decide.
+        t: The time, s.
+        ahead: How far what is on rails is looked after, s.
+        out: (m, 3) where each of the first m will be at its next decision, m and rad; written; NaN where one is absent.
+        free: (m,) whether each decides now; written.
+    """
+    for m in range(len(out)):
+        begin, end = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
+        if decides[m] and end > begin:
+            free[m] = tracks.knots[end - 1, 0] <= t + _SAME
+            for c in range(3):
+                out[m, c] = tracks.knots[end - 1, 1 + c]
+        else:
+            free[m] = False
+            pose_at(tracks.knots, begin, end, t + ahead - since[m], out[m])
+
+
+@light
 def forget(knots: FloatArray, count: int) -> int:
-    """Keep the later ones of `count` of the `knots` (ROOM, 4), half as many as there is room for, and say how many these are."""
-    half = ROOM // 2
+    """Keep the later ones of `count` of the `knots` (n, 4), half as many as there is room for, and say how many these are."""
+    half = len(knots) // 2
     for k in range(half):
         for c in range(4):
             knots[k, c] = knots[count - half + k, c]

@@ -26,7 +26,7 @@ class Ride(NamedTuple):
         state: (STATE,) now, see `setting`.
         began: (STATE,) when the period began; kept up where somebody decides by where it drives.
         rehearsed: (STATE,) as the period ends if it meets nobody.
-        knots: (ROOM, 4) its track as those see it who decide, see `laid.RobotTracks`.
+        knots: (ROBOTS_ROOM, 4) its track as those see it who decide, see `laid.RobotTracks`.
         laid: (1,) int64, how many knots that has.
         as_rehearsed: (1,) whether `Setting.way` is the rehearsed way, and nothing that stands is in it.
         near: How near it has come to what moves.

@@ -73,10 +73,10 @@ def simulation_of(scenario: Scenario, drivers: Sequence[Driver], *, raise_errors
             f"{scenario.name!r} has {1 + len(others)} robots; {len(drivers)} are driven", field="robots"
         )
     robots = [driver.robot for driver in drivers]
-    deciding = len(scenario.people) + (len(drivers) if others else 0)
     own = scenario.members()
     time = max(longest(s.legs) for s in own)
-    way = tracks(moving_obstacles_of(scenario), [leg.name for leg in scenario.legs], time, deciding)
+    moving, legs = moving_obstacles_of(scenario), [leg.name for leg in scenario.legs]
+    way = tracks(moving, legs, time, len(scenario.people), len(drivers) if others else 0)
     bodies = [bodies_of(plan.fixtures, scenario, robots, member) for member in range(len(drivers))]
     run = run_of(scenario, robots, [driver.navigator for driver in drivers], drivers[0].setup)
     return Simulation(own, bodies, way, drivers, plan.area, raise_errors, run)

@@ -31,6 +31,8 @@ at most (acceleration) x KNOT^2 / 8, 0.03 mm at 1 m/s^2."""
 _NONE: FloatArray = np.zeros((0, 4))
 ROOM = 256
 """Knots for which there is room in the track of a body that decides, see `laid`."""
+ROBOTS_ROOM = 4096
+"""The same of a robot: half of them are enough for the longest control period, 10 s, and for what is looked at 2 s late, at `laid.APART`."""
 
 
 class Tracks(NamedTuple):
@@ -49,12 +51,15 @@ class Tracks(NamedTuple):
     lasting: npt.NDArray[np.bool_]
 
 
-def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: float = 0.0, deciders: int = 0) -> Tracks:
+def tracks(
+    obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: float = 0.0, deciders: int = 0, robots: int = 0
+) -> Tracks:
     """The tracks of the moving ones among `obstacles` in the legs with these names.
 
     Args:
         duration: How long the trial may take, s; that far an oscillation is laid out.
         deciders: So many bodies more, after the obstacles, decide.
+        robots: So many robots come after these.
 
     Raises:
         ClearwayError: a run is for a leg that doesn't exist, two runs of an obstacle overlap in time, or something
@@ -80,9 +85,11 @@ def tracks(obstacles: Sequence[ObstacleSpec], legs: Sequence[str], duration: flo
         elif obstacle.behaviour is not None:
             parts[0][j] = np.full((ROOM, 4), np.nan)
     for k, part in enumerate(parts):
-        part += [np.full((ROOM, 4), np.nan) if k == 0 else _NONE for _ in range(deciders)]
-    decides = [*(o.behaviour is not None for o in obstacles), *(True for _ in range(deciders))]
-    lasts = [*(o.lasting is not None for o in obstacles), *(False for _ in range(deciders))]
+        rooms = [ROOM] * deciders + [ROBOTS_ROOM] * robots
+        part += [np.full((room, 4), np.nan) if k == 0 else _NONE for room in rooms]
+    more = deciders + robots
+    decides = [*(o.behaviour is not None for o in obstacles), *(True for _ in range(more))]
+    lasts = [*(o.lasting is not None for o in obstacles), *(False for _ in range(more))]
     found = stack(parts, [a or b for a, b in zip(decides, lasts, strict=True)])
     found.rows[:, decides, 1] = found.rows[:, decides, 0]  # nothing is laid yet
     return found

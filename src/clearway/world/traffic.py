@@ -25,9 +25,9 @@ from clearway.world.behaviours.behaviour import (
     Street,
     hold_street,
 )
-from clearway.world.laid import Laid, LaidTracks, RobotTracks
+from clearway.world.laid import Laid, LaidTracks, RobotTracks, bound_for
 from clearway.world.ride import Period, Ride
-from clearway.world.tracks import ROOM, Tracks, place, place_twice
+from clearway.world.tracks import ROBOTS_ROOM, Tracks, place, place_twice
 
 _SAME = 1e-9  # s
 _OVER = 1e-6
@@ -67,7 +67,9 @@ class Traffic:
         self._others = len(tracks.speed) - (robots if self.several else 0)
         self._laid, self.leg, self.leg_began, self._count = LaidTracks(tracks), 0, 0.0, 0
         self._robots: list[SeenRobot] = []
-        self._driven = RobotTracks(np.full((robots, ROOM, 4), np.nan), np.zeros(robots, np.int64), np.zeros(robots))
+        self._driven = RobotTracks(
+            np.full((robots, ROBOTS_ROOM, 4), np.nan), np.zeros(robots, np.int64), np.zeros(robots)
+        )
         self.arrivals = arrivals or Arrivals((), 0)
         self._pivots: list[float] = []
         self._crowds = [b for b in behaviours if isinstance(b, CompiledBehaviour)]
@@ -76,6 +78,7 @@ class Traffic:
         for behaviour in behaviours:
             for m, speed in zip(behaviour.members, behaviour.speed, strict=True):
                 self._laid.add(m, float(speed))
+        self._decides = np.array([m in self._laid for m in range(len(tracks.speed))], np.bool_)
 
     def join(self, shape: Packed, pivot: float, pose: FloatArray, speed: float) -> int:
         """A robot stands at `pose` (3,) at time 0.
@@ -95,7 +98,7 @@ class Traffic:
         self._pivots.append(pivot)
         self._robots[member].track.lay(0.0, pose)
         if self.several:
-            self._laid.add(self._others + member, speed)
+            self._laid.add(self._others + member, speed, ROBOTS_ROOM)
             self._laid.lay([self._others + member], 0.0, self._base(member, pose[None]))
         return member
 
@@ -122,13 +125,10 @@ class Traffic:
         """In the `period` [s] from time `t` [s] on robot `member` drives along `way` (n + 1, 3 or more), as its own track says already."""
         if not self.several:
             return
-        n = len(way) - 1
-        step = period / n
-        times = t + step * np.arange(1.0, n + 1.0, dtype=np.float64)
         body, poses = self._others + member, self._base(member, way)
         self._laid.cut(body, t + _SAME)
-        for when, pose in zip(times.tolist(), poses[1:, None], strict=True):
-            self._laid.lay([body], when, pose)
+        self._laid.drive(body, t, period, poses)
+        step = period / (len(way) - 1)
         self._laid.lay([body], t + period + _OVER, poses[-1:] + _OVER / step * (poses[-1:] - poses[-2:-1]))
 
     def halt(self, member: int, t: float, pose: FloatArray) -> None:
@@ -159,7 +159,7 @@ class Traffic:
         return self._together and not self.several
 
     def track(self, member: int) -> tuple[FloatArray, npt.NDArray[np.int64]]:
-        """Of robot `member`, as those see it who decide: knots (ROOM, 4), and how many there are (1,)."""
+        """Of robot `member`, as those see it who decide: knots (ROBOTS_ROOM, 4), and how many there are (1,)."""
         return self._driven.knots[member], self._driven.laid[member : member + 1]
 
     def among(self, ridden: Held[Ride]) -> Held[Among]:
@@ -185,7 +185,7 @@ class Traffic:
             for crowd, street, arrivals in self._streets:
                 decide_until(crowd, street, self.leg, self._count, now, arrivals)
             if self._crowds:  # the first of them has looked who is where
-                scene = self._scene_of(self._there.copy())
+                scene = self._scene_of(now, self._there.copy())
             else:
                 scene = self._scene(now)
                 self.arrivals.look(now, scene.moving)
@@ -232,18 +232,20 @@ class Traffic:
         streets = []
         for k, crowd in enumerate(self._crowds):
             there, arrivals = (np.empty_like(self._there), _NOBODY) if k else (self._there, self.arrivals)
-            street = Street(self._tracks, self._since, there, self._driven, arrivals.watched)
+            street = Street(self._tracks, self._since, self._decides, there, self._driven, arrivals.watched)
             streets.append((crowd, hold_street(street), arrivals))
         return streets
 
     def _scene(self, t: float) -> Scene:
         there = np.empty_like(self._there)
         place_twice(self._tracks, self.leg, self._since, t, t - PERIOD, there)
-        return self._scene_of(there)
+        return self._scene_of(t, there)
 
-    def _scene_of(self, there: FloatArray) -> Scene:
-        """All bodies are at there[0] (m, 3), and were at there[1] a `PERIOD` ago."""
-        return Scene(there[0, : self._others], there[1, : self._others], tuple(self._robots))
+    def _scene_of(self, t: float, there: FloatArray) -> Scene:
+        """At time `t` [s] all bodies are at there[0] (m, 3), and were at there[1] a `PERIOD` ago."""
+        bound, free = np.empty((self._others, 3)), np.empty(self._others, np.bool_)
+        bound_for(self._tracks, self.leg, self._since, self._decides, t, PERIOD, bound, free)
+        return Scene(there[0, : self._others], there[1, : self._others], bound, free, tuple(self._robots))
 
 
 class Around:

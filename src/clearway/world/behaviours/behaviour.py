@@ -53,11 +53,15 @@ class Scene:
     Attributes:
         moving: (m, 3) poses of all moving bodies, map frame; NaN where one is absent.
         before: (m, 3) the same `PERIOD` ago.
+        bound: (m, 3) where each has decided to be at its next decision; one that decides now, where it is; one that never does, a `PERIOD` on.
+        free: (m,) whether each decides now.
         robots: The robots that drive there.
     """
 
     moving: FloatArray
     before: FloatArray
+    bound: FloatArray
+    free: npt.NDArray[np.bool_]
     robots: tuple[SeenRobot, ...]
 
 
@@ -89,6 +93,7 @@ class Street(NamedTuple):
     Attributes:
         tracks: Of the n moving bodies, robots with pilots last; those of a crowd are laid as it decides.
         since: (n,) when the clock of each began, s.
+        decides: (n,) which of them decide.
         there: (2, n, 3) room for their poses now and a `PERIOD` ago.
         robots: The robots with pilots.
         watched: The people who are watched for their arrivals.
@@ -96,6 +101,7 @@ class Street(NamedTuple):
 
     tracks: Tracks
     since: FloatArray
+    decides: npt.NDArray[np.bool_]
     there: FloatArray
     robots: RobotTracks
     watched: Watched

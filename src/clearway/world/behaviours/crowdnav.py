@@ -24,7 +24,7 @@ from clearway.world.behaviours.behaviour import PERIOD, STEPPING, Cast, Compiled
 from clearway.world.behaviours.walkers import course_of, glance, present
 from clearway.world.behaviours.wishes import speed_of
 from clearway.world.laid import RobotTracks, lay
-from clearway.world.tracks import place_twice
+from clearway.world.tracks import ROOM, place_twice
 
 DECIDES_EVERY = 0.25
 """Time from a decision to the next, s; in between everybody walks straight on."""
@@ -110,7 +110,7 @@ def walk_until(
     held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
 ) -> tuple[int, bool]:
     """`among.walk_until`; in between decisions everybody walks on."""
-    tracks, since, there, robots, watched = street.value
+    tracks, since, _, there, robots, watched = street.value
     crowd = held.value
     at = crowd.at
     while count * PERIOD <= t:
@@ -125,7 +125,7 @@ def walk_until(
         for k in range(len(at)):
             for c in range(2):
                 at[k, c] += (until - now) * crowd.velocity[k, c]
-        lay(tracks.knots, tracks.rows, crowd.who, until, at)
+        lay(tracks.knots, tracks.rows, crowd.who, until, at, ROOM)
         count += 1
     return count, False
 

@@ -5,8 +5,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+import numpy.typing as npt
+
 from clearway.crowds.bodies import Bodies
 from clearway.crowds.social_force import QUANTUM, quanta
+from clearway.crowds.ways import Room, room_at
 from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
 
@@ -26,6 +30,12 @@ PRESSING = 62.5
 for a radius of 0.25 m)."""
 
 
+FAR = 1e6
+"""There, in x and y, is a body that isn't, m."""
+_ROUNDS = 8
+"""So often, at most, somebody's step is mended who nears a robot or a thing too fast, the worst of them first."""
+
+
 class Walker(NamedTuple):
     """Somebody who is about to take a step.
 
@@ -33,6 +43,7 @@ class Walker(NamedTuple):
         me: Which of the bodies that is.
         x: Where it is, m.
         y: The same.
+        heading: Where it looks, rad.
         sees: The layers that it looks at, or-ed.
         v_max: The most that it walks at, m/s.
     """
@@ -40,58 +51,109 @@ class Walker(NamedTuple):
     me: int
     x: float
     y: float
+    heading: float
     sees: int
     v_max: float
 
 
+class Around(NamedTuple):
+    """What people keep off who take a step at one instant.
+
+    Attributes:
+        bodies: The n that move: the m people and others, of which things are far away, as their discs come next, then robots.
+        bound: (m, 3) where each of the m will be when it decides anew, m and rad; one that never does: by the end of the step; NaN: gone.
+        free: (m,) whether each decides at this instant too, and therefore has not moved on yet.
+        age: (n,) how old what is seen of each is, s.
+        room: What stands leaves so much.
+        limits: (2 n, 3) room to work with.
+    """
+
+    bodies: Bodies
+    bound: FloatArray
+    free: npt.NDArray[np.bool_]
+    age: FloatArray
+    room: Room
+    limits: FloatArray
+
+
 @light
-def press_off(walker: Walker, velocity: FloatArray, bodies: Bodies, people: int, dt: float) -> None:
-    """Have a walker pressed off those whom it touches: forces know no bodies. In which order people are listed changes no bit.
+def keep_off(walker: Walker, velocity: FloatArray, bodily: bool, around: Around, dt: float) -> None:
+    """Have a walker take no step into what stands or into somebody, whatever it wants, nor up against a thing, or a robot that it sees.
 
     Args:
         walker: Who it is.
         velocity: (2,) at which it would walk, m/s; updated.
-        bodies: Everything that moves, of which those before number `people` are people.
-        people: The same.
-        dt: Until the next decision, s.
+        bodily: Whether it is pressed off those whom it touches.
+        around: What is there.
+        dt: Until its next decision, s.
     """
-    px = py = 0
-    for i in range(people):
+    if bodily:
+        press_off(walker, velocity, around, dt)
+    hold_off(walker, velocity, around, dt)
+    stop_short(walker, velocity, around, dt)
+    stay_on_floor(walker, velocity, around, dt)
+
+
+@light
+def press_off(walker: Walker, velocity: FloatArray, around: Around, dt: float) -> None:
+    """Have a walker pressed off those whom it touches: forces know no bodies. In which order people are listed changes no bit. Arguments as
+    for `keep_off`."""
+    bodies, px, py = around.bodies, 0, 0
+    for i in range(len(around.free)):
         touching = bodies.radius[i] + bodies.radius[walker.me]
-        dx, dy, distance = _to(walker, i, touching, bodies)
-        press = PRESSING * max(touching - distance, 0.0) * dt / distance
-        px, py = px + quanta(press * dx), py + quanta(press * dy)
+        dx, dy = bodies.position[i, 0] - walker.x, bodies.position[i, 1] - walker.y
+        if _minds(walker, i, dx, dy, touching, bodies):
+            distance = max(math.hypot(dx, dy), 1e-9)
+            press = PRESSING * max(touching - distance, 0.0) * dt / distance
+            px, py = px + quanta(press * dx), py + quanta(press * dy)
     velocity[0], velocity[1] = velocity[0] - px * QUANTUM, velocity[1] - py * QUANTUM
     _no_faster(velocity, walker.v_max)
 
 
 @light
-def stop_short(walker: Walker, velocity: FloatArray, bodies: Bodies, people: int, dt: float) -> None:
-    """Slow a walker down so far that it takes no more than half of the room that is left to anybody in a step.
-
-    Args:
-        walker: As `press_off` has it.
-        velocity: The same.
-        bodies: The same.
-        people: The same.
-        dt: The same.
-    """
-    slower = 1.0
-    for i in range(people):
+def stop_short(walker: Walker, velocity: FloatArray, around: Around, dt: float) -> None:
+    """Slow a walker down so far that it takes no more than half of the room that is left to anybody who takes a step as well, and of the
+    room to somebody who has decided where to go no more than that leaves. Arguments as for `keep_off`."""
+    slower, bodies, bound = 1.0, around.bodies, around.bound
+    for i in range(len(around.free)):
+        if bodies.position[i, 0] == FAR:
+            continue
         slim = SLIM * (bodies.radius[i] + bodies.radius[walker.me])
-        dx, dy, distance = _to(walker, i, slim + 2.0 * walker.v_max * dt, bodies)
-        onto, most = (velocity[0] * dx + velocity[1] * dy) / distance, max(0.5 * (distance - slim) / dt, 0.0)
+        dx, dy = bodies.position[i, 0] - walker.x, bodies.position[i, 1] - walker.y
+        goes_x, goes_y = bound[i, 0] - bodies.position[i, 0], bound[i, 1] - bodies.position[i, 1]
+        goes_x, goes_y = (goes_x, goes_y) if math.isfinite(goes_x) else (0.0, 0.0)
+        if not _minds(walker, i, dx, dy, slim + 2.0 * walker.v_max * dt + abs(goes_x) + abs(goes_y), bodies):
+            continue
+        distance = max(math.hypot(dx, dy), 1e-9)
+        comes = max(-(goes_x * dx + goes_y * dy) / distance, 0.0)
+        share = 0.5 if around.free[i] else 1.0
+        onto = (velocity[0] * dx + velocity[1] * dy) / distance
+        most = max(share * (distance - comes - slim) / dt, 0.0)
         slower = min(slower, most / onto) if onto > most else slower
     velocity[0], velocity[1] = slower * velocity[0], slower * velocity[1]
 
 
 @light
-def _to(walker: Walker, i: int, reach: float, bodies: Bodies) -> tuple[float, float, float]:
-    """The way from a walker to body `i` and how long it is, m; of itself, one that it overlooks, or one out of `reach` [m]: no way, inf."""
-    dx, dy = bodies.position[i, 0] - walker.x, bodies.position[i, 1] - walker.y
-    if i == walker.me or max(abs(dx), abs(dy)) > reach or not walker.sees & bodies.layer[i]:
-        return 0.0, 0.0, math.inf
-    return dx, dy, max(math.hypot(dx, dy), 1e-9)
+def stay_on_floor(walker: Walker, velocity: FloatArray, around: Around, dt: float) -> None:
+    """Slow a walker down so far that nowhere on its step there is less room to what stands than `SLIM` leaves it, or than it has now.
+    Arguments as for `keep_off`."""
+    room, length = around.room, math.hypot(velocity[0], velocity[1]) * dt
+    here = room_at(room, walker.x, walker.y)
+    least, gone, well = min(here, SLIM * around.bodies.radius[walker.me]), 0.0, 0.0
+    while well < length:
+        gone = min(well + max(min(here, room.told) - least - 1.5 * room.resolution, 0.5 * room.resolution), length)
+        share = gone / length * dt
+        here = room_at(room, walker.x + share * velocity[0], walker.y + share * velocity[1])
+        if here < least:
+            velocity[0], velocity[1] = well / length * velocity[0], well / length * velocity[1]
+            return
+        well = gone
+
+
+@light
+def _minds(walker: Walker, i: int, dx: float, dy: float, reach: float, bodies: Bodies) -> bool:
+    """Whether body `i`, that is (dx, dy) [m] away from a walker, is another that it sees and in `reach` [m]."""
+    return bool(i != walker.me and max(abs(dx), abs(dy)) <= reach and walker.sees & bodies.layer[i] != 0)
 
 
 @light
@@ -102,51 +164,47 @@ def _no_faster(velocity: FloatArray, v_max: float) -> None:
     velocity[1] /= faster
 
 
-class Sighting(NamedTuple):
-    """A robot, or a disc of a thing, as somebody sees it.
-
-    Attributes:
-        to: (x, y) from the person to where it is by now if it has driven on, m.
-        drives: (vx, vy) of it when it was seen, m/s.
-        reaction: How long ago that was, s.
-        apart: How far from middle to middle the person would leave it, m.
-    """
-
-    to: tuple[float, float]
-    drives: tuple[float, float]
-    reaction: float
-    apart: float
+@light
+def hold_off(walker: Walker, velocity: FloatArray, around: Around, dt: float) -> None:
+    """Have somebody near a robot, or a thing, no faster than lets them meet `IN_TIME` from now, or at the next decision if that is later,
+    wherever it has braked since it was seen; and make room for one that is before its eyes and comes on faster. Arguments as for `keep_off`."""
+    bodies, limits, count = around.bodies, around.limits, 0
+    in_time = max(IN_TIME, dt)
+    for j in range(len(around.free), len(bodies.radius)):
+        x, y = bodies.position[j, 0] - walker.x, bodies.position[j, 1] - walker.y
+        drives_x, drives_y = bodies.velocity[j, 0], bodies.velocity[j, 1]
+        meet = bodies.radius[walker.me] + bodies.radius[j] - BESIDE + TOUCH
+        reach = meet + (2.0 * walker.v_max + math.hypot(drives_x, drives_y)) * (in_time + around.age[j])
+        if not _minds(walker, j, x, y, reach, bodies):
+            continue
+        wx, wy = around.age[j] * drives_x, around.age[j] * drives_y
+        back = min(max((x * wx + y * wy) / max(wx * wx + wy * wy, 1e-12), 0.0), 1.0)
+        near_x, near_y = x - back * wx, y - back * wy
+        distance = max(math.hypot(near_x, near_y), 1e-9)
+        _limit(limits, count, near_x / distance, near_y / distance, max((distance - meet) / in_time, 0.0))
+        count += 1
+        away, onto = max(math.hypot(x, y), 1e-9), drives_x * x + drives_y * y
+        if onto < 0.0 and math.cos(walker.heading) * x + math.sin(walker.heading) * y > 0.0:
+            _limit(limits, count, x / away, y / away, max((away - meet) / in_time + onto / away, -walker.v_max))
+            count += 1
+    for _ in range(_ROUNDS):
+        worst, excess = -1, 1e-12
+        for k in range(count):
+            over = velocity[0] * limits[k, 0] + velocity[1] * limits[k, 1] - limits[k, 2]
+            if over > excess or (worst >= 0 and over == excess and _before(limits[k], limits[worst])):
+                worst, excess = k, over
+        if worst < 0:
+            break
+        velocity[0], velocity[1] = velocity[0] - excess * limits[worst, 0], velocity[1] - excess * limits[worst, 1]
+    _no_faster(velocity, walker.v_max)  # who steps back goes on sideways too
 
 
 @light
-def hold_off(velocity: FloatArray, heading: float, robot: Sighting, dt: float, v_max: float) -> None:
-    """Have somebody near a robot no faster than lets them meet `IN_TIME` from now, or at the next decision if that is later, wherever it has
-    braked since it was seen; and make room for one that is before its eyes and comes on faster.
-
-    Args:
-        velocity: (2,) of the person, m/s; updated.
-        heading: Where the person looks, rad.
-        robot: What the person sees.
-        dt: Until the next decision, s.
-        v_max: The most that the person walks at, m/s.
-    """
-    to, drives, reaction, apart = robot
-    wx, wy = reaction * drives[0], reaction * drives[1]
-    back = min(max((to[0] * wx + to[1] * wy) / max(wx * wx + wy * wy, 1e-12), 0.0), 1.0)
-    x, y = to[0] - back * wx, to[1] - back * wy
-    in_time, meet = max(IN_TIME, dt), apart - BESIDE + TOUCH
-    _near(velocity, x, y, max((math.hypot(x, y) - meet) / in_time, 0.0))
-    away, onto = math.hypot(to[0], to[1]), drives[0] * to[0] + drives[1] * to[1]
-    if onto < 0.0 and math.cos(heading) * to[0] + math.sin(heading) * to[1] > 0.0:
-        _near(velocity, to[0], to[1], max((away - meet) / in_time + onto / max(away, 1e-9), -v_max))
-        _no_faster(velocity, v_max)  # who steps back goes on sideways too
+def _limit(limits: FloatArray, k: int, x: float, y: float, most: float) -> None:
+    limits[k, 0], limits[k, 1], limits[k, 2] = x, y, most
 
 
 @light
-def _near(velocity: FloatArray, x: float, y: float, most: float) -> None:
-    """Take from the `velocity` (2,) what is more than `most` [m/s] towards (x, y)."""
-    distance = max(math.hypot(x, y), 1e-9)
-    excess = (velocity[0] * x + velocity[1] * y) / distance - most
-    if excess > 0.0:
-        velocity[0] -= excess * x / distance
-        velocity[1] -= excess * y / distance
+def _before(limit: FloatArray, other: FloatArray) -> bool:
+    """Which of two that are exceeded by as much is mended first: by the way they point, not by their places in a file."""
+    return bool(limit[0] < other[0] or (limit[0] == other[0] and limit[1] < other[1]))

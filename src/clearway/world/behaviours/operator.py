@@ -14,14 +14,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.distance import Placed, gap, min_clearance
 from clearway.geometry.motion import ramp
 from clearway.geometry.packing import Packed, pack, transform
 from clearway.geometry.shapes import FloatArray, Shape
-from clearway.geometry.streams import stream, uniform
 from clearway.scenarios.behaviours import OperatorSpec
+from clearway.scenarios.line_keeping import Line, pose_on, steepest
 from clearway.scenarios.scenario import RunSpec
 from clearway.world.behaviours.behaviour import ABSENT, GLANCE, Scene, SeenRobot
 
@@ -31,8 +30,6 @@ _FREE = 0.5
 """So much further than `stop_short` the way has to be free before one who has backed off goes on, m."""
 _STRIDE = 0.02
 """Least step along the path when it is looked at, m."""
-_WAVES = ((0.7, 6.0), (0.3, 3.5))
-"""Share of the line keeping, and length [m] of the waves in which a hand strays from a line."""
 
 
 class Operator:
@@ -53,24 +50,22 @@ class Operator:
         moving: Sequence[Placed],
     ) -> None:  # fmt: skip
         self.members: tuple[int, ...] = (member,)
-        self._spec, self._runs, self._shape, self._moving = spec, runs, shape, moving
+        self._spec, self._shape, self._moving = spec, shape, moving
         self._outlines = pack([body.shape for body in moving])
         self._thoughts = np.linspace(spec.reaction, spec.reaction + spec.foresight, _THOUGHTS)[:, None]
         packed = pack([shape])
         self._outline, self._rim, self._reach = packed.points, float(packed.radius[0]), float(packed.reach[0])
         fastest = max((run.speed for on_leg in runs.values() for run in on_leg), default=0.0)
-        self.speed = np.full(1, 1.1 * max(fastest, spec.backing) * math.hypot(1.0, _steepest(spec.line_keeping)))
-        key = stream(seed, f"operator {name}")
-        self._phases = np.array([math.tau * uniform(key, 0, i) for i in range(len(_WAVES))])
-        self._waiting: list[tuple[RunSpec, _Path]] = []
-        self._path: _Path | None = None
+        self.speed = np.full(1, 1.1 * max(fastest, spec.backing) * math.hypot(1.0, steepest(spec.line_keeping)))
+        self._runs = {leg: [(run, Line(run, spec, seed, name)) for run in on_leg] for leg, on_leg in runs.items()}
+        self._waiting: list[tuple[RunSpec, Line]] = []
+        self._path: Line | None = None
         self._s = self._v = self._set_speed = self._stood = 0.0
         self._backing = False
 
     def begin_leg(self, leg: str, t: float) -> FloatArray:
         """The runs of this leg begin, each after its delay."""
-        runs = sorted(self._runs.get(leg, ()), key=lambda run: run.delay)
-        self._waiting = [(run, _Path(run, self._spec.line_keeping, self._phases)) for run in runs]
+        self._waiting = sorted(self._runs.get(leg, ()), key=lambda waiting: waiting[0].delay)
         self._began, self._path = t, None
         return self._start(t, t, None)[None]
 
@@ -163,7 +158,7 @@ class Operator:
         path, at = self._path, scene.moving[self.members[0]]
         near = self._near(scene, at, self._sight)
         return free_of_all(
-            path.points, path.along, path.stray, self._phases, self._s, way, self._sight, self._outline, self._rim, self._outlines,
+            path.points, path.along, path.stray, path.phases, self._s, way, self._sight, self._outline, self._rim, self._outlines,
             scene.moving, near,
         )  # fmt: skip
 
@@ -184,67 +179,13 @@ class Operator:
         assert self._path is not None
         path = self._path
         return free_way(
-            path.points, path.along, path.stray, self._phases, self._s, way, far, self._outline, self._rim, other, rim, places, beside
+            path.points, path.along, path.stray, path.phases, self._s, way, far, self._outline, self._rim, other, rim, places, beside
         )  # fmt: skip
-
-
-class _Path:
-    """A run's way points as arrays, and how the hand strays from them.
-
-    Attributes:
-        points: (n, 2) m.
-        along: (n,) length up to each, m.
-        stray: The most that it is left by, m.
-        length: m.
-    """
-
-    def __init__(self, run: RunSpec, stray: float, phases: FloatArray) -> None:
-        points = np.array(run.path, dtype=np.float64)
-        steps = np.hypot(*np.diff(points, axis=0).T)
-        kept = np.concatenate([[True], steps > 0.0])
-        self.points = np.ascontiguousarray(points[kept])
-        self.along = np.concatenate([[0.0], np.cumsum(steps[steps > 0.0])])
-        self.stray, self.length = stray, float(self.along[-1])
-        self._phases = phases
-
-    def pose(self, s: float) -> FloatArray:
-        """(3,) at `s` [m] along it."""
-        out = np.empty(3)
-        pose_on(self.points, self.along, self.stray, self._phases, s, out)
-        return out
 
 
 def _within(speed: float, room: float, deceleration: float) -> float:
     """The speed [m/s], at most `speed`, from which one stops within `room` [m]."""
     return min(speed, math.sqrt(2.0 * deceleration * max(room, 0.0)))
-
-
-def _steepest(stray: float) -> float:
-    return stray * sum(share * math.tau / length for share, length in _WAVES)
-
-
-@kernel
-def pose_on(points: FloatArray, along: FloatArray, stray: float, phases: FloatArray, s: float, out: FloatArray) -> None:
-    """Write the pose at `s` [m] along a path to `out` (3,).
-
-    Args:
-        points: (n, 2) of the path, m.
-        along: (n,) length up to each, m.
-        stray: The most that the path is left by, m.
-        phases: (2,) of the waves in which it is, rad.
-    """
-    k = min(max(int(np.searchsorted(along, s, side="right")) - 1, 0), len(along) - 2)
-    span = along[k + 1] - along[k]
-    cx, cy = (points[k + 1, 0] - points[k, 0]) / span, (points[k + 1, 1] - points[k, 1]) / span
-    off, slope = 0.0, 0.0
-    for i in range(2):
-        share, length = _WAVES[i]
-        rate = math.tau / length
-        off += stray * share * math.sin(rate * s + phases[i])
-        slope += stray * share * rate * math.cos(rate * s + phases[i])
-    out[0] = points[k, 0] + (s - along[k]) * cx - off * cy
-    out[1] = points[k, 1] + (s - along[k]) * cy + off * cx
-    out[2] = wrap(math.atan2(cy, cx) + math.atan(slope))
 
 
 @kernel

@@ -10,8 +10,9 @@ from clearway.crowds import social_force
 from clearway.crowds.bodies import Bodies, Wishes
 from clearway.crowds.walls import walls_of
 from clearway.geometry.shapes import FloatArray
-from clearway.world.behaviours.behaviour import ABSENT, GLANCE, PERIOD, STEPPING, Cast, Scene
-from clearway.world.behaviours.keeping_off import BESIDE, Sighting, hold_off
+from clearway.world.behaviours.behaviour import ABSENT, PERIOD, STEPPING, Cast, Scene
+from clearway.world.behaviours.keeping_off import BESIDE
+from clearway.world.behaviours.surroundings import seen, step_of
 from clearway.world.behaviours.walkers import FASTER
 
 CATCH_UP = 1.0
@@ -25,14 +26,15 @@ _NOWHERE = walls_of([])
 
 class Recorded:
     """People on recorded ways, there from the first instant of theirs to the last. Who sees robots is pushed off the way by
-    their social force, and comes back to it; who doesn't walks blindly. Others and walls were minded when it was recorded.
+    their social force, and comes back to it, and keeps off others and what stands meanwhile; who is on the way doesn't look for these: they
+    were minded when it was recorded. Who doesn't see robots walks blindly.
 
     Args:
         cast: Who they are.
     """
 
     def __init__(self, cast: Cast) -> None:
-        self.members, self._people = cast.members, cast.people
+        self.members, self._cast = cast.members, cast
         self._tracks = [np.array(person.track, dtype=np.float64) for person in cast.people]
         self.speed = np.array([FASTER * _fastest(track) for track in self._tracks])
         self._at = np.full((len(cast.people), 3), np.nan)
@@ -48,7 +50,7 @@ class Recorded:
 
     def step(self, t: float, until: float, scene: Scene) -> FloatArray:
         """Walk on from `t` to `until` [s]."""
-        for k, (person, track) in enumerate(zip(self._people, self._tracks, strict=True)):
+        for k, (person, track) in enumerate(zip(self._cast.people, self._tracks, strict=True)):
             before, self._at[k] = self._at[k].copy(), _pose(track, until)
             if person.sees_robots and math.isfinite(before[0]) and math.isfinite(self._at[k, 0]):
                 self._give_way(k, before, t, until, scene)
@@ -57,34 +59,34 @@ class Recorded:
 
     def _give_way(self, k: int, at: FloatArray, t: float, until: float, scene: Scene) -> None:
         """Have person `k`, who is at `at` (3,), go where robots push it, as long as they do and until it is back on its way."""
-        planned, track, dt = self._at[k], self._tracks[k], until - t
+        planned, track, v_max = self._at[k], self._tracks[k], float(self.speed[k])
         bodies = self._bodies(k, at, t, scene)
         ahead = min(until + CATCH_UP, float(track[-1, 0]))
-        wish = (_pose(track, ahead)[:2] - at[:2]) / max(ahead - t, dt)
+        wish = (_pose(track, ahead)[:2] - at[:2]) / max(ahead - t, until - t)
         wishes = Wishes(np.zeros(1, np.int64), wish[None], self.speed[k : k + 1], np.ones(1, np.int64))
         alone = np.full(len(bodies.radius), -1, np.int64)
         push = social_force.forces(bodies, wishes, alone, social_force.MOUSSAID, _NOWHERE)[0]
         if math.hypot(*push) < PUSHED and math.dist(_pose(track, t)[:2], at[:2]) < BACK:
+            step = planned[:2] - at[:2]
+            planned[:2] = at[:2] + step * min(v_max * (until - t) / max(math.hypot(*step), 1e-9), 1.0)
             return
         chosen = social_force.velocities(bodies, wishes, alone, social_force.MOUSSAID, _NOWHERE, PERIOD)[0]
-        for position, velocity, radius in zip(bodies.position[1:], bodies.velocity[1:], bodies.radius[1:], strict=True):
-            (x, y), (vx, vy), person = (position - at[:2]).tolist(), velocity.tolist(), self._people[k]
-            robot = Sighting((x, y), (vx, vy), person.reaction, person.radius + float(radius))
-            hold_off(chosen, float(at[2]), robot, dt, float(self.speed[k]))
-        planned[:2] = at[:2] + dt * chosen
-        planned[2] = math.atan2(wish[1], wish[0]) if math.hypot(*wish) > STEPPING else at[2]
+        planned[:] = at
+        step_of(self._cast, k, planned, chosen, v_max, t, scene)
+        if math.hypot(*wish) > STEPPING:
+            planned[2] = math.atan2(wish[1], wish[0])
 
     def _bodies(self, k: int, at: FloatArray, t: float, scene: Scene) -> Bodies:
         """Person `k` at `at` (3,), and the robots as it sees them at time `t` [s]."""
-        person = self._people[k]
-        position, velocity, radius = [at[:2]], [self._velocity[k]], [person.radius]
-        for robot in scene.robots:
-            now, before = (robot.track.at(t - person.reaction - d)[:2] for d in (0.0, GLANCE))
-            velocity.append((now - before) / GLANCE)
-            position.append(now + person.reaction * velocity[-1])
-            radius.append(float(robot.shape.reach[0]) + BESIDE)
+        person = self._cast.people[k]
+        robots = [seen(robot, t, person.reaction) for robot in scene.robots]
+        position, velocity = (
+            np.array([at[:2], *(p for p, _ in robots)]),
+            np.array([self._velocity[k], *(v for _, v in robots)]),
+        )
+        radius = np.array([person.radius, *(float(robot.shape.reach[0]) + BESIDE for robot in scene.robots)])
         n = len(radius)
-        return Bodies(np.array(position), np.array(velocity), np.array(radius), np.ones(n, np.int64), np.ones(n))
+        return Bodies(position, velocity, radius, np.ones(n, np.int64), np.ones(n))
 
 
 def _pose(track: FloatArray, t: float) -> FloatArray:

@@ -90,8 +90,16 @@ def _things(shapes: Sequence[Shape]) -> Things:
 
 def _room(people: Sequence[PersonSpec], standing: Sequence[tuple[Shape, FloatArray]]) -> Room:
     """The room that what stands leaves, everywhere that `people` go and a little beyond."""
-    places = tuple(q for p in people for q in (p.start, *(stop.at for stop in p.route)))
+    places = tuple(q for p in people for q in (p.start, *(stop.at for stop in p.route), *_corners(p.track)))
     return _room_among(places, tuple((shape, tuple(pose.tolist())) for shape, pose in standing))
+
+
+def _corners(track: Sequence[tuple[float, float, float]]) -> Sequence[tuple[float, float]]:
+    """Of the box around a recorded track, two that lie across from each other."""
+    if not track:
+        return ()
+    _, x, y = zip(*track, strict=True)
+    return (min(x), min(y)), (max(x), max(y))
 
 
 @lru_cache(maxsize=16)

@@ -7,11 +7,14 @@ import math
 import numpy as np
 
 from clearway.geometry.shapes import FloatArray
-from clearway.world.behaviours.behaviour import GLANCE, Cast, Scene
+from clearway.world.behaviours.behaviour import ABSENT, GLANCE, Cast, Scene
+from clearway.world.behaviours.surroundings import step_of
+
+_THERE = 1e-6  # m
 
 
 class Still:
-    """People who stand, each of whom may step aside for a robot that comes near: half a metre across its course.
+    """People who stand, each of whom may step aside for a robot that comes near: half a metre across its course, as far as there is room.
 
     Args:
         cast: Who they are.
@@ -20,7 +23,7 @@ class Still:
     ASIDE, PACE = 0.5, 0.5  # m, m/s
 
     def __init__(self, cast: Cast) -> None:
-        self.members, self._people = cast.members, cast.people
+        self.members, self._cast = cast.members, cast
         self.speed = np.full(len(cast.people), self.PACE)
         self._at = np.array([(*person.start, 0.0) for person in cast.people])
         self._aside: list[FloatArray | None] = [None] * len(cast.people)
@@ -31,17 +34,17 @@ class Still:
 
     def step(self, t: float, until: float, scene: Scene) -> FloatArray:
         """Stand, or step aside, from `t` to `until` [s]."""
-        for k in range(len(self._people)):
+        for k in range(len(self._at)):
             aside = self._aside[k] = self._steps_aside(k, t, scene) if self._aside[k] is None else self._aside[k]
-            if aside is not None:
-                left = aside - self._at[k, :2]
-                share = min(1.0, self.PACE * (until - t) / max(math.hypot(*left), 1e-9))
-                self._at[k, :2] += share * left
+            left = self._at[k, :2] - aside if aside is not None else ABSENT[:2]
+            if math.hypot(*left) > _THERE:
+                velocity = -left * min(self.PACE / math.hypot(*left), 1.0 / (until - t))
+                step_of(self._cast, k, self._at[k], velocity, self.PACE, t, scene)
         return self._at.copy()
 
     def _steps_aside(self, k: int, t: float, scene: Scene) -> FloatArray | None:
         """(2,) where person `k` steps for a robot that comes near; None: there is no need."""
-        spec, found = self._people[k], None
+        spec, found = self._cast.people[k], None
         for robot in scene.robots if spec.yields_at is not None and spec.sees_robots else ():
             assert spec.yields_at is not None
             now, before = robot.track.at(t - spec.reaction), robot.track.at(t - spec.reaction - GLANCE)

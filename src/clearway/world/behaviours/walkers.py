@@ -18,7 +18,6 @@ from clearway.crowds import headed_social_force, orca, social_force
 from clearway.crowds.bodies import Bodies, Wishes
 from clearway.crowds.headed_social_force import FARINA, Facing
 from clearway.crowds.walls import Walls
-from clearway.crowds.ways import room_at
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.held import Held
@@ -27,11 +26,11 @@ from clearway.geometry.shapes import FloatArray
 from clearway.scenarios.people import PersonSpec
 from clearway.world.arrivals import walked
 from clearway.world.behaviours.behaviour import GLANCE, PERIOD, STEPPING, Cast, CompiledBehaviour, Street, Things
-from clearway.world.behaviours.keeping_off import BESIDE, SLIM, Sighting, Walker, hold_off, press_off, stop_short
+from clearway.world.behaviours.keeping_off import BESIDE, FAR, Around, Walker, keep_off
 from clearway.world.behaviours.routes import OnRoute, Routes, go_on, wish
 from clearway.world.behaviours.wishes import speed_of
-from clearway.world.laid import RobotTracks, lay
-from clearway.world.tracks import place_twice, pose_at
+from clearway.world.laid import RobotTracks, bound_for, lay
+from clearway.world.tracks import ROOM, place_twice, pose_at
 
 FASTER = 1.3
 """The most that a person hurries, of the preferred speed (Helbing, Molnár 1995)."""
@@ -147,7 +146,7 @@ def walk_until(
     held: Held[Crowd], street: Held[Street], leg: int, count: int, t: float, looked: bool
 ) -> tuple[int, bool]:
     """`among.walk_until`."""
-    tracks, since, there, robots, watched = street.value
+    tracks, since, decides_too, there, robots, watched = street.value
     crowd = held.value
     work = scratch(crowd, robots)
     while count * PERIOD <= t:
@@ -160,11 +159,12 @@ def walk_until(
         looked = False
         if decides:
             look_round(crowd, there, robots, now, work)
+            bound_for(tracks, leg, since, decides_too, now, until - now, work.around.bound, work.around.free)
             if crowd.rule == Rule.ORCA:
                 heed(crowd, until - now, work)
             else:
                 feel(crowd, until - now, work)
-            lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at)
+            lay(tracks.knots, tracks.rows, crowd.who, until, crowd.at, ROOM)
         count += 1
     return count, False
 
@@ -173,7 +173,7 @@ class Scratch(NamedTuple):
     """Room for what k people work with who see n bodies.
 
     Attributes:
-        bodies: These, see `everybody`.
+        around: These, see `everybody`.
         wanted: Who decides, and what each wants.
         chosen: (k, 2) at which each walks, m/s.
         headings: (k,) where each looks, rad.
@@ -181,7 +181,7 @@ class Scratch(NamedTuple):
         orca: For ORCA.
     """
 
-    bodies: Bodies
+    around: Around
     wanted: Wishes
     chosen: FloatArray
     headings: FloatArray
@@ -192,9 +192,13 @@ class Scratch(NamedTuple):
 @kernel
 def scratch(crowd: Crowd, robots: RobotTracks) -> Scratch:
     """Room to work with for `crowd` among `robots`."""
-    k, n = len(crowd.who), len(crowd.radius) + len(crowd.things.of) + len(crowd.reactions) * present(robots)
+    k, m = len(crowd.who), len(crowd.radius)
+    n = m + len(crowd.things.of) + len(crowd.reactions) * present(robots)
+    bodies = Bodies(np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.ones(n, np.int64), np.ones(n))
     return Scratch(
-        bodies=Bodies(np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.ones(n, np.int64), np.ones(n)),
+        around=Around(
+            bodies, np.empty((m, 3)), np.empty(m, np.bool_), np.zeros(n), crowd.route.room, np.empty((2 * n, 3))
+        ),
         wanted=Wishes(crowd.who, np.empty((k, 2)), crowd.v_max, crowd.sees),
         chosen=np.empty((k, 2)),
         headings=np.empty(k),
@@ -214,7 +218,7 @@ def look_round(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, w
         work: Where it is written down.
     """
     wish(t, crowd.at, crowd.velocity, crowd.route, work.wanted.velocity)
-    everybody(crowd, there, robots, t, work.poses, work.bodies)
+    everybody(crowd, there, robots, t, work.poses, work.around.bodies, work.around.age)
     for k in range(len(crowd.at)):
         work.headings[k] = crowd.at[k, 2]
 
@@ -222,14 +226,14 @@ def look_round(crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, w
 @light
 def heed(crowd: Crowd, dt: float, work: Scratch) -> None:
     """Take everybody of a crowd on for `dt` [s] by ORCA."""
-    orca.choose(work.bodies, work.wanted, crowd.care, crowd.walls, crowd.every * PERIOD, work.orca, work.chosen)
-    walk(crowd, work.wanted.velocity, work.chosen, work.headings, TURNING * dt, work.bodies, dt)
+    orca.choose(work.around.bodies, work.wanted, crowd.care, crowd.walls, crowd.every * PERIOD, work.orca, work.chosen)
+    walk(crowd, work.wanted.velocity, work.chosen, work.headings, TURNING * dt, work.around, dt)
 
 
 @kernel
 def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
     """Take everybody of a crowd on for `dt` [s] by social forces."""
-    bodies, wanted, headings, turning = work.bodies, work.wanted, work.headings, TURNING * dt
+    bodies, wanted, headings, turning = work.around.bodies, work.wanted, work.headings, TURNING * dt
     period = crowd.every * PERIOD
     group = np.full(len(bodies.radius), -1)
     group[: len(crowd.group)] = crowd.group
@@ -251,12 +255,12 @@ def feel(crowd: Crowd, dt: float, work: Scratch) -> None:
         )
         headings, turning = facing.heading, -1.0
         crowd.turn_rate[:] = facing.turn_rate
-    walk(crowd, wanted.velocity, chosen, headings, turning, bodies, dt)
+    walk(crowd, wanted.velocity, chosen, headings, turning, work.around, dt)
 
 
 @light
 def everybody(
-    crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, poses: FloatArray, out: Bodies
+    crowd: Crowd, there: FloatArray, robots: RobotTracks, t: float, poses: FloatArray, out: Bodies, age: FloatArray
 ) -> None:  # fmt: skip
     """Write down everything that moves, as a crowd sees it at time `t` [s]: the moving bodies, of which things are far away, as their discs
     come next, then the robots, each once for each reaction time; nobody counts on a thing or a robot to step aside.
@@ -268,12 +272,13 @@ def everybody(
         poses: (2, 3) room to work with.
         out: What is written: n = m + d + q r bodies of the m that move, the d discs of things and the r robots `present`, all of layer 1 and
             share 1 before.
+        age: (n,) how old what is seen of each is, s; of robots it is written.
     """
     m = len(crowd.radius)
     for i in range(m):
         there_now = math.isfinite(there[0, i, 0])
         for c in range(2):
-            out.position[i, c] = there[0, i, c] if there_now else 1e6
+            out.position[i, c] = there[0, i, c] if there_now else FAR
             moved = (there[0, i, c] - there[1, i, c]) / PERIOD
             out.velocity[i, c] = moved if math.isfinite(moved) else 0.0
         out.radius[i], out.share[i] = crowd.radius[i], 0.5
@@ -282,13 +287,13 @@ def everybody(
     j = m
     for d in range(len(crowd.things.of)):
         i = crowd.things.of[d]
-        out.position[i], out.velocity[i] = 1e6, 0.0
+        out.position[i], out.velocity[i] = FAR, 0.0
         for k in range(2):
             transform(
                 crowd.things.disc[d : d + 1, :2], there[k, i, 0], there[k, i, 1], there[k, i, 2], poses[k : k + 1, :2]
             )
         for c in range(2):
-            out.position[j, c] = poses[0, c] if math.isfinite(poses[0, c]) else 1e6
+            out.position[j, c] = poses[0, c] if math.isfinite(poses[0, c]) else FAR
             moved = (poses[0, c] - poses[1, c]) / PERIOD
             out.velocity[j, c] = moved if math.isfinite(moved) else 0.0
         out.radius[j] = crowd.things.disc[d, 2] + BESIDE
@@ -298,7 +303,7 @@ def everybody(
         for r in range(len(robots.laid)):
             if robots.laid[r] > 0:
                 glance(robots.knots[r], robots.laid[r], t - reaction, reaction, poses, out.position[j], out.velocity[j])
-                out.radius[j], out.layer[j] = robots.reach[r] + BESIDE, 2 << k
+                out.radius[j], out.layer[j], age[j] = robots.reach[r] + BESIDE, 2 << k, reaction
                 j += 1
 
 
@@ -336,10 +341,9 @@ def glance(
 
 @light
 def walk(
-    crowd: Crowd, wanted: FloatArray, chosen: FloatArray, headings: FloatArray, turning: float, bodies: Bodies, dt: float
+    crowd: Crowd, wanted: FloatArray, chosen: FloatArray, headings: FloatArray, turning: float, around: Around, dt: float
 ) -> None:  # fmt: skip
-    """Take each person a step further; never into what stands or into somebody, whatever pushes, nor up against a thing, or a robot that it
-    sees.
+    """Take each person a step further.
 
     Args:
         crowd: Who they are; where they are, and how fast, is updated.
@@ -347,32 +351,19 @@ def walk(
         chosen: (k, 2) velocities by the rule, m/s; updated to those that are walked.
         headings: (k,) by the rule, rad.
         turning: The most that a person turns, rad, who faces where it wants to walk; negative: the rule says where it faces.
-        bodies: Everything that moves: people, things, robots.
+        around: What they keep off.
         dt: How long the step takes, s.
     """
-    at, room, radius = crowd.at, crowd.route.room, crowd.route.radius
-    things = len(crowd.radius)
-    first = things + len(crowd.things.of)
-    robots = (len(bodies.radius) - first) // max(len(crowd.reactions), 1)
-    bodily = crowd.rule != Rule.ORCA  # ORCA keeps bodies apart itself
+    at, bodily = crowd.at, crowd.rule != Rule.ORCA  # ORCA keeps bodies apart itself
     for k in range(len(at)):
-        walker = Walker(crowd.who[k], at[k, 0], at[k, 1], crowd.sees[k], crowd.v_max[k])
-        if bodily:
-            press_off(walker, chosen[k], bodies, things, dt)
-        for j in range(things, len(bodies.radius)):
-            if crowd.sees[k] & bodies.layer[j]:
-                away = bodies.position[j, 0] - at[k, 0], bodies.position[j, 1] - at[k, 1]
-                drives = bodies.velocity[j, 0], bodies.velocity[j, 1]
-                apart = radius[k] + bodies.radius[j]
-                reaction = crowd.reactions[(j - first) // robots] if j >= first else 0.0
-                hold_off(chosen[k], at[k, 2], Sighting(away, drives, reaction, apart), dt, crowd.v_max[k])
-        if bodily:
-            stop_short(walker, chosen[k], bodies, things, dt)
-        x, y = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
-        if room_at(room, x, y) < min(room_at(room, at[k, 0], at[k, 1]), SLIM * radius[k]):
-            chosen[k, 0] = chosen[k, 1] = 0.0
-            x, y = at[k, 0], at[k, 1]
-        at[k, 0], at[k, 1] = x, y
+        keep_off(
+            Walker(crowd.who[k], at[k, 0], at[k, 1], at[k, 2], crowd.sees[k], crowd.v_max[k]),
+            chosen[k],
+            bodily,
+            around,
+            dt,
+        )
+        at[k, 0], at[k, 1] = at[k, 0] + chosen[k, 0] * dt, at[k, 1] + chosen[k, 1] * dt
         crowd.velocity[k, 0], crowd.velocity[k, 1] = chosen[k, 0], chosen[k, 1]
         if turning < 0.0:
             at[k, 2] = headings[k]
