@@ -154,7 +154,7 @@ def test_what_is_wrong_with_a_scenario(tmp_path: Path, old: str, new: str, messa
 
 def test_who_strays_from_the_path_is_checked_where_the_hand_goes(tmp_path: Path) -> None:
     """It passes the wall at a distance of 5 cm; the hand strays by up to 10, or it is a cart on rails."""
-    old, path = "runs = [{ leg = \"there\", path = [[7.0, 0.5], [7.0, 3.5]]", "path = [[9.5, 3.7], [5.5, 3.7]]"
+    old, path = 'runs = [{ leg = "there", path = [[7.0, 0.5], [7.0, 3.5]]', "path = [[9.5, 3.7], [5.5, 3.7]]"
     assert problems(tmp_path, old, f'runs = [{{ leg = "there", {path}') == []
     (found,) = problems(tmp_path, old, f'behaviour = {{ kind = "operator" }}\nruns = [{{ leg = "there", {path}')
     assert found.startswith("obstacles.1.runs.0.path: 'visitor' would run into 'north' at (")

@@ -17,6 +17,7 @@ from clearway.campaigns.campaign import run_campaign
 from clearway.campaigns.plan import CampaignPlan
 from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
+from clearway.reports.page import write_report
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_file
 from clearway.scenarios.files import load_scenario
@@ -132,6 +133,12 @@ class Meddles(Wanders):
             object.__setattr__(person, "radius", 1.0)
         return super().step(t, until, scene)
 
+class Lonely(Wanders):
+    def step(self, t, until, scene):
+        if not scene.robots:
+            raise KeyError("nobody")
+        return super().step(t, until, scene)
+
 class NoSpeed:
     def __init__(self, cast):
         self.speed = None
@@ -209,9 +216,23 @@ def test_a_behaviour_that_fails_ends_its_trial_and_no_other(own: Path, tmp_path:
     results = run_campaign(plan, tmp_path / "out", 1)
     bad, good = results.trials.to_pylist()
     assert good["outcome"] == "reached"
-    assert bad["outcome"] == "navigator_failed"
+    assert (bad["outcome"], bad["success"]) == ("scenario_failed", None)  # it tells nothing of the navigator
     assert "Raises' failed at 1.05 s: KeyError: 'lost'" in bad["reason"]
     assert any(name.endswith("own.py:Raises") for name in results.campaign["code"])
+    said = write_report(results.path).read_text("utf-8")
+    assert "In 1 trial a behaviour of the scenario&#39;s people failed; they count neither as" in said
+
+
+def test_one_that_fails_where_no_robot_drives_says_so(own: Path, tmp_path: Path) -> None:
+    """Somebody else, who walks to a place, is delayed by the robot or not: for that they walk once more without it."""
+    other = '[[people]]\nname = "bob"\nstart = [7.0, 7.0]\nroute = [{ at = [7.5, 7.0] }]\n'
+    (tmp_path / "Lonely.toml").write_text(SCENE.replace("Wanders", "Lonely") + other)
+    drives = f"{Path(__file__).parents[1] / 'campaigns' / 'own_navigators.py'}:Drives"
+    plan = CampaignPlan(suites=(str(tmp_path / "Lonely.toml"),), robots=("tiago",), navigators=(drives,))
+    (bad,) = run_campaign(plan, tmp_path / "out", 1).trials.to_pylist()
+    assert bad["outcome"] == "scenario_failed"
+    assert "failed at 0.00 s: KeyError: 'nobody'" in bad["reason"]
+    assert bad["reason"].endswith(", where the same people walk without robots")
 
 
 def test_a_behaviour_that_is_not_there_is_told_before_anything_runs(own: Path, tmp_path: Path) -> None:

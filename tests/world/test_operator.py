@@ -210,7 +210,9 @@ def test_it_never_jumps(v: float, omega: float, x: float, y: float, theta: float
 
 @settings(max_examples=40)
 @given(
-    seed=st.integers(0, 999), corners=st.lists(st.floats(-3.1, 3.1).filter(lambda a: abs(a) > 0.01), min_size=1, max_size=4), stray=st.floats(0.0, 0.3)
+    seed=st.integers(0, 999),
+    corners=st.lists(st.floats(-3.1, 3.1).filter(lambda a: abs(a) > 0.01), min_size=1, max_size=4),
+    stray=st.floats(0.0, 0.3),
 )
 def test_round_corners_it_neither_jumps_nor_turns_at_once(seed: int, corners: list[float], stray: float) -> None:
     """It passes through each way point and turns over a metre there, no faster than contact is looked for."""

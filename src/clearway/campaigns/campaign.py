@@ -23,7 +23,7 @@ from clearway.campaigns.tuning import all_by_files, in_words
 from clearway.campaigns.worker import keep_fallen, patience_of, run_and_keep
 from clearway.errors import ClearwayError
 from clearway.indicators import row_schema
-from clearway.trials import Outcome
+from clearway.trials import BROKEN
 from clearway.trials.store import Results, TrialStore, refuse_results
 from clearway.trials.store_results import CAMPAIGN, SHARD, SIMULATIONS, how_to_go_on, read_campaign
 
@@ -161,7 +161,7 @@ def _run_all(
         for results in finished:
             for result in results:
                 done += 1
-                failed += result.outcome is Outcome.NAVIGATOR_FAILED
+                failed += result.outcome in BROKEN
                 tell(done, store.total, f"{failed} failed: {_one_line(result.reason)}" if failed else "")
     except Exception as error:
         if debugged:

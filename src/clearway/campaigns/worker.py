@@ -32,6 +32,7 @@ from clearway.trials import Event, Outcome, Trial
 from clearway.trials.keeping import Keep, is_kept, outline
 from clearway.trials.store import write_partial
 from clearway.world.attempt import attempt_of, run_of
+from clearway.world.behaviours.foreign import BehaviourError
 from clearway.world.bodies import bodies_of
 from clearway.world.drive import Driver
 from clearway.world.without_robots import completed
@@ -161,7 +162,7 @@ def run_trials(
     except Exception as error:
         if raise_errors:
             raise
-        return [_broken(plan, spec, known, said(error), traced(error)) for spec in specs]
+        return [_broken(plan, spec, known, said(error), traced(error), _whose(error)) for spec in specs]
     return [_marked(replace(trials[spec.member], errands=errands), plan, spec, known) for spec in specs]
 
 
@@ -202,7 +203,15 @@ def _keep(trial: Trial, spec: TrialSpec, folder: Path, key: str, keep: Keep) -> 
     return Done(spec.index, trial.outcome, trial.reason)
 
 
-def _broken(plan: CampaignPlan, spec: TrialSpec, known: Mapping[str, Known], reason: str, detail: str) -> Trial:
+def _whose(error: Exception) -> Outcome:
+    """What a trial ends as that `error` broke."""
+    return Outcome.SCENARIO_FAILED if isinstance(error, BehaviourError) else Outcome.NAVIGATOR_FAILED
+
+
+def _broken(
+    plan: CampaignPlan, spec: TrialSpec, known: Mapping[str, Known], reason: str, detail: str,
+    outcome: Outcome = Outcome.NAVIGATOR_FAILED,
+) -> Trial:  # fmt: skip
     """A trial of which nothing is known but what was attempted and that it broke: one sample, at its start."""
     robots, scenario = [load_robot(name) for name in spec.robots], spec.scenario.members()[spec.member]
     bodies = bodies_of(load_floor_plan(scenario.floor_plan).fixtures, spec.scenario, robots, spec.member)
@@ -219,7 +228,7 @@ def _broken(plan: CampaignPlan, spec: TrialSpec, known: Mapping[str, Known], rea
         moving_obstacles=np.full((1, sum(body.pose is None for body in bodies), 3), np.nan),
         spans=(),
         events=(Event(0.0, EventKind.ERROR, detail),),
-        outcome=Outcome.NAVIGATOR_FAILED,
+        outcome=outcome,
         reason=reason,
     )
     return _marked(trial, plan, spec, known)

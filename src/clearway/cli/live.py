@@ -87,6 +87,7 @@ def live(
     from clearway.errors import ClearwayError, unknown
     from clearway.reports.last_lines import for_machines, why_trials_failed
     from clearway.reports.text import headline
+    from clearway.trials import BROKEN
 
     drive: dict[str, Callable[..., Live]] = {"ros1": api.live_ros1, "ros2": api.live_ros2}
     only: dict[str, dict[str, Any]] = {
@@ -108,7 +109,7 @@ def live(
         )  # fmt: skip
     results = found.results
     page = written(results)
-    failed = sum(outcome == "navigator_failed" for outcome in results.trials["outcome"].to_pylist())
+    failed = sum(outcome in BROKEN for outcome in results.trials["outcome"].to_pylist())
     if as_json:
         about = {"results": str(results.path), "report": str(page), "trials": len(results), "failed": failed}
         tell(about | {"real_time_factor": found.real_time_factor} | for_machines(results))

@@ -34,7 +34,7 @@ def rerun(
     from clearway.cli._progress import stoppable
     from clearway.indicators import row_schema
     from clearway.reports import write_replay, write_report
-    from clearway.trials import Outcome
+    from clearway.trials import BROKEN
 
     with stoppable(), _post_mortem(debugger):
         again = api.rerun(results, trial, navigator=navigator, out=out, raise_errors=debugger)
@@ -56,7 +56,7 @@ def rerun(
             typer.echo(f"  {name:<{max(map(len, named))}}  {_cell(before)} -> {_cell(now)}")
         for name, page in pages.items():
             typer.echo(f"{name}: {page}")
-    if again.now.outcome is Outcome.NAVIGATOR_FAILED and again.now.events:
+    if again.now.outcome in BROKEN and again.now.events:
         typer.echo(again.now.events[-1].detail, err=True)
     if wrong:
         raise typer.Exit(1)

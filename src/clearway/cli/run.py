@@ -186,6 +186,7 @@ def run(
     from clearway.reports.text import beside_published, decision_times, headline
     from clearway.scenarios.suites import load_suite
     from clearway.scenarios.teams import read_team
+    from clearway.trials import BROKEN
 
     if official:
         for suite in suites or ():
@@ -247,7 +248,7 @@ def run(
                 told=lambda sentence: typer.echo(sentence, err=True),
             )
     page = None if no_report or "shard" in results.campaign else written(results)
-    failed = sum(outcome == "navigator_failed" for outcome in results.trials["outcome"].to_pylist())
+    failed = sum(outcome in BROKEN for outcome in results.trials["outcome"].to_pylist())
     if as_json:
         about = {"results": str(results.path), "report": page and str(page), "trials": len(results), "failed": failed}
         tell(about | for_machines(results))

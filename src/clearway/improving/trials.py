@@ -19,7 +19,7 @@ from clearway.improving.objective import FAILED, Answers
 from clearway.improving.search import Values
 from clearway.improving.settings import Settings, Written
 from clearway.indicators import INDICATORS
-from clearway.trials import Outcome
+from clearway.trials import BROKEN
 
 
 class Bench:
@@ -80,7 +80,7 @@ def _run(
             v for trial in trials if (v := INDICATORS[name].function(trial).value) is not None and math.isfinite(v)
         ]
         answers[name] = float(np.mean(found)) if found else None
-    answers[FAILED] = float(any(trial.outcome is Outcome.NAVIGATOR_FAILED for trial in trials))
+    answers[FAILED] = float(any(trial.outcome in BROKEN for trial in trials))
     return key, answers
 
 

@@ -107,7 +107,7 @@ COLUMNS = (
     _label("repetition", Kind.COUNT, "of the same test, from 1"),
     _attempted("seed", Kind.COUNT, "of the scenario; the same for every robot and navigator", arrow="uint64"),
     Column(
-        "outcome", Kind.WORD, "reached, collision, timeout, livelock, navigator_failed or aborted",
+        "outcome", Kind.WORD, "reached, collision, timeout, livelock, navigator_failed, scenario_failed or aborted",
         lambda trial: trial.outcome.value, selectable=True,
     ),
     Column("reason", Kind.WORD, "of an outcome other than reached, in words", attrgetter("reason")),

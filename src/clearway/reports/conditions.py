@@ -213,11 +213,15 @@ def deviations(f: Findings) -> list[str]:
         )
     found += recordings.deviations(f)
     for outcome, words in (
-        ("navigator_failed", "the navigator raised or gave no valid command"),
-        ("aborted", "the navigator gave up"),
+        ("navigator_failed", "the navigator raised or gave no valid command; they count as failed"),
+        (
+            "scenario_failed",
+            "a behaviour of the scenario's people failed; they count neither as successes nor as failures",
+        ),
+        ("aborted", "the navigator gave up; they count as failed"),
     ):
         if count := sum(r["outcome"] == outcome and not is_recorded(r) for r in f.rows):
-            found.append(f"In {count} trial{'s' if count > 1 else ''} {words}; they count as failed.")
+            found.append(f"In {count} trial{'s' if count > 1 else ''} {words}.")
     if protocol:
         found.append(
             "What the paper leaves open (gaps, timing of the moving obstacle, cruise band, pairing of trials) is read as docs/decisions.md states."

@@ -28,13 +28,14 @@ def collision_free(row: Row) -> bool | None:
     """Whether the robot touched nothing; None: nobody knows."""
     if str(row["failure"] or row["outcome"]).startswith("collision"):
         return False
-    return None if row["duration"] == 0 and row.get("contacts") is None else True
+    unknown = row["outcome"] == "scenario_failed" or (row["duration"] == 0 and row.get("contacts") is None)
+    return None if unknown else True
 
 
 def arrived(row: Row) -> bool | None:
     """Whether it was at its goals by its own estimate, or by the truth (where a judge ends the test), and touched nothing."""
     told = (row["success_self"], row["success"])
-    return True if True in told else None if None in told and row["outcome"] == "reached" else False
+    return True if True in told else None if None in told and row["outcome"] in ("reached", "scenario_failed") else False
 
 
 def precise(row: Row) -> bool | None:

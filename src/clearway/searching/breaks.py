@@ -35,6 +35,7 @@ from clearway.searching.rarity import FEWEST, Judge, Rarity, rarity
 from clearway.searching.search import Attempted, FamilySpace, different, search
 from clearway.searching.shrinking import Shrunk, shrunk, unshrunk
 from clearway.searching.strategies import MARGINS, SCREEN, strategy_named
+from clearway.trials import BROKEN
 from clearway.trials.store import Results, refuse_results
 
 SHRINKING = 150
@@ -187,7 +188,7 @@ def find_breaks(
         first=next((k for k, a in enumerate(done, 1) if a.tried.broken), None),
         least=min(finite, default=math.inf),
         unit=sought.unit,
-        failed=sum(a.tried.outcome == "navigator_failed" for a in done),
+        failed=sum(a.tried.outcome in BROKEN for a in done),
         rarity=about,
         results=_run_once_more(found, plan, out, processes) if found else None,
     )

@@ -27,7 +27,7 @@ from clearway.scenarios.scenario import Scenario
 from clearway.scenarios.suite import scenario_seed
 from clearway.searching.encounters import hardness
 from clearway.searching.failures import Failure, party
-from clearway.trials import Outcome, Trial
+from clearway.trials import BROKEN, Outcome, Trial
 
 NOISES = 2**20
 """How many draws of noise there are."""
@@ -223,7 +223,7 @@ def _fallen(
 
 
 def _judged(trial: Trial, failure: Failure) -> Tried:
-    failed = trial.outcome is Outcome.NAVIGATOR_FAILED
+    failed = trial.outcome in BROKEN
     why = trial.reason if failed else ""
     try:
         margin = failure.margin(trial)

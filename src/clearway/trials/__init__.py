@@ -1,6 +1,7 @@
 """The waist: a Trial, simulated or recorded, and its store. Everything below makes trials, everything above reads them."""
 
 from clearway.trials.trial import (
+    BROKEN,
     Attempt,
     Body,
     Errand,
@@ -16,6 +17,7 @@ from clearway.trials.trial import (
 )
 
 __all__ = [
+    "BROKEN",
     "Attempt",
     "Body",
     "Errand",

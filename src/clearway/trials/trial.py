@@ -38,7 +38,12 @@ class Outcome(StrEnum):
     TIMEOUT = "timeout"
     LIVELOCK = "livelock"
     NAVIGATOR_FAILED = "navigator_failed"  # raised, or gave no finite command
+    SCENARIO_FAILED = "scenario_failed"  # a behaviour of its people did: it tells nothing of the navigator
     ABORTED = "aborted"  # the navigator gave up, or a person stopped it
+
+
+BROKEN = frozenset({Outcome.NAVIGATOR_FAILED, Outcome.SCENARIO_FAILED})
+"""How an attempt ends in which somebody's code failed."""
 
 
 @dataclass(frozen=True, slots=True)

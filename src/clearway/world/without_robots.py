@@ -16,6 +16,7 @@ from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.scenario import Scenario
 from clearway.trials import Errand, Span
 from clearway.world.arrivals import Arrivals
+from clearway.world.behaviours.foreign import BehaviourError
 from clearway.world.behaviours.registry import behaviours_of
 from clearway.world.bodies import bodies_of, moving_obstacles_of
 from clearway.world.tracks import longest, tracks
@@ -76,14 +77,17 @@ def _walked(scenario: Scenario, begun: Sequence[tuple[int, float]], wanted: dict
     time = max(longest(member.legs) for member in scenario.members())
     way = tracks(moving, legs, time, len(scenario.people))
     arrivals = Arrivals(scenario.people, len(moving))
-    traffic = Traffic(way, behaviours_of(scenario, bodies), legs, robots=0, arrivals=arrivals)
-    traffic.start()
     t, due = 0.0, list(begun)
-    while t < time + AFTER and not arrivals.come(wanted):
-        t += _SECOND
-        while due and due[0][1] <= t:
-            leg, at = due.pop(0)
-            traffic.decide_until(at)
-            traffic.begin_leg(leg, at)
-        traffic.decide_until(t)
+    try:
+        traffic = Traffic(way, behaviours_of(scenario, bodies), legs, robots=0, arrivals=arrivals)
+        traffic.start()
+        while t < time + AFTER and not arrivals.come(wanted):
+            t += _SECOND
+            while due and due[0][1] <= t:
+                leg, at = due.pop(0)
+                traffic.decide_until(at)
+                traffic.begin_leg(leg, at)
+            traffic.decide_until(t)
+    except BehaviourError as error:
+        raise BehaviourError(f"{error}, where the same people walk without robots") from error
     return arrivals, t >= time + AFTER
