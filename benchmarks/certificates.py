@@ -27,9 +27,9 @@ from clearway.geometry.footprint import Footprint, footprint, gap
 from clearway.geometry.frames import compose
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.geometry.streams import stream, uniform
-from clearway.navigators.hp_st.certificate import Rules, Safety, certify, longest_certified
-from clearway.navigators.hp_st.sight import Sight, sight_of
-from clearway.navigators.hp_st.tube import drive, room, tube
+from clearway.navigators.hp_st.environment.sight import Sight, sight_of
+from clearway.navigators.hp_st.guarantee.certificate import Rules, Safety, certify, longest_certified
+from clearway.navigators.hp_st.guarantee.tube import drive, room, tube
 from clearway.robots import load_robot
 
 RUNS = 14

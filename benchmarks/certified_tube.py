@@ -20,8 +20,8 @@ from tube_followed.plant import BASES, KINDS, NAMES, STEP, follow, limits_of, ra
 
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
-from clearway.navigators.hp_st.certificate import stopped_after
-from clearway.navigators.hp_st.tube import Plan, drive, room, tube
+from clearway.navigators.hp_st.guarantee.certificate import stopped_after
+from clearway.navigators.hp_st.guarantee.tube import Plan, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
 
 

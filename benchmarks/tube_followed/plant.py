@@ -14,7 +14,7 @@ from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import uniform
 from clearway.navigators.common.tracking.ancillary import linearise
-from clearway.navigators.hp_st.tube import Plan, Tube
+from clearway.navigators.hp_st.guarantee.tube import Plan, Tube
 from clearway.robots import DriveLimits, load_robot
 
 KINDS = (

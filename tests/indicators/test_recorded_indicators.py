@@ -350,7 +350,7 @@ def empty(trial):
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("outcome", list(Outcome))
+@pytest.mark.parametrize("outcome", [o for o in Outcome if o is not Outcome.SCENARIO_FAILED])  # real people don't raise
 def test_an_attempt_without_a_recording_counts(outcome):
     contact = (Event(0.0, "contact", "seen by the operator"),) if outcome is Outcome.COLLISION else ()
     row = score_row(replace(empty(recorded(shuttle(bodies=[box(2.5, 1.0)]))), outcome=outcome, events=contact))

@@ -17,13 +17,13 @@ from clearway.forecasts.forecast import Forecast
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st import HpSt
-from clearway.navigators.hp_st.candidates import distinct
-from clearway.navigators.hp_st.contact import Base, PredictedObstacles, predicted_obstacles
-from clearway.navigators.hp_st.field import make_field
-from clearway.navigators.hp_st.search import search
-from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.search_layer import Problem
-from clearway.navigators.hp_st.search_tree import Tree, leaf, trace
+from clearway.navigators.hp_st.environment.contact import Base, PredictedObstacles, predicted_obstacles
+from clearway.navigators.hp_st.environment.field import make_field
+from clearway.navigators.hp_st.search.candidates import distinct
+from clearway.navigators.hp_st.search.costs import SearchCosts
+from clearway.navigators.hp_st.search.layer import Problem
+from clearway.navigators.hp_st.search.search import search
+from clearway.navigators.hp_st.search.tree import Tree, leaf, trace
 from clearway.navigators.hp_st.ways import Settings
 from clearway.robots import Robot, load_robot
 

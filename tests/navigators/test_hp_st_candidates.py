@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from space_time_scenes import OTHER, finder, line
 
-from clearway.navigators.hp_st.candidates import _differ, _rounds, _see, by_first_step
-from clearway.navigators.hp_st.contact import PredictedObstacles
-from clearway.navigators.hp_st.search_tree import TOTAL, Tree
+from clearway.navigators.hp_st.environment.contact import PredictedObstacles
+from clearway.navigators.hp_st.search.candidates import _differ, _rounds, _see, by_first_step
+from clearway.navigators.hp_st.search.tree import TOTAL, Tree
 
 
 def test_left_and_right_of_what_stands() -> None:

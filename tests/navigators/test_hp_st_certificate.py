@@ -14,7 +14,8 @@ import pytest
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, rectangle
-from clearway.navigators.hp_st.certificate import (
+from clearway.navigators.hp_st.environment.sight import Sight, depth, sight_of
+from clearway.navigators.hp_st.guarantee.certificate import (
     AREA,
     CLEAR,
     UNSEEN,
@@ -25,8 +26,7 @@ from clearway.navigators.hp_st.certificate import (
     longest_certified,
     stopped_after,
 )
-from clearway.navigators.hp_st.sight import Sight, depth, sight_of
-from clearway.navigators.hp_st.tube import Plan, drive, room, tube
+from clearway.navigators.hp_st.guarantee.tube import Plan, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"

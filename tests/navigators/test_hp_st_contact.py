@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from clearway.geometry.footprint import Footprint, footprint, gap
 from clearway.geometry.shapes import Circle, FloatArray, Polygon
-from clearway.navigators.hp_st.contact import STEPS, Nearby, collision_risks, near
+from clearway.navigators.hp_st.environment.contact import STEPS, Nearby, collision_risks, near
 
 FOOT = footprint(Polygon(((0.6, 0.2), (-0.6, 0.2), (-0.6, -0.2), (0.6, -0.2))))
 ROUND = footprint(Circle(0.25))

@@ -12,8 +12,8 @@ from space_time_scenes import OTHER, OWN, PERIOD, Drive, begun, drive, obstacles
 from clearway.contract import Budget, Latency, Task
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.hp_st.assembly import assemble
+from clearway.navigators.hp_st.environment.sight import sees, sight_of
 from clearway.navigators.hp_st.parameters import Parameters
-from clearway.navigators.hp_st.sight import sees, sight_of
 from clearway.robots import load_robot
 
 BOUND = 1.25

@@ -12,7 +12,7 @@ from clearway.crowds.ways import room_of, ways_to
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.frame import OdometryFrame
-from clearway.navigators.hp_st.field import Field, field_on_map, look, make_field
+from clearway.navigators.hp_st.environment.field import Field, field_on_map, look, make_field
 from clearway.navigators.hp_tmpc.exact import FOUND, exact_path
 
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from clearway.navigators.hp_st.manoeuvres import NONE, manoeuvres_of, to_manoeuvre
+from clearway.navigators.hp_st.search.manoeuvres import NONE, manoeuvres_of, to_manoeuvre
 from clearway.robots import DriveLimits, load_robot
 
 LIMITS = load_robot("f1tenth").limits(0.6)

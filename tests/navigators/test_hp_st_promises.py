@@ -14,7 +14,7 @@ from space_time_scenes import PERIOD, begun, goal, observation, obstacles
 
 from clearway.contract import Obstacles
 from clearway.navigators.hp_st import HpSt
-from clearway.navigators.hp_st.tube import drive
+from clearway.navigators.hp_st.guarantee.tube import drive
 from clearway.robots import load_robot
 
 PAGE = Path(__file__).parents[2] / "docs" / "guarantee.md"

@@ -12,8 +12,8 @@ from clearway.geometry.angles import turn_between
 from clearway.geometry.footprint import gap
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.search_layer import STEPS
-from clearway.navigators.hp_st.search_tree import Tree, leaf
+from clearway.navigators.hp_st.search.layer import STEPS
+from clearway.navigators.hp_st.search.tree import Tree, leaf
 from clearway.robots import load_robot
 
 

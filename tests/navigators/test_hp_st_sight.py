@@ -14,8 +14,8 @@ from space_time_scenes import OTHER, PERIOD, begun, foreseen, goal, observation,
 from clearway.contract import Obstacles
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.sight import Sight, beside, depth, looked_at, sees, sight_of
-from clearway.navigators.hp_st.sight_monitor import SightMonitor
+from clearway.navigators.hp_st.environment.sight import Sight, beside, depth, looked_at, sees, sight_of
+from clearway.navigators.hp_st.guarantee.sight_monitor import SightMonitor
 from clearway.robots import load_robot
 
 ORIGIN = np.zeros(3)

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.sight import Sight
-from clearway.navigators.hp_st.standing import MOST, RIM, SAME, Standing
+from clearway.navigators.hp_st.environment.sight import Sight
+from clearway.navigators.hp_st.environment.standing import MOST, RIM, SAME, Standing
 
 SIGHT = Sight(4.0, 0.0, math.radians(100))
 EYE = np.zeros(3)

@@ -11,10 +11,10 @@ from space_time_scenes import OTHER, OWN
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import Circle, FloatArray
-from clearway.navigators.hp_st.certificate import Rules, Safety, certify, stopped_after
-from clearway.navigators.hp_st.contact import Base, belts_of, near, predicted_obstacles, room_around
-from clearway.navigators.hp_st.sight import Sight
-from clearway.navigators.hp_st.stopping import (
+from clearway.navigators.hp_st.environment.contact import Base, belts_of, near, predicted_obstacles, room_around
+from clearway.navigators.hp_st.environment.sight import Sight
+from clearway.navigators.hp_st.guarantee.certificate import Rules, Safety, certify, stopped_after
+from clearway.navigators.hp_st.guarantee.stopping import (
     NOBODY,
     Halting,
     StepEnd,
@@ -24,7 +24,7 @@ from clearway.navigators.hp_st.stopping import (
     stopping_risk,
     widest_braking,
 )
-from clearway.navigators.hp_st.tube import drive, room, tube
+from clearway.navigators.hp_st.guarantee.tube import drive, room, tube
 from clearway.robots import load_robot
 
 LIMITS = load_robot("rescue").limits(1.0)

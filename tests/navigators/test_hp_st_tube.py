@@ -14,7 +14,7 @@ import pytest
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream
-from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
+from clearway.navigators.hp_st.guarantee.tube import Plan, Tube, drive, room, tube
 from clearway.robots import DriveLimits, load_robot
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"

@@ -15,8 +15,8 @@ from clearway.contract import Command, Decision, Sensing, Task
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.ahead import Ahead
-from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
-from clearway.navigators.hp_st.tube import drive
+from clearway.navigators.hp_st.guarantee.assumption_monitor import AssumptionMonitor
+from clearway.navigators.hp_st.guarantee.tube import drive
 from clearway.robots import DriveLimits, LatencySpec, Odometry, Robot, load_robot
 from clearway.scenarios.scenario import Scenario
 from clearway.world import simulate_in

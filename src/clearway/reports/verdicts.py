@@ -35,7 +35,9 @@ def collision_free(row: Row) -> bool | None:
 def arrived(row: Row) -> bool | None:
     """Whether it was at its goals by its own estimate, or by the truth (where a judge ends the test), and touched nothing."""
     told = (row["success_self"], row["success"])
-    return True if True in told else None if None in told and row["outcome"] in ("reached", "scenario_failed") else False
+    return (
+        True if True in told else None if None in told and row["outcome"] in ("reached", "scenario_failed") else False
+    )
 
 
 def precise(row: Row) -> bool | None:

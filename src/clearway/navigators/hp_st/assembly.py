@@ -13,14 +13,14 @@ from clearway.geometry.footprint import footprint
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.ahead import blurred
 from clearway.navigators.common.inputs import area_of
-from clearway.navigators.hp_st.certificate import Rules, Safety
-from clearway.navigators.hp_st.contact import Base
 from clearway.navigators.hp_st.decision import Evasion
-from clearway.navigators.hp_st.manoeuvres import NONE
+from clearway.navigators.hp_st.environment.contact import Base
+from clearway.navigators.hp_st.environment.sight import sees, sight_of
+from clearway.navigators.hp_st.guarantee.certificate import Rules, Safety
+from clearway.navigators.hp_st.guarantee.stopping import fastest_certified, longest_braking, widest_braking
 from clearway.navigators.hp_st.parameters import Parameters
-from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.sight import sees, sight_of
-from clearway.navigators.hp_st.stopping import fastest_certified, longest_braking, widest_braking
+from clearway.navigators.hp_st.search.costs import SearchCosts
+from clearway.navigators.hp_st.search.manoeuvres import NONE
 from clearway.navigators.hp_st.ways import ENDLESS, Settings
 from clearway.robots import Robot
 from clearway.robots.drive_limits import DriveLimits

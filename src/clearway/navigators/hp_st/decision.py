@@ -10,13 +10,13 @@ import numpy as np
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.candidates import by_first_step
-from clearway.navigators.hp_st.certificate import Rules, Safety, longest_certified
-from clearway.navigators.hp_st.contact import Base
-from clearway.navigators.hp_st.field import Field
-from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.search_tree import follow
-from clearway.navigators.hp_st.tube import Plan, Tube, drive
+from clearway.navigators.hp_st.environment.contact import Base
+from clearway.navigators.hp_st.environment.field import Field
+from clearway.navigators.hp_st.guarantee.certificate import Rules, Safety, longest_certified
+from clearway.navigators.hp_st.guarantee.tube import Plan, Tube, drive
+from clearway.navigators.hp_st.search.candidates import by_first_step
+from clearway.navigators.hp_st.search.costs import SearchCosts
+from clearway.navigators.hp_st.search.tree import follow
 from clearway.navigators.hp_st.ways import (
     Found,
     Memory,

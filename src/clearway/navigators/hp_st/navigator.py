@@ -22,8 +22,6 @@ from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.common.inputs import finite
 from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.hp_st.assembly import assemble
-from clearway.navigators.hp_st.assumption_monitor import AssumptionMonitor
-from clearway.navigators.hp_st.certificate import longest_certified, stopped_after
 from clearway.navigators.hp_st.decision import (
     EVADING,
     KEPT,
@@ -36,9 +34,13 @@ from clearway.navigators.hp_st.decision import (
     decide,
     evade,
 )
-from clearway.navigators.hp_st.field import Field
-from clearway.navigators.hp_st.goal_distance import GoalDistance
-from clearway.navigators.hp_st.manoeuvres import manoeuvres_of
+from clearway.navigators.hp_st.environment.field import Field
+from clearway.navigators.hp_st.environment.goal_distance import GoalDistance
+from clearway.navigators.hp_st.environment.sight import Sight, hidden_within, looked_at
+from clearway.navigators.hp_st.guarantee.assumption_monitor import AssumptionMonitor
+from clearway.navigators.hp_st.guarantee.certificate import longest_certified, stopped_after
+from clearway.navigators.hp_st.guarantee.sight_monitor import SightMonitor
+from clearway.navigators.hp_st.guarantee.tube import Plan, Tube, drive, room, tube
 from clearway.navigators.hp_st.parameters import (
     GUARANTEES,
     INGREDIENTS,
@@ -46,10 +48,8 @@ from clearway.navigators.hp_st.parameters import (
     guarantee_from,
     ingredients_from,
 )
-from clearway.navigators.hp_st.search_costs import SearchCosts
-from clearway.navigators.hp_st.sight import Sight, hidden_within, looked_at
-from clearway.navigators.hp_st.sight_monitor import SightMonitor
-from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
+from clearway.navigators.hp_st.search.costs import SearchCosts
+from clearway.navigators.hp_st.search.manoeuvres import manoeuvres_of
 from clearway.navigators.hp_st.ways import Memory, find, gather, pose_scene, widen
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import HOSPITAL, TunedOn

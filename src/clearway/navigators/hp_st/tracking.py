@@ -11,8 +11,8 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.motion import reachable
 from clearway.navigators.common.tracking.gauss_newton import refine
 from clearway.navigators.common.tracking.problem import PENALTY, Problem, judge, project
-from clearway.navigators.hp_st.contact import Base, PredictedObstacles
-from clearway.navigators.hp_st.search_costs import SearchCosts
+from clearway.navigators.hp_st.environment.contact import Base, PredictedObstacles
+from clearway.navigators.hp_st.search.costs import SearchCosts
 
 _SURE = 1.5  # standard deviations of a forecast that the rows keep clear of
 _LIKELY = 0.2  # hypotheses less probable than that make no rows

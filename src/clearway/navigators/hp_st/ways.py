@@ -10,9 +10,7 @@ import numpy as np
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.candidates import distinct
-from clearway.navigators.hp_st.certificate import Safety
-from clearway.navigators.hp_st.contact import (
+from clearway.navigators.hp_st.environment.contact import (
     Base,
     PredictedObstacles,
     belts_of,
@@ -21,16 +19,18 @@ from clearway.navigators.hp_st.contact import (
     predicted_obstacles,
     room_around,
 )
-from clearway.navigators.hp_st.field import Field, look
-from clearway.navigators.hp_st.goal_approach import home
-from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
-from clearway.navigators.hp_st.search import nodes_of, search
-from clearway.navigators.hp_st.search_costs import SearchCosts, faces, time_to_go, worth
-from clearway.navigators.hp_st.search_layer import Problem
-from clearway.navigators.hp_st.search_tree import COST, Tree, follow, leaf
-from clearway.navigators.hp_st.stopping import Halting, StepEnd, stopping_risk
+from clearway.navigators.hp_st.environment.field import Field, look
+from clearway.navigators.hp_st.guarantee.certificate import Safety
+from clearway.navigators.hp_st.guarantee.stopping import Halting, StepEnd, stopping_risk
+from clearway.navigators.hp_st.guarantee.tube import drive
+from clearway.navigators.hp_st.search.candidates import distinct
+from clearway.navigators.hp_st.search.costs import SearchCosts, faces, time_to_go, worth
+from clearway.navigators.hp_st.search.goal_approach import home
+from clearway.navigators.hp_st.search.layer import Problem
+from clearway.navigators.hp_st.search.manoeuvres import to_manoeuvre
+from clearway.navigators.hp_st.search.search import nodes_of, search
+from clearway.navigators.hp_st.search.tree import COST, Tree, follow, leaf
 from clearway.navigators.hp_st.tracking import track
-from clearway.navigators.hp_st.tube import drive
 from clearway.robots.drive_limits import immediate
 
 ENDLESS = 2**62

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import inlined, light
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import Base
+from clearway.navigators.hp_st.environment.contact import Base
 
 
 class SearchCosts(NamedTuple):

@@ -18,8 +18,8 @@ from clearway.geometry.compiled import kernel, light
 from clearway.geometry.footprint import Footprint, gap
 from clearway.geometry.motion import arc
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.sight import Sight, sees
-from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, stands, tube
+from clearway.navigators.hp_st.environment.sight import Sight, sees
+from clearway.navigators.hp_st.guarantee.tube import Plan, Tube, drive, room, stands, tube
 from clearway.robots.drive_limits import DriveLimits
 
 TOUCH = 1e-4

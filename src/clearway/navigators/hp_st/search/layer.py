@@ -12,12 +12,20 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.motion import ramp
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import STEPS, Base, Nearby, PredictedObstacles, belts_of, collision_risks, near
-from clearway.navigators.hp_st.field import Field, look_at
-from clearway.navigators.hp_st.manoeuvres import to_manoeuvre
-from clearway.navigators.hp_st.search_costs import SearchCosts, faces, to_go, worth
-from clearway.navigators.hp_st.search_tree import COST, OMEGA, THETA, TOTAL, IntArray, Tree, V, X, Y
-from clearway.navigators.hp_st.stopping import Halting, StepEnd, stopping_risk
+from clearway.navigators.hp_st.environment.contact import (
+    STEPS,
+    Base,
+    Nearby,
+    PredictedObstacles,
+    belts_of,
+    collision_risks,
+    near,
+)
+from clearway.navigators.hp_st.environment.field import Field, look_at
+from clearway.navigators.hp_st.guarantee.stopping import Halting, StepEnd, stopping_risk
+from clearway.navigators.hp_st.search.costs import SearchCosts, faces, to_go, worth
+from clearway.navigators.hp_st.search.manoeuvres import to_manoeuvre
+from clearway.navigators.hp_st.search.tree import COST, OMEGA, THETA, TOTAL, IntArray, Tree, V, X, Y
 from clearway.robots.drive_limits import DriveLimits, immediate, possible
 
 SECTORS = 17

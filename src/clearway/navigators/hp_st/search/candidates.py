@@ -13,8 +13,8 @@ import numpy.typing as npt
 
 from clearway.geometry.compiled import kernel, light
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.contact import PredictedObstacles
-from clearway.navigators.hp_st.search_tree import TOTAL, IntArray, Tree, X, Y
+from clearway.navigators.hp_st.environment.contact import PredictedObstacles
+from clearway.navigators.hp_st.search.tree import TOTAL, IntArray, Tree, X, Y
 
 Rounds = npt.NDArray[np.int16]
 

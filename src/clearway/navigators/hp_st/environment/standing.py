@@ -11,7 +11,7 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.sight import Sight, beside
+from clearway.navigators.hp_st.environment.sight import Sight, beside
 
 MOST = 600
 """Discs at most; those that were seen last stay."""

@@ -16,10 +16,10 @@ import math
 import numpy as np
 
 from clearway.geometry.compiled import kernel, light
-from clearway.navigators.hp_st.contact import STEPS, room_around
-from clearway.navigators.hp_st.field import look_at
-from clearway.navigators.hp_st.search_layer import SECTORS, Front, Problem, expand, keep_best, room_for
-from clearway.navigators.hp_st.search_tree import COST, TOTAL, Tree, X, Y
+from clearway.navigators.hp_st.environment.contact import STEPS, room_around
+from clearway.navigators.hp_st.environment.field import look_at
+from clearway.navigators.hp_st.search.layer import SECTORS, Front, Problem, expand, keep_best, room_for
+from clearway.navigators.hp_st.search.tree import COST, TOTAL, Tree, X, Y
 
 _SHARE = 20
 """Of each sector a node is kept for each so many of the beam, and at least one."""

@@ -11,8 +11,7 @@ from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import light
 from clearway.geometry.footprint import Footprint
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.certificate import Rules, Safety, certify, stopped_after
-from clearway.navigators.hp_st.contact import (
+from clearway.navigators.hp_st.environment.contact import (
     AT_X,
     AT_Y,
     BEYOND,
@@ -28,7 +27,8 @@ from clearway.navigators.hp_st.contact import (
     room_to,
     tail,
 )
-from clearway.navigators.hp_st.tube import Plan, Tube, drive, room, tube
+from clearway.navigators.hp_st.guarantee.certificate import Rules, Safety, certify, stopped_after
+from clearway.navigators.hp_st.guarantee.tube import Plan, Tube, drive, room, tube
 from clearway.robots.drive_limits import DriveLimits
 
 _SHARES = np.linspace(1.0, 0.05, 20)

@@ -17,7 +17,7 @@ from clearway.contract import Obstacles
 from clearway.forecasts.forecast import Forecast
 from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_st.sight import Sight, depth
+from clearway.navigators.hp_st.environment.sight import Sight, depth
 
 ROUNDING = 1e-9
 """A bound counts as exceeded from here on, m, s."""

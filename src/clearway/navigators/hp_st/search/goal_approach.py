@@ -11,7 +11,7 @@ from clearway.geometry.compiled import light
 from clearway.geometry.motion import arc, ramp
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.motion import spin
-from clearway.navigators.hp_st.field import Field, look
+from clearway.navigators.hp_st.environment.field import Field, look
 from clearway.robots.drive_limits import DriveLimits
 
 _BRAKING = 0.9  # share of the deceleration that is used: the rest is for what was rounded to periods

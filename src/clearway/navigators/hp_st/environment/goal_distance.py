@@ -9,9 +9,9 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.common.route import Route
 from clearway.navigators.common.route import seen as perceived
-from clearway.navigators.hp_st.field import NO_WAY, Field, field_on_map, look, make_field
-from clearway.navigators.hp_st.sight import Sight
-from clearway.navigators.hp_st.standing import Standing
+from clearway.navigators.hp_st.environment.field import NO_WAY, Field, field_on_map, look, make_field
+from clearway.navigators.hp_st.environment.sight import Sight
+from clearway.navigators.hp_st.environment.standing import Standing
 from clearway.robots import DriveLimits
 
 _SAME = 1e-3  # m, a goal that has moved by less hasn't moved

@@ -14,7 +14,7 @@ import numpy as np
 from clearway.geometry.angles import turn_between
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.ahead import Ahead
-from clearway.navigators.hp_st.tube import drive
+from clearway.navigators.hp_st.guarantee.tube import drive
 from clearway.robots import Odometry
 from clearway.robots.drive_limits import DriveLimits
 
