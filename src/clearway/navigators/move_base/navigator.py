@@ -25,6 +25,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.costmap import Costmap, refuse_without_map
 from clearway.navigators.common.costmaps.plans import local_plan, to_frame
 from clearway.navigators.common.inputs import finite, own
+from clearway.navigators.common.rates import EARLY, Rate
 from clearway.navigators.move_base.parameters import ClearCostmapRecovery, Parameters
 from clearway.navigators.move_base.planners import make_global_planner, make_local_planner
 from clearway.navigators.move_base.recovery import Rotation, clear_costmap, recovery_behaviors
@@ -34,9 +35,6 @@ from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import TunedOn
 
 LOCAL_PLANNERS = ("base_local_planner/TrajectoryPlannerROS", "dwa_local_planner/DWAPlannerROS")
-
-_EARLY = 1e-6
-"""s; a clock that ticks in periods may be this much short of a deadline."""
 
 _SLIP = 1e-3
 """s by which each period of the planner's thread is longer than asked for (waking up). Without it a planner at the
@@ -61,22 +59,6 @@ class Trigger(StrEnum):
     PLANNING = "Failed to find a valid plan. Even after executing recovery behaviors."
     CONTROLLING = "Failed to find a valid control. Even after executing recovery behaviors."
     OSCILLATION = "Robot is oscillating. Even after executing recovery behaviors."
-
-
-class _Rate:
-    """A loop of its own frequency, asked once per control period whether it is due."""
-
-    def __init__(self, frequency: float) -> None:
-        self._period = 1.0 / frequency
-        self._next: float | None = None
-
-    def due(self, t: float) -> bool:
-        if self._next is None:
-            self._next = t
-        if t < self._next - _EARLY:
-            return False
-        self._next = max(self._next + self._period, t)
-        return True
 
 
 class MoveBase:
@@ -135,10 +117,10 @@ class MoveBase:
         self._global = Costmap(p.global_costmap, p.global_costmap.outline(shape), task.map, "global_costmap")
         self._local = Costmap(p.local_costmap, p.local_costmap.outline(shape), task.map, "local_costmap")
         self._global_rate, self._local_rate = (
-            _Rate(p.global_costmap.update_frequency),
-            _Rate(p.local_costmap.update_frequency),
+            Rate(p.global_costmap.update_frequency),
+            Rate(p.local_costmap.update_frequency),
         )
-        self._control_rate = _Rate(s.controller_frequency)
+        self._control_rate = Rate(s.controller_frequency)
         self._planner = make_global_planner(p)
         self._controller = make_local_planner(p, self._local.footprint, self._local_name, robot.limits().v_y_max > 0.0)
         self._controller.reset()
@@ -259,7 +241,7 @@ class MoveBase:
         if self._controller.goal_reached(pose, o.velocity, goal):
             self._end(arrived=True)
             return
-        if s.oscillation_timeout > 0 and self._last_progress + s.oscillation_timeout < o.t - _EARLY:
+        if s.oscillation_timeout > 0 and self._last_progress + s.oscillation_timeout < o.t - EARLY:
             self._stop()
             self._state, self._trigger = State.CLEARING, Trigger.OSCILLATION
         costmap = self._local
@@ -279,7 +261,7 @@ class MoveBase:
                     self._recovery = 0
                 return
         self._stop()
-        if o.t > self._last_control + s.controller_patience + _EARLY:
+        if o.t > self._last_control + s.controller_patience + EARLY:
             self._state, self._trigger = State.CLEARING, Trigger.CONTROLLING
         else:
             self._last_plan, self._retries = o.t, 0
@@ -323,7 +305,7 @@ class MoveBase:
     def _think(self, o: Observation) -> None:
         """The planner's thread: plan if it is due or was woken."""
         s = self._settings
-        if not self._run_planner or not (s.planner_frequency <= 0 or self._woken or o.t >= self._next_plan - _EARLY):
+        if not self._run_planner or not (s.planner_frequency <= 0 or self._woken or o.t >= self._next_plan - EARLY):
             return
         period = 1.0 / s.planner_frequency if s.planner_frequency > 0 else 0.0
         start = o.t if self._woken or o.t - self._next_plan > period else self._next_plan
@@ -337,7 +319,7 @@ class MoveBase:
                 self._run_planner = False
         elif self._state is State.PLANNING:
             self._retries += 1
-            late = o.t > self._last_plan + s.planner_patience + _EARLY
+            late = o.t > self._last_plan + s.planner_patience + EARLY
             if late or 0 <= s.max_planning_retries < self._retries:
                 self._state, self._trigger = State.CLEARING, Trigger.PLANNING
                 self._run_planner = False

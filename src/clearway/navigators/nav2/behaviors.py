@@ -12,11 +12,11 @@ from typing import NamedTuple, Protocol, cast
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene, footprint_cost, make_scene
+from clearway.navigators.common.rates import EARLY, Rate
 from clearway.navigators.nav2.behavior_tree.actions import MoveRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error, Job
 from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.parameters.branch import Branch
-from clearway.navigators.nav2.rates import EARLY, Rate
 from clearway.navigators.nav2.seams import CostView, Velocity
 
 STILL = Velocity(0.0, 0.0, 0.0)

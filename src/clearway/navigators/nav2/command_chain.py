@@ -11,10 +11,10 @@ import numpy as np
 
 from clearway.contract import Scan
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.common.costmaps.layers import scan_points
+from clearway.navigators.common.costmaps.layers import directions, scan_points
+from clearway.navigators.common.rates import EARLY
 from clearway.navigators.nav2.collision_monitor import CollisionMonitor
 from clearway.navigators.nav2.parameters.branch import Branch
-from clearway.navigators.nav2.rates import EARLY
 from clearway.navigators.nav2.seams import Velocity
 from clearway.navigators.nav2.velocity_smoother import VelocitySmoother, VelocitySmootherParameters
 
@@ -40,7 +40,6 @@ class CommandChain:
             self._smoother = VelocitySmoother(smoother.group)
         self._monitor = None if monitor is None else CollisionMonitor(monitor)
         self._next: float | None = None
-        self._beams: tuple[float, float, FloatArray] | None = None
         self.zone = ""
 
     def hand_on(
@@ -82,8 +81,5 @@ class CommandChain:
         return told
 
     def _points(self, scan: Scan) -> FloatArray:
-        n = scan.ranges.size
-        if self._beams is None or self._beams[:2] != (scan.angle_min, scan.angle_increment) or len(self._beams[2]) != n:
-            angle = scan.angle_min + scan.angle_increment * np.arange(n)
-            self._beams = scan.angle_min, scan.angle_increment, np.stack((np.cos(angle), np.sin(angle)), axis=1)
-        return scan_points(scan.ranges, self._beams[2], scan.range_min, scan.range_max, scan.mount, False, 0.0)[0]
+        beams = directions(scan.ranges.size, scan.angle_min, scan.angle_increment)
+        return scan_points(scan.ranges, beams, scan.range_min, scan.range_max, scan.mount, False, 0.0)[0]

@@ -15,6 +15,7 @@ from clearway.geometry.angles import wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
+from clearway.navigators.common.rates import EARLY, Rate
 from clearway.navigators.nav2.behavior_tree.actions import FollowRequest
 from clearway.navigators.nav2.behavior_tree.servers import Error, Job, Tracking
 from clearway.navigators.nav2.behaviors import STILL
@@ -24,7 +25,6 @@ from clearway.navigators.nav2.parameters.branch import Branch
 from clearway.navigators.nav2.path_handler import make_path_handler, path_length
 from clearway.navigators.nav2.plugins import make_controller, top_speed
 from clearway.navigators.nav2.progress_checkers import make_progress_checker
-from clearway.navigators.nav2.rates import EARLY, Rate
 from clearway.navigators.nav2.seams import (
     Controller,
     ControllerFailed,

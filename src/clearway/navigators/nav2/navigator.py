@@ -23,6 +23,7 @@ from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.plans import to_frame
 from clearway.navigators.common.inputs import finite, own
+from clearway.navigators.common.rates import Rate
 from clearway.navigators.nav2.behavior_tree import defaults
 from clearway.navigators.nav2.behavior_tree.actions import FollowRequest, MoveRequest, PlanRequest
 from clearway.navigators.nav2.behavior_tree.nodes import Blackboard, Status, TreeError
@@ -36,7 +37,6 @@ from clearway.navigators.nav2.costmaps.costmap import Costmap, refuse_without_ma
 from clearway.navigators.nav2.parameters import Parameters, files, read
 from clearway.navigators.nav2.parameters import servers as parameters
 from clearway.navigators.nav2.planner_server import PlannerServer
-from clearway.navigators.nav2.rates import Rate
 from clearway.navigators.nav2.seams import Velocity
 from clearway.robots import DriveKind, Robot, possible
 from clearway.tuning import TunedOn

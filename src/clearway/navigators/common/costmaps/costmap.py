@@ -120,7 +120,6 @@ class Costmap:
         self._sweeps: deque[_Sweep] = deque()
         self._expired: list[_Sweep] = []
         self._count = 0
-        self._beams: tuple[float, float, FloatArray] | None = None
         self._rolled = True  # the master grid is to be rebuilt
         self._forgotten = False  # a recovery cleared the obstacle layer: everything is to be rebuilt
         inflation = parameters.inflation_layer
@@ -140,14 +139,11 @@ class Costmap:
         layer = self._obstacle
         if layer is None:
             return
-        n = scan.ranges.size
-        if self._beams is None or self._beams[:2] != (scan.angle_min, scan.angle_increment) or len(self._beams[2]) != n:
-            angle = scan.angle_min + scan.angle_increment * np.arange(n)
-            self._beams = scan.angle_min, scan.angle_increment, np.stack((np.cos(angle), np.sin(angle)), axis=1)
+        beams = layers.directions(scan.ranges.size, scan.angle_min, scan.angle_increment)
         sensor = compose_poses(pose, scan.mount)
         mark_range = layer.obstacle_range if layer.marking else 0.0
         points, marks = layers.scan_points(
-            scan.ranges, self._beams[2], scan.range_min, scan.range_max, sensor, layer.inf_is_valid, mark_range
+            scan.ranges, beams, scan.range_min, scan.range_max, sensor, layer.inf_is_valid, mark_range
         )
         self._sweeps.append(_Sweep(t, self._count, points, marks, sensor, np.array(_NO_BOUNDS)))
         self._count += 1

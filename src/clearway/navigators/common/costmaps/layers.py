@@ -9,6 +9,7 @@ costmap_2d/src/costmap_layer.cpp.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +42,13 @@ def widen(bounds: FloatArray, by: FloatArray) -> None:
     for i in range(0, by.size, 4):
         bounds[0], bounds[1] = min(bounds[0], by[i]), min(bounds[1], by[i + 1])
         bounds[2], bounds[3] = max(bounds[2], by[i + 2]), max(bounds[3], by[i + 3])
+
+
+@lru_cache(maxsize=4)
+def directions(n: int, angle_min: float, increment: float) -> FloatArray:
+    """(n, 2) of a scan's beams."""
+    angle = angle_min + increment * np.arange(n)
+    return np.stack((np.cos(angle), np.sin(angle)), axis=1)
 
 
 @kernel

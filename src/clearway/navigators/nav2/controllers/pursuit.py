@@ -34,46 +34,8 @@ _EQUALLY_NEAR = 1e-3
 
 
 class Law(NamedTuple):
-    """What regulated pure pursuit needs of its parameters, under their names; `RegulatedPurePursuitParameters` tells of them.
-
-    Attributes:
-        period: Control period, s.
-        max_linear_vel: As limited just now, m/s.
-        min_linear_vel: m/s.
-        max_angular_vel: rad/s.
-        min_angular_vel: rad/s.
-        max_linear_accel: m/s^2.
-        max_linear_decel: m/s^2.
-        max_angular_accel: rad/s^2.
-        max_angular_decel: rad/s^2.
-        use_dynamic_window: Whether.
-        lookahead_dist: m.
-        use_velocity_scaled_lookahead_dist: Whether.
-        min_lookahead_dist: m.
-        max_lookahead_dist: m.
-        lookahead_time: s.
-        use_fixed_curvature_lookahead: Whether.
-        curvature_lookahead_dist: m.
-        beyond: Whether the curvature's point may lie beyond the path's end.
-        by_curvature: Whether curves are driven slower.
-        least_radius: Of a curve at full speed, m.
-        least_speed: To which curves and obstacles slow the robot, m/s.
-        by_cost: Whether obstacles slow the robot.
-        cost_scaling_dist: m.
-        cost_scaling_gain: Share of the speed.
-        inflation: The inflation layer's factor, 1/m.
-        min_approach_linear_velocity: m/s.
-        approach_velocity_scaling_dist: m.
-        use_rotate_to_heading: Whether.
-        rotate_to_heading_angular_vel: rad/s.
-        rotate_to_heading_min_angle: rad.
-        allow_reversing: Whether.
-        cancel_deceleration: m/s^2.
-        use_collision_detection: Whether.
-        collision_time: How far ahead collisions are looked for, s.
-        min_distance_to_obstacle: m.
-        beyond_goal: Whether collisions are looked for beyond the path's end.
-    """
+    """What regulated pure pursuit needs of its parameters, under their names (`RegulatedPurePursuitParameters` says what each is), and `period`,
+    one over the controller's frequency, s."""
 
     period: float
     max_linear_vel: float
@@ -92,14 +54,14 @@ class Law(NamedTuple):
     lookahead_time: float
     use_fixed_curvature_lookahead: bool
     curvature_lookahead_dist: float
-    beyond: bool
-    by_curvature: bool
-    least_radius: float
-    least_speed: float
-    by_cost: bool
+    interpolate_curvature_after_goal: bool
+    use_regulated_linear_velocity_scaling: bool
+    regulated_linear_scaling_min_radius: float
+    regulated_linear_scaling_min_speed: float
+    use_cost_regulated_linear_velocity_scaling: bool
     cost_scaling_dist: float
     cost_scaling_gain: float
-    inflation: float
+    inflation_cost_scaling_factor: float
     min_approach_linear_velocity: float
     approach_velocity_scaling_dist: float
     use_rotate_to_heading: bool
@@ -108,9 +70,9 @@ class Law(NamedTuple):
     allow_reversing: bool
     cancel_deceleration: float
     use_collision_detection: bool
-    collision_time: float
+    max_allowed_time_to_collision_up_to_carrot: float
     min_distance_to_obstacle: float
-    beyond_goal: bool
+    allow_obstacle_checking_beyond_goal: bool
 
 
 class State(NamedTuple):
@@ -157,7 +119,7 @@ def command(
     aim_x, aim_y = look_ahead(base, distance, False)
     towards_x, towards_y = aim_x, aim_y
     if law.use_fixed_curvature_lookahead:
-        towards_x, towards_y = look_ahead(base, law.curvature_lookahead_dist, law.beyond)
+        towards_x, towards_y = look_ahead(base, law.curvature_lookahead_dist, law.interpolate_curvature_after_goal)
     curvature = _curvature(towards_x, towards_y)
     sign = -1.0 if law.allow_reversing and aim_x < 0.0 else 1.0
     angle = math.atan2(towards_y, towards_x)
@@ -240,15 +202,19 @@ def _regulated_speed(law: Law, curvature: float, cost: int, inscribed: float, ba
     """The speed for a curvature, a cost under the robot's centre, and the path (n, 2) that is left; 0 or above."""
     full = law.max_linear_vel
     by_curvature = by_cost = full
-    if law.by_curvature:
+    if law.use_regulated_linear_velocity_scaling:
         radius = np.inf if curvature == 0.0 else abs(1.0 / curvature)
-        if radius < law.least_radius:
-            by_curvature = full * (1.0 - abs(radius - law.least_radius) / law.least_radius)
-    if law.by_cost and cost not in (0, NO_INFORMATION):
-        distance = (law.inflation * inscribed - math.log(float(cost)) + math.log(253.0)) / law.inflation
+        if radius < law.regulated_linear_scaling_min_radius:
+            by_curvature = full * (
+                1.0 - abs(radius - law.regulated_linear_scaling_min_radius) / law.regulated_linear_scaling_min_radius
+            )
+    if law.use_cost_regulated_linear_velocity_scaling and cost not in (0, NO_INFORMATION):
+        distance = (
+            law.inflation_cost_scaling_factor * inscribed - math.log(float(cost)) + math.log(253.0)
+        ) / law.inflation_cost_scaling_factor
         if distance < law.cost_scaling_dist:
             by_cost = full * (law.cost_scaling_gain * distance / law.cost_scaling_dist)
-    v = max(min(by_cost, by_curvature), law.least_speed)
+    v = max(min(by_cost, by_curvature), law.regulated_linear_scaling_min_speed)
     share = 1.0
     if path_length(base) < law.approach_velocity_scaling_dist:
         last = base.shape[0] - 1
@@ -332,11 +298,15 @@ def _ahead(
         step = 2.0 * math.sin(resolution / 2.0 / state.circumscribed) / abs(omega)
     else:
         step = resolution / abs(v)
-    time, reach = law.collision_time, aim
+    time, reach = law.max_allowed_time_to_collision_up_to_carrot, aim
     if law.min_distance_to_obstacle > 0.0:
         time = max(time, law.min_distance_to_obstacle / max(abs(v), law.min_approach_linear_velocity))
         if law.use_velocity_scaled_lookahead_dist:
-            least = law.min_distance_to_obstacle if law.beyond_goal else min(law.min_distance_to_obstacle, left)
+            least = (
+                law.min_distance_to_obstacle
+                if law.allow_obstacle_checking_beyond_goal
+                else min(law.min_distance_to_obstacle, left)
+            )
             reach = min(max(aim, least), law.max_lookahead_dist)
     arc = np.empty((max(1, min(10_000, int(time / step) + 2)), 2))
     if _collides(state, scene, x, y, yaw):

@@ -89,42 +89,7 @@ class RegulatedPurePursuit:
 
 
 def make_law(p: RegulatedPurePursuitParameters, period: float) -> Law:
-    """What the compiled part needs of the parameters."""
-    return Law(
-        period=period,
-        max_linear_vel=p.full_speed,
-        min_linear_vel=p.min_linear_vel,
-        max_angular_vel=p.max_angular_vel,
-        min_angular_vel=p.min_angular_vel,
-        max_linear_accel=p.max_linear_accel,
-        max_linear_decel=p.max_linear_decel,
-        max_angular_accel=p.max_angular_accel,
-        max_angular_decel=p.max_angular_decel,
-        use_dynamic_window=p.use_dynamic_window,
-        lookahead_dist=p.lookahead_dist,
-        use_velocity_scaled_lookahead_dist=p.use_velocity_scaled_lookahead_dist,
-        min_lookahead_dist=p.min_lookahead_dist,
-        max_lookahead_dist=p.max_lookahead_dist,
-        lookahead_time=p.lookahead_time,
-        use_fixed_curvature_lookahead=p.use_fixed_curvature_lookahead,
-        curvature_lookahead_dist=p.curvature_lookahead_dist,
-        beyond=p.interpolate_curvature_after_goal,
-        by_curvature=p.use_regulated_linear_velocity_scaling,
-        least_radius=p.regulated_linear_scaling_min_radius,
-        least_speed=p.regulated_linear_scaling_min_speed,
-        by_cost=p.use_cost_regulated_linear_velocity_scaling and p.inflation_cost_scaling_factor > 0.0,
-        cost_scaling_dist=p.cost_scaling_dist,
-        cost_scaling_gain=p.cost_scaling_gain,
-        inflation=p.inflation_cost_scaling_factor,
-        min_approach_linear_velocity=p.min_approach_linear_velocity,
-        approach_velocity_scaling_dist=p.approach_velocity_scaling_dist,
-        use_rotate_to_heading=p.use_rotate_to_heading,
-        rotate_to_heading_angular_vel=p.rotate_to_heading_angular_vel,
-        rotate_to_heading_min_angle=p.rotate_to_heading_min_angle,
-        allow_reversing=p.allow_reversing,
-        cancel_deceleration=p.cancel_deceleration,
-        use_collision_detection=p.use_collision_detection,
-        collision_time=p.max_allowed_time_to_collision_up_to_carrot,
-        min_distance_to_obstacle=p.min_distance_to_obstacle,
-        beyond_goal=p.allow_obstacle_checking_beyond_goal,
-    )
+    """What the kernels need of the parameters."""
+    by_cost = p.use_cost_regulated_linear_velocity_scaling and p.inflation_cost_scaling_factor > 0.0
+    own = {"period": period, "max_linear_vel": p.full_speed, "use_cost_regulated_linear_velocity_scaling": by_cost}
+    return Law(**{name: getattr(p, name) for name in Law._fields if name not in own} | own)

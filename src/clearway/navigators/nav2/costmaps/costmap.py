@@ -18,7 +18,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import Circle, FloatArray, Polygon, circumscribed_radius, inscribed_radius
 from clearway.navigators.common.costmaps.costmap import cells_within, shift
 from clearway.navigators.common.costmaps.footprint import outline
-from clearway.navigators.common.costmaps.layers import FREE, UNKNOWN, ByteGrid
+from clearway.navigators.common.costmaps.layers import FREE, UNKNOWN, ByteGrid, directions
 from clearway.navigators.common.costmaps.plans import to_frame
 from clearway.navigators.nav2.costmaps.layers import (
     DenoiseLayer,
@@ -98,8 +98,7 @@ class Costmap:
         inflations = [layer.own for layer in self._layers if isinstance(layer, InflationLayer)]
         self._scaling = inflations[0].cost_scaling_factor if inflations else 0.0
         self._inflation = inflations[0].inflation_radius if inflations else 0.0
-        self._beams: tuple[float, float, FloatArray] | None = None
-        self._first, self.current = True, True
+        self.current = True
 
     def _layer(self, name: str, branch: Branch, map: OccupancyGrid | None, height: float | None) -> Layer | None:
         part, p = branch.children[name], self._parameters
@@ -126,12 +125,9 @@ class Costmap:
 
     def buffer(self, t: float, scan: Scan, pose: FloatArray) -> None:
         """Take a scan that came at time t [s] with the robot at `pose` (3,), costmap's frame."""
-        n = scan.ranges.size
-        if self._beams is None or self._beams[:2] != (scan.angle_min, scan.angle_increment) or len(self._beams[2]) != n:
-            angle = scan.angle_min + scan.angle_increment * np.arange(n)
-            self._beams = scan.angle_min, scan.angle_increment, np.stack((np.cos(angle), np.sin(angle)), axis=1)
+        beams = directions(scan.ranges.size, scan.angle_min, scan.angle_increment)
         for layer in self._seeing:
-            layer.hear(t, scan, self._beams[2], pose)
+            layer.hear(t, scan, beams, pose)
 
     def update(self, pose: FloatArray, transform: FloatArray) -> None:
         """Bring the master grid up to date (LayeredCostmap::updateMap).
