@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 import pytest
 from worlds import constant
 
+from clearway.campaigns.pilot import compose
 from clearway.errors import ClearwayError
+from clearway.navigators.orca.navigator import Orca
+from clearway.perception import make_localiser, make_tracker
 from clearway.robots import load_robot
 from clearway.scenarios.check import check_scenario
+from clearway.scenarios.floorplan import load_floor_plan
 from clearway.scenarios.people_scenes import PEOPLE, SCENES
 from clearway.scenarios.suites import Selection
 from clearway.trials import Outcome
-from clearway.world import simulate
+from clearway.world import simulate, simulate_all
+from clearway.world.drive import Driver
 
 BUILT = {s.labels.configuration: s for s in PEOPLE.build(load_robot("tiago"), Selection(repetitions=1))}
 
@@ -47,6 +53,23 @@ def test_past_a_robot_that_stands_at_its_start_everybody_gets_where_they_want(na
         assert np.hypot(*(m[:, a, :2] - m[:, b, :2]).T).min() > 0.3  # shoulders may touch, nobody walks through
     if name == "bed":
         assert np.isnan(m[-1, 0]).all()  # it has come out of the corridor
+
+
+@pytest.mark.parametrize("name", [name for name, scene in BUILT.items() if scene.robots])
+def test_robots_that_mind_each_other_all_get_across(name: str) -> None:
+    """By ORCA and lidars that see all around: the scenes can be driven as their words say."""
+    scenario, tiago = BUILT[name], load_robot("tiago")
+    all_around = {"angle_min": -math.pi, "angle_max": math.pi * (1.0 - 2.0 / 720), "beams": 720}
+    robot = tiago.model_copy(update={"lidar": tiago.lidar.model_copy(update=all_around)})
+    floor = load_floor_plan(scenario.floor_plan).map
+    drivers = []
+    for _ in range(1 + len(scenario.robots)):
+        pilot = compose(Orca(), make_localiser("truth", robot), tracker=make_tracker("kalman", robot))
+        drivers.append(Driver(robot, pilot, map=floor, navigator="orca", localisation="truth"))
+    trials = simulate_all(scenario, drivers, raise_errors=True)
+    assert [trial.outcome for trial in trials] == [Outcome.REACHED] * len(drivers)
+    met = np.hypot(*(trials[0].moving_obstacles[:, :, :2] - trials[0].pose[:, None, :2]).T).min()
+    assert 0.4 < met < 2.5  # they do meet
 
 
 def test_repetitions_differ_and_seeds_decide() -> None:

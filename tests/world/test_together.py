@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import Pilot, constant, make_robot, make_scenario, moving_obstacle, steer
+from worlds import SILENT, Pilot, constant, make_robot, make_scenario, moving_obstacle, steer
 
 from clearway.contract import Command
 from clearway.errors import ClearwayError
@@ -205,6 +205,33 @@ def test_the_order_in_which_robots_are_listed_changes_nothing():
         for name, trial in found[0].items():
             np.testing.assert_array_equal(other[name].pose, trial.pose)
             assert other[name].reason == trial.reason
+
+
+@given(seed=st.integers(0, 999), v=st.floats(0.1, 1.0), omega=st.floats(-0.5, 0.5))
+@settings(max_examples=10)
+def test_who_meets_nobody_has_the_bits_of_one_who_drives_alone(seed: int, v: float, omega: float):
+    """The fleet's way of driving, among people too, is that of a single run; of a fleet of one as well."""
+    robot = make_robot(
+        odometry=dict.fromkeys(SILENT, 0.05), lidar=make_robot().lidar.model_copy(update={"sigma": 0.01})
+    )
+    people = [{"name": "ann", "start": (-1.0, 1.5), "route": [{"at": (1.5, 1.5)}]}]
+    first, far = {"start": (-2.0, 0.0, 0.0)}, {"start": (2.5, -2.5, 0.0)}
+    alone = scene(first, people=people, seed=seed)
+    (single,) = together(alone, (robot, constant(v, omega)))
+    again = simulate(alone, robot, constant(v, omega), navigator="test", localisation="truth")
+    among = together(
+        scene(first, far, people=[person | {"sees_robots": False} for person in people], seed=seed),
+        *[(robot, constant(v, omega)), (robot, constant(0.0))],
+    )[0]
+    blind = together(
+        scene(first, people=[person | {"sees_robots": False} for person in people], seed=seed),
+        (robot, constant(v, omega)),
+    )[0]
+    for one, other in ((single, again), (blind, among)):
+        n = min(len(one.t), len(other.t))
+        for name in ("t", "pose", "velocity", "estimate"):
+            assert np.array_equal(getattr(one, name)[:n], getattr(other, name)[:n]), name
+        assert np.array_equal(one.moving_obstacles[:n, :1], other.moving_obstacles[:n, :1])
 
 
 def test_two_who_swap_roles_drive_mirrored():
