@@ -34,8 +34,46 @@ _EQUALLY_NEAR = 1e-3
 
 
 class Law(NamedTuple):
-    """What regulated pure pursuit needs of its parameters, under their names (`RegulatedPurePursuitParameters` says what each is), and `period`,
-    one over the controller's frequency, s."""
+    """What regulated pure pursuit needs of its parameters, under their names; `RegulatedPurePursuitParameters` tells of them.
+
+    Attributes:
+        period: Control period, s.
+        max_linear_vel: As limited just now, m/s.
+        min_linear_vel: m/s.
+        max_angular_vel: rad/s.
+        min_angular_vel: rad/s.
+        max_linear_accel: m/s^2.
+        max_linear_decel: m/s^2.
+        max_angular_accel: rad/s^2.
+        max_angular_decel: rad/s^2.
+        use_dynamic_window: Whether.
+        lookahead_dist: m.
+        use_velocity_scaled_lookahead_dist: Whether.
+        min_lookahead_dist: m.
+        max_lookahead_dist: m.
+        lookahead_time: s.
+        use_fixed_curvature_lookahead: Whether.
+        curvature_lookahead_dist: m.
+        interpolate_curvature_after_goal: Whether the curvature's point may lie beyond the path's end.
+        use_regulated_linear_velocity_scaling: Whether curves are driven slower.
+        regulated_linear_scaling_min_radius: Of a curve at full speed, m.
+        regulated_linear_scaling_min_speed: To which curves and obstacles slow the robot, m/s.
+        use_cost_regulated_linear_velocity_scaling: Whether obstacles slow the robot.
+        cost_scaling_dist: m.
+        cost_scaling_gain: Share of the speed.
+        inflation_cost_scaling_factor: The inflation layer's, 1/m.
+        min_approach_linear_velocity: m/s.
+        approach_velocity_scaling_dist: m.
+        use_rotate_to_heading: Whether.
+        rotate_to_heading_angular_vel: rad/s.
+        rotate_to_heading_min_angle: rad.
+        allow_reversing: Whether.
+        cancel_deceleration: m/s^2.
+        use_collision_detection: Whether.
+        max_allowed_time_to_collision_up_to_carrot: How far ahead collisions are looked for, s.
+        min_distance_to_obstacle: m.
+        allow_obstacle_checking_beyond_goal: Whether collisions are looked for beyond the path's end.
+    """
 
     period: float
     max_linear_vel: float
