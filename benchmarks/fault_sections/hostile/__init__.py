@@ -24,7 +24,7 @@ from fault_sections.hostile.robots_and_plans import hostile_plans, hostile_robot
 from fault_sections.hostile.scenarios import hostile_scenarios, hostile_suites
 from fault_sections.hostile.texts import HARMLESS, broken_texts, kinds_of_file
 
-SMOKE = 12
+SMOKE = 30
 """Of how many attacks a smoke run takes one."""
 
 
