@@ -16,6 +16,7 @@ from worlds import Pilot, body, constant, make_robot, make_scenario, run_among
 
 from clearway.contract import BodyKind, Command
 from clearway.crowds.bodies import Bodies
+from clearway.crowds.walls import walls_of
 from clearway.crowds.ways import room_of
 from clearway.geometry.grid import FREE, OccupancyGrid
 from clearway.geometry.shapes import FloatArray, rectangle
@@ -165,18 +166,93 @@ def test_who_decides_seldom_does_not_run_into_a_robot_that_stands(rule: str) -> 
         assert watch([person], start=(0.0, 0.0, 0.0)).outcome is Outcome.TIMEOUT
 
 
+FLOOR = room_of(OccupancyGrid(np.full((200, 200), FREE, np.int8), 0.1, (-10.0, -10.0)))
+
+
+def stepped(
+    walker: Walker, velocity: tuple[float, float], bodies: Bodies, bound: FloatArray, free: Sequence[bool], dt: float
+) -> FloatArray:
+    """The velocity (2,) at which `walker` walks who wants to walk at `velocity`."""
+    found, n = np.array(velocity), len(bodies.radius)
+    age = np.array([0.0] * len(free) + [0.3] * (n - len(free)))
+    around = Around(bodies, bound, np.array(free), age, FLOOR, walls_of([]), np.empty((2 * n, 3)))
+    keep_off(walker, found, False, around, dt)
+    return found
+
+
 def test_who_makes_room_walks_no_faster_than_it_says() -> None:
-    floor = room_of(OccupancyGrid(np.full((100, 100), FREE, np.int8), 0.1, (-5.0, -5.0)))
     at, moving = np.array([[0.0, 0.0], [0.7, 0.0]]), np.array([[0.0, 0.0], [-2.0, 0.0]])  # a robot drives at her
     bodies = Bodies(at, moving, np.array([0.25, 0.55]), np.array([1, 2]), np.ones(2))
-    around = Around(bodies, np.zeros((1, 3)), np.ones(1, np.bool_), np.array([0.0, 0.3]), floor, np.empty((4, 3)))
-    velocity = np.array([0.3, 1.5])
-    keep_off(Walker(0, 0.0, 0.0, 0.0, 3, 1.56), velocity, False, around, 0.05)
+    velocity = stepped(Walker(0, 0.0, 0.0, 0.0, 3, 1.56), (0.3, 1.5), bodies, np.zeros((1, 3)), [True], 0.05)
     assert velocity[0] < 0.0
     assert np.hypot(*velocity) <= 1.56 + 1e-9
-    velocity = np.array([0.3, 1.5])
-    keep_off(Walker(0, 0.0, 0.0, 0.0, 1, 1.56), velocity, False, around, 0.05)
-    assert velocity.tolist() == [0.3, 1.5]  # who doesn't see robots
+    blind = stepped(Walker(0, 0.0, 0.0, 0.0, 1, 1.56), (0.3, 1.5), bodies, np.zeros((1, 3)), [True], 0.05)
+    assert blind.tolist() == [0.3, 1.5]
+
+
+@settings(max_examples=200)
+@given(
+    far=st.floats(0.4, 4.0), bearing=st.floats(-math.pi, math.pi), v=st.floats(0.8, 1.7), w=st.floats(0.8, 6.5),
+    wishes=st.lists(st.floats(-math.pi, math.pi), min_size=20, max_size=20),
+)  # fmt: skip
+def test_nobody_gets_into_the_way_of_who_has_decided_whatever_they_want(
+    far: float, bearing: float, v: float, w: float, wishes: list[float]
+) -> None:
+    """One decides once a second, the other 20 times, and may want to go anywhere, as onto the way that the first still goes."""
+    one, other = np.zeros(2), far * np.array([math.cos(bearing), math.sin(bearing)])
+    both = Bodies(np.array([one, other]), np.zeros((2, 2)), np.full(2, 0.25), np.ones(2, np.int64), np.ones(2))
+    now = np.column_stack([both.position, np.zeros(2)])
+    velocity = stepped(Walker(0, 0.0, 0.0, 0.0, 1, v), (v, 0.0), both, now, [True, True], 1.0)
+    end = velocity.copy()
+    for k, wish in enumerate(wishes):
+        both.position[:] = one, other
+        bound = np.array([[*end, 0.0], [*other, 0.0]])
+        wanted = (w * math.cos(wish), w * math.sin(wish))
+        step = stepped(Walker(1, *other.tolist(), 0.0, 1, w), wanted, both, bound, [k == 0, True], 0.05)
+        for share in (0.025, 0.05):
+            assert np.hypot(*(one + share * velocity - other - share * step)) > min(0.5 * SLIM, far) - 1e-9
+        one, other = one + 0.05 * velocity, other + 0.05 * step
+
+
+def test_a_recorded_person_who_stands_stays_there() -> None:
+    track = [(0.0, 2.0, 0.1), (20.0, 2.0, 0.1)]
+    person = {"name": "ann", "start": (2.0, 0.1), "behaviour": "recorded", "track": track}
+    assert watch([person], 8.0, (0.0, 0.0, 0.0), constant(0.4)).outcome is Outcome.COLLISION
+
+
+@pytest.mark.parametrize("gap", [0.545, 0.57, 0.59])
+def test_who_would_go_between_a_thing_and_a_robot_touches_neither(gap: float) -> None:
+    y = 0.5 + gap
+    run = {"leg": "forth", "path": [(-0.05, y), (0.15, y)], "speed": 0.01}
+    post = {"name": "post", "shape": {"kind": "disc", "radius": 0.25}, "runs": [run]}
+    sides = [body(rectangle(20.0, 0.2), 0.0, at, name=f"wall {at}") for at in (-0.45, y + 0.45)]
+    person = walker("ann", (-3.0, 0.5 * y + 0.01), (3.0, 0.5 * y), behaviour="headed-social-force")
+    trial = watch([person], 15.0, (0.0, 0.0, 0.0), walls=sides, things=[post])
+    assert trial.outcome is Outcome.TIMEOUT, trial.reason
+    there = trial.moving_obstacles[:, 1, :2]
+    assert np.hypot(*(there - trial.pose[:, :2]).T).min() - 0.5 > TOUCH - 1e-6
+    assert np.nanmin(np.hypot(*(there - trial.moving_obstacles[:, 0, :2]).T)) > 0.5
+
+
+@settings(max_examples=40)
+@given(away=st.floats(0.001, 0.03), turned=st.floats(0.0, 3.1), along=st.floats(-1.0, 1.0))
+def test_a_child_beside_a_wall_is_not_pushed_through_it(away: float, turned: float, along: float) -> None:
+    """Its cell of the floor is one that the wall touches."""
+    across, way = np.array([-math.sin(turned), math.cos(turned)]), np.array([math.cos(turned), math.sin(turned)])
+    child = along * way + (0.125 + away) * across
+    push = child + 0.35 * across
+    people = [
+        {
+            "name": "child",
+            "start": tuple(child.tolist()),
+            "radius": 0.1,
+            "route": [{"at": tuple((-3.0 * across).tolist())}],
+        },
+        walker("pusher", tuple(push.tolist()), tuple((-3.0 * across).tolist())),
+    ]
+    wall = [body(rectangle(9.0, 0.05), 0.0, 0.0, turned, name="wall")]
+    side = watch(people, 1.5, walls=wall).moving_obstacles[:, 0, :2] @ across
+    assert side.min() > 0.0
 
 
 def test_a_recorded_person_who_makes_room_goes_on_looking_at_the_robot() -> None:
@@ -344,6 +420,22 @@ def bed(name: str, y: float, way: float = 1.0) -> dict[str, Any]:
     shape = {"kind": "rectangle", "length": 2.1, "width": 0.96}
     run = {"leg": "forth", "path": [(-4.0 * way, y), (4.0 * way, y)], "speed": 0.6}
     return {"name": name, "shape": shape, "behaviour": {}, "runs": [run]}
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [(("orca", 0.5), ("social-force", 0.5)), (("social-force", 0.5), ("social-force", 0.05)),
+     (("headed-social-force", 0.05), ("social-force", 0.05)), (("orca", 1.0), ("headed-social-force", 0.35))],
+)  # fmt: skip
+def test_which_crowd_is_listed_first_changes_no_bit(first: tuple[str, float], second: tuple[str, float]) -> None:
+    """Two meet in a lane, and each leaves the other half of the room, or what it has decided for."""
+    people = [
+        walker("ann", (-1.2, 0.05), (3.0, 0.0), behaviour=first[0], decides_every=first[1]),
+        walker("bob", (1.2, 0.0), (-3.0, 0.0), behaviour=second[0], decides_every=second[1]),
+    ]
+    one, other = (watch(order, 8.0, walls=lane(0.9)).moving_obstacles for order in (people, people[::-1]))
+    assert np.array_equal(one, other[:, ::-1])
+    assert nearest(watch(people, 8.0, walls=lane(0.9))) > 0.5 * SLIM - 1e-9
 
 
 @pytest.mark.parametrize("rule", RULES)

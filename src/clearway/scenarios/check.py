@@ -46,7 +46,7 @@ from clearway.scenarios.files import (
 )
 from clearway.scenarios.floor_plan_files import FloorPlanSpec
 from clearway.scenarios.floorplan import load_floor_plan
-from clearway.scenarios.line_keeping import Line
+from clearway.scenarios.line_keeping import Line, hands
 from clearway.scenarios.plan import FloorPlan
 from clearway.scenarios.scenario import LONGEST_SWING, ObstacleSpec, OscillationSpec, RunSpec, Scenario
 from clearway.scenarios.way import CELL
@@ -237,17 +237,20 @@ def _moving_obstacles(
             field = f"obstacles.{i}.runs.{j}"
             shape = _shape(obstacle)
             stray = 0.0 if obstacle.behaviour is None else obstacle.behaviour.line_keeping
-            near = standing.near(np.array(run.path), circumscribed_radius(shape) + stray)
-            work.add((_length(run) / STEP + len(run.path)) * (1 + len(near)), f"{field}.path")
-            poses = _sampled_path(run) if obstacle.behaviour is None else _as_driven(run, obstacle, scenario.seed)
+            near = standing.near(np.array(run.path), circumscribed_radius(shape) + 1.1 * stray)
+            lines = hands(run, stray) if near and stray > 0.0 else []
+            work.add((_length(run) / STEP + len(run.path)) * (1 + len(near) * (1 + len(lines))), f"{field}.path")
+            way = _sampled_path(run)
+            poses = np.concatenate([way, *map(_sampled, lines)])
             gaps = min_clearance(shape, poses, near, np.zeros((len(poses), 0, 3))) if near else None
             if gaps is not None and gaps.min() <= 0:
                 where = poses[int(gaps.argmin())]
                 hit = first_hit(shape, where, standing)
+                whoever = f", as a hand that keeps the line within {stray:g} m may drive it" if lines else ""
                 yield ClearwayError(
-                    f"{obstacle.name!r} would run into {hit!r} at {at_text(where)}", field=f"{field}.path"
+                    f"{obstacle.name!r} would run into {hit!r} at {at_text(where)}{whoever}", field=f"{field}.path"
                 )
-            begin = poses[min(int(max(0.0, -run.delay) * run.speed / STEP), len(poses) - 1)]
+            begin = way[min(int(max(0.0, -run.delay) * run.speed / STEP), len(way) - 1)]
             if -run.delay * run.speed < _length(run) and (
                 clearance(robot.shape, np.array(starts[legs.index(run.leg)]), shape, begin) <= 0
             ):
@@ -320,11 +323,9 @@ def _sampled_path(run: RunSpec) -> FloatArray:
     return np.concatenate(parts)
 
 
-def _as_driven(run: RunSpec, obstacle: ObstacleSpec, seed: int) -> FloatArray:
-    """The same as somebody drives `obstacle` along the path in the trial with this seed."""
-    assert obstacle.behaviour is not None
-    line = Line(run, obstacle.behaviour, seed, obstacle.name)
-    return np.array([line.pose(s) for s in np.linspace(0.0, line.length, math.ceil(line.length / STEP) + 1)])
+def _sampled(line: Line) -> FloatArray:
+    """The same as a hand drives it."""
+    return line.poses(np.linspace(0.0, line.length, math.ceil(line.length / STEP) + 1))
 
 
 def _length(run: RunSpec) -> float:

@@ -62,7 +62,7 @@ def _walks(name: str, *way: _Place, wait: float = 0.0, group: str = "", speed: f
 
 
 _BED = ObstacleSpec(
-    name="bed", shape=RectangleSpec(kind="rectangle", length=2.1, width=0.96), behaviour=OperatorSpec(acceleration=0.4, deceleration=0.8),
+    name="bed", shape=RectangleSpec(kind="rectangle", length=2.1, width=0.96), behaviour=OperatorSpec(acceleration=0.4, deceleration=0.8, line_keeping=0.05),  # trolleys on both sides
     runs=(RunSpec(leg="there", path=((15.7, 0.0), (3.0, 0.0)), speed=0.7),),
 )  # fmt: skip
 

@@ -6,6 +6,7 @@ is found as exactly. When there is no more room for knots, the older half is for
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -183,30 +184,25 @@ def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: f
 
 @light
 def bound_for(
-    tracks: Tracks, leg: int, since: FloatArray, decides: npt.NDArray[np.bool_], t: float, ahead: float,
-    out: FloatArray, free: npt.NDArray[np.bool_],
+    tracks: Tracks, decides: npt.NDArray[np.bool_], t: float, out: FloatArray, free: npt.NDArray[np.bool_]
 ) -> None:  # fmt: skip
-    """Where bodies go that have decided.
+    """Where bodies go that have decided before time `t` [s]; what they decide at this very instant, in whatever order, doesn't count.
 
     Args:
         tracks: Of all bodies.
-        leg: Number of the leg that they are in.
-        since: As `tracks.place` has it.
         decides: Which of them decide.
         t: The time, s.
-        ahead: How far what is on rails is looked after, s.
-        out: (m, 3) where each of the first m will be at its next decision, m and rad; written; NaN where one is absent.
-        free: (m,) whether each decides now; written.
+        out: (m, 3) where each of the first m will be at its next decision, m and rad; written; NaN where one is absent or never decides.
+        free: (m,) whether each decides at this instant; written.
     """
     for m in range(len(out)):
-        begin, end = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
-        if decides[m] and end > begin:
-            free[m] = tracks.knots[end - 1, 0] <= t + _SAME
-            for c in range(3):
-                out[m, c] = tracks.knots[end - 1, 1 + c]
-        else:
-            free[m] = False
-            pose_at(tracks.knots, begin, end, t + ahead - since[m], out[m])
+        begin, last = tracks.rows[0, m, 0], tracks.rows[0, m, 1] - 1
+        there = decides[m] and last >= begin
+        while there and last > begin and tracks.knots[last, 0] > t + _SAME and tracks.knots[last - 1, 0] >= t - _SAME:
+            last -= 1
+        free[m] = there and tracks.knots[last, 0] <= t + _SAME
+        for c in range(3):
+            out[m, c] = tracks.knots[last, 1 + c] if there else math.nan
 
 
 @light

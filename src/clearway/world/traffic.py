@@ -244,7 +244,7 @@ class Traffic:
     def _scene_of(self, t: float, there: FloatArray) -> Scene:
         """At time `t` [s] all bodies are at there[0] (m, 3), and were at there[1] a `PERIOD` ago."""
         bound, free = np.empty((self._others, 3)), np.empty(self._others, np.bool_)
-        bound_for(self._tracks, self.leg, self._since, self._decides, t, PERIOD, bound, free)
+        bound_for(self._tracks, self._decides, t, bound, free)
         return Scene(there[0, : self._others], there[1, : self._others], bound, free, tuple(self._robots))
 
 

@@ -53,7 +53,7 @@ class Scene:
     Attributes:
         moving: (m, 3) poses of all moving bodies, map frame; NaN where one is absent.
         before: (m, 3) the same `PERIOD` ago.
-        bound: (m, 3) where each has decided to be at its next decision; one that decides now, where it is; one that never does, a `PERIOD` on.
+        bound: (m, 3) where each has decided to be at its next decision; one that decides now, where it is; NaN: nobody knows.
         free: (m,) whether each decides now.
         robots: The robots that drive there.
     """

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from clearway.crowds.bodies import Bodies
 from clearway.crowds.social_force import QUANTUM, quanta
+from clearway.crowds.walls import Walls
 from clearway.crowds.ways import Room, room_at
 from clearway.geometry.compiled import light
 from clearway.geometry.shapes import FloatArray
@@ -61,10 +62,11 @@ class Around(NamedTuple):
 
     Attributes:
         bodies: The n that move: the m people and others, of which things are far away, as their discs come next, then robots.
-        bound: (m, 3) where each of the m will be when it decides anew, m and rad; one that never does: by the end of the step; NaN: gone.
-        free: (m,) whether each decides at this instant too, and therefore has not moved on yet.
+        bound: (m, 3) where each of the m will be when it decides anew, m and rad; NaN: nobody knows.
+        free: (m,) whether each decides at this instant too; it is bound for where it is.
         age: (n,) how old what is seen of each is, s.
         room: What stands leaves so much.
+        walls: What stands.
         limits: (2 n, 3) room to work with.
     """
 
@@ -73,6 +75,7 @@ class Around(NamedTuple):
     free: npt.NDArray[np.bool_]
     age: FloatArray
     room: Room
+    walls: Walls
     limits: FloatArray
 
 
@@ -112,8 +115,8 @@ def press_off(walker: Walker, velocity: FloatArray, around: Around, dt: float) -
 
 @light
 def stop_short(walker: Walker, velocity: FloatArray, around: Around, dt: float) -> None:
-    """Slow a walker down so far that it takes no more than half of the room that is left to anybody who takes a step as well, and of the
-    room to somebody who has decided where to go no more than that leaves. Arguments as for `keep_off`."""
+    """Slow a walker down so far that it takes no more than half of the room that is left to anybody who takes a step as well, and no more
+    than the room to the way that somebody who has decided still goes. Arguments as for `keep_off`."""
     slower, bodies, bound = 1.0, around.bodies, around.bound
     for i in range(len(around.free)):
         if bodies.position[i, 0] == FAR:
@@ -124,21 +127,26 @@ def stop_short(walker: Walker, velocity: FloatArray, around: Around, dt: float) 
         goes_x, goes_y = (goes_x, goes_y) if math.isfinite(goes_x) else (0.0, 0.0)
         if not _minds(walker, i, dx, dy, slim + 2.0 * walker.v_max * dt + abs(goes_x) + abs(goes_y), bodies):
             continue
+        along = -(goes_x * dx + goes_y * dy) / max(goes_x * goes_x + goes_y * goes_y, 1e-12)
+        along = min(max(along, 0.0), 1.0)  # of what it still goes, where it comes nearest
+        dx, dy = dx + along * goes_x, dy + along * goes_y
         distance = max(math.hypot(dx, dy), 1e-9)
-        comes = max(-(goes_x * dx + goes_y * dy) / distance, 0.0)
         share = 0.5 if around.free[i] else 1.0
         onto = (velocity[0] * dx + velocity[1] * dy) / distance
-        most = max(share * (distance - comes - slim) / dt, 0.0)
+        most = max(share * (distance - slim) / dt, 0.0)
         slower = min(slower, most / onto) if onto > most else slower
     velocity[0], velocity[1] = slower * velocity[0], slower * velocity[1]
 
 
 @light
 def stay_on_floor(walker: Walker, velocity: FloatArray, around: Around, dt: float) -> None:
-    """Slow a walker down so far that nowhere on its step there is less room to what stands than `SLIM` leaves it, or than it has now.
-    Arguments as for `keep_off`."""
+    """Slow a walker down so far that nowhere on its step there is less room to what stands, up to a cell, than `SLIM` leaves it, or than it
+    has now; who is in a cell of a wall doesn't step through that. Arguments as for `keep_off`."""
     room, length = around.room, math.hypot(velocity[0], velocity[1]) * dt
     here = room_at(room, walker.x, walker.y)
+    if here == 0.0 and _through(around.walls, walker, velocity[0] * dt, velocity[1] * dt):
+        velocity[0] = velocity[1] = 0.0
+        return
     least, gone, well = min(here, SLIM * around.bodies.radius[walker.me]), 0.0, 0.0
     while well < length:
         gone = min(well + max(min(here, room.told) - least - 1.5 * room.resolution, 0.5 * room.resolution), length)
@@ -151,6 +159,18 @@ def stay_on_floor(walker: Walker, velocity: FloatArray, around: Around, dt: floa
 
 
 @light
+def _through(walls: Walls, walker: Walker, dx: float, dy: float) -> bool:
+    """Whether a step by (dx, dy) [m] leads into a wall, or through it; who is in it may step out."""
+    for k in range(len(walls.length)):
+        ax, ay = walls.vertex[k, 0] - walker.x, walls.vertex[k, 1] - walker.y
+        ex, ey = walls.direction[k, 0] * walls.length[k], walls.direction[k, 1] * walls.length[k]
+        across = dx * ey - dy * ex
+        if across < 0.0 and 0.0 <= (ax * ey - ay * ex) / across <= 1.0 and 0.0 <= (ax * dy - ay * dx) / across <= 1.0:
+            return True
+    return False
+
+
+@light
 def _minds(walker: Walker, i: int, dx: float, dy: float, reach: float, bodies: Bodies) -> bool:
     """Whether body `i`, that is (dx, dy) [m] away from a walker, is another that it sees and in `reach` [m]."""
     return bool(i != walker.me and max(abs(dx), abs(dy)) <= reach and walker.sees & bodies.layer[i] != 0)
@@ -159,9 +179,9 @@ def _minds(walker: Walker, i: int, dx: float, dy: float, reach: float, bodies: B
 @light
 def _no_faster(velocity: FloatArray, v_max: float) -> None:
     """Scale the `velocity` (2,) down to `v_max` [m/s]."""
-    faster = max(math.hypot(velocity[0], velocity[1]) / v_max, 1.0)
-    velocity[0] /= faster
-    velocity[1] /= faster
+    speed = math.hypot(velocity[0], velocity[1])
+    if speed > v_max:
+        velocity[0], velocity[1] = v_max / speed * velocity[0], v_max / speed * velocity[1]
 
 
 @light
@@ -197,6 +217,11 @@ def hold_off(walker: Walker, velocity: FloatArray, around: Around, dt: float) ->
             break
         velocity[0], velocity[1] = velocity[0] - excess * limits[worst, 0], velocity[1] - excess * limits[worst, 1]
     _no_faster(velocity, walker.v_max)  # who steps back goes on sideways too
+    slower = 1.0
+    for k in range(count):  # between two of them there may be no way on
+        onto = velocity[0] * limits[k, 0] + velocity[1] * limits[k, 1]
+        slower = min(slower, limits[k, 2] / onto) if onto > limits[k, 2] >= 0.0 else slower
+    velocity[0], velocity[1] = slower * velocity[0], slower * velocity[1]
 
 
 @light

@@ -20,7 +20,7 @@ from clearway.geometry.motion import ramp
 from clearway.geometry.packing import Packed, pack, transform
 from clearway.geometry.shapes import FloatArray, Shape
 from clearway.scenarios.behaviours import OperatorSpec
-from clearway.scenarios.line_keeping import Line, pose_on, steepest
+from clearway.scenarios.line_keeping import Line, hand, pose_on, steepest
 from clearway.scenarios.scenario import RunSpec
 from clearway.world.behaviours.behaviour import ABSENT, GLANCE, Scene, SeenRobot
 
@@ -57,7 +57,10 @@ class Operator:
         self._outline, self._rim, self._reach = packed.points, float(packed.radius[0]), float(packed.reach[0])
         fastest = max((run.speed for on_leg in runs.values() for run in on_leg), default=0.0)
         self.speed = np.full(1, 1.1 * max(fastest, spec.backing) * math.hypot(1.0, steepest(spec.line_keeping)))
-        self._runs = {leg: [(run, Line(run, spec, seed, name)) for run in on_leg] for leg, on_leg in runs.items()}
+        phases = hand(seed, name)
+        self._runs = {
+            leg: [(run, Line(run, spec.line_keeping, phases)) for run in on_leg] for leg, on_leg in runs.items()
+        }
         self._waiting: list[tuple[RunSpec, Line]] = []
         self._path: Line | None = None
         self._s = self._v = self._set_speed = self._stood = 0.0

@@ -55,4 +55,4 @@ def _around(cast: Cast, k: int, t: float, scene: Scene) -> Around:
         layer,
         np.ones(n),
     )
-    return Around(bodies, scene.bound, scene.free, age, cast.room, np.empty((2 * n, 3)))
+    return Around(bodies, scene.bound, scene.free, age, cast.room, cast.walls, np.empty((2 * n, 3)))

@@ -159,7 +159,7 @@ def walk_until(
         looked = False
         if decides:
             look_round(crowd, there, robots, now, work)
-            bound_for(tracks, leg, since, decides_too, now, until - now, work.around.bound, work.around.free)
+            bound_for(tracks, decides_too, now, work.around.bound, work.around.free)
             if crowd.rule == Rule.ORCA:
                 heed(crowd, until - now, work)
             else:
@@ -197,7 +197,13 @@ def scratch(crowd: Crowd, robots: RobotTracks) -> Scratch:
     bodies = Bodies(np.empty((n, 2)), np.empty((n, 2)), np.empty(n), np.ones(n, np.int64), np.ones(n))
     return Scratch(
         around=Around(
-            bodies, np.empty((m, 3)), np.empty(m, np.bool_), np.zeros(n), crowd.route.room, np.empty((2 * n, 3))
+            bodies,
+            np.empty((m, 3)),
+            np.empty(m, np.bool_),
+            np.zeros(n),
+            crowd.route.room,
+            crowd.walls,
+            np.empty((2 * n, 3)),
         ),
         wanted=Wishes(crowd.who, np.empty((k, 2)), crowd.v_max, crowd.sees),
         chosen=np.empty((k, 2)),
@@ -354,7 +360,7 @@ def walk(
         around: What they keep off.
         dt: How long the step takes, s.
     """
-    at, bodily = crowd.at, crowd.rule != Rule.ORCA  # ORCA keeps bodies apart itself
+    at, bodily = crowd.at, crowd.rule != Rule.ORCA  # ORCA presses nobody off
     for k in range(len(at)):
         keep_off(
             Walker(crowd.who[k], at[k, 0], at[k, 1], at[k, 2], crowd.sees[k], crowd.v_max[k]),
