@@ -88,6 +88,7 @@ def test_what_nobody_can_judge_counts_against_either_verdict(tmp_path: Path):
     for unknown in (
         {"to_confirm": "possible contact"},
         {"reason": "the recording cannot be used: empty", "success": False},
+        {"outcome": "scenario_failed", "success": None, "contacts": None},
     ):
         cells = {
             k: (lambda i, v=v, k=k: v if i < 4 else ("" if isinstance(v, str) else True)) for k, v in unknown.items()

@@ -220,19 +220,19 @@ def test_a_behaviour_that_fails_ends_its_trial_and_no_other(own: Path, tmp_path:
     assert "Raises' failed at 1.05 s: KeyError: 'lost'" in bad["reason"]
     assert any(name.endswith("own.py:Raises") for name in results.campaign["code"])
     said = write_report(results.path).read_text("utf-8")
+    assert {bad[name] for name in ("contacts", "MDO", "CT")} == {None}
     assert "In 1 trial a behaviour of the scenario&#39;s people failed; they count neither as" in said
 
 
-def test_one_that_fails_where_no_robot_drives_says_so(own: Path, tmp_path: Path) -> None:
+def test_one_that_fails_where_no_robot_drives_leaves_the_trial_as_it_was(own: Path, tmp_path: Path) -> None:
     """Somebody else, who walks to a place, is delayed by the robot or not: for that they walk once more without it."""
     other = '[[people]]\nname = "bob"\nstart = [7.0, 7.0]\nroute = [{ at = [7.5, 7.0] }]\n'
     (tmp_path / "Lonely.toml").write_text(SCENE.replace("Wanders", "Lonely") + other)
     drives = f"{Path(__file__).parents[1] / 'campaigns' / 'own_navigators.py'}:Drives"
     plan = CampaignPlan(suites=(str(tmp_path / "Lonely.toml"),), robots=("tiago",), navigators=(drives,))
-    (bad,) = run_campaign(plan, tmp_path / "out", 1).trials.to_pylist()
-    assert bad["outcome"] == "scenario_failed"
-    assert "failed at 0.00 s: KeyError: 'nobody'" in bad["reason"]
-    assert bad["reason"].endswith(", where the same people walk without robots")
+    (row,) = run_campaign(plan, tmp_path / "out", 1).trials.to_pylist()
+    assert (row["outcome"], row["success"], row["people_delay"]) == ("reached", True, None)
+    assert "nobody knows how people walk there without robots" in row["not_computable"]
 
 
 def test_a_behaviour_that_is_not_there_is_told_before_anything_runs(own: Path, tmp_path: Path) -> None:

@@ -106,6 +106,9 @@ def break_(
         if page is not None:
             typer.echo(f"report: {page}")
     if found.failed:
-        typer.echo(f"in {found.failed} of {found.trials} trials the navigator itself failed; see search.csv", err=True)
+        typer.echo(
+            f"in {found.failed} of {found.trials} trials the navigator itself, or a behaviour of the scenario's people, failed; see search.csv",
+            err=True,
+        )
     if found.breaks or found.failed:
         raise typer.Exit(1)

@@ -262,7 +262,10 @@ def run(
             typer.echo(f"{why}\n")
         typer.echo(f"results: {results.path}" if page is None else f"report: {page}")
     if failed:
-        typer.echo(f"in {failed} of {len(results)} trials the navigator itself failed; see their reason", err=True)
+        typer.echo(
+            f"in {failed} of {len(results)} trials the navigator itself, or a behaviour of the scenario's people, failed; see their reason",
+            err=True,
+        )
         raise typer.Exit(1)
 
 

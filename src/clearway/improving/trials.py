@@ -19,7 +19,7 @@ from clearway.improving.objective import FAILED, Answers
 from clearway.improving.search import Values
 from clearway.improving.settings import Settings, Written
 from clearway.indicators import INDICATORS
-from clearway.trials import BROKEN
+from clearway.trials import Outcome
 
 
 class Bench:
@@ -70,17 +70,17 @@ def _run(
     known: Mapping[str, Known],
     indicators: Sequence[str],
 ) -> tuple[tuple[int, int], dict[str, float | None]]:
-    """One simulation's answers; of several robots their mean."""
+    """One simulation's answers; of several robots their mean; none if its scenario failed."""
     specs = all_drawn(plan, specs)
     with restored():
-        trials = run_trials(plan, specs, known)
+        trials = [trial for trial in run_trials(plan, specs, known) if trial.outcome is not Outcome.SCENARIO_FAILED]
     answers: dict[str, float | None] = {}
     for name in indicators:
         found = [
             v for trial in trials if (v := INDICATORS[name].function(trial).value) is not None and math.isfinite(v)
         ]
         answers[name] = float(np.mean(found)) if found else None
-    answers[FAILED] = float(any(trial.outcome in BROKEN for trial in trials))
+    answers[FAILED] = float(any(trial.outcome is Outcome.NAVIGATOR_FAILED for trial in trials))
     return key, answers
 
 

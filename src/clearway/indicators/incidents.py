@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from clearway.contract import EventKind
 from clearway.indicators.clearance import minimum_distance
-from clearway.trials import Trial
+from clearway.trials import Outcome, Trial
 from clearway.trials.trial import HELPED, OBSERVED, TOUCHED
 
 
 def contacts(trial: Trial) -> int | None:
     """How often the robot touched something. None of a recording where neither a person nor the geometry tells: a possible contact
-    that is to be confirmed, or no clearance from obstacles and nobody's word."""
+    that is to be confirmed, or no clearance from obstacles and nobody's word; nor of a trial whose scenario failed."""
+    if trial.outcome is Outcome.SCENARIO_FAILED:
+        return None
     known = sum(event.kind == EventKind.CONTACT for event in trial.events)
     if known or trial.attempt.source == "simulated" or trial.provenance.get(TOUCHED) is False:
         return known

@@ -10,10 +10,11 @@ import numpy as np
 
 from clearway.indicators import barn, comfort, delay, optimal, smoothness
 from clearway.indicators.column import Cell, Column, Kind
-from clearway.indicators.indicator import Indicator
-from clearway.trials import Trial
+from clearway.indicators.indicator import Indicator, Value
+from clearway.trials import Outcome, Trial
 from clearway.trials.trial import NOT_RECORDED, UNUSABLE
 
+_BROKEN = Value(None, "a behaviour of the scenario's people failed")
 _LAST = "not_computable"
 _ABOUT_LAST = "JSON: indicator -> why its cell is empty"
 
@@ -30,7 +31,7 @@ def score(trial: Trial, columns: Iterable[Column], indicators: Mapping[str, Indi
     recorded = trial.attempt.source == "simulated" or bool(np.isfinite(trial.pose).any())
     unmeasured = UNUSABLE if UNUSABLE in trial.reason else NOT_RECORDED
     for name, indicator in indicators.items():
-        answer = indicator.function(trial)
+        answer = indicator.function(trial) if trial.outcome is not Outcome.SCENARIO_FAILED else _BROKEN
         if answer.value is None and name not in beside_the_point:
             why[name] = answer.why if recorded else unmeasured
         row[name] = bool(answer.value) if indicator.kind is Kind.BOOLEAN and answer.value is not None else answer.value

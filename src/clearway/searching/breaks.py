@@ -72,7 +72,7 @@ class Breaks:
         first: In which trial the first break was, from 1; None where there is none.
         least: The least margin of a trial, in `unit`; inf where none can be computed.
         unit: Of the margins.
-        failed: In how many trials the navigator itself failed (raised, hung); these count as no break.
+        failed: In how many trials the navigator itself (raised, hung), or a behaviour of the scenario's people, failed; these count as no break.
         rarity: How probable a break is among all members of the families; None where that was not asked.
         results: The breaks, run from their files; None where there are none.
     """

@@ -226,7 +226,7 @@ def _judged(trial: Trial, failure: Failure) -> Tried:
     failed = trial.outcome in BROKEN
     why = trial.reason if failed else ""
     try:
-        margin = failure.margin(trial)
+        margin = failure.margin(trial) if trial.outcome is not Outcome.SCENARIO_FAILED else math.inf
     except NotComputable as reason:
         margin, why = math.inf, why or str(reason)
     touched = contact_time(trial)

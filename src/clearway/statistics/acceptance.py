@@ -26,7 +26,7 @@ from clearway.statistics.betting import first_shown, rule, shown_shares
 from clearway.statistics.columns import SYSTEM
 from clearway.statistics.criteria import Criteria, Criterion, asks, demand, errors_of, groups, in_words, word
 from clearway.statistics.proportions import Interval
-from clearway.trials.trial import UNUSABLE
+from clearway.trials.trial import UNUSABLE, Outcome
 
 Row = dict[str, Any]
 NUMBER = "_number"
@@ -270,7 +270,7 @@ def _by_count(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np
 def conforms(one: Criterion, row: Mapping[str, Any]) -> bool | None:
     """Whether a trial conforms; None: nobody can judge it yet."""
     value = row.get(one.indicator)
-    if UNUSABLE in str(row.get("reason") or ""):
+    if UNUSABLE in str(row.get("reason") or "") or row.get("outcome") == Outcome.SCENARIO_FAILED:
         return None
     if one.indicator in _OF_A_CONTACT and not value and row.get("contacts") != 0:
         value = None  # there was a contact, or nobody knows
@@ -420,6 +420,10 @@ def _notes(rows: Sequence[Row], tables: Sequence[pa.Table]) -> list[str]:
         found.append(f"to be confirmed by a person: trial{'s' if len(confirm) > 1 else ''} {_listed(confirm)}")
     if unusable := [r["trial"] for r in rows if UNUSABLE in str(r.get("reason") or "")]:
         found.append(f"to be recorded again: trial{'s' if len(unusable) > 1 else ''} {_listed(unusable)}")
+    if broken := [r["trial"] for r in rows if r.get("outcome") == Outcome.SCENARIO_FAILED]:
+        found.append(
+            f"to be run again, as a behaviour of the scenario's people failed: trial{'s' if len(broken) > 1 else ''} {_listed(broken)}"
+        )
     return found
 
 

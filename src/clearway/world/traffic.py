@@ -5,6 +5,7 @@ Whoever decides lays its track up to its next decision, so that the robots meet 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -25,6 +26,7 @@ from clearway.world.behaviours.behaviour import (
     Street,
     hold_street,
 )
+from clearway.world.behaviours.foreign import BehaviourError
 from clearway.world.laid import Laid, LaidTracks, RobotTracks, bound_for
 from clearway.world.ride import Period, Ride
 from clearway.world.tracks import ROBOTS_ROOM, Tracks, place, place_twice
@@ -199,14 +201,17 @@ class Traffic:
         `AFTER` at most.
 
         Returns:
-            By person: that place, by number, see `Arrivals`; and until when they are waited for, s.
+            By person: that place, by number, see `Arrivals`; and until when they are waited for, s; NaN where a behaviour of theirs fails.
         """
         self._robots.clear()
         self._driven.laid[:] = 0
         over = self._count * PERIOD
         places = self.arrivals.bound_for(over)
-        while self._count * PERIOD <= over + AFTER and not self.arrivals.come(places):
-            self.decide_until(self._count * PERIOD)
+        try:
+            while self._count * PERIOD <= over + AFTER and not self.arrivals.come(places):
+                self.decide_until(self._count * PERIOD)
+        except BehaviourError:  # what the robots did is known
+            return places, math.nan
         return places, over + AFTER
 
     def without(self, member: int) -> Around:

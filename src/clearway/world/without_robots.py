@@ -28,7 +28,8 @@ _SECOND = 1.0
 def completed(scenario: Scenario, errands: Sequence[Errand], spans: Sequence[Span]) -> tuple[Errand, ...]:
     """The errands of a trial of `scenario` with what the same people do without robots.
 
-    Nobody knows it where robots drive there that are not tested, as nobody knows how people walk among these alone.
+    Nobody knows it where robots drive there that are not tested, as nobody knows how people walk among these alone, nor where a
+    behaviour of the people fails without robots.
 
     Args:
         scenario: The test.
@@ -41,7 +42,10 @@ def completed(scenario: Scenario, errands: Sequence[Errand], spans: Sequence[Spa
     if any(o.runs for o in scenario.obstacles):
         last = len(scenario.legs) - 1
         begun = [(span.leg + 1, span.end) for span in spans if span.reached and span.leg < last]
-    return _walk_of(scenario, tuple(begun)).completed(errands)
+    try:
+        return _walk_of(scenario, tuple(begun)).completed(errands)
+    except BehaviourError:
+        return tuple(replace(errand, until=math.nan) for errand in errands)
 
 
 @lru_cache(maxsize=4096)
@@ -77,17 +81,14 @@ def _walked(scenario: Scenario, begun: Sequence[tuple[int, float]], wanted: dict
     time = max(longest(member.legs) for member in scenario.members())
     way = tracks(moving, legs, time, len(scenario.people))
     arrivals = Arrivals(scenario.people, len(moving))
+    traffic = Traffic(way, behaviours_of(scenario, bodies), legs, robots=0, arrivals=arrivals)
+    traffic.start()
     t, due = 0.0, list(begun)
-    try:
-        traffic = Traffic(way, behaviours_of(scenario, bodies), legs, robots=0, arrivals=arrivals)
-        traffic.start()
-        while t < time + AFTER and not arrivals.come(wanted):
-            t += _SECOND
-            while due and due[0][1] <= t:
-                leg, at = due.pop(0)
-                traffic.decide_until(at)
-                traffic.begin_leg(leg, at)
-            traffic.decide_until(t)
-    except BehaviourError as error:
-        raise BehaviourError(f"{error}, where the same people walk without robots") from error
+    while t < time + AFTER and not arrivals.come(wanted):
+        t += _SECOND
+        while due and due[0][1] <= t:
+            leg, at = due.pop(0)
+            traffic.decide_until(at)
+            traffic.begin_leg(leg, at)
+        traffic.decide_until(t)
     return arrivals, t >= time + AFTER
