@@ -21,18 +21,18 @@ settings.load_profile("clearway")
 
 LONGEST = ("hp_st", "test_guard", "test_a_day", "hl_rrt", "conformance", "hp_tmpc", "test_people", "tests/reports")
 """Parts of the names of files, those first whose tests take longest, so that none of them is left when all else is done."""
-NAVIGATORS = ("hp_st", "hp_tmpc", "hl_rrt", "move_base", "colregs_apf", "nav2", "mpc_cbf", "mppi_forecast")
-"""Those that compile for long."""
+TOGETHER = ("hp_st", "hp_tmpc", "hl_rrt", "move_base", "colregs_apf", "nav2", "mpc_cbf", "mppi_forecast", "test_people")
+"""Navigators, and people, that compile for long."""
 
 
 class _ByFile(LoadScopeScheduling):  # type: ignore[misc]
-    """The tests of one file run in one process, and so do all those of a navigator that compiles for long, whether it keeps
+    """The tests of one file run in one process, and so do all those of what compiles for long, whether a navigator keeps
     the contract among them: else both processes compile it, at the same time."""
 
     def _split_scope(self, nodeid: str) -> str:
         file = nodeid.partition("::")[0]
         told = nodeid.replace("-", "_") if "tests/conformance" in file else file
-        return next((name for name in NAVIGATORS if name in told), file)
+        return next((name for name in TOGETHER if name in told), file)
 
 
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadScopeScheduling:

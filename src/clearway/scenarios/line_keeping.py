@@ -120,7 +120,7 @@ def pose_on(points: FloatArray, along: FloatArray, stray: float, phases: FloatAr
 @kernel
 def _poses_on(
     points: FloatArray, along: FloatArray, stray: float, phases: FloatArray, s: FloatArray, out: FloatArray
-) -> None:  # fmt: skip
+) -> None:
     for k in range(len(s)):
         pose_on(points, along, stray, phases, s[k], out[k])
 

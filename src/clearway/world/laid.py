@@ -185,7 +185,7 @@ def lay_way(knots: FloatArray, count: npt.NDArray[np.int64], t: float, period: f
 @light
 def bound_for(
     tracks: Tracks, decides: npt.NDArray[np.bool_], t: float, out: FloatArray, free: npt.NDArray[np.bool_]
-) -> None:  # fmt: skip
+) -> None:
     """Where bodies go that have decided before time `t` [s]; what they decide at this very instant, in whatever order, doesn't count.
 
     Args:
