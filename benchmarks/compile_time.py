@@ -1,9 +1,9 @@
 """How long compiling takes, and why some kernels are compiled more than once.
 
 Runs a few trials with an empty cache, each row in a fresh process, and listens to Numba: seconds of compiling and how
-many kernels were compiled. A kernel is compiled anew for each combination of types that it meets; whoever calls it with
-a literal, with a default left out, with a read-only or a strided array, or with an int for a float, may
-cost a second one. Such kernels are listed with the arguments that differ.
+many kernels were compiled: to intermediate code, and those that Python calls to machine code as well. A kernel is compiled anew for each
+combination of types that it meets; whoever calls it with a literal, with a default left out, with a read-only or a strided array, or with
+an int for a float, may cost a second one. Such kernels are listed with the arguments that differ.
 
     python benchmarks/compile_time.py [--row NAME ...] [--slowest N] [--json] [--smoke]
 """
@@ -35,6 +35,7 @@ ROWS: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
 SMOKE: dict[str, tuple[tuple[str, ...], dict[str, Any]]] = {
     "rescue": (("sar-case1",), {"navigators": ["oracle"], "configurations": ["scenario-1"]}),
 }
+MACHINE = ", machine code"
 KINDS = {
     "literal": r"^Literal|^literal",
     "default": r"^omitted",
@@ -48,6 +49,7 @@ def compiled(suites: tuple[str, ...], options: dict[str, Any]) -> dict[str, Any]
     from numba.core import event
 
     import clearway
+    from clearway.geometry.dispatcher import Kernel
 
     class Listener(event.Listener):  # type: ignore[misc]
         def __init__(self) -> None:
@@ -66,7 +68,8 @@ def compiled(suites: tuple[str, ...], options: dict[str, Any]) -> dict[str, Any]
             function = event.data["dispatcher"].py_func
             names = function.__code__.co_varnames
             types = tuple(f"{n}: {t}" for n, t in zip(names, event.data["args"], strict=False))
-            self.done.append((f"{function.__module__}.{function.__qualname__}", types, own))
+            machine = isinstance(event.data["dispatcher"], Kernel)
+            self.done.append((f"{function.__module__}.{function.__qualname__}{MACHINE * machine}", types, own))
 
     listener = Listener()
     event.register("numba:compile", listener)
@@ -127,7 +130,8 @@ def summary(found: dict[str, Any]) -> dict[str, Any]:
         "wall_s": round(found["wall"], 1),
         "compiling_s": round(sum(seconds.values()) + numbas, 1),
         "numbas_own_s": round(numbas, 1),
-        "kernels": len(ours),
+        "kernels": sum(not name.endswith(MACHINE) for name in ours),
+        "of_machine_code_s": round(sum(took for name, took in seconds.items() if name.endswith(MACHINE)), 1),
         "compilations": sum(len(t) for t in ours.values()),
         "reasons": dict(reasons),
         "several": dict(sorted(several.items(), key=lambda e: -e[1]["signatures"])),
@@ -155,7 +159,7 @@ def main() -> None:
     for name, r in results.items():
         print(
             f"{name}: {r['compiling_s']:.1f} s of compiling ({r['wall_s']:.1f} s in all; {r['numbas_own_s']:.1f} s of Numba's "
-            f"own), {r['compilations']} compilations of {r['kernels']} kernels"
+            f"own, {r['of_machine_code_s']:.1f} s of machine code), {r['compilations']} compilations of {r['kernels']} kernels"
         )
         print("  several times for: " + (", ".join(f"{k} {n}" for k, n in r["reasons"].items()) or "no kernel"))
         for kernel, entry in r["several"].items():

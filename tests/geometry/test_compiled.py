@@ -9,10 +9,12 @@ import sys
 from pathlib import Path
 
 import numba
+import numpy as np
+import pytest
 from numba.core.caching import NullCache
 
 import clearway
-from clearway.geometry import compiled
+from clearway.geometry import compiled, dispatcher
 
 MODULES = {
     "inner.py": "from clearway.geometry.compiled import kernel\n@kernel\ndef inner(x):\n    return x + {number}\n",
@@ -33,7 +35,8 @@ def result(folder: Path, number: int) -> int:
         text = text.replace("{number}", str(number))
         if not path.exists() or path.read_text() != text:
             path.write_text(text)
-    (folder / "clearway/geometry/compiled.py").write_text(Path(compiled.__file__).read_text())
+    for module in (compiled, dispatcher):
+        (folder / "clearway/geometry" / Path(module.__file__).name).write_text(Path(module.__file__).read_text())
     code = f"import sys; sys.path.insert(0, {str(folder)!r}); from clearway.outer import outer; print(outer(1), outer.stats)"
     said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     return int(said.stdout.split()[0])
@@ -47,11 +50,13 @@ def test_an_edit_in_a_called_kernel_is_noticed(tmp_path: Path):
 
 def test_a_cache_that_names_a_type_that_has_moved_is_compiled_anew(tmp_path: Path):
     assert result(tmp_path, 10) == 11
-    (index,) = (tmp_path / "clearway/__pycache__").glob("outer.outer-*.nbi")
-    with open(index, "rb") as file:
-        version = pickle.load(file)
-    gone = b"cclearway.outer\nMoved\n."  # pickle's word for a global of that module, which has none of that name
-    index.write_bytes(pickle.dumps(version) + gone)
+    indices = list((tmp_path / "clearway/__pycache__").glob("*outer.outer-*.nbi"))
+    assert len(indices) == 2  # for Python and for kernels
+    for index in indices:
+        with open(index, "rb") as file:
+            version = pickle.load(file)
+        gone = b"cclearway.outer\nMoved\n."  # pickle's word for a global of that module, which has none of that name
+        index.write_bytes(pickle.dumps(version) + gone)
     assert result(tmp_path, 10) == 11
 
 
@@ -73,10 +78,10 @@ def _sum_of_powers(x: float) -> float:
 
 
 def test_a_literal_argument_is_compiled_once_for_all_values(monkeypatch):
-    for function in (_power, _sum_of_powers):
+    for function in (_power.called, _sum_of_powers, _sum_of_powers.called):
         monkeypatch.setattr(function, "_cache", NullCache())  # what an earlier run compiled has no signatures here
     assert _sum_of_powers(2.0) == 2.0 + 4.0 + 16.0
-    signatures = {tuple(map(str, s)) for s in _power.signatures}
+    signatures = {tuple(map(str, s)) for s in _power.called.signatures}
     assert signatures == {("float64", "int64", "omitted(default=False)"), ("float64", "int64", "bool")}
 
 
@@ -99,3 +104,52 @@ def test_the_cycle_collector_is_as_it_was_after_compiling():
     assert len(seen) == 2
     assert min(seen) >= 50_000
     assert gc.get_threshold() == before
+
+
+@compiled.kernel
+def _halves(x: np.ndarray) -> np.ndarray:
+    if len(x) == 0:
+        raise ValueError("nothing to halve")
+    return 0.5 * x
+
+
+@compiled.kernel
+def _quarters(x: np.ndarray) -> np.ndarray:
+    return _halves(_halves(x))
+
+
+def test_machine_code_is_made_of_what_python_calls_alone(monkeypatch):
+    for function in (_halves, _halves.called, _quarters, _quarters.called):
+        monkeypatch.setattr(function, "_cache", NullCache())
+    assert _quarters(np.full(2, 8.0)).tolist() == [2.0, 2.0]
+    assert len(_halves.called.signatures) == 1
+    assert not _halves.signatures
+    assert _halves(np.full(2, 8.0)).tolist() == [4.0, 4.0]
+    assert len(_halves.called.signatures) == 1
+    assert len(_halves.signatures) == 1
+
+
+def test_an_error_in_a_called_kernel_reaches_python():
+    with pytest.raises(ValueError, match="nothing to halve"):
+        _quarters(np.zeros(0))
+
+
+def test_a_users_own_function_calls_kernels():
+    @numba.njit
+    def users(x):
+        return _quarters(x).sum()
+
+    assert users(np.full(2, 8.0)) == 4.0
+
+
+def test_what_several_processes_have_compiled_fits_together(tmp_path: Path):
+    """One compiles who calls, the next one what is called for Python, so that constants of either are others'; then both are loaded."""
+    module = (
+        "import numpy as np\nfrom clearway.geometry.compiled import kernel\n"
+        "@kernel\ndef inner(x):\n    return np.zeros(2) + x\n@kernel\ndef outer(x):\n    return 2.0 * inner(x)\n"
+    )
+    (tmp_path / "together.py").write_text(module)
+    for calls in ("outer(1.0)", "inner(1.0)", "outer(1.0), inner(1.0)", "inner(1.0), outer(1.0)"):
+        code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from together import *; print({calls})"
+        said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert ("[2. 2.]" in said.stdout, "[1. 1.]" in said.stdout) == ("outer" in calls, "inner" in calls)

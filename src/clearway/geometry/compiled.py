@@ -6,7 +6,8 @@ Clearway that it imports, at any depth. An edit in a kernel that others call thu
 behind, and a fresh checkout of the same text compiles nothing again.
 
 For Numba the literal in `f(x, 2)` is a type, and `f` is compiled for each such value that another kernel calls it with.
-Here it is compiled once for all of them (`benchmarks/compile_time.py` tells what is compiled, and why).
+Here it is compiled once for all of them, and for other kernels otherwise than for Python (`dispatcher.py`);
+`benchmarks/compile_time.py` tells what is compiled, and why.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
 from numba.core import errors, event, types
+
+from clearway.geometry.dispatcher import Kernel
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
 _OPTIONS: dict[str, Any] = {
-    "cache": True,
     "nogil": True,
     "error_model": "numpy",
     "_nrt": True,  # else a kernel that a light one calls would be compiled as that is
@@ -77,7 +78,7 @@ def inlined(function: _F) -> _F:
 
 def _light(function: _F, options: dict[str, Any]) -> _F:
     compiled = _compiled(function, options | {"_nrt": False})
-    compiler = compiled._compiler
+    compiler = compiled.called._compiler
     compile_ = compiler.compile
 
     def checked(args: Any, return_type: Any) -> Any:
@@ -115,14 +116,15 @@ def _counted(answer: types.Type) -> bool:
     return not isinstance(answer, types.Number | types.Boolean | types.NoneType)
 
 
-def _compiled(function: Any, options: dict[str, Any]) -> Any:
-    compiled = numba.njit(**options)(function)
-    _take_literals_as_numbers(compiled)
-    file: Any = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+def _compiled(function: Any, options: dict[str, Any]) -> Kernel:
+    compiled = Kernel(function, targetoptions={"nopython": True, "boundscheck": None, **options})
+    compiled.enable_caching()
     source = Path(function.__code__.co_filename)
-    if hasattr(file, "_source_stamp") and source.is_relative_to(_PACKAGE):
-        file._source_stamp = fingerprint(source)
-        file._load_index = _heeding_what_is_gone(file._load_index)
+    for kept in (compiled, compiled.called):
+        file: Any = cast(Any, kept)._cache._cache_file
+        if hasattr(file, "_source_stamp") and source.is_relative_to(_PACKAGE):
+            file._source_stamp = fingerprint(source)
+            file._load_index = _heeding_what_is_gone(file._load_index)
     return compiled
 
 
@@ -136,16 +138,6 @@ def _heeding_what_is_gone(load: Callable[[], Any]) -> Callable[[], Any]:
             return {}
 
     return load_index
-
-
-def _take_literals_as_numbers(compiled: Any) -> None:
-    """Have kernels that call `compiled` with a literal ask for the same machine code as with any other number."""
-    resolve, number = compiled.get_call_template, cast(Any, types.unliteral)
-
-    def get_call_template(args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
-        return resolve(tuple(number(a) for a in args), {name: number(a) for name, a in kws.items()})
-
-    compiled.get_call_template = get_call_template
 
 
 @cache
