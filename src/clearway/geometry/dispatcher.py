@@ -25,8 +25,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     """
 
     def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
-        super().__init__(py_func, locals, targetoptions)
-        self.called = _Called(py_func, locals, targetoptions)
+        super().__init__(py_func, locals or {}, targetoptions)
+        self.called = _Called(py_func, locals or {}, targetoptions)
         self._compiler = _ForPython(self.called)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -79,7 +79,6 @@ class _ForKernels(_Compiler):
             self.targetdescr.typing_context, target, self.py_func, args, return_type, flags, self.locals, library=library
         )  # fmt: skip
         library.finalize()
-        result.reload_init.extend(library._reload_init)
         result = result._replace(entry_point=object())
         target.insert_user_function(result.entry_point, result.fndesc, [library])
         return result
@@ -134,12 +133,9 @@ class _CacheFiles(caching.CompileResultCacheImpl):  # type: ignore[misc]
     def rebuild(self, target_context: Any, payload: Any) -> Any:
         """What was compiled, from what `CompileResult._reduce` made of it."""
         kept, described, environment, signature, objectmode, lifted, annotation, reload_init, environments = payload
-        for function in reload_init:
-            function()
         name, _, bitcode = kept
         library = _Intermediate(target_context.codegen(), name)
         library._final_module = llvm.parse_bitcode(bitcode)
-        library._reload_init.update(reload_init)
         library._finalize_final_module()
         return compiler.CompileResult(
             typing_context=target_context.typing_context, target_context=target_context, entry_point=object(),
