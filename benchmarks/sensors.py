@@ -2,7 +2,7 @@
 
 Prints Markdown, a line a suite, robot and navigator: successes of all tests as they are, and for each error that is left out (`all`:
 all of them) how many tests more are passed without it, with Newcombe's paired 95 % interval of the difference in success, in points. Where
-an interval holds 0, nothing is shown.
+an interval holds 0, nothing is shown. By default all registered navigators that can drive the robot there, but those that are told the future.
 
     python benchmarks/sensors.py [--suite hospital-held-out ...] [--robot NAME ...] [--navigator NAME ...] [--error NAME ...]
         [--batch NAME ...] [--repetitions N] [--out DIR] [--workers N] [--smoke]
@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 import clearway
+from clearway.campaigns.plan_checks import ALL
 from clearway.robots.ideal import SensorError
 from clearway.statistics import paired_success
 
@@ -71,7 +72,7 @@ def main() -> None:
     asked = parser.parse_args()
     asked.suite = asked.suite or (["people"] if asked.smoke else ["hospital-held-out", "people"])
     asked.robot = asked.robot or ["tiago"]
-    asked.navigator = asked.navigator or (["move-base"] if asked.smoke else ["hp-st", "hp-tmpc", "orca", "move-base"])
+    asked.navigator = asked.navigator or (["move-base"] if asked.smoke else [ALL])
     asked.batch = asked.batch or ["MO", "CE"]
     asked.speed = asked.speed or [0.4]
     errors = asked.error or (["legs"] if asked.smoke else list(get_args(SensorError)))
