@@ -132,7 +132,8 @@ def summary(found: dict[str, Any]) -> dict[str, Any]:
         "numbas_own_s": round(numbas, 1),
         "kernels": sum(not name.endswith(MACHINE) for name in ours),
         "of_machine_code_s": round(sum(took for name, took in seconds.items() if name.endswith(MACHINE)), 1),
-        "compilations": sum(len(t) for t in ours.values()),
+        "compilations": sum(len(t) for name, t in ours.items() if not name.endswith(MACHINE)),
+        "to_machine_code": sum(len(t) for name, t in ours.items() if name.endswith(MACHINE)),
         "reasons": dict(reasons),
         "several": dict(sorted(several.items(), key=lambda e: -e[1]["signatures"])),
         "slowest": dict(seconds.most_common()),
@@ -159,7 +160,8 @@ def main() -> None:
     for name, r in results.items():
         print(
             f"{name}: {r['compiling_s']:.1f} s of compiling ({r['wall_s']:.1f} s in all; {r['numbas_own_s']:.1f} s of Numba's "
-            f"own, {r['of_machine_code_s']:.1f} s of machine code), {r['compilations']} compilations of {r['kernels']} kernels"
+            f"own, {r['of_machine_code_s']:.1f} s of machine code), {r['compilations']} compilations of {r['kernels']} kernels, "
+            f"{r['to_machine_code']} to machine code"
         )
         print("  several times for: " + (", ".join(f"{k} {n}" for k, n in r["reasons"].items()) or "no kernel"))
         for kernel, entry in r["several"].items():

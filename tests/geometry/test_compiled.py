@@ -6,6 +6,7 @@ import gc
 import pickle
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numba
@@ -135,6 +136,8 @@ def test_an_error_in_a_called_kernel_reaches_python():
 
 
 def test_a_users_own_function_calls_kernels():
+    _quarters(np.full(2, 8.0))  # machine code of the same name, which the other must not take for its own
+
     @numba.njit
     def users(x):
         return _quarters(x).sum()
@@ -153,3 +156,49 @@ def test_what_several_processes_have_compiled_fits_together(tmp_path: Path):
         code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from together import *; print({calls})"
         said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
         assert ("[2. 2.]" in said.stdout, "[1. 1.]" in said.stdout) == ("outer" in calls, "inner" in calls)
+
+
+@compiled.kernel
+def _factorial(n: int) -> int:
+    return 1 if n < 2 else n * _factorial(n - 1)
+
+
+@compiled.kernel
+def _one_more(n: int) -> int:
+    return _factorial(n) + 1
+
+
+@compiled.kernel
+def _squares(n: int) -> dict[int, int]:
+    return {i: i * i for i in range(n)}
+
+
+@compiled.kernel
+def _counting(n: int) -> Iterator[int]:
+    yield n
+    yield n + 1
+
+
+def test_what_a_kernel_may_be():
+    assert _one_more(5) == 121
+    assert _factorial(5) == 120
+    assert dict(_squares(3)) == {0: 0, 1: 1, 2: 4}
+    with pytest.raises(TypeError, match="_counting is a generator, which no kernel can be"):
+        _counting(3)
+
+
+def test_an_older_copy_within_another_kernel_is_not_taken_for_it(tmp_path: Path):
+    """Outside of the package nothing tells that a kernel that is called was edited; by itself it's new."""
+    sums = "".join(
+        f"    s += np.sin(s + {i} * x) * np.exp(s)\n" for i in range(40)
+    )  # too long to be taken in where it's called
+    outer = "from inner import inner\nfrom clearway.geometry.compiled import kernel\n@kernel\ndef outer(x):\n    return inner(x) + inner(-x)\n"
+    (tmp_path / "outer.py").write_text(outer)
+    for number in (1, 22):  # the file's length tells Numba, whatever its time
+        text = f"    s = 0.0\n{sums}    return {number} + 0.0 * s\n"
+        (tmp_path / "inner.py").write_text(
+            f"import numpy as np\nfrom clearway.geometry.compiled import kernel\n@kernel\ndef inner(x):\n{text}"
+        )
+        code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from inner import inner; from outer import outer; outer(1.0); print(inner(1.0))"
+        said = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, check=True)
+        assert float(said.stdout) == number

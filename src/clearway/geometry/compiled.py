@@ -117,7 +117,7 @@ def _counted(answer: types.Type) -> bool:
 
 
 def _compiled(function: Any, options: dict[str, Any]) -> Kernel:
-    compiled = Kernel(function, targetoptions={"nopython": True, "boundscheck": None, **options})
+    compiled = Kernel(function, {}, {"nopython": True, "boundscheck": None, **options})
     compiled.enable_caching()
     source = Path(function.__code__.co_filename)
     for kept in (compiled, compiled.called):

@@ -24,9 +24,9 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
         called: What other kernels call.
     """
 
-    def __init__(self, py_func: Any, locals: Any = None, targetoptions: Any = None) -> None:
-        super().__init__(py_func, locals or {}, targetoptions)
-        self.called = _Called(py_func, locals or {}, targetoptions)
+    def __init__(self, py_func: Any, locals: Any, targetoptions: Any) -> None:
+        super().__init__(py_func, locals, targetoptions)
+        self.called = _Called(py_func, locals, targetoptions)
         self._compiler = _ForPython(self.called)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
@@ -37,6 +37,11 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     def get_overload(self, sig: Any) -> Any:
         """What `get_call_template` has found."""
         return self.called.get_overload(sig)
+
+    @property
+    def is_compiling(self) -> Any:
+        """Whether it is being compiled for kernels, itself among them: by that Numba knows a recursion."""
+        return self.called.is_compiling
 
     def enable_caching(self) -> None:
         """Keep both, each in files of its own."""
@@ -79,6 +84,8 @@ class _ForKernels(_Compiler):
             self.targetdescr.typing_context, target, self.py_func, args, return_type, flags, self.locals, library=library
         )  # fmt: skip
         library.finalize()
+        if isinstance(result.signature.return_type, types.Generator):
+            raise TypeError(f"{self.py_func.__qualname__} is a generator, which no kernel can be")
         result = result._replace(entry_point=object())
         target.insert_user_function(result.entry_point, result.fndesc, [library])
         return result
@@ -94,20 +101,34 @@ class _ForPython(_Compiler):
         result = self._called.overloads[tuple(args)]
         flags = self._flags()
         target = compiler._make_subtarget(self.targetdescr.target_context, flags)
-        library = target.codegen().create_library(result.library.name)
+        library = _Machine(target.codegen(), result.library.name)
         library.enable_object_caching()
         described = copy.copy(result.fndesc)
         described.env_name += "python"  # the wrapper's constants: those of `called` may be loaded as they were without
         environment = Environment.from_fndesc(described)
-        target.create_cpython_wrapper(library, described, environment, None, release_gil=flags.release_gil)
+        with target.push_code_library(library):
+            target.create_cpython_wrapper(library, described, environment, None, release_gil=flags.release_gil)
         library.add_linking_library(result.library)
         entry = target.get_executable(library, described, environment)
         result = result._replace(
             library=library, entry_point=entry, fndesc=described, environment=environment, metadata={}
         )  # fmt: skip
-        for known in result._find_referenced_environments():
-            library.codegen.set_env(known.env_name, known)
-        return result
+        known = result._find_referenced_environments()
+        for other in known:
+            library.codegen.set_env(other.env_name, other)
+        return result._replace(referenced_envs=known)
+
+
+class _Machine(codegen.JITCodeLibrary):  # type: ignore[misc]
+    """Machine code that shares no function with any other, which might be of an older version that is loaded as well."""
+
+    def _optimize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if function.linkage == llvm.Linkage.linkonce_odr and function.name.startswith("_ZN"):
+                function.linkage = (
+                    "private"  # internal ones would be found by others, whose way of calling they need not have
+                )
+        super()._optimize_final_module()
 
 
 class _Intermediate(codegen.JITCodeLibrary):  # type: ignore[misc]
@@ -117,6 +138,9 @@ class _Intermediate(codegen.JITCodeLibrary):  # type: ignore[misc]
         pass
 
     def _finalize_final_module(self) -> None:
+        for function in self._final_module.functions:
+            if not function.is_declaration and function.linkage == llvm.Linkage.external:
+                function.linkage = "linkonce_odr"  # as what is linked with others has to be; else Numba makes a second copy that has it
         self._finalize_dynamic_globals()
         self._finalized = True
 
@@ -137,11 +161,10 @@ class _CacheFiles(caching.CompileResultCacheImpl):  # type: ignore[misc]
         library = _Intermediate(target_context.codegen(), name)
         library._final_module = llvm.parse_bitcode(bitcode)
         library._finalize_final_module()
-        return compiler.CompileResult(
+        return compiler.compile_result(
             typing_context=target_context.typing_context, target_context=target_context, entry_point=object(),
-            typing_error=None, type_annotation=annotation, signature=signature, objectmode=objectmode, lifted=lifted,
-            fndesc=described, library=library, call_helper=None, environment=environment, metadata=None,
-            reload_init=reload_init, referenced_envs=environments,
+            type_annotation=annotation, signature=signature, objectmode=objectmode, lifted=lifted, fndesc=described,
+            library=library, environment=environment, reload_init=reload_init, referenced_envs=environments,
         )  # fmt: skip
 
 
