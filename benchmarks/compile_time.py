@@ -118,6 +118,7 @@ def summary(found: dict[str, Any]) -> dict[str, Any]:
             seconds[name] += took
         else:
             numbas += took
+    machine = {name for name in ours if name.endswith(MACHINE)}
     several = {
         name: {"signatures": len(types), "seconds": round(seconds[name], 2), "why": why(types)}
         for name, types in ours.items()
@@ -130,10 +131,10 @@ def summary(found: dict[str, Any]) -> dict[str, Any]:
         "wall_s": round(found["wall"], 1),
         "compiling_s": round(sum(seconds.values()) + numbas, 1),
         "numbas_own_s": round(numbas, 1),
-        "kernels": sum(not name.endswith(MACHINE) for name in ours),
-        "of_machine_code_s": round(sum(took for name, took in seconds.items() if name.endswith(MACHINE)), 1),
-        "compilations": sum(len(t) for name, t in ours.items() if not name.endswith(MACHINE)),
-        "to_machine_code": sum(len(t) for name, t in ours.items() if name.endswith(MACHINE)),
+        "of_machine_code_s": round(sum(seconds[name] for name in machine), 1),
+        "kernels": len(ours) - len(machine),
+        "compilations": sum(len(ours[name]) for name in ours.keys() - machine),
+        "to_machine_code": sum(len(ours[name]) for name in machine),
         "reasons": dict(reasons),
         "several": dict(sorted(several.items(), key=lambda e: -e[1]["signatures"])),
         "slowest": dict(seconds.most_common()),

@@ -1,4 +1,4 @@
-"""A cached kernel must not outlive an edit in a kernel that it calls."""
+"""What is compiled once, what is kept between processes, and that neither is ever older than its source."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -28,6 +29,19 @@ MODULES = {
 }
 
 
+def said(folder: Path, code: str) -> str:
+    """What `code` prints in a new process that finds the modules in `folder` first."""
+    code = f"import sys; sys.path.insert(0, {str(folder)!r}); {code}"
+    return subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, check=True).stdout
+
+
+def anew(monkeypatch: pytest.MonkeyPatch, *kernels: Any) -> None:
+    """Have `kernels` compiled here, whatever an earlier run has kept of them."""
+    for kernel in kernels:
+        monkeypatch.setattr(kernel, "_cache", NullCache())
+        monkeypatch.setattr(kernel.called, "_cache", NullCache())
+
+
 def result(folder: Path, number: int) -> int:
     """What `outer(1)` gives in a small package of its own, in a new process, with `inner` adding `number`."""
     for name, text in MODULES.items():
@@ -38,9 +52,7 @@ def result(folder: Path, number: int) -> int:
             path.write_text(text)
     for module in (compiled, dispatcher):
         (folder / "clearway/geometry" / Path(module.__file__).name).write_text(Path(module.__file__).read_text())
-    code = f"import sys; sys.path.insert(0, {str(folder)!r}); from clearway.outer import outer; print(outer(1), outer.stats)"
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return int(said.stdout.split()[0])
+    return int(said(folder, "from clearway.outer import outer; print(outer(1))"))
 
 
 def test_an_edit_in_a_called_kernel_is_noticed(tmp_path: Path):
@@ -79,8 +91,7 @@ def _sum_of_powers(x: float) -> float:
 
 
 def test_a_literal_argument_is_compiled_once_for_all_values(monkeypatch):
-    for function in (_power.called, _sum_of_powers, _sum_of_powers.called):
-        monkeypatch.setattr(function, "_cache", NullCache())  # what an earlier run compiled has no signatures here
+    anew(monkeypatch, _power, _sum_of_powers)
     assert _sum_of_powers(2.0) == 2.0 + 4.0 + 16.0
     signatures = {tuple(map(str, s)) for s in _power.called.signatures}
     assert signatures == {("float64", "int64", "omitted(default=False)"), ("float64", "int64", "bool")}
@@ -120,8 +131,7 @@ def _quarters(x: np.ndarray) -> np.ndarray:
 
 
 def test_machine_code_is_made_of_what_python_calls_alone(monkeypatch):
-    for function in (_halves, _halves.called, _quarters, _quarters.called):
-        monkeypatch.setattr(function, "_cache", NullCache())
+    anew(monkeypatch, _halves, _quarters)
     assert _quarters(np.full(2, 8.0)).tolist() == [2.0, 2.0]
     assert len(_halves.called.signatures) == 1
     assert not _halves.signatures
@@ -153,9 +163,8 @@ def test_what_several_processes_have_compiled_fits_together(tmp_path: Path):
     )
     (tmp_path / "together.py").write_text(module)
     for calls in ("outer(1.0)", "inner(1.0)", "outer(1.0), inner(1.0)", "inner(1.0), outer(1.0)"):
-        code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from together import *; print({calls})"
-        said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        assert ("[2. 2.]" in said.stdout, "[1. 1.]" in said.stdout) == ("outer" in calls, "inner" in calls)
+        told = said(tmp_path, f"from together import *; print({calls})")
+        assert ("[2. 2.]" in told, "[1. 1.]" in told) == ("outer" in calls, "inner" in calls)
 
 
 @compiled.kernel
@@ -169,8 +178,10 @@ def _one_more(n: int) -> int:
 
 
 @compiled.kernel
-def _squares(n: int) -> dict[int, int]:
-    return {i: i * i for i in range(n)}
+def _with_squares(n: int, squares: dict[int, int]) -> dict[int, int]:
+    for i in range(n):
+        squares[i] = i * i
+    return squares
 
 
 @compiled.kernel
@@ -179,26 +190,30 @@ def _counting(n: int) -> Iterator[int]:
     yield n + 1
 
 
-def test_what_a_kernel_may_be():
+def test_what_a_kernel_may_be(monkeypatch):
+    anew(monkeypatch, _factorial, _one_more, _with_squares, _counting)
     assert _one_more(5) == 121
     assert _factorial(5) == 120
-    assert dict(_squares(3)) == {0: 0, 1: 1, 2: 4}
+    assert dict(_with_squares(3, numba.typed.Dict.empty(numba.int64, numba.int64))) == {0: 0, 1: 1, 2: 4}
     with pytest.raises(TypeError, match="_counting is a generator, which no kernel can be"):
         _counting(3)
 
 
 def test_an_older_copy_within_another_kernel_is_not_taken_for_it(tmp_path: Path):
-    """Outside of the package nothing tells that a kernel that is called was edited; by itself it's new."""
-    sums = "".join(
+    """Outside of the package nothing tells a kernel that one which it calls was edited; that one by itself is new."""
+    imports = "import numpy as np\nfrom clearway.geometry.compiled import kernel\n"
+    (tmp_path / "outer.py").write_text(
+        f"{imports}from inner import inner\n@kernel\ndef outer(x):\n    return inner(x) + inner(-x)\n"
+    )
+    terms = "".join(
         f"    s += np.sin(s + {i} * x) * np.exp(s)\n" for i in range(40)
-    )  # too long to be taken in where it's called
-    outer = "from inner import inner\nfrom clearway.geometry.compiled import kernel\n@kernel\ndef outer(x):\n    return inner(x) + inner(-x)\n"
-    (tmp_path / "outer.py").write_text(outer)
-    for number in (1, 22):  # the file's length tells Numba, whatever its time
-        text = f"    s = 0.0\n{sums}    return {number} + 0.0 * s\n"
+    )  # too long to become part of `outer`
+    # By the length of its file Numba sees that it was edited, whatever the time. Compiled first, it has the same name both times.
+    for number, first in ((1, "inner"), (22, "outer")):
         (tmp_path / "inner.py").write_text(
-            f"import numpy as np\nfrom clearway.geometry.compiled import kernel\n@kernel\ndef inner(x):\n{text}"
+            f"{imports}@kernel\ndef inner(x):\n    s = 0.0\n{terms}    return {number} + 0.0 * s\n"
         )
-        code = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); from inner import inner; from outer import outer; outer(1.0); print(inner(1.0))"
-        said = subprocess.run([sys.executable, "-B", "-c", code], capture_output=True, text=True, check=True)
-        assert float(said.stdout) == number
+        told = said(
+            tmp_path, f"from inner import inner; from outer import outer; {first}(1.0); outer(1.0); print(inner(1.0))"
+        )
+        assert float(told) == number

@@ -99,16 +99,17 @@ class _ForPython(_Compiler):
     def _compile_core(self, args: Any, return_type: Any) -> Any:
         self._called.compile(tuple(args))
         result = self._called.overloads[tuple(args)]
+        intermediate = result._asdict()["library"]
         flags = self._flags()
         target = compiler._make_subtarget(self.targetdescr.target_context, flags)
-        library = _Machine(target.codegen(), result.library.name)
+        library = _Machine(target.codegen(), intermediate.name)
         library.enable_object_caching()
         described = copy.copy(result.fndesc)
         described.env_name += "python"  # the wrapper's constants: those of `called` may be loaded as they were without
         environment = Environment.from_fndesc(described)
         with target.push_code_library(library):
             target.create_cpython_wrapper(library, described, environment, None, release_gil=flags.release_gil)
-        library.add_linking_library(result.library)
+        library.add_linking_library(intermediate)
         entry = target.get_executable(library, described, environment)
         result = result._replace(
             library=library, entry_point=entry, fndesc=described, environment=environment, metadata={}
@@ -120,14 +121,15 @@ class _ForPython(_Compiler):
 
 
 class _Machine(codegen.JITCodeLibrary):  # type: ignore[misc]
-    """Machine code that shares no function with any other, which might be of an older version that is loaded as well."""
+    """Machine code that shares no function with any other, which might be of an older version that is loaded as well.
+
+    LLVM may change how its functions are called: internal ones, which the loader finds by name as well, won't do.
+    """
 
     def _optimize_final_module(self) -> None:
         for function in self._final_module.functions:
             if function.linkage == llvm.Linkage.linkonce_odr and function.name.startswith("_ZN"):
-                function.linkage = (
-                    "private"  # internal ones would be found by others, whose way of calling they need not have
-                )
+                function.linkage = "private"
         super()._optimize_final_module()
 
 
@@ -140,7 +142,9 @@ class _Intermediate(codegen.JITCodeLibrary):  # type: ignore[misc]
     def _finalize_final_module(self) -> None:
         for function in self._final_module.functions:
             if not function.is_declaration and function.linkage == llvm.Linkage.external:
-                function.linkage = "linkonce_odr"  # as what is linked with others has to be; else Numba makes a second copy that has it
+                function.linkage = (
+                    "linkonce_odr"  # as what is linked has to be; else Numba keeps a second copy that has it
+                )
         self._finalize_dynamic_globals()
         self._finalized = True
 
