@@ -20,7 +20,7 @@ from typing import Any, get_args
 
 import clearway
 from clearway.campaigns.plan_checks import ALL
-from clearway.robots.ideal import SensorError
+from clearway.robots.ideal import RobotError
 from clearway.statistics import paired_success
 
 AS_IT_IS = ""
@@ -62,7 +62,7 @@ def main() -> None:
     parser.add_argument("--suite", action="append")
     parser.add_argument("--robot", action="append")
     parser.add_argument("--navigator", action="append")
-    parser.add_argument("--error", action="append", choices=get_args(SensorError))
+    parser.add_argument("--error", action="append", choices=get_args(RobotError))
     parser.add_argument("--batch", action="append", help="of the hospital")
     parser.add_argument("--speed", action="append", type=float, help="set speeds in the hospital, m/s")
     parser.add_argument("--repetitions", type=int, default=1)
@@ -75,7 +75,7 @@ def main() -> None:
     asked.navigator = asked.navigator or (["move-base"] if asked.smoke else [ALL])
     asked.batch = asked.batch or ["MO", "CE"]
     asked.speed = asked.speed or [0.4]
-    errors = asked.error or (["legs"] if asked.smoke else list(get_args(SensorError)))
+    errors = asked.error or (["legs"] if asked.smoke else list(get_args(RobotError)))
     with tempfile.TemporaryDirectory() as scratch:
         folder = asked.out or Path(scratch)
         heads = ["suite", "robot", "navigator", "as they are", *(f"without {e}" for e in errors)]

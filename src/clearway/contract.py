@@ -161,11 +161,19 @@ class Latency:
         sensing: How old what an observation holds is when the navigator gets it, s.
         command: From a decision until the wheels follow it, s.
         jitter: The most that either is longer than that, s.
+        lag: Time constant with which the wheels then follow, by first order, s.
     """
 
     sensing: float = 0.0
     command: float = 0.0
     jitter: float = 0.0
+    lag: float = 0.0
+
+    @property
+    def expected(self) -> float:
+        """From what is told to the instant at which a decision of now is followed, s. Motors that lag count as so much later: a
+        braking base stops where one does that brakes `lag` later, and is never ahead of it."""
+        return self.sensing + self.command + self.lag
 
 
 ObstacleOracle: TypeAlias = Callable[[float], FloatArray]

@@ -28,6 +28,8 @@ Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0), After
 NonNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), AfterValidator(_sane)]
 Rate = Annotated[float, Field(strict=True, gt=0)]
 """A limit, which may be infinite."""
+Delay = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=2)]
+"""s; what is later than that nobody can drive with."""
 Whole = Annotated[int, Field(strict=True)]
 Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
 

@@ -26,7 +26,7 @@ PRESETS = {
     "turtlebot3-waffle": [],
     "turtlebot4": ["full"],
     "mir100": ["trajectory"],
-    "husky": ["replan", "trajectory"],
+    "husky": ["replan", "slipping", "trajectory"],
     "whill": [],
     "tiago-omni": [],
     "pepper": [],

@@ -55,28 +55,35 @@ def towards(now: float, goal: float, up: float, down: float, h: float) -> float:
     return min(now + rate * h, goal) if goal > now else max(now - rate * h, goal)
 
 
-def plainly(drive: dict[str, Any], plan: list[tuple[float, float, float]], duration: float) -> FloatArray:
-    """(3,) where a base without wheel limits ends, by Euler's midpoint at 1 ms."""
+def plainly(
+    drive: dict[str, Any], plan: list[tuple[float, float, float]], duration: float, lag: float = 0.0
+) -> FloatArray:
+    """(3,) where a base without wheel limits ends, by Euler's midpoint at 1 ms; it follows its limits with that `lag`, in s."""
     h, x, y, theta, v, w, u, front = 1e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    now = np.zeros(3)  # its velocities, where it lags
+    share = 1.0 if lag == 0.0 else h / lag
     for k in range(round(duration / h)):
         tv, tw, tu = plan[min(k // 500, len(plan) - 1)]
-        v0, w0, u0 = v, w, u
+        before = now
         tv = min(max(tv, drive["v_min"]), drive["v_max"])
         v = towards(v, tv, drive["acceleration"], drive["deceleration"], h)
-        if drive["kind"] == "ackermann":
+        if drive.get("kind") == "ackermann":
             most, goal = drive["steering_max"], front
             if tv != 0.0:
                 goal = min(max(math.atan(drive["wheelbase"] * tw / tv), -most), most)
             elif tw != 0.0:
                 goal = math.copysign(most, tw)
             front = min(max(goal, front - drive["steering_rate"] * h), front + drive["steering_rate"] * h)
-            w = v * math.tan(front) / drive["wheelbase"]
+            along = before[0] + share * (v - before[0])
+            now = np.array((along, along * math.tan(front) / drive["wheelbase"], 0.0))
         else:
             tw = min(max(tw, -drive["omega_max"]), drive["omega_max"])
             w = towards(w, tw, drive["angular_acceleration"], drive["angular_deceleration"], h)
-            tu = min(max(tu, -drive["v_y_max"]), drive["v_y_max"])
-            u = towards(u, tu, drive["lateral_acceleration"], drive["lateral_deceleration"], h)
-        vm, wm, um = 0.5 * (v0 + v), 0.5 * (w0 + w), 0.5 * (u0 + u)
+            if drive.get("kind") == "omnidirectional":
+                tu = min(max(tu, -drive["v_y_max"]), drive["v_y_max"])
+                u = towards(u, tu, drive["lateral_acceleration"], drive["lateral_deceleration"], h)
+            now = before + share * (np.array((v, w, u)) - before)
+        vm, wm, um = 0.5 * (before + now)
         middle = theta + 0.5 * wm * h
         x += h * (vm * math.cos(middle) - um * math.sin(middle))
         y += h * (vm * math.sin(middle) + um * math.cos(middle))

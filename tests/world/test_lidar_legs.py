@@ -17,7 +17,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import Circle, FloatArray, rectangle
 from clearway.perception import make_tracker
 from clearway.robots import Robot, load_robot
-from clearway.robots.ideal import ERRORS, SensorError, errors_named, ideal
+from clearway.robots.ideal import ERRORS, RobotError, errors_named, ideal
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.trials import Body, Outcome
 from clearway.world.legs import APART, RADIUS, STRIDES, Legs, on_legs, walk
@@ -238,13 +238,13 @@ def test_what_is_left_out_is_left_out_of_the_world_alone() -> None:
 
 
 def test_errors_are_named_once_and_known() -> None:
-    assert set(get_args(SensorError)) == {*ERRORS, "all"}
+    assert set(get_args(RobotError)) == {*ERRORS, "all"}
     assert errors_named(("bias", "sweep", "bias")) == ("sweep", "bias")
     assert errors_named(("all", "bias")) == tuple(ERRORS)
     robot = load_robot("tiago")
     (made, *_) = load_suite("hospital").build(robot, Selection(ideal=("bias", "legs"), repetitions=1))
     assert made.ideal == ("legs", "bias")
-    with pytest.raises(ClearwayError, match=r"ideal: unknown error of a sensor 'swep'; did you mean 'sweep'\?"):
+    with pytest.raises(ClearwayError, match=r"ideal: unknown error of a robot 'swep'; did you mean 'sweep'\?"):
         load_suite("hospital").build(robot, Selection(ideal=("swep",)))
     with pytest.raises(ValidationError, match="ideal"):
         make_scenario(ideal=("swep",))

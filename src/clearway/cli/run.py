@@ -91,8 +91,8 @@ def run(
         list[str] | None,
         typer.Option(
             metavar="ERROR",
-            help="Leave out this error of the sensors: sweep, legs, mixed-pixels, lost-returns, bias, noise, odometry, all;"
-            " repeatable.",
+            help="Leave out this error of the robot: sweep, legs, mixed-pixels, lost-returns, bias, noise, odometry, lag, slip,"
+            " all; repeatable.",
         ),
     ] = None,
     movers: Annotated[

@@ -41,6 +41,8 @@ def vehicle(f: Findings, name: str) -> Facts:
     carried = given.pop("load", BLANK)
     facts += [("load", load or carried), *given.items(), ("footprint", _footprint(robot))]
     facts.append(("drive limits", _drive(robot.limits())))
+    if motors := _motors(robot):
+        facts.append(("motors and wheels", motors))
     if robot.lidar is not None:
         lidar = robot.lidar
         facts.append(
@@ -59,7 +61,7 @@ def vehicle(f: Findings, name: str) -> Facts:
         facts.append(("wheel odometry", noise))
         facts.append(("latency", _latency(f, robot)))
         if without := _dict(_dict(f.results.campaign.get("plan")).get("selection")).get("ideal"):
-            facts.append(("errors of sensors left out", ", ".join(map(str, without))))
+            facts.append(("errors left out", ", ".join(map(str, without))))
     t, told = robot.tolerances, robot.planner_tolerances
     facts += [
         ("control period", f"{robot.period:g} s"),
@@ -79,6 +81,14 @@ def _drive(d: DriveLimits) -> str:
     if d.kind == "differential":
         return f"{straight}, {turning}"
     return f"{straight}, to its sides {d.v_y_max:g} m/s, {d.lateral_acceleration:g}/{d.lateral_deceleration:g} m/s², {turning}"
+
+
+def _motors(robot: Robot) -> str:
+    base = robot.drive
+    parts = [f"lag {base.lag:g} s"] if base.lag else []
+    if base.slip or base.turn_slip:
+        parts.append(f"slip {100 * base.slip:g} % of the way, {100 * base.turn_slip:g} % of turns")
+    return ", ".join(parts)
 
 
 def _latency(f: Findings, robot: Robot) -> str:

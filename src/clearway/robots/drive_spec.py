@@ -10,10 +10,13 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from clearway.geometry.frames import compose
 from clearway.geometry.shapes import FloatArray
-from clearway.quantities import Angle, Finite, Length, Positive, Rate, Speed
+from clearway.quantities import Angle, Delay, Finite, Length, Positive, Rate, Speed
 from clearway.reading.limits import ANGLE, LENGTH, SPEED
 from clearway.robots.drive_limits import WHEELS, DriveLimits, shares_of
 from clearway.robots.part import Part
+
+Share = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=0.9)]
+"""Of what the wheels turn; with more it would hardly drive."""
 
 
 class _Drive(Part):
@@ -29,6 +32,17 @@ class _Drive(Part):
         " about a point nearer to its heavier end, which its wheel odometry does not know; a car's, the middle of its"
         " rear axle",
     )
+
+    lag: Delay = Field(
+        default=0.0,
+        description="time constant with which the motors follow, by first order, what the base's controller sets them to, s",
+    )
+    slip: Share = Field(
+        default=0.0,
+        description="share of the way, forwards or to its sides, that its wheels turn and it does not move; its odometry"
+        " counts wheels",
+    )
+    turn_slip: Share = Field(default=0.0, description="the same of turns")
 
     def base_link(self, odometry: FloatArray) -> FloatArray:
         """(3,) where base_link is in the odometry's frame, whose pose (3,) is that of the point that the base turns about."""

@@ -1,4 +1,4 @@
-"""A robot some of whose sensors' errors are left out: what each of them costs shows beside the robot as it is."""
+"""A robot some of whose errors, of its sensors and its motors, are left out: what each costs shows beside the robot as it is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 from clearway.errors import unknown
 from clearway.robots.robot import Robot
 
-SensorError = Literal["sweep", "legs", "mixed-pixels", "lost-returns", "bias", "noise", "odometry", "all"]
+RobotError = Literal["sweep", "legs", "mixed-pixels", "lost-returns", "bias", "noise", "odometry", "lag", "slip", "all"]
 """What can be left out; `all`: all of them."""
 ERRORS: dict[str, dict[str, dict[str, Any]]] = {
     "sweep": {"lidar": {"sweep": 0.0}},
@@ -23,6 +23,8 @@ ERRORS: dict[str, dict[str, dict[str, Any]]] = {
             "turn_scale": 0.0, "curvature": 0.0, "speed_noise": 0.0, "yaw_rate_noise": 0.0,
         }
     },
+    "lag": {"drive": {"lag": 0.0}},
+    "slip": {"drive": {"slip": 0.0, "turn_slip": 0.0}},
 }  # fmt: skip
 """Name -> part of a robot's file -> what its values are without the error."""
 
@@ -35,13 +37,14 @@ def errors_named(names: Iterable[str]) -> tuple[str, ...]:
     """
     asked = tuple(names)
     for name in asked:
-        if name not in get_args(SensorError):
-            raise unknown("error of a sensor", name, get_args(SensorError), field="ideal")
+        if name not in get_args(RobotError):
+            raise unknown("error of a robot", name, get_args(RobotError), field="ideal")
     return tuple(name for name in ERRORS if name in asked or "all" in asked)
 
 
 def ideal(robot: Robot, errors: Iterable[str]) -> Robot:
-    """`robot` without these `errors`: as the world has it; whoever drives it knows the robot as it is."""
+    """`robot` without these `errors`: as the world has it; whoever drives it knows the robot as it is, but is told of its lag, as of all
+    latency, what holds in this world."""
     parts: dict[str, dict[str, Any]] = {}
     for name in errors_named(errors):
         for part, values in ERRORS[name].items():

@@ -21,6 +21,7 @@ from clearway.geometry.shapes import Circle, Polygon, Shape, circumscribed_radiu
 from clearway.given import given
 from clearway.quantities import (
     Angle,
+    Delay,
     Distance,
     Length,
     NonNegative,
@@ -38,10 +39,6 @@ from clearway.robots.drive_spec import DriveSpec
 from clearway.robots.part import Part
 from clearway.stand_ins import FILE as STAND_INS
 from clearway.validation import first_problem
-
-Delay = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=2)]
-"""s; what is later than that nobody can drive with."""
-
 
 FARTHEST = 10.0
 """m from base_link that a footprint may reach: what is beyond was meant in centimetres, or is no robot among people."""
@@ -136,6 +133,9 @@ class Odometry(Part):
     )
     curvature: NonNegative = Field(
         default=0.0, description="systematic: turn imagined per metre driven (unequal wheels), rad/m"
+    )
+    gyro: bool = Field(
+        default=False, description="whether its turns are a gyroscope's, which a slip of the wheels does not deceive"
     )
     speed_noise: NonNegative | None = Field(
         default=None,

@@ -32,7 +32,7 @@ from clearway.quantities import (
 )
 from clearway.reading.limits import LEGS, LENGTH, OBSTACLES, PEOPLE, POINTS, ROBOTS, RUNS, SECONDS
 from clearway.robots import Tolerances, load_robot
-from clearway.robots.ideal import SensorError
+from clearway.robots.ideal import RobotError
 from clearway.scenarios.behaviours import OperatorSpec
 from clearway.scenarios.motions import MotionSpec, Stiffness, Velocity
 from clearway.scenarios.people import PersonSpec
@@ -268,7 +268,9 @@ class Scenario(Table):
     latency: NonNegative = Field(
         default=1.0, le=100, description="factor on the robot's latency: 0 for a world without, 1 as its file has it"
     )
-    ideal: tuple[SensorError, ...] = Field(default=(), description="errors of the robots' sensors that are left out")
+    ideal: tuple[RobotError, ...] = Field(
+        default=(), description="errors of the robots, their sensors and motors, that are left out"
+    )
     optimal: OptimalSpec | None = Field(
         default=None, description="the best that is possible, where somebody has searched"
     )

@@ -41,7 +41,7 @@ class Selection:
         disturbance: Factor on each scenario's disturbance.
         scenarios: Names of scenarios; a suite that has none of them gives no scenario.
         latency: Factor on the robot's latency in each scenario; 0: a world without.
-        ideal: Errors of the robots' sensors that are left out in each scenario, beside those that it leaves out itself.
+        ideal: Errors of the robots, their sensors and motors, that are left out in each scenario, beside those that it leaves out itself.
         team: Who takes part in scenarios of several robots, by name, each as often as it does; only scenarios for so many
             are made. Empty: as each scenario says.
         replay: Recorded people of a user's own, with the task among them, for the suite `replayed`.

@@ -1,4 +1,7 @@
-"""The moving base: limits, exact arcs, odometry.
+"""The moving base: limits, lag, slip, exact arcs, odometry.
+
+The base's controller sets the wheels to what it is commanded, within its limits of acceleration; the wheels follow that by first
+order, with a time constant (`lag`); the base moves as much less than they turn as they slip (`grip`). Odometry counts wheels.
 
 Disturbed, the robot ends a control period exactly one draw away from where it would have ended without: the draw grows
 evenly over the period, so that contact on the way is as exact as ever.
@@ -7,6 +10,7 @@ evenly over the period, so that contact on the way is as exact as ever.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,12 +31,16 @@ from clearway.world.setting import (
     ODOM_Y,
     ODOMETER,
     OMEGA,
+    SET_OMEGA,
+    SET_V,
+    SET_V_Y,
     STEERING,
     THETA,
     V_Y,
     WAY,
     Setting,
     V,
+    Vehicle,
     X,
     Y,
     steps,
@@ -41,6 +49,7 @@ from clearway.world.tracks import pose_at
 
 _LEEWAY = 1e-3  # m: more than contact and rounding take
 _INSTANT = 1e-12  # s: the least in which a base without limits is at its command
+_STICKS = 1e-3  # m/s and rad/s: slower than that, a lagging base that is set to stand does
 
 
 @light
@@ -71,17 +80,16 @@ def drive_period(state: FloatArray, count: int, leg: int, t: float, setting: Set
         -1, or the body that was touched: the static ones count first, then the moving ones.
     """
     vehicle, still, moving, commands, way, room = setting
-    period, limits, errors, odometry_key = vehicle.period, vehicle.limits, vehicle.errors, vehicle.odometry_key
+    period, errors, odometry_key = vehicle.period, vehicle.errors, vehicle.odometry_key
     bounds, slack, speed = vehicle.bounds, moving.slack, moving.tracks.speed
     n = steps(period)
     h = period / n
     noise_v, noise_w, noise_y = 0.0, 0.0, 0.0
     hit = -1
     done = 0.0
-    push, side = room.push, room.side
+    push, grip, turn_grip = room.push, vehicle.grip, vehicle.turn_grip
     for c in range(5):
         push[c] = 0.0
-    side[0] = 0.0
     at_rest = state[V] == 0.0 and state[OMEGA] == 0.0 and state[V_Y] == 0.0 and _stands(commands)
     disturbed = bounds[0] > 0.0 or bounds[1] > 0.0 or bounds[2] > 0.0 or bounds[3] > 0.0
     if disturbed and (bounds[4] > 0.0 or not at_rest):
@@ -89,17 +97,13 @@ def drive_period(state: FloatArray, count: int, leg: int, t: float, setting: Set
     for c in range(3):
         push[c] /= period
     drift = math.hypot(push[0], push[1])
-    plain = limits.v_y_max == 0.0 and limits.wheelbase == 0.0
     nx, ny, nt = state[X], state[Y], state[THETA]  # where it would be without displacement
     for c in range(WAY):
         way[0, c] = state[c]
     for i in range(n):
-        v0, w0, y0, front = state[V], state[OMEGA], state[V_Y], state[STEERING]
-        if plain:
-            v1, driven, w1, steered = _follow(commands, limits, v0, w0, i * h, h)
-        else:
-            v1, driven, w1, steered = _follow_any(commands, limits, state, i * h, h, side)
-        vm, wm, ym = driven + push[3], steered + push[4], side[0]
+        wheels = _roll(state, vehicle, commands, i * h, h)
+        driven, steered, slid = wheels.along, wheels.turn, wheels.aside
+        vm, wm, ym = grip * driven + push[3], turn_grip * steered + push[4], grip * slid
         advance = (abs(vm) if ym == 0.0 else math.hypot(vm, ym)) + drift
         rate = advance + (abs(wm) + abs(push[2])) * vehicle.reach
         step = Step(nx, ny, nt, vm, ym, wm, push, done, h, advance, rate)
@@ -118,19 +122,20 @@ def drive_period(state: FloatArray, count: int, leg: int, t: float, setting: Set
         state[X], state[Y], state[THETA] = displaced(step, until)
         nx, ny, nt = slide(nx, ny, nt, vm, ym, wm, until)
         if hit >= 0:  # in the midst of the step; without limits the base is at its command at once
-            passed = max(until, _INSTANT)
-            if plain:
-                v1, _, w1, _ = _follow(commands, limits, v0, w0, i * h, passed)
-            else:
-                state[V], state[OMEGA], state[V_Y], state[STEERING] = v0, w0, y0, front
-                v1, _, w1, _ = _follow_any(commands, limits, state, i * h, passed, side)
-        state[V], state[OMEGA] = v1, w1
+            wheels = _roll(state, vehicle, commands, i * h, max(until, _INSTANT))
+        state[SET_V], state[SET_OMEGA], state[SET_V_Y], state[STEERING] = (
+            wheels.set_v,
+            wheels.set_omega,
+            wheels.set_v_y,
+            wheels.steering,
+        )
+        state[V], state[OMEGA], state[V_Y] = grip * wheels.v, turn_grip * wheels.omega, grip * wheels.v_y
         state[ODOMETER] += rate * until
         done += until
         distance, turned = driven * until, steered * until  # wheels don't know of disturbance
         e_v = errors.translation_per_metre * math.sqrt(abs(distance)) * normal(odometry_key, count * n + i, 0)
         per_metre, per_radian = errors.rotation_per_metre, errors.rotation_per_radian
-        slid = ym * until
+        slid *= until
         path = abs(distance) if slid == 0.0 else math.hypot(distance, slid)
         spread = math.sqrt(per_metre * per_metre * path + per_radian * per_radian * abs(turned))
         e_w = spread * normal(odometry_key, count * n + i, 1)
@@ -151,15 +156,16 @@ def drive_period(state: FloatArray, count: int, leg: int, t: float, setting: Set
             break
     state[ELAPSED] = done
     if done > 0.0:
+        v, omega, v_y = state[V] / grip, state[OMEGA] / turn_grip, state[V_Y] / grip  # of the wheels
         if errors.speed_noise >= 0.0:
-            spread = math.hypot(errors.speed_noise * state[OMEGA], errors.yaw_rate_noise * state[V])
-            noise_v = period * errors.speed_noise * state[V] * normal(odometry_key, count, 2)
+            spread = math.hypot(errors.speed_noise * omega, errors.yaw_rate_noise * v)
+            noise_v = period * errors.speed_noise * v * normal(odometry_key, count, 2)
             noise_w = period * spread * normal(odometry_key, count, 3)
-            if state[V_Y] != 0.0:
-                noise_y = period * errors.speed_noise * state[V_Y] * normal(odometry_key, count, 5)
-        state[ODOM_V] = errors.distance * state[V] + noise_v / period
-        state[ODOM_OMEGA] = errors.turn * state[OMEGA] + errors.curvature * state[V] + noise_w / period
-        state[ODOM_V_Y] = errors.distance * state[V_Y] + noise_y / period
+            if v_y != 0.0:
+                noise_y = period * errors.speed_noise * v_y * normal(odometry_key, count, 5)
+        state[ODOM_V] = errors.distance * v + noise_v / period
+        state[ODOM_OMEGA] = errors.turn * omega + errors.curvature * v + noise_w / period
+        state[ODOM_V_Y] = errors.distance * v_y + noise_y / period
     tracks, since, poses = moving.tracks, moving.since, moving.poses
     for m in range(len(since)):
         first, last = tracks.rows[leg, m, 0], tracks.rows[leg, m, 1]
@@ -212,6 +218,61 @@ def _stands(commands: FloatArray) -> bool:
     return True
 
 
+class _Wheels(NamedTuple):
+    """What the wheels do for a while, as velocities that the base would have if none slipped; m/s and rad/s.
+
+    Attributes:
+        set_v: What they are set to at its end, forwards.
+        set_omega: The same of the yaw rate.
+        set_v_y: The same to the left.
+        steering: A car's steering angle then, rad.
+        v: How fast they turn at its end, forwards.
+        omega: The same of the yaw rate.
+        v_y: The same to the left.
+        along: Mean of v.
+        turn: Mean of omega.
+        aside: Mean of v_y.
+    """
+
+    set_v: float
+    set_omega: float
+    set_v_y: float
+    steering: float
+    v: float
+    omega: float
+    v_y: float
+    along: float
+    turn: float
+    aside: float
+
+
+@light
+def _roll(state: FloatArray, vehicle: Vehicle, commands: FloatArray, begin: float, duration: float) -> _Wheels:
+    """What the wheels do in the `duration` that begins at `begin` [s] of a period, from `state` (STATE,)."""
+    limits = vehicle.limits
+    v_y, aside, front = 0.0, 0.0, 0.0
+    if limits.v_y_max == 0.0 and limits.wheelbase == 0.0:
+        v, along, omega, turn = _follow(commands, limits, state[SET_V], state[SET_OMEGA], begin, duration)
+    else:
+        v, along, omega, turn, v_y, aside, front = _follow_any(commands, limits, state, begin, duration)
+    if vehicle.lag == 0.0:
+        return _Wheels(v, omega, v_y, front, v, omega, v_y, along, turn, aside)
+    # what they are set to counts as constant at its mean: then end and mean are exact
+    kept = math.exp(-duration / vehicle.lag)
+    at_v, at_omega, at_y = state[V] / vehicle.grip, state[OMEGA] / vehicle.turn_grip, state[V_Y] / vehicle.grip
+    to_v, to_omega, to_y = along + (at_v - along) * kept, turn + (at_omega - turn) * kept, aside + (at_y - aside) * kept
+    share = vehicle.lag / duration
+    along, aside = along - share * (to_v - at_v), aside - share * (to_y - at_y)
+    if limits.wheelbase > 0.0:  # it turns as its front wheels stand
+        turn = along * math.tan(0.5 * (state[STEERING] + front)) / limits.wheelbase
+        to_omega = to_v * math.tan(front) / limits.wheelbase
+    else:
+        turn -= share * (to_omega - at_omega)
+    if v == 0.0 and omega == 0.0 and v_y == 0.0 and max(abs(to_v), abs(to_omega), abs(to_y)) < _STICKS:
+        to_v, to_omega, to_y = 0.0, 0.0, 0.0
+    return _Wheels(v, omega, v_y, front, to_v, to_omega, to_y, along, turn, aside)
+
+
 @light
 def _follow(
     commands: FloatArray, limits: DriveLimits, v: float, omega: float, begin: float, duration: float
@@ -238,18 +299,15 @@ def _follow(
 
 @light
 def _follow_any(
-    commands: FloatArray, limits: DriveLimits, state: FloatArray, begin: float, duration: float, side: FloatArray
-) -> tuple[float, float, float, float]:
-    """`_follow` for a base that moves to the side or steers like a car, from the velocities in `state` (STATE,).
-
-    The caller writes v and omega back; speed to the side and steering are updated in `state`, the mean speed to the side
-    [m/s] in `side` (1,).
-    """
+    commands: FloatArray, limits: DriveLimits, state: FloatArray, begin: float, duration: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """`_follow` for a base that moves to the side or steers like a car, from what is set in `state` (STATE,); behind it the speed to
+    the side and its mean [m/s], and the steering angle [rad]."""
     row = 0
     while row + 1 < len(commands) and commands[row + 1, 0] <= begin:
         row += 1
     end, now, way, turned, slid = begin + duration, begin, 0.0, 0.0, 0.0
-    v, omega, v_y, front = state[V], state[OMEGA], state[V_Y], state[STEERING]
+    v, omega, v_y, front = state[SET_V], state[SET_OMEGA], state[SET_V_Y], state[STEERING]
     while True:
         last = row + 1 == len(commands) or commands[row + 1, 0] >= end
         span = (duration if now == begin else end - now) if last else commands[row + 1, 0] - now
@@ -271,5 +329,4 @@ def _follow_any(
         if last:
             break
         row, now = row + 1, commands[row + 1, 0]
-    state[V_Y], state[STEERING], side[0] = v_y, front, slid / duration
-    return v, way / duration, omega, turned / duration
+    return v, way / duration, omega, turned / duration, v_y, slid / duration, front

@@ -28,7 +28,12 @@ ODOM_V, ODOM_OMEGA, ODOM_V_Y = 9, 10, 11
 TOLD = 12  # so many of them anybody but the plant asks for
 ODOMETER, NEXT_CHECK, ELAPSED = 12, 13, 14  # m; the first reading at which a static body must be looked at; s
 STEERING = 15  # angle of a car's front wheels to the left, rad
-STATE = 16
+SET_V, SET_OMEGA, SET_V_Y = (
+    16,
+    17,
+    18,
+)  # what the base's controller sets its wheels to; a base that lags isn't there yet
+STATE = 19
 
 
 class OdometryErrors(NamedTuple):
@@ -55,11 +60,12 @@ class OdometryErrors(NamedTuple):
     yaw_rate_noise: float
 
 
-def odometry_errors(odometry: Odometry, key: np.uint64) -> OdometryErrors:
-    """The errors of `odometry` in the trial of the random stream `key`: the systematic ones are drawn."""
+def odometry_errors(odometry: Odometry, key: np.uint64, turn_grip: float) -> OdometryErrors:
+    """The errors of `odometry` in the trial of the random stream `key`: the systematic ones are drawn. Of its turns the base makes
+    the share `turn_grip`, which a gyroscope tells."""
     return OdometryErrors(
         distance=1.0 + odometry.scale * normal(key, -1, 0),
-        turn=1.0 + odometry.turning * normal(key, -1, 1),
+        turn=(1.0 + odometry.turning * normal(key, -1, 1)) * (turn_grip if odometry.gyro else 1.0),
         curvature=odometry.curvature * normal(key, -1, 2),
         translation_per_metre=odometry.translation_per_metre,
         rotation_per_metre=odometry.rotation_per_metre,
@@ -82,6 +88,9 @@ class Vehicle(NamedTuple):
     Attributes:
         period: A control period, s.
         limits: Of its base.
+        lag: Time constant with which its wheels follow what they are set to, s.
+        grip: Of the way that its wheels turn, forwards or to its sides, which share it moves.
+        turn_grip: The same of turns.
         errors: Of its odometry.
         odometry_key: The random stream of the odometry.
         bounds: (5,) see `disturbance_bounds`.
@@ -93,6 +102,9 @@ class Vehicle(NamedTuple):
 
     period: float
     limits: DriveLimits
+    lag: float
+    grip: float
+    turn_grip: float
     errors: OdometryErrors
     odometry_key: np.uint64
     bounds: FloatArray
@@ -142,21 +154,17 @@ class Room(NamedTuple):
         shapes: (p, 2) the corners of the moving bodies where they stand, m.
         here: (3,) one pose of a moving body, m and rad.
         push: (5,) displacement of the robot, see `plant.disturb`.
-        side: (1,) its mean speed to the left in a step, m/s.
     """
 
     outline: FloatArray
     shapes: FloatArray
     here: FloatArray
     push: FloatArray
-    side: FloatArray
 
 
 def room_for(vehicle: Vehicle, moving: Moving) -> Room:
     """Room for this robot among these bodies."""
-    return Room(
-        np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3), np.zeros(5), np.zeros(1)
-    )
+    return Room(np.empty_like(vehicle.outline), np.empty_like(moving.shapes.points), np.empty(3), np.zeros(5))
 
 
 class Setting(NamedTuple):

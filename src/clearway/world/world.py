@@ -67,12 +67,13 @@ class World:
         self._still = [b for b in bodies if b.pose is not None]
         self._moving = [b for b in bodies if b.pose is None]
         self._robot, self._traffic, self._period = robot, traffic, robot.period
-        self.pivot = robot.drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
+        drive = robot.drive
+        self.pivot = drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
         self._state = np.zeros(setting.STATE)
         self._state[:3] = self._shifted(start, self.pivot)
         self._count = 0
         own = robot.latency
-        self.latency = Latency(latency * own.sensing, latency * own.command, latency * own.jitter)
+        self.latency = Latency(latency * own.sensing, latency * own.command, latency * own.jitter, drive.lag)
         self._delays = Delays(self.latency, robot.period, seed)
         sweep = 0.0 if robot.lidar is None else latency * robot.lidar.sweep
         late = self.latency.sensing + self.latency.jitter
@@ -97,7 +98,8 @@ class World:
         self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
         self._sensed_obstacles = self.moving_obstacles.copy()
         vehicle = setting.Vehicle(
-            robot.period, robot.limits(speed), setting.odometry_errors(robot.odometry, key), key,
+            robot.period, robot.limits(speed), drive.lag, 1.0 - drive.slip, 1.0 - drive.turn_slip,
+            setting.odometry_errors(robot.odometry, key, 1.0 - drive.turn_slip), key,
             setting.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip

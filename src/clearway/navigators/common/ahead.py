@@ -52,7 +52,7 @@ class Ahead:
     """
 
     def __init__(self, latency: Latency, limits: DriveLimits) -> None:
-        self.time = latency.sensing + latency.command
+        self.time = latency.expected
         self._limits = limits
         self._given = np.array(((-math.inf, 0.0, 0.0, 0.0, 0.0),))  # see `follow_all`
 

@@ -68,7 +68,7 @@ def assemble(p: Parameters, task: Task, robot: Robot, guarantee: str, without: C
     disturbance = np.array(
         (p.disturbance_position, p.disturbance_heading, p.disturbance_velocity, p.disturbance_turn, float(p.disturbed_at_rest))
     )  # fmt: skip
-    late = task.latency.sensing + task.latency.command
+    late = task.latency.expected
     start = np.array((p.pose_error, p.pose_error, p.heading_error))
     safety = Safety(limits, task.period, disturbance, blurred(start, disturbance, late, task.period, limits.fastest))
     rules = Rules(
