@@ -1,4 +1,4 @@
-"""Inputs on which nav2_mppi_controller itself was run (`mppi_recordings/README.md`), and where what it made of them is."""
+"""Inputs on which nav2_mppi_controller itself was run (`recordings/README.md`), and where what it made of them is."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from clearway.navigators.common.mppi.noise import draw_noise
 from clearway.navigators.nav2.controllers.mppi.parameters import MPPIParameters
 from clearway.navigators.nav2.seams import CostView
 
-FOLDER = Path(__file__).parent / "mppi_recordings"
+FOLDER = Path(__file__).parent / "recordings"
 STEPS, BATCH, DECISIONS = 40, 48, 3
 
 USUAL: dict[str, Any] = {

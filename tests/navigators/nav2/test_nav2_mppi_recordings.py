@@ -1,4 +1,4 @@
-"""MPPI against what nav2_mppi_controller itself, compiled, made of the same inputs (`mppi_recordings/README.md`)."""
+"""MPPI against what nav2_mppi_controller itself, compiled, made of the same inputs (`recordings/README.md`)."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from clearway.navigators.nav2.controllers.mppi.optimizer import Optimizer
 from clearway.navigators.nav2.controllers.mppi.parameters import MPPIParameters, motion_model_of
 from clearway.navigators.nav2.seams import Tolerances, Velocity
 
-RECORDED = np.load(FOLDER / "recordings.npz")
+RECORDED = np.load(FOLDER / "mppi.npz")
 
 
 class Heard:

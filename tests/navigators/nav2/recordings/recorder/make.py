@@ -1,4 +1,4 @@
-"""Runs the recorder on every case of `mppi_recorded.py` and writes `recordings.npz`: make.py RECORDER."""
+"""Runs the recorders on every case of `mppi_recorded.py` and `pursuit_recorded.py`, writes `mppi.npz` and `pursuit.npz`: make.py FOLDER."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pursuit_recorded as pursuit
 from mppi_recorded import BATCH, CASES, DECISIONS, FOLDER, STEPS, Case, decisions_of, noise_of, table_of, view_of
 
 
@@ -78,8 +79,40 @@ def record(recorder: str, case: Case):
     return kept | {"command": heads[:, 1:], "ends": poses[:, :, [STEPS // 2, STEPS - 1]]}
 
 
+def told_of_pursuit(case: pursuit.Case) -> str:
+    """What the recorder of pure pursuit reads of a case."""
+    view, lines = pursuit.view_of(case), [*flat(case.own), f"controller_frequency={pursuit.FREQUENCY}"]
+    rows, columns = view.cost.shape
+    said = [
+        str(len(lines)),
+        *lines,
+        f"{rows} {columns} {numbers(view.origin, view.resolution)}",
+        f"{numbers(view.inscribed, view.circumscribed)} {int(view.tracks_unknown)}",
+        f"{len(view.footprint)} {numbers(view.footprint)}",
+        " ".join(map(str, view.cost.ravel())),
+        f"{int(case.there)} {int(case.cancelling)} {case.limit!r}",
+        numbers(case.pose, case.measured, case.last),
+        f"{len(case.path)} {numbers(case.path)}",
+    ]
+    return "\n".join(said)
+
+
+def record_pursuit(recorder: Path):
+    """(n, 4) what the real pure pursuit makes of each case, see `pursuit.cpp`."""
+    with tempfile.TemporaryDirectory() as place:
+        given, made = (Path(place) / name for name in ("in", "out"))
+        cases = [told_of_pursuit(pursuit.case_of(k)) for k in range(pursuit.COUNT)]
+        given.write_text("\n".join([str(pursuit.COUNT), *cases]) + "\n")
+        subprocess.run([recorder, str(given), str(made)], check=True)
+        return np.loadtxt(made)
+
+
 if __name__ == "__main__":
+    recorders = Path(sys.argv[1])
     recorded = {
-        f"{name}/{key}": values for name, case in CASES.items() for key, values in record(sys.argv[1], case).items()
+        f"{name}/{key}": values
+        for name, case in CASES.items()
+        for key, values in record(str(recorders / "mppi"), case).items()
     }
-    np.savez_compressed(FOLDER / "recordings.npz", **recorded)
+    np.savez_compressed(FOLDER / "mppi.npz", **recorded)
+    np.savez_compressed(FOLDER / "pursuit.npz", made=record_pursuit(recorders / "pursuit"))
