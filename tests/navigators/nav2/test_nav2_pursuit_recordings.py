@@ -43,7 +43,7 @@ def test_same_as_the_real_one() -> None:
     for number in range(COUNT):
         recorded = RECORDED[number]
         assert made_of(number) == pytest.approx(tuple(recorded), abs=1e-7), number
-        end, v, omega, finished = recorded
+        end, v, _, finished = recorded
         kinds[
             "collision" if end == 2 else "off" if end == 1 else "forth" if v > 0 else "back" if v < 0 else "turns"
         ] += 1
