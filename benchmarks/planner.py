@@ -21,9 +21,9 @@ from typing import Any
 
 import numpy as np
 
-from clearway.navigators.hp_tmpc.belts import plan_reference, predict, reference_speed
-from clearway.navigators.hp_tmpc.planner import FALLBACK, LIMITED, NO_PATH, UNREACHABLE, plan_path
-from clearway.navigators.hp_tmpc.tube import tightening
+from clearway.navigators.hp_tmpc.heuristic_planner.belts import plan_reference, predict, reference_speed
+from clearway.navigators.hp_tmpc.heuristic_planner.planner import FALLBACK, LIMITED, NO_PATH, UNREACHABLE, plan_path
+from clearway.navigators.hp_tmpc.tube_mpc.tube import tightening
 from clearway.stand_ins import stand_ins
 
 ANYWHERE = np.array([-math.inf, -math.inf, math.inf, math.inf])

@@ -269,8 +269,8 @@ def compare(horizon: int, repeats: int, search: bool, scenes: int = 2, steps: in
     rivals["casadi + ipopt"] = lambda _, a: ipopt(a)
     if search:
         from clearway.geometry.streams import stream
-        from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
-        from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
+        from clearway.navigators.hp_tmpc.tube_mpc.papers_solvers.genetic import genetic
+        from clearway.navigators.hp_tmpc.tube_mpc.papers_solvers.pattern_search import pattern_search
 
         key = stream(0, "genetic")
 

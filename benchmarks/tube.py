@@ -27,7 +27,7 @@ from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import stream, uniform
 from clearway.navigators.common.tracking.ancillary import gain, linearise
 from clearway.navigators.hp_tmpc.parameters import Parameters
-from clearway.navigators.hp_tmpc.tube import tightening
+from clearway.navigators.hp_tmpc.tube_mpc.tube import tightening
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.stand_ins import stand_ins

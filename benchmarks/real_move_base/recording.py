@@ -20,11 +20,11 @@ from clearway.geometry.frames import compose, relative
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.costmap import Costmap
 from clearway.navigators.common.costmaps.plans import local_plan
-from clearway.navigators.move_base.dwa import DWAPlanner
-from clearway.navigators.move_base.dwa_search import window_of as dwa_window
+from clearway.navigators.move_base.local_planners.dwa import DWAPlanner
+from clearway.navigators.move_base.local_planners.dwa_search import window_of as dwa_window
+from clearway.navigators.move_base.local_planners.rollout_search import window_of as rollout_window
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.navigators.move_base.planners import make_global_planner, make_local_planner
-from clearway.navigators.move_base.rollout_search import window_of as rollout_window
 from clearway.robots import Robot
 
 HEADER = struct.Struct("<5I")

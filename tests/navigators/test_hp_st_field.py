@@ -13,7 +13,7 @@ from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.frame import OdometryFrame
 from clearway.navigators.hp_st.environment.field import Field, field_on_map, look, make_field
-from clearway.navigators.hp_tmpc.exact import FOUND, exact_path
+from clearway.navigators.hp_tmpc.heuristic_planner.exact import FOUND, exact_path
 
 
 def field_of(goal: tuple[float, float], *discs: tuple[float, float, float]) -> Field:

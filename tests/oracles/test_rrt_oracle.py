@@ -15,8 +15,8 @@ import pytest
 from clearway.contract import Budget
 from clearway.navigators.hl_rrt.parameters import Parameters
 from clearway.navigators.hl_rrt.planner import Planner
-from clearway.navigators.hp_tmpc.exact import exact_path
-from clearway.navigators.hp_tmpc.pieces import path_length
+from clearway.navigators.hp_tmpc.heuristic_planner.exact import exact_path
+from clearway.navigators.hp_tmpc.heuristic_planner.pieces import path_length
 from clearway.stand_ins import stand_ins
 
 ompl = pytest.importorskip("ompl")  # no wheel for every platform

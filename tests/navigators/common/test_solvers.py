@@ -31,8 +31,8 @@ from clearway.navigators.common.tracking.problem import (
     shift,
 )
 from clearway.navigators.common.tracking.riccati import LinearMotion
-from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
-from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
+from clearway.navigators.hp_tmpc.tube_mpc.papers_solvers.genetic import genetic
+from clearway.navigators.hp_tmpc.tube_mpc.papers_solvers.pattern_search import pattern_search
 
 KEY = stream(3, "test")
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from clearway.navigators.hp_tmpc import planner
-from clearway.navigators.hp_tmpc.belts import Reference, plan_reference, predict, reference_speed
+from clearway.navigators.hp_tmpc.heuristic_planner import planner
+from clearway.navigators.hp_tmpc.heuristic_planner.belts import Reference, plan_reference, predict, reference_speed
 
 FREE = np.array([-np.inf, -np.inf, np.inf, np.inf])
 NO_DISCS = np.zeros((0, 3))

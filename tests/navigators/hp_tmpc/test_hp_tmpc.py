@@ -14,7 +14,7 @@ from clearway.geometry.angles import turn_between
 from clearway.navigators.hp_tmpc import HpTmpc
 from clearway.navigators.hp_tmpc.navigator import _settings
 from clearway.navigators.hp_tmpc.parameters import Parameters
-from clearway.navigators.hp_tmpc.posing import obstacle_rows
+from clearway.navigators.hp_tmpc.tube_mpc.posing import obstacle_rows
 from clearway.robots import load_robot
 
 ROBOT = load_robot("rescue:unlimited")

@@ -12,11 +12,17 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from clearway.navigators.hp_tmpc import planner
-from clearway.navigators.hp_tmpc.exact import FOUND, LESS, exact_path
-from clearway.navigators.hp_tmpc.pieces import path_length, polyline, sample
-from clearway.navigators.hp_tmpc.planner import NO_PATH, START_COVERED, TARGET_COVERED, UNREACHABLE, Path
-from clearway.navigators.hp_tmpc.tangents import NONE, first_on_segment
+from clearway.navigators.hp_tmpc.heuristic_planner import planner
+from clearway.navigators.hp_tmpc.heuristic_planner.exact import FOUND, LESS, exact_path
+from clearway.navigators.hp_tmpc.heuristic_planner.pieces import path_length, polyline, sample
+from clearway.navigators.hp_tmpc.heuristic_planner.planner import (
+    NO_PATH,
+    START_COVERED,
+    TARGET_COVERED,
+    UNREACHABLE,
+    Path,
+)
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import NONE, first_on_segment
 
 FREE = np.array([-np.inf, -np.inf, np.inf, np.inf])
 EVERYWHERE = np.array([0.0, 0.0, np.inf])

@@ -9,8 +9,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from clearway.navigators.hp_tmpc.disc_unions import REACHABLE, SHUT_OFF, nearest_free, shut_off
-from clearway.navigators.hp_tmpc.tangents import advance, arc_enters, arc_leaves, segment_enters, sweep, tangent
+from clearway.navigators.hp_tmpc.heuristic_planner.disc_unions import REACHABLE, SHUT_OFF, nearest_free, shut_off
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import (
+    advance,
+    arc_enters,
+    arc_leaves,
+    segment_enters,
+    sweep,
+    tangent,
+)
 
 FREE = np.array([-np.inf, -np.inf, np.inf, np.inf])
 EVERYWHERE = np.array([0.0, 0.0, np.inf])

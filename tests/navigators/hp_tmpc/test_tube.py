@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from arcs import step_arc
 from clearway.navigators.common.tracking.ancillary import gain
 from clearway.navigators.hp_tmpc.parameters import Parameters
-from clearway.navigators.hp_tmpc.tube import tightening
+from clearway.navigators.hp_tmpc.tube_mpc.tube import tightening
 from clearway.robots import load_robot
 
 FILE = Path(__file__).parents[3] / "benchmarks" / "tube.py"

@@ -11,10 +11,15 @@ from local_oracle import dwa_scores, speeds
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.navigators.common.costmaps.footprint import outline
 from clearway.navigators.common.oscillation import Oscillation, Signs
-from clearway.navigators.move_base.dwa import DWAPlanner
-from clearway.navigators.move_base.dwa_search import sample_steps, sideways_of, velocity_samples, window_of
-from clearway.navigators.move_base.local_parameters import DWAParameters
-from clearway.navigators.move_base.sampling import roll
+from clearway.navigators.move_base.local_planners.dwa import DWAPlanner
+from clearway.navigators.move_base.local_planners.dwa_search import (
+    sample_steps,
+    sideways_of,
+    velocity_samples,
+    window_of,
+)
+from clearway.navigators.move_base.local_planners.parameters import DWAParameters
+from clearway.navigators.move_base.local_planners.sampling import roll
 
 PERIOD = 0.1
 TIAGO = DWAParameters(

@@ -10,7 +10,7 @@ from local_oracle import distances, footprint_cost, plan_cells, robot_cells
 
 from clearway.geometry.shapes import Circle, rectangle
 from clearway.navigators.common.costmaps import footprint
-from clearway.navigators.move_base import mapgrid
+from clearway.navigators.move_base.local_planners import mapgrid
 
 ORIGIN, RESOLUTION = np.array([-1.0, -0.5]), 0.05
 STAR = np.array([(0.3, 0.0), (0.05, 0.1), (-0.2, 0.2), (-0.1, 0.0), (-0.2, -0.2)])

@@ -10,9 +10,9 @@ from local_oracle import distances, footprint_cost, plan_cells, robot_cells, wor
 
 from clearway.geometry.shapes import rectangle
 from clearway.navigators.common.costmaps.footprint import outline
-from clearway.navigators.move_base.local_parameters import TrajectoryParameters
-from clearway.navigators.move_base.rollout import TrajectoryPlanner
-from clearway.navigators.move_base.rollout_search import samples, window_of
+from clearway.navigators.move_base.local_planners.parameters import TrajectoryParameters
+from clearway.navigators.move_base.local_planners.rollout import TrajectoryPlanner
+from clearway.navigators.move_base.local_planners.rollout_search import samples, window_of
 
 PERIOD = 0.05
 BARN = TrajectoryParameters.model_validate(

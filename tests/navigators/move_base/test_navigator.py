@@ -14,7 +14,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.grid import OccupancyGrid
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.move_base import MoveBase
-from clearway.navigators.move_base.local_interface import LocalResult
+from clearway.navigators.move_base.local_planners.interface import LocalResult
 from clearway.navigators.move_base.parameters import Parameters
 from clearway.robots import Robot, load_robot
 

@@ -25,9 +25,9 @@ from clearway.navigators.common.tracking.problem import (
     project,
     roll_out,
 )
-from clearway.navigators.hp_tmpc.belts import Reference
-from clearway.navigators.hp_tmpc.planner import NO_PATH
-from clearway.navigators.hp_tmpc.posing import (
+from clearway.navigators.hp_tmpc.heuristic_planner.belts import Reference
+from clearway.navigators.hp_tmpc.heuristic_planner.planner import NO_PATH
+from clearway.navigators.hp_tmpc.tube_mpc.posing import (
     AGE,
     FLAGS,
     STEP,

@@ -19,10 +19,8 @@ from clearway.navigators.common.inputs import area_of, finite, perception_radius
 from clearway.navigators.common.motion import stop_and_turn
 from clearway.navigators.common.tracking.gauss_newton import BUDGET, begin, conclude, search_on
 from clearway.navigators.common.tracking.problem import ITERATION_LIMIT, TOLERANCE, Problem, Solution, seeds
-from clearway.navigators.hp_tmpc.belts import Reference, reference_speed
 from clearway.navigators.hp_tmpc.decision import STATUSES, Decision, decide, settle
-from clearway.navigators.hp_tmpc.papers_solvers.genetic import genetic
-from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import pattern_search
+from clearway.navigators.hp_tmpc.heuristic_planner.belts import Reference, reference_speed
 from clearway.navigators.hp_tmpc.parameters import (
     Parameters,
     Planner,
@@ -30,7 +28,9 @@ from clearway.navigators.hp_tmpc.parameters import (
     chosen_from,
     literal_from,
 )
-from clearway.navigators.hp_tmpc.posing import (
+from clearway.navigators.hp_tmpc.tube_mpc.papers_solvers.genetic import genetic
+from clearway.navigators.hp_tmpc.tube_mpc.papers_solvers.pattern_search import pattern_search
+from clearway.navigators.hp_tmpc.tube_mpc.posing import (
     AGE,
     CORNERS,
     STEP,

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from clearway.navigators.common.costmaps.parameters import Costmap, Group, StaticLayer
 from clearway.navigators.common.potentials.parameters import GlobalPlannerGroup
-from clearway.navigators.move_base.local_parameters import DWAParameters, TrajectoryParameters
+from clearway.navigators.move_base.local_planners.parameters import DWAParameters, TrajectoryParameters
 from clearway.quantities import NonNegative, Positive, Whole
 from clearway.robots import Robot, RobotTable
 

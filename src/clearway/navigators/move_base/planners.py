@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.potentials.global_planner import GlobalPlanner, Navfn, PotentialPlanner
-from clearway.navigators.move_base.dwa import DWAPlanner
-from clearway.navigators.move_base.local_interface import LocalPlanner
+from clearway.navigators.move_base.local_planners.dwa import DWAPlanner
+from clearway.navigators.move_base.local_planners.interface import LocalPlanner
+from clearway.navigators.move_base.local_planners.rollout import TrajectoryPlanner
 from clearway.navigators.move_base.parameters import Parameters
-from clearway.navigators.move_base.rollout import TrajectoryPlanner
 
 
 def make_global_planner(parameters: Parameters) -> GlobalPlanner:

@@ -162,7 +162,7 @@ def free_under_robot(scene: Scene, pose: FloatArray, grid: npt.NDArray[np.int32]
     Outline and inside, column by column. Nothing is done where a corner lies off the map: a rolling window holds it.
 
     Args:
-        grid: ((rows + 2) * (cols + 2),) int32, see `clearway.navigators.move_base.mapgrid`.
+        grid: ((rows + 2) * (cols + 2),) int32, see `clearway.navigators.move_base.local_planners.mapgrid`.
         pose: (3,) of the robot in the grid's frame.
     """
     frame, polygon = scene.frame, scene.polygon

@@ -16,7 +16,7 @@ from clearway.errors import ClearwayError, shown
 from clearway.navigators.common.costmaps.parameters import Costmap, InflationLayer, ObstacleLayer, StaticLayer
 from clearway.navigators.common.parameter_table import ParameterTable, Row, as_written, nearest
 from clearway.navigators.common.potentials.parameters import GlobalPlannerGroup
-from clearway.navigators.move_base.local_parameters import DWAParameters, TrajectoryParameters
+from clearway.navigators.move_base.local_planners.parameters import DWAParameters, TrajectoryParameters
 from clearway.navigators.move_base.parameters import ClearCostmapRecovery, MoveBaseGroup, Parameters, RotateRecovery
 from clearway.navigators.move_base.ros import names
 from clearway.navigators.move_base.ros.files import RosFiles, read_ros_files

@@ -6,7 +6,7 @@ import math
 
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.move_base.local_parameters import DWAParameters
+from clearway.navigators.move_base.local_planners.parameters import DWAParameters
 
 
 def slow_down(speed: float, step: float) -> float:

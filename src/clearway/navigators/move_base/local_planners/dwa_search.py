@@ -16,8 +16,8 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import Scene, cell_of
 from clearway.navigators.common.oscillation import Signs, forbids
-from clearway.navigators.move_base import mapgrid
-from clearway.navigators.move_base.mapgrid import (
+from clearway.navigators.move_base.local_planners import mapgrid
+from clearway.navigators.move_base.local_planners.mapgrid import (
     BODY,
     NOSE,
     Room,
@@ -26,7 +26,7 @@ from clearway.navigators.move_base.mapgrid import (
     spread,
     spread_from,
 )
-from clearway.navigators.move_base.sampling import approach, occlusion, roll
+from clearway.navigators.move_base.local_planners.sampling import approach, occlusion, roll
 
 _EPSILON = 1e-4  # the generator's slack on its speed limits, m/s and rad/s
 

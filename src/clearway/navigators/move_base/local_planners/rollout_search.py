@@ -23,8 +23,8 @@ from clearway.navigators.common.costmaps.footprint import (
     line_cost,
     row_col,
 )
-from clearway.navigators.move_base import mapgrid
-from clearway.navigators.move_base.mapgrid import (
+from clearway.navigators.move_base.local_planners import mapgrid
+from clearway.navigators.move_base.local_planners.mapgrid import (
     BODY,
     NOSE,
     GridArray,
@@ -34,7 +34,7 @@ from clearway.navigators.move_base.mapgrid import (
     spread,
     spread_from,
 )
-from clearway.navigators.move_base.sampling import occlusion, roll
+from clearway.navigators.move_base.local_planners.sampling import occlusion, roll
 
 BLOCKED, NO_WAY = -1.0, -2.0  # costs of a rollout that hits something, and of one that the goal can't be reached from
 

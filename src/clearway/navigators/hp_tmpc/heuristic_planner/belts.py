@@ -10,9 +10,9 @@ import numpy as np
 from clearway.geometry.angles import turn_between, wrap
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.pieces import polyline, put, sample
-from clearway.navigators.hp_tmpc.planner import BELT_LIMIT, TEMPORARY, plan_path
-from clearway.navigators.hp_tmpc.tangents import TOUCH
+from clearway.navigators.hp_tmpc.heuristic_planner.pieces import polyline, put, sample
+from clearway.navigators.hp_tmpc.heuristic_planner.planner import BELT_LIMIT, TEMPORARY, plan_path
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import TOUCH
 
 ITERATIONS = 10
 """Most rounds of steps 1 to 4."""

@@ -12,11 +12,19 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.disc_unions import SHUT_OFF, Labels, covered, nearest_free, shut_off
-from clearway.navigators.hp_tmpc.exact import LESS, NO_WAY, exact_path
-from clearway.navigators.hp_tmpc.greedy import greedy_string
-from clearway.navigators.hp_tmpc.pieces import NOTHING, cut, leaves, path_length, string_of, string_pieces, with_lead
-from clearway.navigators.hp_tmpc.tangents import NONE, first_on_segment
+from clearway.navigators.hp_tmpc.heuristic_planner.disc_unions import SHUT_OFF, Labels, covered, nearest_free, shut_off
+from clearway.navigators.hp_tmpc.heuristic_planner.exact import LESS, NO_WAY, exact_path
+from clearway.navigators.hp_tmpc.heuristic_planner.greedy import greedy_string
+from clearway.navigators.hp_tmpc.heuristic_planner.pieces import (
+    NOTHING,
+    cut,
+    leaves,
+    path_length,
+    string_of,
+    string_pieces,
+    with_lead,
+)
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import NONE, first_on_segment
 
 START_COVERED = 1
 """The start lay inside a disc: the path begins with a straight line to the nearest free point."""

@@ -13,11 +13,11 @@ import numpy as np
 from clearway.geometry.angles import wrap
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import CostArray, make_scene
-from clearway.navigators.move_base.goal import slow_down, turn_rate
-from clearway.navigators.move_base.local_interface import LocalResult
-from clearway.navigators.move_base.local_parameters import TrajectoryParameters
-from clearway.navigators.move_base.mapgrid import Room, make_room
-from clearway.navigators.move_base.rollout_search import BLOCKED, NO_WAY, Rollout, search
+from clearway.navigators.move_base.local_planners.goal import slow_down, turn_rate
+from clearway.navigators.move_base.local_planners.interface import LocalResult
+from clearway.navigators.move_base.local_planners.mapgrid import Room, make_room
+from clearway.navigators.move_base.local_planners.parameters import TrajectoryParameters
+from clearway.navigators.move_base.local_planners.rollout_search import BLOCKED, NO_WAY, Rollout, search
 
 _STANDING = 1e-2  # m/s and rad/s; fixed in trajectory_planner_ros.cpp
 _NOTHING: FloatArray = np.empty((0, 2))

@@ -19,7 +19,7 @@ from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
 from clearway.geometry.streams import normal, uniform
 from clearway.navigators.common.tracking.problem import PENALTY, IntArray, Problem, Solution, copy, judge, project
-from clearway.navigators.hp_tmpc.papers_solvers.pattern_search import conclude, keep
+from clearway.navigators.hp_tmpc.tube_mpc.papers_solvers.pattern_search import conclude, keep
 
 SIZE, POPULATIONS, GENERATIONS, STALL = 40, 2, 200, 25
 """Plans in a population, populations, generations at most, and generations without a gain that end a population."""

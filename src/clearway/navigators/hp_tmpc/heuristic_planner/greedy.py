@@ -14,9 +14,9 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.disc_unions import Labels, label_cluster
-from clearway.navigators.hp_tmpc.pieces import put
-from clearway.navigators.hp_tmpc.tangents import (
+from clearway.navigators.hp_tmpc.heuristic_planner.disc_unions import Labels, label_cluster
+from clearway.navigators.hp_tmpc.heuristic_planner.pieces import put
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import (
     first_on_arc,
     first_on_segment,
     segment_clear,

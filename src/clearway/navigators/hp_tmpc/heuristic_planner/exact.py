@@ -15,8 +15,15 @@ import numpy as np
 from clearway.geometry.compiled import kernel
 from clearway.geometry.heap import pop, push
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.pieces import put, string_pieces
-from clearway.navigators.hp_tmpc.tangents import TOUCH, advance, arc_leaves, segment_clear, sweep, tangent
+from clearway.navigators.hp_tmpc.heuristic_planner.pieces import put, string_pieces
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import (
+    TOUCH,
+    advance,
+    arc_leaves,
+    segment_clear,
+    sweep,
+    tangent,
+)
 
 FOUND, NO_WAY, LESS = 0, 1, 2
 """`exact_path`: the shortest; there is none; free, but of a graph with fewer discs than mattered."""

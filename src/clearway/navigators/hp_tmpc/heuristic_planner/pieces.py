@@ -13,8 +13,8 @@ import numpy as np
 
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.disc_unions import within
-from clearway.navigators.hp_tmpc.tangents import TOUCH, arc_leaves, sweep, tangent
+from clearway.navigators.hp_tmpc.heuristic_planner.disc_unions import within
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import TOUCH, arc_leaves, sweep, tangent
 
 NOTHING = 1e-12
 """Pieces shorter than this [m] are left out."""

@@ -14,8 +14,8 @@ from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.motion import reachable
 from clearway.navigators.common.tracking.ancillary import gain, stability
 from clearway.navigators.common.tracking.problem import IntArray, Problem, discounts, shift
-from clearway.navigators.hp_tmpc.belts import Reference, plan_reference, predict, turn_first
-from clearway.navigators.hp_tmpc.tube import tightening
+from clearway.navigators.hp_tmpc.heuristic_planner.belts import Reference, plan_reference, predict, turn_first
+from clearway.navigators.hp_tmpc.tube_mpc.tube import tightening
 from clearway.robots.drive_limits import DriveLimits
 
 BoolArray: TypeAlias = npt.NDArray[np.bool_]

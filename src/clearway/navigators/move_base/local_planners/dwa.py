@@ -12,11 +12,11 @@ import numpy as np
 from clearway.geometry.shapes import FloatArray
 from clearway.navigators.common.costmaps.footprint import CostArray, make_scene
 from clearway.navigators.common.oscillation import Oscillation
-from clearway.navigators.move_base.dwa_search import Window, motion_cost, search
-from clearway.navigators.move_base.goal import StopAndTurn
-from clearway.navigators.move_base.local_interface import LocalResult
-from clearway.navigators.move_base.local_parameters import DWAParameters
-from clearway.navigators.move_base.mapgrid import Room, make_room
+from clearway.navigators.move_base.local_planners.dwa_search import Window, motion_cost, search
+from clearway.navigators.move_base.local_planners.goal import StopAndTurn
+from clearway.navigators.move_base.local_planners.interface import LocalResult
+from clearway.navigators.move_base.local_planners.mapgrid import Room, make_room
+from clearway.navigators.move_base.local_planners.parameters import DWAParameters
 
 _NOTHING: FloatArray = np.empty((0, 2))
 

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from clearway.geometry.angles import TURN
 from clearway.geometry.compiled import kernel
 from clearway.geometry.shapes import FloatArray
-from clearway.navigators.hp_tmpc.tangents import NONE, TOUCH, advance
+from clearway.navigators.hp_tmpc.heuristic_planner.tangents import NONE, TOUCH, advance
 
 Labels = npt.NDArray[np.int64]
 
