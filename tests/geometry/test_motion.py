@@ -60,6 +60,8 @@ def test_ramp_by_hand() -> None:
     assert ramp(0.1, 0.0, 0.5, 2.0, 0.1) == pytest.approx((0.0, 0.025))  # 0.05 s to stop
     assert ramp(0.1, -1.0, 0.5, 2.0, 0.1) == pytest.approx((-0.025, (0.1 - 0.025) / 4))  # and 0.05 s backwards
     assert ramp(0.3, 0.3, 0.5, 2.0, 0.1) == (0.3, 0.3)
+    for target in (0.3, 1.0):  # in no time nothing changes
+        assert ramp(0.3, target, 0.5, 2.0, 0.0) == ramp(0.3, target, math.inf, math.inf, 0.0) == (0.3, 0.3)
 
 
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(0.1, 3), st.floats(0.1, 3), st.floats(0.001, 0.5))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import SILENT, Pilot, constant, make_robot, make_scenario, moving_obstacle, steer
+from worlds import DRIVE, SILENT, Pilot, constant, make_robot, make_scenario, moving_obstacle, steer
 
 from clearway.contract import Command
 from clearway.errors import ClearwayError
@@ -232,6 +232,22 @@ def test_who_meets_nobody_has_the_bits_of_one_who_drives_alone(seed: int, v: flo
         for name in ("t", "pose", "velocity", "estimate"):
             assert np.array_equal(getattr(one, name)[:n], getattr(other, name)[:n]), name
         assert np.array_equal(one.moving_obstacles[:n, :1], other.moving_obstacles[:n, :1])
+
+
+@pytest.mark.parametrize("drive", [FREE, DRIVE])
+def test_who_gives_up_at_full_speed_stops_and_touches_nobody_far_away(drive: dict[str, Any]):
+    """Its last command and the one to stop arrive at the same instant, within a control period."""
+    robot = make_robot(drive=drive, latency={"command": 0.047})
+    legs = [{"name": "on", "goal": (0.0, -2.9, 0.0), "time_limit": 6.0}]
+    gives_up = Pilot(lambda s: Command(0.5, 0.0, gave_up="enough" if s.t > 2.55 else None))
+    a, b = together(
+        scene({"start": (-2.5, 2.0, 0.0)}, {"start": (2.0, -2.0, math.pi), "legs": legs}),
+        (robot, gives_up),
+        (robot, constant(0.3)),
+    )
+    assert reached([a, b]) == [Outcome.ABORTED, Outcome.TIMEOUT]
+    assert np.isfinite(b.moving_obstacles).all()
+    assert b.moving_obstacles[-1, 0, 0] == pytest.approx(a.pose[-1, 0], abs=0.2)
 
 
 def test_two_who_swap_roles_drive_mirrored():

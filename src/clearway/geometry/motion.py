@@ -51,8 +51,10 @@ def ramp(now: float, target: float, faster: float, slower: float, dt: float) -> 
     down to zero first and speeds up in what remains of `dt`.
 
     Returns:
-        The velocity at the end, and its mean over `dt`.
+        The velocity at the end, and its mean over `dt`; in no time at all it stays what it is.
     """
+    if dt <= 0.0:
+        return now, now
     if now * target < 0.0:
         stop = abs(now) / slower
         if stop >= dt:
