@@ -171,8 +171,8 @@ class Latency:
 
     @property
     def expected(self) -> float:
-        """From what is told to the instant at which a decision of now is followed, s. Motors that lag count as so much later: a
-        braking base stops where one does that brakes `lag` later, and is never ahead of it."""
+        """From what is told to the instant at which a decision of now is followed, s. Motors that lag count as so much later: what they
+        do from a steady speed on ends where it ends without lag, `lag` times that speed further on."""
         return self.sensing + self.command + self.lag
 
 

@@ -33,7 +33,7 @@ class Dreamer:
 
     def decide(self, sensing: Sensing) -> Decision:
         t, pose = sensing.t, sensing.truth
-        self.dreamt.append(self.ahead.pose(t, pose).copy())
+        self.dreamt.append(self.ahead.pose(t, pose, sensing.odom_velocity).copy())
         if len(self.dreamt) % 3 == 1:
             self.wish = self.rng.uniform(-1.0, 1.0, 2) * (1.0, 1.5)
         self.ahead.decided(t, self.velocity, *self.wish)
@@ -77,6 +77,45 @@ def test_it_is_where_it_expected_to_be(name: str, sensing: float, command: int) 
 
 
 @settings(max_examples=20)
+@given(
+    lag=st.floats(0.05, 0.5),
+    sensing=st.sampled_from((0.0, 0.13)),
+    command=st.sampled_from((0.0, 0.1)),
+    brake=st.floats(1.0, 9.0),
+)
+def test_motors_that_lag_end_where_it_expected(lag: float, sensing: float, command: float, brake: float) -> None:
+    """Asked at any instant, of a robot that speeds up or brakes: where one without lag would come to rest from there, it does."""
+    tiago = load_robot("tiago")
+    drive = tiago.drive.model_copy(update={"lag": lag, "deceleration": brake})
+    update = {"drive": drive, "latency": LatencySpec(sensing=sensing, command=command)}
+    robot = tiago.model_copy(update=update | {"lidar": None})
+    limits, rests = robot.limits(1.0), []
+
+    class Braking:
+        def reset(self, task: Task, robot: Robot, rng: np.random.Generator) -> None:
+            self.ahead, self.v = Ahead(task.latency, limits), np.zeros(2)
+
+        def decide(self, sensing: Sensing) -> Decision:
+            t, v = sensing.t, 0.9 if sensing.t < 0.95 else 0.0
+            pose, velocity = self.ahead.state(t, sensing.truth, sensing.odom_velocity)
+            if t > 0.95:
+                rests.append(float(pose[0] + 0.5 * velocity[0] ** 2 / brake))
+            self.ahead.decided(t, velocity, v, 0.0)
+            return Decision(Command(v, 0.0), sensing.truth)
+
+    scenario = Scenario.model_validate(
+        {
+            "name": "test", "floor_plan": "nowhere", "start": (0.0, 0.0, 0.0), "speed": 1.0, "seed": 3,
+            "legs": [{"name": "forth", "goal": (99.0, 0.0, 0.0), "time_limit": 7.0}], "placement_xy": 0.0, "placement_yaw": 0.0,
+            "ideal": ["odometry"],
+        }
+    )  # fmt: skip
+    trial = simulate_in([], stack([[]]), scenario, robot, Braking(), navigator="test", localisation="truth")
+    assert len(rests) > 40
+    assert rests == pytest.approx([trial.pose[-1, 0]] * len(rests), abs=3e-3)
+
+
+@settings(max_examples=20)
 @given(seed=st.integers(0, 999), sensing=st.floats(0.0, 0.3), command=st.integers(0, 2), factor=st.floats(0.1, 3.0))
 def test_what_pushes_it_puts_it_off_by_no_more_than_the_bound(
     seed: int, sensing: float, command: int, factor: float
@@ -96,7 +135,7 @@ def test_what_pushes_it_puts_it_off_by_no_more_than_the_bound(
 def test_without_latency_nothing_is_rolled_on() -> None:
     ahead, pose = Ahead(Latency(), load_robot("tiago").limits()), np.array((1.0, 2.0, 3.0))
     ahead.decided(0.0, np.zeros(2), 1.0, 1.0)
-    assert ahead.pose(0.1, pose) is pose
+    assert ahead.pose(0.1, pose, np.ones(2)) is pose
     start = np.array((0.1, 0.2, 0.3))
     assert blurred(start, np.ones(5), 0.0, 0.1, 1.0) is start
 

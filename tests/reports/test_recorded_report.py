@@ -135,16 +135,6 @@ def test_what_is_to_be_confirmed_names_its_trials(recorded: Results) -> None:
     assert all("allowed" in line for line in near[0].what)
 
 
-def test_motors_and_wheels_are_told_where_the_robot_s_file_does(
-    recorded: Results, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    f = Findings(recorded)
-    assert "motors and wheels" not in facts(conditions.vehicle(f, "tiago"))
-    monkeypatch.setitem(f.robots, "tiago", load_robot("husky:slipping"))
-    told = facts(conditions.vehicle(f, "tiago"))["motors and wheels"]
-    assert told == "lag 0.24 s, slip 4.1 % of the way, 18 % of turns"
-
-
 def test_conditions_come_from_the_plan(recorded: Results) -> None:
     f = Findings(recorded)
     about = facts(conditions.test(f))

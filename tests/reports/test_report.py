@@ -15,7 +15,7 @@ from synthetic_results import write_campaign
 from clearway.errors import ClearwayError
 from clearway.indicators import HEADLINE
 from clearway.reports import figure, write_replay, write_report
-from clearway.reports.conditions import deviations
+from clearway.reports.conditions import deviations, vehicle
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num, p_value, percent
 from clearway.reports.outcomes import beside, breakdown, correlations, normality, significance, why
@@ -218,6 +218,15 @@ def test_a_missed_goal_is_told_in_figures(results: Results) -> None:
     )
     assert why(row | {"reason": "Traceback\n  x\nValueError: no"}, attempt) == "ValueError: no"
     assert why(row, attempt) == ""
+
+
+def test_motors_and_wheels_are_told_where_the_robot_s_file_does(
+    results: Results, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    f = Findings(results)
+    assert "motors and wheels" not in dict(vehicle(f, "hosbot"))
+    monkeypatch.setitem(f.robots, "hosbot", load_robot("husky:slipping"))
+    assert dict(vehicle(f, "hosbot"))["motors and wheels"] == "lag 0.24 s, slip 4.1 % of the way, 18 % of turns"
 
 
 def test_deviations_name_what_was_not_run_and_what_table_3_prints(results: Results) -> None:

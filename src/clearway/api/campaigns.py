@@ -101,7 +101,7 @@ def run(
             (`hp-st[without=reverse]`).
         guarantees: Modes (`passive`, `evasive`, `none`) in which to run the navigators that have them.
         disturbance: Factor on what disturbs the robot in each scenario; None: as each scenario says.
-        latency: Factor on how late the robots sense and act; 0: at once; None: as their files say.
+        latency: Factor on how late the robots sense and act; 0: at once, but for motors that lag; None: as their files say.
         ideal: Errors of the robots to leave out: `sweep`, `legs`, `mixed-pixels`, `lost-returns`, `bias`, `noise`, `odometry`,
             `lag`, `slip`, `all`; a robot and its navigator still know the sensors as its file has them.
         team: `"tiago*2+hosbot"`, or robots one by one: who takes part in scenarios of several robots, in their order, instead of

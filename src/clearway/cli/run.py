@@ -85,7 +85,11 @@ def run(
         float | None, typer.Option(metavar="FACTOR", help="Times what disturbs the robot in each scenario, as in 2.")
     ] = None,
     latency: Annotated[
-        float | None, typer.Option(metavar="FACTOR", help="Times how late the robot senses and acts; 0: at once.")
+        float | None,
+        typer.Option(
+            metavar="FACTOR",
+            help="Times how late the robot senses and acts; 0: at once, but for motors that lag (--ideal lag).",
+        ),
     ] = None,
     ideal: Annotated[
         list[str] | None,

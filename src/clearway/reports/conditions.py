@@ -41,8 +41,6 @@ def vehicle(f: Findings, name: str) -> Facts:
     carried = given.pop("load", BLANK)
     facts += [("load", load or carried), *given.items(), ("footprint", _footprint(robot))]
     facts.append(("drive limits", _drive(robot.limits())))
-    if motors := _motors(robot):
-        facts.append(("motors and wheels", motors))
     if robot.lidar is not None:
         lidar = robot.lidar
         facts.append(
@@ -60,6 +58,8 @@ def vehicle(f: Findings, name: str) -> Facts:
         )
         facts.append(("wheel odometry", noise))
         facts.append(("latency", _latency(f, robot)))
+        if motors := _motors(robot):
+            facts.append(("motors and wheels", motors))
         if without := _dict(_dict(f.results.campaign.get("plan")).get("selection")).get("ideal"):
             facts.append(("errors left out", ", ".join(map(str, without))))
     t, told = robot.tolerances, robot.planner_tolerances
@@ -86,8 +86,8 @@ def _drive(d: DriveLimits) -> str:
 def _motors(robot: Robot) -> str:
     base = robot.drive
     parts = [f"lag {base.lag:g} s"] if base.lag else []
-    if base.slip or base.turn_slip:
-        parts.append(f"slip {100 * base.slip:g} % of the way, {100 * base.turn_slip:g} % of turns")
+    if base.slip_ratio or base.turn_slip_ratio:
+        parts.append(f"slip {100 * base.slip_ratio:g} % of the way, {100 * base.turn_slip_ratio:g} % of turns")
     return ", ".join(parts)
 
 
@@ -96,7 +96,7 @@ def _latency(f: Findings, robot: Robot) -> str:
     factor = 1.0 if factor is None else float(factor)
     late = robot.latency
     if not factor * (late.sensing + late.command + late.jitter):
-        return "none: senses and acts at once"
+        return "none: senses and acts at once" + (", but for its motors" if robot.drive.lag else "")
     parts = [f"sensing {factor * late.sensing:g} s", f"command {factor * late.command:g} s"]
     parts += [f"up to {factor * late.jitter:g} s more of either"] if late.jitter else []
     return ", ".join(parts) + (f" ({factor:g} times what its file says)" if factor != 1.0 else "")

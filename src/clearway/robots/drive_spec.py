@@ -37,12 +37,12 @@ class _Drive(Part):
         default=0.0,
         description="time constant with which the motors follow, by first order, what the base's controller sets them to, s",
     )
-    slip: Share = Field(
+    slip_ratio: Share = Field(
         default=0.0,
         description="share of the way, forwards or to its sides, that its wheels turn and it does not move; its odometry"
         " counts wheels",
     )
-    turn_slip: Share = Field(default=0.0, description="the same of turns")
+    turn_slip_ratio: Share = Field(default=0.0, description="the same of turns")
 
     def base_link(self, odometry: FloatArray) -> FloatArray:
         """(3,) where base_link is in the odometry's frame, whose pose (3,) is that of the point that the base turns about."""

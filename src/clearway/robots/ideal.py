@@ -24,7 +24,7 @@ ERRORS: dict[str, dict[str, dict[str, Any]]] = {
         }
     },
     "lag": {"drive": {"lag": 0.0}},
-    "slip": {"drive": {"slip": 0.0, "turn_slip": 0.0}},
+    "slip": {"drive": {"slip_ratio": 0.0, "turn_slip_ratio": 0.0}},
 }  # fmt: skip
 """Name -> part of a robot's file -> what its values are without the error."""
 

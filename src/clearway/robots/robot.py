@@ -135,7 +135,8 @@ class Odometry(Part):
         default=0.0, description="systematic: turn imagined per metre driven (unequal wheels), rad/m"
     )
     gyro: bool = Field(
-        default=False, description="whether its turns are a gyroscope's, which a slip of the wheels does not deceive"
+        default=False,
+        description="whether its turns are a gyroscope's: `drive.turn_slip_ratio` does not deceive it; all else is as for wheels",
     )
     speed_noise: NonNegative | None = Field(
         default=None,

@@ -27,19 +27,20 @@ class Past:
         reach: How far back anybody asks, s.
         period: From a decision to the next, s.
         state: (TOLD,) the robot's, as the plant has it, before anything moved.
+        measured: (3,) of v, omega and v_y of the base, how many its odometry measures for one where nothing errs: more where wheels slip.
     """
 
-    def __init__(self, reach: float, period: float, state: FloatArray) -> None:
+    def __init__(self, reach: float, period: float, state: FloatArray, measured: FloatArray) -> None:
         most = math.ceil(reach / period) + 1 if reach > 0.0 else 0
         self._driven: deque[tuple[float, float, FloatArray, FloatArray]] = deque(maxlen=most)
         self._moving: deque[tuple[float, FloatArray]] = deque(maxlen=most + 1)
-        self._first = state[:TOLD].copy()
+        self._first, self._measured = state[:TOLD].copy(), measured
 
     def drive(self, t: float, period: float, way: FloatArray, state: FloatArray) -> None:
         """In the `period` [s] from time `t` [s] on the robot drove along `way` (n + 1, WAY), as `setting.Setting` has it, until
         its state was `state`."""
         if self._driven.maxlen:
-            self._driven.append((t, period, way.copy(), state[ODOM_V:TOLD] - state[V:ODOM_X]))
+            self._driven.append((t, period, way.copy(), state[ODOM_V:TOLD] - self._measured * state[V:ODOM_X]))
 
     def see(self, t: float, moving: FloatArray) -> None:
         """At time `t` [s] the moving bodies had these poses (m, 3)."""
@@ -58,7 +59,7 @@ class Past:
             state[:WAY] = a + share * (b - a)
             for k in (0, ODOM_X):  # the true pose, the dead-reckoned one
                 state[k : k + 3] = between(a[k : k + 3], b[k : k + 3], share)
-            state[ODOM_V:TOLD] = state[V:ODOM_X] + error
+            state[ODOM_V:TOLD] = self._measured * state[V:ODOM_X] + error
             return state
         return self._first.copy()
 

@@ -257,7 +257,7 @@ def _roll(state: FloatArray, vehicle: Vehicle, commands: FloatArray, begin: floa
         v, along, omega, turn, v_y, aside, front = _follow_any(commands, limits, state, begin, duration)
     if vehicle.lag == 0.0:
         return _Wheels(v, omega, v_y, front, v, omega, v_y, along, turn, aside)
-    # what they are set to counts as constant at its mean: then end and mean are exact
+    # what they are set to counts as constant at its mean: end and mean are exact for that
     kept = math.exp(-duration / vehicle.lag)
     at_v, at_omega, at_y = state[V] / vehicle.grip, state[OMEGA] / vehicle.turn_grip, state[V_Y] / vehicle.grip
     to_v, to_omega, to_y = along + (at_v - along) * kept, turn + (at_omega - turn) * kept, aside + (at_y - aside) * kept

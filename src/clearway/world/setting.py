@@ -28,11 +28,8 @@ ODOM_V, ODOM_OMEGA, ODOM_V_Y = 9, 10, 11
 TOLD = 12  # so many of them anybody but the plant asks for
 ODOMETER, NEXT_CHECK, ELAPSED = 12, 13, 14  # m; the first reading at which a static body must be looked at; s
 STEERING = 15  # angle of a car's front wheels to the left, rad
-SET_V, SET_OMEGA, SET_V_Y = (
-    16,
-    17,
-    18,
-)  # what the base's controller sets its wheels to; a base that lags isn't there yet
+# what the base's controller sets its wheels to; a base that lags isn't there yet
+SET_V, SET_OMEGA, SET_V_Y = 16, 17, 18
 STATE = 19
 
 

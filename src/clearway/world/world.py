@@ -78,7 +78,9 @@ class World:
         sweep = 0.0 if robot.lidar is None else latency * robot.lidar.sweep
         late = self.latency.sensing + self.latency.jitter
         self._late = late + sweep > 0.0  # whether anybody asks for the past
-        self._past = Past(late + 0.5 * sweep, robot.period, self._state)
+        grip, turn_grip = 1.0 - drive.slip_ratio, 1.0 - drive.turn_slip_ratio
+        measured = np.array((1.0 / grip, 1.0 if robot.odometry.gyro else 1.0 / turn_grip, 1.0 / grip))
+        self._past = Past(late + 0.5 * sweep, robot.period, self._state, measured)
         self._commands = np.full((self._delays.rows, 4), math.inf)
         self._commands[0, 0] = 0.0
         self._sideways = robot.limits().v_y_max > 0.0
@@ -98,8 +100,7 @@ class World:
         self.moving_obstacles = np.full((len(self._moving), 3), np.nan)
         self._sensed_obstacles = self.moving_obstacles.copy()
         vehicle = setting.Vehicle(
-            robot.period, robot.limits(speed), drive.lag, 1.0 - drive.slip, 1.0 - drive.turn_slip,
-            setting.odometry_errors(robot.odometry, key, 1.0 - drive.turn_slip), key,
+            robot.period, robot.limits(speed), drive.lag, grip, turn_grip, setting.odometry_errors(robot.odometry, key, turn_grip), key,
             setting.disturbance_bounds(disturbance), stream(seed, "disturbance"),
             foot.points, float(foot.radius[0]), float(foot.reach[0]),
         )  # fmt: skip

@@ -3,6 +3,10 @@
 What a navigator is told is `sensing` old, and what it commands is followed `command` later. In between the base follows
 commands that were given before. So its pose is rolled on by these, as far as its limits say; what pushes it besides
 nobody knows, but by how much at most (`blurred`).
+
+Motors that lag are `lag` behind what they are set to: whatever is set from now on, they end where a base without lag ends that begins
+where this one would be had it kept its speed for `lag`, and get there that much later. On a line that is exact (the way is the integral of what is set, and
+`lag` times what the speed changes by less); in a turn it is nearly so.
 """
 
 from __future__ import annotations
@@ -21,6 +25,7 @@ from clearway.robots.drive_limits import DriveLimits, possible
 
 _STEP = 0.01  # s, within which a base is taken to keep its mean speed
 _SAME = 1e-9  # s
+_MOMENT = 1e-6  # s
 _KEPT = 0.5  # s, for which it is known what was followed before the time that is told of
 
 
@@ -48,26 +53,28 @@ class Ahead:
         limits: Of its base.
 
     Attributes:
-        time: From what is told to the instant at which a decision of now is followed, s.
+        time: From what is told to the instant at which a decision of now is followed, by motors that lag as if at once, s.
     """
 
     def __init__(self, latency: Latency, limits: DriveLimits) -> None:
         self.time = latency.expected
+        self._late, self._lag = latency.sensing + latency.command, latency.lag
         self._limits = limits
         self._given = np.array(((-math.inf, 0.0, 0.0, 0.0, 0.0),))  # see `follow_all`
 
     def decided(self, t: float, velocity: FloatArray, v: float, omega: float) -> None:
         """On what was told of time `t` [s] a command was given; the base will move at `velocity` (2,) when it is followed."""
         if self.time > 0.0:
-            self._given = np.vstack((self._given, (t + self.time, velocity[0], velocity[1], v, omega)))
+            self._given = np.vstack((self._given, (t + self._late, velocity[0], velocity[1], v, omega)))
 
-    def pose(self, t: float, pose: FloatArray) -> FloatArray:
-        """(3,) where a robot that is told to be at `pose` at time `t` [s] will be when a decision of now is followed."""
+    def pose(self, t: float, pose: FloatArray, velocity: FloatArray) -> FloatArray:
+        """(3,) where a robot that is told to be at `pose` with `velocity` (2 or 3,) at time `t` [s] will be when a decision of now is
+        followed; the velocity counts where its motors lag."""
         if self.time == 0.0:
             return pose
         while len(self._given) > 1 and self._given[1, 0] <= t - _KEPT:
             self._given = self._given[1:]
-        return self.way(pose, t, t + self.time).pose
+        return self.way(self._coasted(pose, velocity), t, t + self._late).pose
 
     def state(self, t: float, pose: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
         """As `pose`, with the velocity: (2,), or (3,) with v_y of an omnidirectional base, which is taken to go on as it does."""
@@ -75,11 +82,17 @@ class Ahead:
         if late == 0.0:
             return pose, velocity
         if len(velocity) == 2:
-            way = self.way(pose, t, t + late)
+            begin = t if self._late > 0.0 else t - _MOMENT  # what it is set to now
+            way = self.way(self._coasted(pose, velocity), begin, t + self._late)
             return way.pose, way.velocity
         heading = float(pose[2]) + 0.5 * late * float(velocity[1])
         c, s, (v, omega, v_y) = math.cos(heading), math.sin(heading), velocity.tolist()
         return pose + late * np.array((c * v - s * v_y, s * v + c * v_y, omega)), velocity
+
+    def _coasted(self, pose: FloatArray, velocity: FloatArray) -> FloatArray:
+        if self._lag == 0.0:
+            return pose
+        return np.array(arc(pose[0], pose[1], pose[2], velocity[0], velocity[1], self._lag))
 
     def way(self, pose: FloatArray, begin: float, end: float) -> Way:
         """How the base moves from `pose` (3,) at time `begin` until `end` [s], by what was commanded before."""

@@ -220,7 +220,7 @@ class HpSt:
         if self._drifts:
             self._rules = self._rules._replace(sight=self._looked(observation.t, float(pose[2])))
         if self._ahead.time > 0.0:
-            given, pose = self._ahead.pose(observation.t, given), self._ahead.pose(observation.t, pose)
+            given, pose = (self._ahead.pose(observation.t, p, observation.velocity) for p in (given, pose))
             self._rules = self._rules._replace(eye=perceived)
         self._forecast = later(now, self._ahead.time, self._p.obstacle_acceleration)
         self._counted = self._count(self._forecast, perceived, pose)

@@ -143,7 +143,7 @@ class HpTmpc:
             self._approach.reset(observation.goal)
             if first:
                 self._memory.input[:] = np.nan_to_num(observation.velocity, posinf=0.0, neginf=0.0)
-        pose = self._ahead.pose(observation.t, pose)
+        pose = self._ahead.pose(observation.t, pose, observation.velocity)
         arrived = self._approach.reached(pose, self._memory.input)
         if self._approach.stopping:
             return self._turn(self._approach.turn, arrived)

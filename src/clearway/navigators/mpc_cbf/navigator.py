@@ -111,12 +111,9 @@ class MpcCbf:
             finite("velocity", observation.velocity, self._components)[:2],
         )
         finite("goal.pose", observation.goal.pose)
-        t, late = observation.t, self._ahead.time
-        if late > 0.0:
-            way = self._ahead.way(pose, t, t + late)
-            pose, velocity = way.pose, way.velocity
+        pose, velocity = self._ahead.state(observation.t, pose, velocity)
         command = self._decide(observation, pose, velocity)
-        self._ahead.decided(t, velocity, command.v, command.omega)
+        self._ahead.decided(observation.t, velocity, command.v, command.omega)
         return command
 
     def _decide(self, observation: Observation, pose: FloatArray, velocity: FloatArray) -> Command:
