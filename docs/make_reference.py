@@ -25,7 +25,7 @@ from clearway.trials.store import results_schema
 
 PAGE, PYTHON = (Path(__file__).with_name(name) for name in ("reference.md", "python.md"))
 VERBS = (
-    "run", "live", "merge", "rerun", "break", "tune", "protocol", "import", "score", "localise", "map", "accept", "report", "replay", "export", "compare", "requirement", "list", "check", "schema", "samples", "examples",
+    "run", "live", "merge", "rerun", "break", "tune", "protocol", "import", "score", "localise", "identify", "map", "accept", "report", "replay", "export", "compare", "requirement", "list", "check", "schema", "samples", "examples",
 )  # fmt: skip
 
 

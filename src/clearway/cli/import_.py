@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from clearway.recordings.recording import Contents
 
 
-NOW_AND_THEN = ("goal", "action", "path", "other")
+NOW_AND_THEN = ("goal", "action", "path", "command", "other")
 """Kinds of things that come when they come, so that nothing of them can lack."""
 
 

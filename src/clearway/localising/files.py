@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from clearway.errors import ClearwayError, unknown
+from clearway.errors import ClearwayError
 from clearway.localising.offline import Localised, localise
 from clearway.recordings import formats
 from clearway.recordings.formats import beside, table
-from clearway.recordings.recording import Contents, Recording, Track, Want
+from clearway.recordings.recording import Recording, Track, Want
 from clearway.robots import load_robot
 from clearway.scenarios.floorplan import load_floor_plan
 
@@ -58,8 +58,8 @@ def localise_recording(
     if floor.map is None:
         raise ClearwayError(f"the floor plan {map!r} has no map to localise on", field="map")
     held = formats.look(path)
-    scan = _topic(held, "scan", scan)
-    odometry = odometry if odometry is not None and "->" in odometry else _topic(held, "odometry", odometry)
+    scan = held.only("scan", scan)
+    odometry = odometry if odometry is not None and "->" in odometry else held.only("odometry", odometry)
     read = formats.read(path, Want(frozenset({scan, odometry})))
     sweeps = read.scans[scan]
     if mount is not None:
@@ -83,18 +83,3 @@ def localise_recording(
     )
     table.write(target, Recording(target, "table", tracks={BODY: track}, epoch=read.epoch))
     return found
-
-
-def _topic(held: Contents, kind: str, asked: str | None) -> str:
-    """The topic of that kind that is meant."""
-    known = [e.name for e in held.entries if e.kind == kind]
-    if asked is not None:
-        if asked not in known:
-            raise unknown(f"topic of {kind}", asked, known, file=held.file)
-        return asked
-    if len(known) != 1:
-        which = (
-            f"has {len(known)} topics of {kind} ({', '.join(known)}); say which" if known else f"has no topic of {kind}"
-        )
-        raise ClearwayError(which, file=held.file, field=kind)
-    return known[0]

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from clearway.errors import ClearwayError, unknown
 from clearway.geometry.shapes import FloatArray
 
 FARTHEST, LARGEST_TWIST = 1e9, 1e6
@@ -121,6 +122,19 @@ class Paths:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Commands:
+    """Velocities that a base was told.
+
+    Attributes:
+        t: (k,) when each was sent, s, strictly increasing.
+        velocity: (k, 3) v, v_y [m/s] and omega [rad/s].
+    """
+
+    t: FloatArray
+    velocity: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Recording:
     """What was read of one file.
 
@@ -132,6 +146,7 @@ class Recording:
         goals: Goals that were sent, by topic.
         scans: Scans of lidars, by topic.
         paths: Plans that were published, by topic.
+        commands: Velocities that a base was told, by topic.
         epoch: UNIX time of t = 0, s; None if the file doesn't say.
         notes: What the reader had to do or noticed, in sentences (axes turned, mm scaled, duplicates dropped).
         up: The axis of the file that was taken as up, and is z here: `x`, `y`, `z`, `-x`, `-y` or `-z`.
@@ -145,6 +160,7 @@ class Recording:
     goals: Mapping[str, Goals] = field(default_factory=dict)
     scans: Mapping[str, Sweeps] = field(default_factory=dict)
     paths: Mapping[str, Paths] = field(default_factory=dict)
+    commands: Mapping[str, Commands] = field(default_factory=dict)
     epoch: float | None = None
     notes: tuple[str, ...] = ()
     up: str = "z"
@@ -211,7 +227,7 @@ class Entry:
 
     Attributes:
         name: Its name, as it is asked for.
-        kind: `marker`, `body`, `odometry`, `pose`, `tf`, `scan`, `goal`, `action`, `path`, `person`, `table`, `markers` or
+        kind: `marker`, `body`, `odometry`, `pose`, `tf`, `scan`, `goal`, `action`, `path`, `command`, `person`, `table`, `markers` or
             `array` (several markers or poses on one topic), or `other` (there, but not understood).
         count: Number of samples in which it is there.
         start: When it is there first, s; None: never.
@@ -260,6 +276,26 @@ class Contents:
         """From the first sample to the last, s; 0 if it is empty."""
         return 0.0 if self.start is None or self.end is None else self.end - self.start
 
+    def only(self, kind: str, asked: str | None) -> str:
+        """The topic of a kind that is meant: the one that is asked for, or the only one.
+
+        Raises:
+            ClearwayError: It isn't there, or there is none, or more than one of which none is asked for.
+        """
+        known = [e.name for e in self.entries if e.kind == kind]
+        if asked is not None:
+            if asked not in known:
+                raise unknown(f"topic of {kind}", asked, known, file=self.file)
+            return asked
+        if len(known) != 1:
+            which = (
+                f"has {len(known)} topics of {kind} ({', '.join(known)}); say which"
+                if known
+                else f"has no topic of {kind}"
+            )
+            raise ClearwayError(which, file=self.file, field=kind)
+        return known[0]
+
 
 def describe(name: str, kind: str, t: FloatArray, seen: npt.NDArray[np.bool_] | None = None, detail: str = "") -> Entry:
     """The entry of something that was sampled at `t` (n,) [s]; `seen` (n,) bool: in which of them it is there."""
@@ -289,7 +325,7 @@ def contents_of(recording: Recording) -> Contents:
         ("goal", recording.goals),
         ("scan", recording.scans),
         ("path", recording.paths),
-    )
+    )  # commands come in bags alone, which are looked into by their index
     entries += [describe(name, kind, x.t, detail=x.frame) for kind, them in several for name, x in them.items()]
     starts = [e.start for e in entries if e.start is not None]
     ends = [e.end for e in entries if e.end is not None]

@@ -3,6 +3,7 @@
 A recording's names are topics, `TOPIC/NAME` for one of several things on a topic (bodies, people, markers, the poses of an array),
 `parent->child` for how one frame moves in another by /tf and /tf_static, and an action's name for the goals that it was sent. Read without
 names, a bag gives poses, odometry, bodies, people, markers, goals, and the pairs of frames that a robot's base is known by; scans, paths and
+commands and
 arrays of poses are only read by name, and so is anything else of /tf. t = 0 is when the first message was recorded; messages keep their own
 stamps.
 """
@@ -22,6 +23,7 @@ from clearway.recordings.formats.bag_actions import ActionOf, action_of
 from clearway.recordings.formats.bag_collect import (
     SECOND,
     Clock,
+    CommandsOf,
     GoalsOf,
     PathsOf,
     PointsOf,
@@ -37,6 +39,7 @@ from clearway.recordings.formats.bag_store import Channel
 from clearway.recordings.formats.format import Format
 from clearway.recordings.formats.tf import split
 from clearway.recordings.recording import (
+    Commands,
     Contents,
     Entry,
     Goals,
@@ -51,6 +54,8 @@ from clearway.recordings.recording import (
 
 MOST_THINGS = 10_000
 """Bodies, markers and people of a bag."""
+
+_SINKS: dict[str, type[SweepsOf | PathsOf | CommandsOf]] = {"scan": SweepsOf, "path": PathsOf, "command": CommandsOf}
 
 Taker = Callable[[int, bytes], None]
 """Takes a message's time of recording [ns] and its bytes."""
@@ -114,7 +119,7 @@ def read(path: Path, want: Want) -> Recording:
             notes = [*notes, *said]
         start, _ = bag.span()
         return Recording(
-            path, "bag", reading.points, tracks, reading.goals, reading.scans, reading.paths,
+            path, "bag", reading.points, tracks, reading.goals, reading.scans, reading.paths, reading.commands,
             bag.epoch / SECOND if start is not None else None, (*bag.notes, *notes, *reading.clock.notes()),
         )  # fmt: skip
 
@@ -130,6 +135,7 @@ class _Reading:
     goals: dict[str, Goals] = field(default_factory=dict)
     scans: dict[str, Sweeps] = field(default_factory=dict)
     paths: dict[str, Paths] = field(default_factory=dict)
+    commands: dict[str, Commands] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     points: Points | None = None
     _takers: dict[int, dict[int, list[Taker]]] = field(default_factory=dict)
@@ -227,6 +233,8 @@ class _Reading:
                 self.goals[name] = result
             case Sweeps():
                 self.scans[name] = mounted(result, self.bag.placed(result.frame))
+            case Commands():
+                self.commands[name] = result
             case Points():
                 if self.points is not None:
                     raise ClearwayError("has two topics of markers; name those of one", file=self.bag.path, field=name)
@@ -251,7 +259,7 @@ class _Reading:
         topic, kind, clock = channel.topic, kind_of(channel), self.clock
         collected, things = self._collected, self._things
         if (poses := kind.poses) is None:
-            sink = collected.setdefault(topic, SweepsOf(topic) if kind.kind == "scan" else PathsOf(topic))
+            sink = collected.setdefault(topic, _SINKS[kind.kind](topic))
 
             def take(recorded: int, data: bytes) -> None:
                 message = decode(data)

@@ -15,7 +15,7 @@ from clearway.errors import ClearwayError
 from clearway.geometry.shapes import FloatArray
 from clearway.recordings.formats.bag_messages import Pose, stamp_of
 from clearway.recordings.formats.tf import frame_name
-from clearway.recordings.recording import Goals, Paths, Points, Sweeps, Track
+from clearway.recordings.recording import LARGEST_TWIST, Commands, Goals, Paths, Points, Sweeps, Track
 from clearway.recordings.times import in_order
 
 SECOND = 1_000_000_000
@@ -204,6 +204,33 @@ class SweepsOf:
         outside = (ranges < low) | (ranges > high)
         ranges[outside] = np.inf
         return Sweeps(self.frame, t[which], ranges, float(start), float(step), float(low), float(high)), notes
+
+
+@dataclass(slots=True)
+class CommandsOf:
+    """Collects the velocities that one topic asks for.
+
+    Attributes:
+        name: What they are called in the recording.
+        rows: Four numbers a command, one after the other: t [s], v, v_y [m/s] and omega [rad/s].
+    """
+
+    name: str
+    rows: Any = field(default_factory=lambda: array("d"))
+
+    def add(self, t: float, m: Any) -> None:
+        twist = m.twist if hasattr(m, "twist") else m
+        self.rows.extend((t, twist.linear.x, twist.linear.y, twist.angular.z))
+
+    def finish(self, file: Path, span: tuple[float, float] | None) -> tuple[Commands, list[str]]:
+        rows = np.array(self.rows).reshape(-1, 4)
+        rows = rows[_within(rows[:, 0], span)]
+        wrong = ~(np.abs(rows[:, 1:]) <= LARGEST_TWIST).all(axis=1)
+        keep, notes = in_order(rows[~wrong, 0], file=file, field=self.name, sort=True)
+        if wrong.any():
+            notes = (*notes, f"{self.name}: {int(wrong.sum())} commands are no velocities; left out")
+        rows = rows[~wrong][keep]
+        return Commands(rows[:, 0], rows[:, 1:]), list(notes)
 
 
 def mounted(sweeps: Sweeps, placed: tuple[FloatArray, FloatArray] | None) -> Sweeps:

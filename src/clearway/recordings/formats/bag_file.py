@@ -167,7 +167,7 @@ class Bag:
             for _, _, data in islice(part.store.messages(frozenset({part.channel.number}), NEVER, end), SAMPLE):
                 message = decode(data)
                 if poses is None:
-                    found[frame_name(message.header.frame_id)] = None
+                    found |= {frame_name(message.header.frame_id): None} if hasattr(message, "header") else {}
                 else:
                     found |= {ARROW.join(frame_name(x) for x in (p.frame, p.child) if x): None for p in poses(message)}
         names = sorted(f for f in found if f)

@@ -337,5 +337,7 @@ KINDS = {
     "move_base_msgs/msg/MoveBaseActionGoal": Kind("goal", _goal),
     "sensor_msgs/msg/LaserScan": Kind("scan"),
     "nav_msgs/msg/Path": Kind("path"),
+    "geometry_msgs/msg/Twist": Kind("command"),
+    "geometry_msgs/msg/TwistStamped": Kind("command"),
 }
 """By type. /goal_pose and its like are poses whose topic speaks of a goal."""

@@ -23,7 +23,7 @@ from clearway.scenarios.scenario import DiscSpec
 
 PERSON = DiscSpec(kind="disc", radius=0.25)
 """A person whom nobody measured: half the breadth of most people's shoulders, m."""
-OTHERS = ("marker", "scan", "goal", "action", "path", "other", "tf", *SEVERAL[2:])
+OTHERS = ("marker", "scan", "goal", "action", "path", "command", "other", "tf", *SEVERAL[2:])
 """Kinds of what a file holds that are no tracks by their own names."""
 
 
