@@ -291,6 +291,32 @@ def test_a_possible_contact_is_no_failure():
     assert score_row(replace(shuttle(), provenance={"note": "wet floor"}))["note"] == "wet floor"
 
 
+def test_the_geometry_tells_that_nothing_was_touched():
+    """Also where a gap leaves MDO between two bounds, and of walls where the test has no obstacle."""
+    gap = holed(recorded(shuttle(bodies=[box(2.5, 1.5)])), 5.0, 5.8)
+    row = score_row(gap)
+    assert row["MDO"] is None
+    assert 0.0 < row["MDO_at_least"] < row["MDO_at_most"]
+    assert row["contacts"] == 0
+    near = holed(recorded(shuttle(bodies=[box(2.5, 0.5)])), 4.5, 6.5)  # it may have come there
+    assert score_row(near)["contacts"] is None
+    walled = score_row(recorded(shuttle(bodies=[box(2.5, 3.0, kind="wall")])))
+    assert (walled["MDO"], walled["contacts"]) == (None, 0)
+    assert score_row(recorded(shuttle()))["contacts"] is None  # nobody knows of anything
+
+
+def test_a_recording_that_cannot_be_right_is_to_be_looked_at():
+    right = recorded(shuttle())
+    assert score_row(right)["to_confirm"] == ""
+    hasty = replace(right, t=0.1 * right.t, velocity=10.0 * right.velocity, spans=tuple(
+        replace(s, start=0.1 * s.start, end=0.1 * s.end) for s in right.spans
+    ))  # fmt: skip
+    assert "drives at 5 m/s where 0.5 m/s is set" in score_row(hasty)["to_confirm"]
+    spins = right.velocity * np.array([1.0, 57.3])
+    assert "turns at 45 rad/s" in score_row(replace(right, velocity=spins))["to_confirm"]
+    assert score_row(replace(hasty, attempt=replace(hasty.attempt, source="simulated")))["to_confirm"] == ""
+
+
 def near_box(*events):
     """Passes 6 mm from a box on the way forth, at 5.5 s."""
     return recorded(replace(shuttle(bodies=[box(2.5, 0.426), box(2.5, 3.0, kind="wall")]), events=events))

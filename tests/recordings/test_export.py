@@ -42,6 +42,9 @@ class Shelf:
     def __init__(self, *trials):
         self.trials = trials
 
+    def __len__(self):
+        return len(self.trials)
+
     def trial(self, index):
         return self.trials[index]
 
@@ -137,12 +140,24 @@ def test_same_seed_same_file(trial, tmp_path):
 
 
 def test_several_go_into_a_folder_under_telling_names(trial, tmp_path):
-    files = export_trials(Shelf(trial, forth_and_back(moving_obstacle=False)), (0, 1), "csv", tmp_path / "out")
+    files, _ = export_trials(Shelf(trial, forth_and_back(moving_obstacle=False)), (0, 1), "csv", tmp_path / "out")
     assert [f.name for f in files if f.suffix == ".csv"] == [
         "0000-CE-complex-v0.6-o0.4-s0.3-r1.csv", "0001-CE-complex-v0.6-o0.4-s0.3-r1.csv"
     ]  # fmt: skip
     named = replace(trial, attempt=replace(trial.attempt, scenario="../odd name"))
     assert telling_name(named, 3, "mcap") == "0003-.._odd_name.mcap"
+
+
+def test_of_all_those_that_were_not_recorded_are_left_out(trial, tmp_path):
+    unrecorded = replace(trial, pose=np.full_like(trial.pose, np.nan))
+    files, left_out = export_trials(
+        Shelf(unrecorded, trial, unrecorded, trial), None, "tum", tmp_path / "out", which="true"
+    )
+    assert ([f.name[:4] for f in files], left_out) == (["0001", "0003"], (0, 2))
+    with pytest.raises(ClearwayError, match="was not recorded"):
+        export_trials(Shelf(unrecorded, trial), (0, 1), "tum", tmp_path / "other")
+    with pytest.raises(ClearwayError, match="no trial was recorded"):
+        export_trials(Shelf(unrecorded), None, "tum", tmp_path / "none")
 
 
 @pytest.mark.parametrize(
@@ -163,7 +178,7 @@ def test_what_is_asked_wrongly_is_told(trial, tmp_path, words, told):
 def test_a_capture_is_scored_by_the_markers_beside_it_and_rests_before_and_after(trial, tmp_path, to):
     """Nothing but what was written, and where the robot was to go: MDO is the formula's, 0.38 m."""
     file = tmp_path / f"trial{TARGETS[to]}"
-    files = export_trials(Shelf(trial), (0,), to, file, **settings(to, {"noise": 0.0005}))
+    files, _ = export_trials(Shelf(trial), (0,), to, file, **settings(to, {"noise": 0.0005}))
     assert [f.name for f in files] == [file.name, f"{file.name}.markers.toml"]
     said = files[1].read_text()
     assert "begins at 2 s" in said

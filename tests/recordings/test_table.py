@@ -242,6 +242,8 @@ def test_without_a_description_the_columns_and_a_suggestion_are_shown(tmp_path: 
         ),
         ("frame,x,y\n1,1,2\n2,2,2\n", {"units": "m", "time": "frame", "x": [1, 2], "dt": 0.01}),
         ("0.0 1.0 2.0\n0.1 1.5 2.0\n", {"units": "m", "time": "s", "x": [1, 1.5], "dt": 0.1}),
+        ("t,x,y,yaw\n0,1,2,90\n20,2,2,90\n40,3,2,90\n", {"units": "m", "time": "ms", "x": [1, 2, 3], "dt": 0.02}),
+        ("t,x,y,yaw\n0,1,2,1.5\n1,2,2,1.5\n", {"units": "m", "time": "s", "x": [1, 2], "dt": 1.0}),
     ],
 )
 def test_units_are_proposed_as_names_and_sizes_say(tmp_path: Path, text: str, expected: dict[str, Any]):
@@ -255,7 +257,7 @@ def test_units_are_proposed_as_names_and_sizes_say(tmp_path: Path, text: str, ex
     track = READ(file, Want()).tracks["robot"]
     assert track.position[:, 0] == pytest.approx(expected["x"])
     assert np.diff(track.t) == pytest.approx(expected["dt"], abs=1e-6)
-    if "theta_deg" in text:
+    if "theta_deg" in text or ",90" in text:
         assert track.orientation is not None
         assert track.orientation[0, 2:] == pytest.approx([0.5**0.5, 0.5**0.5])
 
@@ -318,6 +320,21 @@ def test_what_is_wrong_in_a_table_is_said(tmp_path: Path, text: str, message: st
     with pytest.raises(ClearwayError, match=message) as caught:
         read(tmp_path, text, ROBOT)
     assert caught.value.file == str(tmp_path / "a.csv")
+
+
+def test_a_last_line_that_was_cut_off_is_left_out_and_told(tmp_path: Path):
+    cut_off = "the last line has no end and lacks columns: taken as cut off and left out"
+    read_ = read(tmp_path, "t,x,y\n0,1,2\n1,1,2\n2,1", ROBOT)
+    assert (read_.tracks["robot"].t.tolist(), cut_off in read_.notes) == ([0, 1], True)
+    for end in ("2,1,3", "2,1,3\n", "# the end"):
+        whole = read(tmp_path, f"t,x,y\n0,1,2\n1,1,2\n{end}", ROBOT)
+        assert (len(whole.tracks["robot"].t), cut_off in whole.notes) == (2 + end.startswith("2"), False)
+
+
+def test_what_is_infinite_was_not_seen(tmp_path: Path):
+    position = read(tmp_path, "t,x,y\n0,1,2\n1,inf,2\n2,1,2\n", ROBOT).tracks["robot"].position
+    assert np.isnan(position[1]).all()
+    assert np.isfinite(position[[0, 2]]).all()
 
 
 def test_what_is_no_table_is_said(tmp_path: Path):

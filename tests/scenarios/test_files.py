@@ -11,6 +11,7 @@ import jsonschema
 import pytest
 
 from clearway.errors import ClearwayError
+from clearway.recordings.protocol.toml_text import toml
 from clearway.robots import load_robot, robot_names
 from clearway.robots.robot import RESCUE
 from clearway.scenarios.check import floor_plan_schema, load_scenario, robot_schema, scenario_schema, suite_schema
@@ -82,6 +83,27 @@ def test_a_scenario_s_files_are_seen_from_its_folder(tmp_path: Path) -> None:
     scenario = load_scenario(path)
     assert load_floor_plan(scenario.floor_plan).name == "p"
     assert scenario.obstacles[1].shape.robot == str(tmp_path / "bot.toml")  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("what", ["scenario", "suite with files", "suite in place"])
+def test_they_are_seen_from_its_folder_wherever_one_runs_it(
+    tmp_path: Path, what: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By a relative path, too: named once, not folder upon folder."""
+    monkeypatch.chdir(tmp_path)
+    own, bot = Path("own"), '{ kind = "robot", robot = "bot.toml" }'
+    own.mkdir()
+    text = (EXAMPLES / "my_corridor.toml").read_text().replace('"ward"', '"p.toml"')
+    text = text.replace('{ kind = "disc", radius = 0.25 }', bot)
+    (own / "s.toml").write_text(text)
+    (own / "files.toml").write_text('name = "files"\nfiles = ["s.toml"]\n')
+    table = tomllib.loads(text)
+    table.pop("family", None)
+    (own / "place.toml").write_text('name = "place"\n' + toml({"scenario": [table]}))
+    name = {"scenario": "s.toml", "suite with files": "files.toml", "suite in place": "place.toml"}[what]
+    (test,) = load_suite(f"own/{name}").build(load_robot("tiago"), Selection(), 0)
+    assert test.floor_plan == "own/p.toml"
+    assert test.obstacles[1].shape.robot == "own/bot.toml"  # type: ignore[union-attr]
 
 
 def test_the_floor_plan_s_old_name_is_refused_with_the_new_one(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pytest
 
 from clearway.errors import ClearwayError
+from clearway.reports.acceptance import reasons, sentence
 from clearway.statistics import Criteria, Decision, Verdict, judge, load_criteria, outlooks
 from clearway.statistics.acceptance import _by_share, in_order
 
@@ -139,6 +140,20 @@ def test_a_missing_value_fails_unless_it_is_called_unknown(tmp_path: Path):
     assert (kinder.decision, kinder.criteria[0].unknown) == (Decision.GO_ON, 5)
 
 
+def test_bounds_judge_where_both_lie_on_one_side_of_the_limit(tmp_path: Path):
+    ends = {0: (0.12, 0.2), 1: (0.02, 0.05), 2: (0.05, 0.2), 3: (0.12, None)}
+    cells = {
+        "MDO": lambda i: None if i in ends else 0.3,
+        "MDO_at_least": lambda i: ends.get(i, (None, None))[0],
+        "MDO_at_most": lambda i: ends.get(i, (None, None))[1],
+    }
+    text = '[[criterion]]\nindicator = "MDO"\nat_least = 0.1\nshare = 0.5\n'
+    (found,) = verdict(trials(10, **cells), tmp_path, text).criteria
+    assert (found.failed, found.unjudged, found.conforming, found.missing) == (((0, 1),), ((0, 2),), 8, 0)
+    (found,) = verdict(trials(10, **cells), tmp_path, text.replace("0.1", "0.03")).criteria
+    assert (found.failed, found.unjudged) == ((), ((0, 1),))
+
+
 def test_very_many_failures(tmp_path: Path):
     text = SUCCESS.replace("0.9", "0.5")
     many = _by_share(asked(text, tmp_path).criterion[0], asked(text, tmp_path), *2 * [np.arange(120_000) % 2 == 0])
@@ -152,7 +167,13 @@ def test_no_moving_contact(tmp_path: Path):
     moved = trials(30, moved_at_contact=lambda i: "robot" if i == 7 else "", contacts=lambda i: int(i == 7))
     assert verdict(moved, tmp_path, text).criteria[0].failed == ((0, 7),)
     nobody_knows = trials(30, contacts=lambda i: None if i == 7 else 0)
-    assert verdict(nobody_knows, tmp_path, text).decision is Decision.REJECTED
+    open_still = verdict(nobody_knows, tmp_path, text)
+    assert (open_still.decision, open_still.more, open_still.criteria[0].unjudged) == (Decision.GO_ON, 0, ((0, 7),))
+    assert any(
+        "nobody knows whether it touched something: trial 7; `contact = true`" in note for note in open_still.notes
+    )
+    assert "by what nobody could judge yet" in sentence(open_still)
+    assert not any("more trials" in line for line in reasons(open_still.criteria[0]))
     at_rest = trials(30, moved_at_contact=lambda i: "obstacle" if i == 7 else "", contacts=lambda i: int(i == 7))
     assert verdict(at_rest, tmp_path, text).decision is Decision.ACCEPTED
 

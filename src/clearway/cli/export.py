@@ -57,11 +57,12 @@ def export(
     capture = {"rate": rate, "lead": lead, "noise": noise, "gaps": gaps, "swaps": swaps, "seed": seed}
     how = settings(to, {"which": which, "scans": scans} | capture)
     found = open_results(results)
-    wanted = range(len(found)) if every else trial or ()
     with Progress("export") as progress:
-        files = export_trials(found, wanted, to, out, progress=progress, **how)
+        files, left_out = export_trials(found, None if every else trial or (), to, out, progress=progress, **how)
     if as_json:
-        tell({"files": [str(f) for f in files]})
+        tell({"files": [str(f) for f in files], "not_recorded": left_out})
     else:
         for file in files:
             typer.echo(f"export: {file}")
+        if left_out:
+            typer.echo(f"export: not recorded, left out: trials {', '.join(map(str, left_out))}")

@@ -173,7 +173,7 @@ COLUMNS = (
     ),
     Column(
         "to_confirm", Kind.WORD,
-        "what a person has to look at: possible contacts, starts and ends of legs that did not show, a recording that can't be used",
+        "what a person has to look at: possible contacts, starts and ends of legs that did not show, a recording that can't be used or can't be right",
         to_confirm,
     ),
     Column(

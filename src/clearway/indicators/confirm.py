@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from clearway.contract import EventKind
 from clearway.indicators.indicator import NotComputable
 from clearway.indicators.legs import contact_time, named
@@ -10,11 +14,15 @@ from clearway.indicators.uncertainty import end_uncertainty, shown_digits
 from clearway.trials import Trial
 
 _UNITS = {"DE": "m", "OE": "rad"}
+_FASTER, _SLOWER, _MOVED = 3.0, 0.1, 1.0
+"""Times the set speed at which nobody drives, and m by which it moved for that to be told."""
+_SPINS = 10.0
+"""rad/s"""
 
 
 def to_confirm(trial: Trial) -> str:
-    """Possible contacts, unless a contact was confirmed, starts and ends of legs that did not show, and recordings that can't be
-    used, in phrases joined by `; `; empty where there is nothing to confirm."""
+    """Possible contacts, unless a contact was confirmed, starts and ends of legs that did not show, recordings that can't be
+    used, and such as can't be right, in phrases joined by `; `; empty where there is nothing to confirm."""
     possible = (
         [] if contact_time(trial) is not None else [e for e in trial.events if e.kind == EventKind.POSSIBLE_CONTACT]
     )
@@ -22,7 +30,27 @@ def to_confirm(trial: Trial) -> str:
     said += [e.detail for e in trial.events if e.kind in (EventKind.UNSEEN_DEPARTURE, EventKind.UNSEEN_ARRIVAL)]
     if trial.attempt.source == "recorded":
         said += [e.detail.replace("; ", ", ") for e in trial.events if e.kind == EventKind.ERROR]
+        said += _strange(trial)
     return "; ".join(said).replace("+-", "±")
+
+
+def _strange(trial: Trial) -> list[str]:
+    """What nobody drives: a recording's times, lengths or angles are of another unit, or its plan says another speed."""
+    seen = np.isfinite(trial.pose[:, :2]).all(axis=1)
+    if trial.velocity is None or seen.sum() < 2:
+        return []
+    said, told = [], trial.attempt.labels.speed
+    v, omega = (np.abs(trial.velocity[:, k]) for k in (0, -1))
+    moves = v[v > 0.1 * np.nanmax(v)] if np.isfinite(v).any() else v[:0]
+    far = math.hypot(*np.ptp(trial.pose[seen, :2], axis=0))
+    usual = float(np.nanmedian(moves)) if len(moves) else math.nan
+    if told and far > _MOVED and not _SLOWER * told < usual < _FASTER * told:
+        said.append(
+            f"drives at {usual:.3g} m/s where {told:g} m/s is set: are the recording's times and lengths, and that, right?"
+        )
+    if np.isfinite(omega).any() and (turns := float(np.nanquantile(omega, 0.95))) > _SPINS:
+        said.append(f"turns at {turns:.3g} rad/s: are its headings in the unit that is said?")
+    return said
 
 
 def near_tolerance(trial: Trial) -> str:

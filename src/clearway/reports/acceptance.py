@@ -29,11 +29,9 @@ def sentence(verdict: Verdict) -> str:
             broken = [j.name for j in verdict.criteria if j.decision is Decision.REJECTED]
             said = f"{who} is rejected: {'; '.join(broken)}"
         case Decision.GO_ON:
-            more = (
-                f"about {verdict.more:,} more trials"
-                if verdict.more is not None
-                else "too near a limit to say how many more trials"
-            )
+            more = "too near a limit to say how many more trials"
+            if verdict.more is not None:
+                more = f"about {verdict.more:,} more trials" if verdict.more else "by what nobody could judge yet"
             said = f"go on, {more}: {of}, none is broken"
     return f"{verdict.title}: {said}" if verdict.title else said
 
@@ -43,9 +41,9 @@ def reasons(judged: Judged) -> list[str]:
     lines = [judged.why]
     if judged.decision is Decision.GO_ON:
         parts = []
-        if judged.more is not None:
+        if judged.more:
             parts.append(f"about {judged.more:,} more trials, if they go on as so far")
-        elif judged.trials:
+        elif judged.more is None and judged.trials:
             parts.append("more trials than can be told: the share lies too near its limit")
         if judged.least is not None:
             parts.append(f"at least {judged.least:,} to be accepted, none of them failing")

@@ -92,12 +92,12 @@ def schema_of(model: type[BaseModel]) -> dict[str, Any]:
 
 
 def parse(model: type[Model], table: dict[str, Any], path: Path) -> tuple[Model | None, list[ClearwayError]]:
-    """The table as a model, or everything that is wrong with it; files that it names by way of values are read. Of a scenario with
-    a `[family]` it is the scenario itself."""
+    """The table as a model, or everything that is wrong with it; files that it names by way of values are read, others are named as
+    they are seen from here. Of a scenario with a `[family]` it is the scenario itself."""
     if model is Scenario and isinstance(table.get(FAMILY), dict):
         table = {key: value for key, value in table.items() if key != FAMILY}
     try:
-        return model.model_validate(with_tracks(table, path)), []
+        return _located(model.model_validate(with_tracks(table, path)), path), []
     except ClearwayError as error:
         return None, [error]
     except ValidationError as error:
@@ -166,9 +166,7 @@ def scenarios_of(spec: SuiteSpec, path: Path) -> list[Scenario]:
         ClearwayError: a file is wrong, or two scenarios have one name.
     """
     found: dict[str, Scenario] = {}
-    for scenario in itertools.chain(
-        (_located(s, path) for s in spec.scenario), (load_scenario(path.parent / f) for f in spec.files)
-    ):
+    for scenario in itertools.chain(spec.scenario, (load_scenario(path.parent / f) for f in spec.files)):
         if scenario.name in found:
             raise ClearwayError(f"two scenarios have the name {scenario.name!r}", file=path)
         found[scenario.name] = scenario
@@ -208,11 +206,16 @@ def _first(model: type[Model], path: Path) -> Model:
     found, wrong = parse(model, read_toml(path), path)
     if found is None:
         raise wrong[0]
-    return _located(found, path) if isinstance(found, Scenario) else found
+    return found
 
 
-def _located(scenario: Any, path: Path) -> Any:
-    """The scenario with the files that it names seen from the folder of its own file."""
+def _located(model: Any, path: Path) -> Any:
+    """The scenario, or the suite with its scenarios, with the files that these name seen from the folder of their own file."""
+    if isinstance(model, SuiteSpec):
+        return model.model_copy(update={"scenario": tuple(_located(s, path) for s in model.scenario)})
+    if not isinstance(model, Scenario):
+        return model
+    scenario = model
     change: dict[str, Any] = {}
     if is_path(scenario.floor_plan):
         change["floor_plan"] = _beside(scenario.floor_plan, path)

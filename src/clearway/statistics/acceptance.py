@@ -65,7 +65,8 @@ class Judged:
         unknown: How many nobody can judge yet.
         decided: After how many of them the decision fell; None: not yet.
         shares: The shares that are not ruled out, each end at the criterion's confidence at all times; None where none is asked.
-        more: About how many trials more decide, if they go on as so far; None: decided, or too many to tell.
+        more: About how many trials more decide, if they go on as so far; None: decided, or too many to tell. 0: those decide that nobody can
+            judge yet.
         least: How many more accept if none of them fails; None: decided.
         failed: The trials that do not conform, by table and number.
         unjudged: Those that nobody can judge yet, likewise.
@@ -163,7 +164,7 @@ def judge(tables: Sequence[pa.Table], criteria: Criteria, *, complete: bool = Tr
         decision,
         tuple(judged),
         more,
-        (*_gaps(rows, len(tables)), *_notes(chosen, tables)),
+        (*_gaps(rows, len(tables)), *_notes(chosen, tables, criteria)),
         len(tables),
     )
 
@@ -192,7 +193,10 @@ def _judged(
         trials=len(rows),
         conforming=int(sure.sum()),
         failing=int((~possible).sum()),
-        missing=sum(s is False and r.get(one.indicator) in (None, "") for r, s in zip(rows, said, strict=True)),
+        missing=sum(
+            s is False and r.get(one.indicator) in (None, "") and _between(one.indicator, r) is None
+            for r, s in zip(rows, said, strict=True)
+        ),
         unknown=int((possible & ~sure).sum()),
         decided=decided,
         shares=shares,
@@ -235,7 +239,7 @@ def _by_share(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np
     if most is not None and n >= most:
         if (possible & ~sure)[within].any():
             why = f"{most} trials are the most that count, and some of them nobody can judge yet"
-            return Decision.GO_ON, None, why, shares, None, None
+            return Decision.GO_ON, None, why, shares, 0, None
         why = f"a share of {one.share:g} was not shown within {most} trials, the most that count"
         return Decision.REJECTED, most, why, shares, None, None
     bounds = rule(one.share, accept, reject, failures=n - k + 4000, first=n - k)
@@ -263,19 +267,27 @@ def _by_count(one: Criterion, criteria: Criteria, sure: np.ndarray, possible: np
         why = f"{int(sure[:n].sum())} of the first {n} trials conform"
         return Decision.ACCEPTED, n, why, None, None, None
     if n == one.trials:
-        return Decision.GO_ON, None, f"of the first {n} trials some nobody can judge yet", None, None, None
+        return Decision.GO_ON, None, f"of the first {n} trials some nobody can judge yet", None, 0, None
     return Decision.GO_ON, None, f"{n} of {one.trials} trials are there", None, one.trials - n, one.trials - n
 
 
 def conforms(one: Criterion, row: Mapping[str, Any]) -> bool | None:
     """Whether a trial conforms; None: nobody can judge it yet."""
     value = row.get(one.indicator)
-    if UNUSABLE in str(row.get("reason") or "") or row.get("outcome") == Outcome.SCENARIO_FAILED:
+    if _useless(row) or row.get("outcome") == Outcome.SCENARIO_FAILED:
         return None
     if one.indicator in _OF_A_CONTACT and not value and row.get("contacts") != 0:
-        value = None  # there was a contact, or nobody knows
+        if row.get("contacts") is None:
+            return None
+        value = None  # there was a contact
     elif one.one_of or one.none_of:
         value = value or ""
+    low = -math.inf if one.at_least is None else one.at_least
+    high = math.inf if one.at_most is None else one.at_most
+    if value is None and (between := _between(one.indicator, row)) is not None:
+        least, most = between
+        yes = low <= least and most <= high
+        return None if row.get("to_confirm") or not (yes or most < low or least > high) else yes
     if value is None:
         return None if one.missing == "unknown" or row.get("to_confirm") else False
     if isinstance(value, str):
@@ -283,10 +295,16 @@ def conforms(one: Criterion, row: Mapping[str, Any]) -> bool | None:
     elif isinstance(value, bool):
         yes = value is (True if one.value is None else one.value)
     else:
-        low = -math.inf if one.at_least is None else one.at_least
-        high = math.inf if one.at_most is None else one.at_most
         yes = low <= value <= high
     return None if yes and row.get("to_confirm") else yes
+
+
+def _between(indicator: str, row: Mapping[str, Any]) -> tuple[float, float] | None:
+    """What an indicator without a value is at least and at most, where the recording tells so much."""
+    least, most = row.get(f"{indicator}_at_least"), row.get(f"{indicator}_at_most")
+    if least is None and most is None:
+        return None
+    return -math.inf if least is None else least, math.inf if most is None else most
 
 
 def refuse_strange_groups(criteria: Criteria, planned: Sequence[Mapping[str, Any]]) -> None:
@@ -401,7 +419,7 @@ def _gaps(rows: Sequence[Row], tables: int) -> list[str]:
     return found
 
 
-def _notes(rows: Sequence[Row], tables: Sequence[pa.Table]) -> list[str]:
+def _notes(rows: Sequence[Row], tables: Sequence[pa.Table], criteria: Criteria) -> list[str]:
     found = []
     for number, _ in enumerate(tables):
         recorded = [r for r in rows if r["_table"] == number and r.get("source") == "recorded"]
@@ -418,13 +436,25 @@ def _notes(rows: Sequence[Row], tables: Sequence[pa.Table]) -> list[str]:
     confirm = [r["trial"] for r in rows if r.get("to_confirm")]
     if confirm:
         found.append(f"to be confirmed by a person: trial{'s' if len(confirm) > 1 else ''} {_listed(confirm)}")
-    if unusable := [r["trial"] for r in rows if UNUSABLE in str(r.get("reason") or "")]:
+    asked = any(one.indicator in _OF_A_CONTACT for one in criteria.criterion)
+    of_lab = [r for r in rows if asked and r.get("source") == "recorded" and not _useless(r)]
+    if untold := [r["trial"] for r in of_lab if r.get("contacts") is None]:
+        found.append(
+            f"nobody knows whether it touched something: trial{'s' if len(untold) > 1 else ''} {_listed(untold)}; `contact = true` or `false`"
+            " in the test plan tells"
+        )
+    if unusable := [r["trial"] for r in rows if _useless(r)]:
         found.append(f"to be recorded again: trial{'s' if len(unusable) > 1 else ''} {_listed(unusable)}")
     if broken := [r["trial"] for r in rows if r.get("outcome") == Outcome.SCENARIO_FAILED]:
         found.append(
             f"to be run again, as a behaviour of the scenario's people failed: trial{'s' if len(broken) > 1 else ''} {_listed(broken)}"
         )
     return found
+
+
+def _useless(row: Mapping[str, Any]) -> bool:
+    """Whether its recording can't be used."""
+    return UNUSABLE in str(row.get("reason") or "")
 
 
 def _listed(numbers: Sequence[int], most: int = 12) -> str:

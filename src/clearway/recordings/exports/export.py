@@ -227,6 +227,8 @@ def telling_name(trial: Trial, number: int, to: str) -> str:
 class Trials(Protocol):
     """Where trials come from, such as a results directory."""
 
+    def __len__(self) -> int: ...
+
     def trial(self, index: int) -> Trial:
         """Trial number `index`."""
         ...
@@ -257,7 +259,7 @@ def settings(to: str, said: Mapping[str, Any]) -> dict[str, Any]:
 
 def export_trials(
     trials: Trials,
-    wanted: Sequence[int],
+    wanted: Sequence[int] | None,
     to: str,
     out: Path,
     *,
@@ -265,9 +267,15 @@ def export_trials(
     which: str = "both",
     scans: bool = True,
     progress: Callable[[int, int], None] | None = None,
-) -> tuple[Path, ...]:
+) -> tuple[tuple[Path, ...], tuple[int, ...]]:
     """Write trials of a results directory: a single one to the file `out` (into it, if it is a folder), several into the
     folder `out`, each under a telling name. Arguments as for `export`; `progress` is told (done, total).
+
+    Args:
+        wanted: Which; None: all that were recorded.
+
+    Returns:
+        The files that were written, and the trials that were not recorded, where all were wanted.
 
     Raises:
         ClearwayError: as for `export`; no trial is wanted, or one that isn't there.
@@ -276,6 +284,8 @@ def export_trials(
         raise unknown("format", to, TARGETS)
     if which not in get_args(Which):
         raise unknown("choice", which, get_args(Which))
+    every = wanted is None
+    wanted = range(len(trials)) if wanted is None else wanted
     if not wanted:
         raise ClearwayError("say which: --trial N, as often as you like, or --all", field="trial")
     out = Path(out)
@@ -283,11 +293,17 @@ def export_trials(
     if not alone and os.path.exists(out) and not os.path.isdir(out):
         raise ClearwayError("is a file; several trials go into a folder", file=out)
     files: list[Path] = []
+    left_out: list[int] = []
     for done, number in enumerate(wanted):
         trial = trials.trial(number)
+        if every and not np.isfinite(trial.pose).any():
+            left_out.append(number)
+            continue
         path = out if alone else out / telling_name(trial, number, to)
         own = system and replace(system, seed=system.seed + number)
         files += export(trial, to, path, system=own, which=cast(Which, which), scans=scans)
         if progress is not None:
             progress(done + 1, len(wanted))
-    return tuple(files)
+    if not files:
+        raise ClearwayError("no trial was recorded: there is nothing to export", file=out)
+    return tuple(files), tuple(left_out)

@@ -143,9 +143,11 @@ def header_of(path: Path, dialect: Dialect) -> tuple[str, ...]:
     return tuple(str(i + 1) for i in range(len(words))) if dialect.header == "none" else tuple(words)
 
 
-def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence[str] = ()) -> Iterator[dict[str, Any]]:
+def pieces(
+    path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence[str] = (), notes: list[str] | None = None
+) -> Iterator[dict[str, Any]]:
     """The wanted columns by name, a piece of the file at a time: `numbers` as float64 (k,) with NaN where there is no
-    value, `texts` as arrays of pyarrow, null where there is none.
+    value, `texts` as arrays of pyarrow, null where there is none. A last line that was cut off is left out; `notes` are told.
 
     Raises:
         ClearwayError: the file can't be read, a line has other columns than the first, or a value is no number.
@@ -179,6 +181,8 @@ def pieces(path: Path, dialect: Dialect, numbers: Sequence[str], texts: Sequence
             if found.num_rows:
                 values = {n: found.column(n).to_numpy().astype(np.float64) for n in numbers}
                 yield {**values, **{n: found.column(n).combine_chunks() for n in texts}}
+        if notes is not None and tidy.cut_off:
+            notes.append("the last line has no end and lacks columns: taken as cut off and left out")
 
 
 def stacked(chunks: Iterable[FloatArray], width: int) -> FloatArray:
@@ -217,11 +221,13 @@ def _opened(path: Path, dialect: Dialect) -> Iterator[_Tidied]:
 
 
 class _Tidied:
-    """A file's data lines, tidied, as bytes of UTF-8 for the parser. `first`: the header, or the first line."""
+    """A file's data lines, tidied, as bytes of UTF-8 for the parser. `first`: the header, or the first line; `cut_off`: whether the
+    last one was left out, as it has no end and fewer columns than the one before it."""
 
     def __init__(self, path: Path, file: BinaryIO, dialect: Dialect) -> None:
         self.path, self._file, self.dialect = path, file, dialect
-        self._rest, self._ended = "", False
+        self._rest, self._ended, self.cut_off = "", False, False
+        self._columns = 0
         self._remark = re.compile(rf"^[ \t]*{re.escape(dialect.comment)}(.*)\n", re.MULTILINE)
         try:
             self._decoder = codecs.getincrementaldecoder(dialect.encoding)()
@@ -266,12 +272,23 @@ class _Tidied:
             text = text[: len(text) - len(held)].replace("\r\n", "\n").replace("\r", "\n") + held
         if self._ended:
             self._rest = ""
-            return text if not text or text.endswith("\n") else text + "\n"
+            if not text or text.endswith("\n"):
+                return text
+            whole, _, last = text.rpartition("\n")
+            remark = bool(self.dialect.comment) and last.lstrip().startswith(self.dialect.comment)
+            self.cut_off = bool(last.strip()) and not remark and self._width(last) < self._width(whole)
+            return f"{whole}\n" * bool(whole) if self.cut_off else text + "\n"
         end = text.rfind("\n") + 1
         text, self._rest = text[:end], text[end:]
+        self._columns = self._width(text[:-1])
         if len(self._rest) > PIECE:
             raise ClearwayError(f"has a line of more than {PIECE} characters: it is no table", file=self.path)
         return text
+
+    def _width(self, lines: str) -> int:
+        """How many columns the last of these lines has, or the one before them."""
+        last = lines.rpartition("\n")[2]
+        return len(split(last, self.dialect.separator)) if last.strip() else self._columns
 
     def _tidied(self, text: str) -> str:
         """Without comments and lines of blanks; blanks that separate are single ones."""

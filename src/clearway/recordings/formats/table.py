@@ -128,7 +128,7 @@ def read_with(path: Path, description_path: Path, want: Want) -> Recording:
                 raise unknown("body or marker", name, (*bodies, *markers), file=path)
         bodies = {k: b for k, b in bodies.items() if k in want.names}
         markers = {k: m for k, m in markers.items() if k in want.names}
-    data, number, names, epoch = _load(path, dialect, spec, bodies, markers, want)
+    data, number, names, epoch = _load(path, dialect, spec, bodies, markers, want, notes)
     if spec.up != "z":
         notes.append(f"its {spec.up.upper()} axis is up: turned to z-up")
     if spec.units != "m":
@@ -210,6 +210,7 @@ def _load(
     bodies: dict[str, BodySpec],
     markers: dict[str, tuple[str, str, str]],
     want: Want,
+    notes: list[str],
 ) -> tuple[dict[str, FloatArray], Any, list[str], float | None]:
     """The wanted columns, `t` [s] among them as the empty name; whose line it is, as a number of the names; the epoch."""
     numbers = list(
@@ -236,7 +237,7 @@ def _load(
             inside = slice(None) if want.span is None else (t >= want.span[0]) & (t <= want.span[1])
             yield np.column_stack(columns)[inside]
 
-    pieces_of = pieces(path, dialect, wanted, list(dict.fromkeys(texts)))
+    pieces_of = pieces(path, dialect, wanted, list(dict.fromkeys(texts)), notes)
     read = stacked(rows(pieces_of), 1 + len(numbers) + bool(spec.id))
     data = {n: read[:, i] for i, n in enumerate(["", *numbers])}
     if spec.id and np.isnan(read[:, -1]).any():
@@ -280,8 +281,9 @@ def _track(
     keep, more = tum.ordered(data[""], path, f"time of {name}")
     notes += more
     at = [data[c][keep] if c else np.zeros(len(keep)) for c in (body.x, body.y, body.z)]
-    position = np.stack(at, axis=1) * scale @ turn_of(spec.up).T
+    position = np.stack(at, axis=1)
     position[~np.isfinite(position).all(axis=1)] = np.nan
+    position = position * scale @ turn_of(spec.up).T
     turn = (np.pi / 180 if body.angle == "deg" else 1.0) * (-1 if spec.up.startswith("-") else 1)
     orientation: FloatArray | None = None
     if body.yaw is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from itertools import pairwise
 
 from clearway.recordings.formats.delimited import MISSING, Dialect, is_number, split
 from clearway.recordings.formats.table_spec import METRES
@@ -13,6 +14,12 @@ NOTHING = "none of them look like a time, an x and a y, so nothing is proposed"
 
 _EPOCHS = ((1e17, "ns"), (1e14, "us"), (1e11, "ms"))
 """A stamp beyond it is UNIX time in this unit: seconds have been 1e9 since 2001."""
+
+
+_TURN = 6.3
+"""A heading beyond it is in degrees; of the first lines, in which nobody turns twice."""
+_SLOWEST = 2.0
+"""Whole stamps that are as far apart are in milliseconds: nobody samples so slowly."""
 
 
 def rows_of(lines: Sequence[str], dialect: Dialect, width: int) -> list[list[str]]:
@@ -69,7 +76,8 @@ def proposal(columns: Sequence[str], rows: Sequence[Sequence[str]], dialect: Dia
     if four := quaternion_of(x, numbers, alone=True):
         lines.append(f"quaternion = [{', '.join(map(quoted, four))}]  # x, y, z, w")
     elif yaw := like("yaw", "theta", "heading", "psi", among=numbers):
-        degrees = re.search(r"deg|\N{DEGREE SIGN}", yaw.lower()) is not None
+        farthest = max(abs(float(w.replace(dialect.decimal, ".", 1))) for w in values[yaw])
+        degrees = re.search(r"deg|\N{DEGREE SIGN}", yaw.lower()) is not None or farthest > _TURN
         lines += [f"yaw = {quoted(yaw)}", 'angle = "deg"  # or rad' if degrees else 'angle = "rad"  # or deg']
     return "\n".join(lines) + "\n"
 
@@ -120,8 +128,11 @@ def _time(column: str, date: bool, values: Sequence[str], dialect: Dialect) -> l
         return ['unit = "date"']
     if column.strip().lower().startswith("frame"):
         return ['unit = "frame"', "rate = 100  # frames a second"]
-    first = abs(float(values[0].replace(dialect.decimal, ".", 1)))
-    by_size = next((unit for least, unit in _EPOCHS if first > least), "s")
+    stamps = [float(w.replace(dialect.decimal, ".", 1)) for w in values]
+    by_size = next((unit for least, unit in _EPOCHS if abs(stamps[0]) > least), "s")
+    steps = sorted(b - a for a, b in pairwise(stamps))
+    if by_size == "s" and steps and steps[len(steps) // 2] >= _SLOWEST and all(x.is_integer() for x in stamps):
+        by_size = "ms"
     return [f'unit = "{_unit(column, SECONDS) or by_size}"  # or ms, us, ns, date; frame with rate = 100']
 
 

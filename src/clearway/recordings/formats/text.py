@@ -334,7 +334,8 @@ def _fast(data: bytes, block: Block, columns: int, wanted: Sequence[int]) -> Flo
     try:
         table = pc.read_csv(
             pa.BufferReader(data),
-            read_options=pc.ReadOptions(column_names=names, block_size=1 << 20),
+            # by no thread, which would outlive an error and end the process as that ends
+            read_options=pc.ReadOptions(use_threads=False, column_names=names, block_size=1 << 20),
             parse_options=pc.ParseOptions(delimiter=block.separator, ignore_empty_lines=True),
             convert_options=pc.ConvertOptions(
                 column_types={names[i]: pa.float64() for i in wanted},

@@ -106,7 +106,7 @@ def motion_of_track(
         notes.append(f"jumps {len(jumps)} times, by up to {far:.2f} m: left in place, and counted as path")
     step = usual_step(track.t)
     rate = 1 / step if step else 0.0
-    wanted = not isinstance(cleaning.cutoff, str) or rate >= FAST
+    wanted = not isinstance(cleaning.cutoff, str) or rate > 0.99 * FAST  # stamps are rounded
     if not wanted and cleaning.cutoff == "residual":
         notes.append(
             f"not filtered: residual analysis needs at least {FAST:.0f} samples a second, these are {rate:.3g}"
