@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from worlds import SILENT, Pilot, body, make_robot, make_scenario, run
 
 from clearway.contract import Command
+from clearway.geometry.frames import relative
 from clearway.geometry.shapes import FloatArray, rectangle
 from clearway.indicators.clipping import clipped
 from clearway.robots import DriveLimits, Robot, possible
@@ -241,3 +242,17 @@ def test_a_trial_of_an_omnidirectional_base_survives_its_store() -> None:
     assert again.command is not None
     assert np.array_equal(again.velocity, trial.velocity)
     assert np.array_equal(again.command, trial.command)
+
+
+@pytest.mark.parametrize("pivot", [-0.23, 0.3])
+def test_a_car_s_odometry_knows_where_its_rear_axle_is(pivot: float) -> None:
+    """Whatever base_link is the middle of: dead reckoning without errors is the true motion, told late as well."""
+    for latency in ({}, {"latency": {"sensing": 0.13}}):
+        pilot = Pilot(lambda _: Command(0.8, 0.6))
+        robot = robot_with(CAR | {"pivot": pivot}, odometry=SILENT, **latency)
+        run(pilot, scenario=make_scenario(legs=FAR, speed=9.0), robot=robot)
+        start = pilot.seen[0].truth
+        assert abs(pilot.seen[-1].truth[2] - start[2]) > 0.5
+        for sensing in pilot.seen:
+            assert sensing.odom_pose == pytest.approx(relative(start, sensing.truth), abs=1e-9)
+            assert robot.drive.base_link(sensing.odom_pose) == pytest.approx(sensing.odom_pose)

@@ -82,6 +82,7 @@ class Lane(NamedTuple):
         lidar: Its lidar, of as many beams as it has; none: it has no lidar, or that is not seen.
         walking: The people's legs that the lidar sees.
         pivot: How far ahead of base_link the point is whose pose `ride.state` has, m.
+        axle: The same where its odometry knows it, as `World.axle`, m.
         rules: (l, RULES) of each leg, see `goal_and_progress_checker`.
         progress: (PROGRESS_STATE,) the same.
         livelock: Whether that ends an episode.
@@ -107,6 +108,7 @@ class Lane(NamedTuple):
     lidar: View
     walking: Legs
     pivot: float
+    axle: float
     rules: FloatArray
     progress: FloatArray
     livelock: bool
@@ -218,7 +220,8 @@ def see(lane: Lane, seen: npt.NDArray[np.float32], i: int) -> None:
     t = count * setting.vehicle.period
     x, y, theta = base_link(state, lane.pivot)
     if lane.by_odometry:
-        theta, ox, oy = state[ODOM_THETA], state[ODOM_X], state[ODOM_Y]
+        theta = state[ODOM_THETA]
+        ox, oy = state[ODOM_X] + lane.axle * (1.0 - math.cos(theta)), state[ODOM_Y] - lane.axle * math.sin(theta)
         c, s = math.cos(lane.start[2]), math.sin(lane.start[2])
         x, y = lane.start[0] + c * ox - s * oy, lane.start[1] + s * ox + c * oy
         theta = wrap(lane.start[2] + theta)

@@ -327,6 +327,7 @@ class _World:
             lidar=scanner.view if scanner is not None and n else _NO_LIDAR,
             walking=scanner.legs if scanner is not None and n else _NO_LEGS,
             pivot=world.pivot,
+            axle=world.axle,
             rules=np.array(checker.rules),
             progress=np.array(checker.progress),
             livelock=scenario.livelock,

@@ -30,7 +30,7 @@ class _Drive(Part):
         le=LENGTH,
         description="how far ahead of base_link the point is that the base turns about, m: a skid-steered base turns"
         " about a point nearer to its heavier end, which its wheel odometry does not know; a car's, the middle of its"
-        " rear axle",
+        " rear axle, which it does",
     )
 
     lag: Delay = Field(
@@ -45,7 +45,8 @@ class _Drive(Part):
     turn_slip_ratio: Share = Field(default=0.0, description="the same of turns")
 
     def base_link(self, odometry: FloatArray) -> FloatArray:
-        """(3,) where base_link is in the odometry's frame, whose pose (3,) is that of the point that the base turns about."""
+        """(3,) where base_link is in the odometry's frame, whose pose (3,) is that of the point that the base turns about, or base_link's
+        own where the odometry knows that point."""
         return compose(odometry, np.array((-self.pivot, 0.0, 0.0))) if self.pivot else odometry
 
 
@@ -135,6 +136,10 @@ class AckermannSpec(_Drive):
         lt=math.pi / 2, description="largest steering angle either way, of a wheel in the middle of the front axle, rad"
     )
     steering_rate: Rate = Field(description="how fast that angle changes, rad/s; inf: none is known")
+
+    def base_link(self, odometry: FloatArray) -> FloatArray:
+        """(3,) the odometry's pose (3,) itself: a car knows where its rear axle is."""
+        return odometry
 
     @property
     def omega_max(self) -> float:

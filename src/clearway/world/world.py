@@ -50,6 +50,7 @@ class World:
         scanner: Its lidar; None: it has none.
         camera: Its camera; None: it has none.
         pivot: How far ahead of base_link it turns, m: there is the pose that `ride` has.
+        axle: The same where its odometry knows it, m: a car's does. Its dead-reckoned pose is base_link's then, else that of where it turns.
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class World:
         self._robot, self._traffic, self._period = robot, traffic, robot.period
         drive = robot.drive
         self.pivot = drive.pivot  # all that is inside moves about it; outside, a pose is base_link's
+        self.axle = drive.pivot if drive.kind == "ackermann" else 0.0
         self._state = np.zeros(setting.STATE)
         self._state[:3] = self._shifted(start, self.pivot)
         self._count = 0
@@ -143,12 +145,21 @@ class World:
     def state(self) -> FloatArray:
         """(TOLD,) now, as `clearway.world.setting` orders it: true pose in the map frame and velocity, dead-reckoned pose in
         the odom frame since the start and measured velocity; m, rad, m/s, rad/s."""
-        return self._shifted(self._state[: setting.TOLD], -self.pivot)
+        return self._outside(self._state[: setting.TOLD])
 
     @property
     def motion(self) -> FloatArray:
         """(5,) true pose in the map frame, v [m/s] and omega [rad/s] now; of an omnidirectional base v_y [m/s] behind them."""
         return self._shifted(self._state[: self._components], -self.pivot)
+
+    def _outside(self, inner: FloatArray) -> FloatArray:
+        """(TOLD,) as `state`, of what moves about the pivot."""
+        state = self._shifted(inner, -self.pivot)
+        if self.axle:  # the odom frame is where base_link began
+            theta = state[setting.ODOM_THETA]
+            state[setting.ODOM_X] += self.axle * (1.0 - math.cos(theta))
+            state[setting.ODOM_Y] -= self.axle * math.sin(theta)
+        return state
 
     @staticmethod
     def _shifted(state: FloatArray, ahead: float) -> FloatArray:
@@ -187,7 +198,7 @@ class World:
                 self._around.place(stamp, moving)
             else:
                 moving[:] = self._past.seen(stamp)
-        state = self._shifted(inner, -self.pivot)
+        state = self._outside(inner)
         return Sensing(
             stamp,
             state[setting.ODOM_X : setting.WAY],
