@@ -5,7 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from dodging_variants import Tries
 
+import clearway
+from clearway.campaigns.objects import navigator_name
 from clearway.campaigns.variants import variants
 from clearway.errors import ClearwayError
 from clearway.navigators.registry import split_options, with_option
@@ -69,3 +72,22 @@ def test_what_nobody_knows_is_refused(navigators, options, asked, said) -> None:
     with pytest.raises(ClearwayError) as error:
         variants(navigators, options, **asked)
     assert said in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["Tries", "hp-tmcp"])
+def test_options_of_nobody_who_drives_are_refused_before_anything_runs(name: str, tmp_path: Path) -> None:
+    with pytest.raises(ClearwayError, match=f"options: unknown navigator '{name}'"):
+        clearway.run(
+            "hospital",
+            robots="tiago",
+            navigators="hp-tmpc",
+            batches="NO",
+            options={name: {"x": 1}},
+            out=tmp_path / "out",
+        )
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_class_may_say_whose_options_they_are() -> None:
+    name = navigator_name(Tries)
+    assert variants([name], {Tries: {"x": 1}})[1] == {name: {"x": 1}}  # type: ignore[dict-item]

@@ -15,7 +15,7 @@ from clearway.campaigns.provenance import code_of
 from clearway.campaigns.robot_tables import in_file_of, unread_tables
 from clearway.campaigns.tuning import tuned_on
 from clearway.contract import Navigator
-from clearway.errors import ClearwayError
+from clearway.errors import ClearwayError, unknown
 from clearway.navigators.registry import (
     check_drive,
     check_parameters,
@@ -86,6 +86,9 @@ def check_plan(plan: CampaignPlan, specs: Iterable[TrialSpec], work: Pool | None
                 seen.add(combination)
                 calls.append((plan, replace(spec, robot=which, navigator=navigator), has_map[content]))
     refuse_namesakes(driven, twice=True)
+    for name in plan.options:
+        if name not in driving:
+            raise unknown("navigator", name, driving, field="options")
     limit = prepare_limit(plan.decision_limit)
     work = work or Pool(0, Path())
     found = dict(work.each(_check_combination, calls, patience=limit, fallen=_cannot_be_made))
