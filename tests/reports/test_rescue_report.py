@@ -222,6 +222,14 @@ def test_the_conditions_of_the_test_are_told(results: Results) -> None:
     assert any(line.startswith("Set-up 1: it goes by wall clock") for line in conditions.deviations(f))
 
 
+def test_options_given_from_python_are_told(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    options = {"hp-tmpc": {"solver": "ipopt", "horizon": 9}, "hl-rrt": {}}
+    monkeypatch.setitem(results.campaign, "plan", {**results.campaign.get("plan", {}), "options": options})
+    facts = dict(conditions.test(Findings(results)))
+    assert facts["options of hp-tmpc"] == "solver = ipopt, horizon = 9"
+    assert not any("hl-rrt" in name for name in facts)
+
+
 def test_figures_and_the_page(results: Results, page: Path) -> None:
     drawn = figure(results, "paths", navigator="hp-tmpc", scenario="sar-case1-3")
     assert len(drawn.axes) == 2

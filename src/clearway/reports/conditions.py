@@ -128,6 +128,11 @@ def test(f: Findings) -> Facts:
         ("map given to the robot", "the floor plan's true map" if map_used == "true" else str(map_used)),
         ("localisation", ", ".join(distinct(f.rows, "localisation"))),
         ("navigators", ", ".join(dict.fromkeys(s.navigator for s in f.systems))),
+        *[
+            (f"options of {name}", ", ".join(f"{key} = {value}" for key, value in _dict(options).items()))
+            for name, options in _dict(plan.get("options")).items()
+            if options
+        ],
         *_if_any("obstacles followed by", [t for t in distinct(f.rows, "tracking") if t]),
         *_if_any("set-ups (thinking a decision)", distinct(f.rows, "setup")),
         *([] if recorded else [("seed", str(plan.get("seed", "not recorded")))]),
