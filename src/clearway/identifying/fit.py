@@ -24,15 +24,16 @@ LATENCY, LAG, RATE = (-0.5, 2.0), (1e-4, 3.0), (0.05, 50.0)
 """What is looked for: s, s, m/s^2 or rad/s^2. A latency below 0 is that of clocks that differ."""
 TRIED = ((0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6), (0.02, 0.1, 0.4), (0.5, 2.0, 10.0))
 """Latencies, lags and accelerations from the best of which the search begins."""
-SHOWS = 0.002
-"""s: a lag whose interval reaches below is none."""
+SHOWS = 0.01
+"""By what share of the error a lag has to better what is foretold of readings on which it wasn't fitted; else it is none, as a short one
+and a latency look alike."""
 HELD, LEVELS = 1.0, 24
 """s that a command is held in all, if what it comes to is to be a level of its own; at most so many have one."""
 BLOCK, FEWEST = 4.0, 6
 """s of which a block is, and how many in which the base moves there must be."""
 MOVES = 0.05
 """Of the fastest reading, below which a base stands."""
-DRAWS = 200
+DRAWS = 100
 """Of blocks, for the intervals."""
 AT_ONCE = Response(0.0, LAG[0], 1e6, 1e6)
 """A base that does what it is told."""
@@ -125,13 +126,18 @@ def identify(
             " stop, for a minute or two",
             field="command",
         )
-    whole = fit.search(np.ones(len(fit.blocks)))
     rng, n = np.random.default_rng(0), len(fit.blocks)
-    draws = np.array([fit.again(whole, rng.multinomial(n, np.full(n, 1 / n)).astype(float)) for _ in range(DRAWS)])
+    half = rng.permutation(n) % 2
+    lags, halves = True, fit.halves(half, True)
+    without = fit.halves(half, False)
+    if fit.error(halves) > (1.0 - SHOWS) * fit.error(without):
+        lags, halves = False, without
+    whole = fit.search(np.ones(n), lags)
+    draws = np.array(
+        [fit.again(whole, rng.multinomial(n, np.full(n, 1 / n)).astype(float), lags) for _ in range(DRAWS)]
+    )
     ends = np.quantile(fit.values(draws), (0.025, 0.975), axis=0)
     found = [Estimate(float(x), float(a), float(b)) for x, a, b in zip(fit.values(whole), *ends, strict=True)]
-    half = rng.permutation(n) % 2
-    halves = [(fit.search((half == k).astype(float)), half != k) for k in (0, 1)]
     answers = []
     for i, axis in enumerate(axes):
         levels = fit.levels(whole, i)
@@ -150,7 +156,7 @@ def identify(
                 _rms([fit.off(i, robot[axis.kind], levels, half >= 0)]) if robot else None,
             )
         )
-    return Identified(found[0], found[1] if found[1].low > SHOWS else None, tuple(answers), n)
+    return Identified(found[0], found[1] if lags else None, tuple(answers), n)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -201,6 +207,11 @@ class _Axis:
             moving,
             about,
         )
+
+    @property
+    def fastest(self) -> float:
+        """m/s or rad/s"""
+        return float(np.max(np.abs(self.measured[self.moving])))
 
     def foretold(self, response: Response, levels: FloatArray) -> FloatArray:
         """(n,) what a base would do that answers so; `levels` are the share that it comes to of a command without a level of its own, and the levels."""
@@ -254,51 +265,60 @@ class _Fit:
         here = axis.moving & np.isin(self.block, self.blocks[judged])
         return (axis.foretold(response, levels) - axis.measured)[here]
 
-    def search(self, counts: FloatArray) -> FloatArray:
-        """What fits best, with each block counted as often."""
+    def halves(self, half: npt.NDArray[np.int64], lags: bool) -> list[tuple[FloatArray, npt.NDArray[np.bool_]]]:
+        """What fits each half of the blocks best, and in which of them it is to be judged: the other half."""
+        return [(self.search((half == k).astype(float), lags), half != k) for k in (0, 1)]
+
+    def error(self, halves: list[tuple[FloatArray, npt.NDArray[np.bool_]]]) -> float:
+        """How far all velocities are off what is foretold where it wasn't fitted, each by its fastest reading."""
+        every = range(len(self.axes))
+        off = [
+            _rms([self.off(i, self.response(x, i), self.levels(x, i), judged) for x, judged in halves]) for i in every
+        ]
+        return float(np.hypot.reduce([o / self.axes[i].fastest for i, o in enumerate(off)]))
+
+    def search(self, counts: FloatArray, lags: bool) -> FloatArray:
+        """What fits best, with each block counted as often; `lags`: whether the motors may."""
         told = [value for axis in self.axes for value in (1.0, *(held[axis.kind] for held in axis.held))]
         seen = [value for axis in self.axes for value in (1.0, *axis.about)]
         starts = [
             np.array([latency, *np.log([lag, *[rate] * 2 * len(self.axes)]), *levels])
             for levels in (told, seen)
             for latency in TRIED[0]
-            for lag in TRIED[1]
+            for lag in (TRIED[1] if lags else LAG[:1])
             for rate in TRIED[2]
         ]
         self.scale[:] = 1.0
-        spread = [float(np.max(np.abs(axis.measured[axis.moving]))) for axis in self.axes]
-        self.scale[:] = spread
+        self.scale[:] = [axis.fastest for axis in self.axes]
         starts.sort(key=lambda x: float(np.abs(self._residuals(x, counts)).sum()))
         for i, axis in enumerate(self.axes):
             off = axis.foretold(self.response(starts[0], i), self.levels(starts[0], i)) - axis.measured
-            self.scale[i] = max(0.5 * float(np.sqrt(np.mean(off[axis.moving] ** 2))), 1e-3 * spread[i])
-        low, high, unit = self._bounds()
-        tries = [self._least(x, counts, low, high, unit) for x in starts[:3]]
+            self.scale[i] = max(0.5 * float(np.sqrt(np.mean(off[axis.moving] ** 2))), 1e-3 * axis.fastest)
+        tries = [self._least(x, counts, lags) for x in starts[:3]]
         return min(tries, key=lambda t: t[0])[1]
 
-    def again(self, x: FloatArray, counts: FloatArray) -> FloatArray:
-        """What fits best near `x` with the same levels."""
-        low, high, unit = self._bounds()
-        n = 2 + 2 * len(self.axes)
-        return self._least(x, counts, low[:n], high[:n], unit[:n])[1]
+    def again(self, x: FloatArray, counts: FloatArray, lags: bool) -> FloatArray:
+        """What fits best near `x`."""
+        return self._least(x, counts, lags)[1]
 
-    def _least(
-        self, x: FloatArray, counts: FloatArray, low: FloatArray, high: FloatArray, unit: FloatArray
-    ) -> tuple[float, FloatArray]:
-        n = len(low)
+    def _least(self, x: FloatArray, counts: FloatArray, lags: bool) -> tuple[float, FloatArray]:
+        low, high, unit = self._bounds(lags)
         found = least_squares(
-            lambda part: self._residuals(np.concatenate((part, x[n:])), counts),
-            np.clip(x[:n], low + 1e-9, high - 1e-9),
+            self._residuals,
+            np.clip(x, low + 1e-9, high - 1e-9),
             bounds=(low, high),
             x_scale=unit,
             loss="soft_l1",
             max_nfev=100,
+            args=(counts,),
         )
-        return float(found.cost), np.concatenate((found.x, x[n:]))
+        return float(found.cost), found.x
 
-    def _bounds(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _bounds(self, lags: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Least and greatest, and by how much a number is varied."""
-        rows = [(*LATENCY, 0.05), (*np.log(LAG), 0.3)] + [(*np.log(RATE), 0.3)] * 2 * len(self.axes)
+        rows = [(*LATENCY, 0.05), (*np.log(LAG if lags else (LAG[0], 1.001 * LAG[0])), 0.3)] + [
+            (*np.log(RATE), 0.3)
+        ] * 2 * len(self.axes)
         for axis in self.axes:
             rows.append((0.3, 1.5, 0.1))
             farthest = [
