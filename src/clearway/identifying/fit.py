@@ -24,9 +24,8 @@ LATENCY, LAG, RATE = (-0.5, 2.0), (1e-4, 3.0), (0.05, 50.0)
 """What is looked for: s, s, m/s^2 or rad/s^2. A latency below 0 is that of clocks that differ."""
 TRIED = ((0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6), (0.02, 0.1, 0.4), (0.5, 2.0, 10.0))
 """Latencies, lags and accelerations from the best of which the search begins."""
-SHOWS = 0.01
-"""By what share of the error a lag has to better what is foretold of readings on which it wasn't fitted; else it is none, as a short one
-and a latency look alike."""
+SHOWS = 0.02
+"""Share of the error by which a lag has to better the fit; else it is none, as a short one and a latency look alike."""
 HELD, LEVELS = 1.0, 24
 """s that a command is held in all, if what it comes to is to be a level of its own; at most so many have one."""
 BLOCK, FEWEST = 4.0, 6
@@ -128,11 +127,11 @@ def identify(
         )
     rng, n = np.random.default_rng(0), len(fit.blocks)
     half = rng.permutation(n) % 2
-    lags, halves = True, fit.halves(half, True)
-    without = fit.halves(half, False)
-    if fit.error(halves) > (1.0 - SHOWS) * fit.error(without):
-        lags, halves = False, without
-    whole = fit.search(np.ones(n), lags)
+    every = np.ones(n, dtype=np.bool_)
+    whole, without = (fit.search(np.ones(n), lags) for lags in (True, False))
+    lags = fit.error([(whole, every)]) < (1.0 - SHOWS) * fit.error([(without, every)])
+    whole = whole if lags else without
+    halves = [(fit.search((half == k).astype(float), lags), half != k) for k in (0, 1)]
     draws = np.array(
         [fit.again(whole, rng.multinomial(n, np.full(n, 1 / n)).astype(float), lags) for _ in range(DRAWS)]
     )
@@ -143,7 +142,7 @@ def identify(
         levels = fit.levels(whole, i)
         up, down = (None if x.high > 0.9 * RATE[1] else x for x in found[2 + 2 * i : 4 + 2 * i])
         error = [fit.off(i, fit.response(x, i), fit.levels(x, i), judged) for x, judged in halves]
-        at_once = fit.off(i, AT_ONCE, levels, half >= 0)
+        at_once = fit.off(i, AT_ONCE, levels, every)
         answers.append(
             Answered(
                 KINDS[axis.kind],
@@ -153,7 +152,7 @@ def identify(
                 tuple((v, omega, float(level)) for (v, omega), level in zip(axis.held, levels[1:], strict=True)),
                 _rms(error),
                 _rms([at_once]),
-                _rms([fit.off(i, robot[axis.kind], levels, half >= 0)]) if robot else None,
+                _rms([fit.off(i, robot[axis.kind], levels, every)]) if robot else None,
             )
         )
     return Identified(found[0], found[1] if lags else None, tuple(answers), n)
@@ -265,16 +264,10 @@ class _Fit:
         here = axis.moving & np.isin(self.block, self.blocks[judged])
         return (axis.foretold(response, levels) - axis.measured)[here]
 
-    def halves(self, half: npt.NDArray[np.int64], lags: bool) -> list[tuple[FloatArray, npt.NDArray[np.bool_]]]:
-        """What fits each half of the blocks best, and in which of them it is to be judged: the other half."""
-        return [(self.search((half == k).astype(float), lags), half != k) for k in (0, 1)]
-
-    def error(self, halves: list[tuple[FloatArray, npt.NDArray[np.bool_]]]) -> float:
-        """How far all velocities are off what is foretold where it wasn't fitted, each by its fastest reading."""
+    def error(self, fits: list[tuple[FloatArray, npt.NDArray[np.bool_]]]) -> float:
+        """How far all velocities are off what each fit foretells where it is judged, each by its fastest reading."""
         every = range(len(self.axes))
-        off = [
-            _rms([self.off(i, self.response(x, i), self.levels(x, i), judged) for x, judged in halves]) for i in every
-        ]
+        off = [_rms([self.off(i, self.response(x, i), self.levels(x, i), judged) for x, judged in fits]) for i in every]
         return float(np.hypot.reduce([o / self.axes[i].fastest for i, o in enumerate(off)]))
 
     def search(self, counts: FloatArray, lags: bool) -> FloatArray:
