@@ -36,7 +36,7 @@ from clearway.reports.verdicts import Line, verdicts
 from clearway.robots import load_robot
 from clearway.scenarios.suites import Selection, load_suite
 from clearway.statistics import compare_all
-from clearway.trials import Trial
+from clearway.trials import Outcome, Trial
 from clearway.trials.store import Results
 
 
@@ -369,7 +369,32 @@ def test_what_nobody_recorded_is_unknown_and_yet_a_failure(recorded: Results, tm
     results = write_recorded(tmp_path / "out", lacks=logged, selection=four)
     free, arrived, precise = first_line(Findings(results)).shares
     assert (free.yes, free.judged, free.note) == (3, 3, "1 not known")  # of one nothing was recorded
-    assert (arrived.yes, arrived.judged) == (precise.yes, precise.judged) == (3, 4)
+    assert (precise.yes, precise.judged) == (3, 4)
+    assert (arrived.yes, arrived.judged, arrived.note) == (2, 3, "1 not known")  # of one nobody knows its own estimate
+
+
+def test_nothing_is_said_of_the_robots_own_estimate_where_nobody_knows_it(tmp_path: Path) -> None:
+    four = Selection(
+        batches=("SO",), configurations=("single",), speeds=(0.6,), sizes=(0.15,), gaps=(1.0,), repetitions=4
+    )
+
+    def unlogged(trial: Trial) -> Trial:
+        return replace(trial, estimate=None)
+
+    def stopped(trial: Trial) -> Trial:
+        return replace(unlogged(trial), outcome=Outcome.ABORTED, reason="emergency stop")
+
+    results = write_recorded(tmp_path / "out", lacks=(unlogged, unlogged, stopped, unrecorded), selection=four)
+    f = Findings(results)
+    assert [r["success_self"] for r in f.rows] == [None, None, None, False]
+    _, arrived, precise = first_line(f).shares
+    assert (precise.yes, precise.judged) == (2, 4)
+    assert (arrived.interval, arrived.note) == (None, "4 not known")
+    assert [r["SR_self"] for r in f.rates] == [None]
+    assert [row[4].text for row in outcomes.batches(f, f.systems[0]).rows] == ["–"]
+    assert re.search(r" 4 +50 \(7-93\) +- +50 ", headline(results.trials))
+    cell = r'data-name="Arrived">\s*<span class="share">–</span>\s*<small>4 not known</small></td>'
+    assert re.search(cell, write_report(results.path).read_text())
 
 
 def test_times_of_legs_found_by_motion_are_footnoted(recorded: Results, results: Results) -> None:

@@ -97,7 +97,14 @@ def success(trial: Trial) -> float:
 
 @measure
 def success_self(trial: Trial) -> float:
-    """1 for a success by the robot's own estimate, else 0."""
+    """1 for a success by the robot's own estimate, else 0.
+
+    Of a recording without an estimate nobody knows, however it ended: else its failures would count and its successes would not.
+    An attempt of which nothing was recorded is none, as by the true pose.
+    """
+    known = trial.estimate is not None and np.isfinite(trial.estimate).any()
+    if not known and np.isfinite(trial.pose).any():
+        raise NotComputable("the robot's own estimate is unknown")
     return float(failure(trial, "own") == "")
 
 

@@ -53,7 +53,7 @@ def batches(f: Findings, system: System) -> Grid:
         f"{f.name(system)}{'.' if notes else ''}{notes}"
         if system != f.systems[0]
         else f"{f.name(system)}: mean ± standard deviation, with the 95 % interval of the mean (t); of SR the exact binomial one. "
-        "DE and OE are means of a trial's ends, DE_max and OE_max its worst end, by which it is judged. SR judges the ends by the true pose; beside it by the robot's own estimate, and by the true pose with a slack of "
+        "DE and OE are means of a trial's ends, DE_max and OE_max its worst end, by which it is judged. SR judges the ends by the true pose; beside it by the robot's own estimate, if that is known, and by the true pose with a slack of "
         f"{SLACK_WORDS} for what a robot cannot know: how much its localisation errs. "
         "Trials that did not finish have no CT, PL, DE, OE, TCS; a small number below says how many have one."
         + (" U: mean expanded uncertainty (k = 2, about 95 %) of what was measured; it does not average out." if f.recorded else "")

@@ -1,7 +1,7 @@
 """The page's first table: each system's success taken apart, on the same tests for all that stand side by side.
 
-Three questions, each within the one before: did it touch nothing, did it arrive (by its own estimate), did it stand where it was
-sent (by the truth)? And which of the differences between systems are shown.
+Three questions: did it touch nothing, did it arrive (by its own estimate, if that is known), did it stand where it was sent (by the
+truth)? And which of the differences between systems are shown.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from clearway.reports import recordings, sharing, tuning
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, num
 from clearway.reports.same_tests import SameTests
-from clearway.reports.selection import Row, System
-from clearway.statistics import Interval, PairedSuccess, holm, paired_success, wilson_interval
+from clearway.reports.selection import Row, System, is_recorded
+from clearway.statistics import Interval, PairedSuccess, any_estimate, holm, paired_success, wilson_interval
 
 FEWEST_TIMES = 5
 """Tests that all finished, below which no time is compared."""
@@ -33,11 +33,10 @@ def collision_free(row: Row) -> bool | None:
 
 
 def arrived(row: Row) -> bool | None:
-    """Whether it was at its goals by its own estimate, or by the truth (where a judge ends the test), and touched nothing."""
-    told = (row["success_self"], row["success"])
-    return (
-        True if True in told else None if None in told and row["outcome"] in ("reached", "scenario_failed") else False
-    )
+    """Whether it was at its goals by its own estimate, and touched nothing; in a simulation also by the truth, for there a judge may end
+    the test (`arrival = "measured"`), which nobody does of a real robot."""
+    known: bool | None = True if row["success"] and not is_recorded(row) else row["success_self"]
+    return known
 
 
 def precise(row: Row) -> bool | None:
@@ -189,7 +188,7 @@ def _nearest(rows: Sequence[Row]) -> tuple[str, str]:
 
 
 def _shares(group: SameTests, rivals: Sequence[System], ask: Callable[[Row], bool | None]) -> dict[System, Share]:
-    answers = {s: [ask(r) for r in group.rows[s]] for s in group.systems}
+    answers = {s: _answers(group.rows[s], ask) for s in group.systems}
     plain = {s: replace(_share(found), note=_note(group.rows[s], found)) for s, found in answers.items()}
     known = [s for s in rivals if plain[s].judged]
     if len(known) < 2 or len({tuple(answers[s]) for s in known}) == 1:
@@ -215,6 +214,10 @@ def _shares(group: SameTests, rivals: Sequence[System], ask: Callable[[Row], boo
             doubtful=not shown[pair] and difference.difference.high < 0,
         )
     return found
+
+
+def _answers(rows: Sequence[Row], ask: Callable[[Row], bool | None]) -> list[bool | None]:
+    return [None for _ in rows] if ask is arrived and not any_estimate(rows) else [ask(r) for r in rows]
 
 
 def _share(answers: Sequence[bool | None]) -> Share:

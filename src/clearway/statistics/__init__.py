@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from clearway.statistics.acceptance import Decision, Judged, Verdict, judge, refuse_strange_groups
 from clearway.statistics.acceptance_plan import Outlook, outlooks, repetitions
-from clearway.statistics.columns import GROUP, SYSTEM, batch_names
+from clearway.statistics.columns import GROUP, SYSTEM, any_estimate, batch_names
 from clearway.statistics.comparison import Comparison, compare
 from clearway.statistics.configurations import ConfigurationComparison, Repetitions, compare_configurations
 from clearway.statistics.correlation import (
@@ -76,6 +76,7 @@ __all__ = [
     "Repetitions",
     "SignedRank",
     "Verdict",
+    "any_estimate",
     "asterisks",
     "batch_names",
     "bootstrap_interval",

@@ -85,6 +85,14 @@ def batch_names(rows: Iterable[Mapping[str, Any]]) -> list[Any]:
     return [" ".join(filter(None, names)) for names in both]
 
 
+def any_estimate(rows: Iterable[Mapping[str, Any]]) -> bool:
+    """Whether any of these trials was judged by the robot's own estimate: of an attempt of which nothing was recorded
+    `success_self` is known without one, for it counts as a failure."""
+    return any(
+        r["success_self"] is not None and (r.get("source") != "recorded" or r.get("duration") != 0.0) for r in rows
+    )
+
+
 def reasons(table: pa.Table, rows: np.ndarray) -> dict[str, str]:
     """By indicator why it is missing in these rows, the commonest first, with how often: `leg back was not finished (3)`."""
     if "not_computable" not in table.column_names:

@@ -12,7 +12,7 @@ from scipy import special, stats
 
 from clearway.geometry.shapes import FloatArray
 from clearway.indicators import INDICATORS, Kind
-from clearway.statistics.columns import GROUP, findings, groups, indicators_in, numbers, reasons, schema
+from clearway.statistics.columns import GROUP, any_estimate, findings, groups, indicators_in, numbers, reasons, schema
 from clearway.statistics.proportions import Interval, checked_probability, success_interval, wilson_interval
 
 RESAMPLES = 2000
@@ -163,11 +163,12 @@ def success_rates(table: pa.Table, by: Sequence[str] = GROUP, *, confidence: flo
     """SR in per cent (paper A, eq. 5) with the exact and Wilson's interval, by some of `GROUP`.
 
     `n` counts the trials of which the success is known, `unknown` the others, `self_n` those of which it is known by the
-    robot's own estimate, `slack_n` with a slack for what it cannot know; `failures` says how trials failed.
+    robot's own estimate (0 where it has none in any of a group's trials), `slack_n` with a slack for what it cannot know; `failures` says how trials failed.
     """
     judged = numbers(table, "success")
     others = {name: numbers(table, c) for name in ("self", "slack") if (c := f"success_{name}") in table.column_names}
     failure = table["failure"].to_pylist()
+    trials = table.select([c for c in ("success_self", "source", "duration") if c in table.column_names]).to_pylist()
     rows = []
     for key, members in groups(table, by).items():
         known = judged[members][~np.isnan(judged[members])]
@@ -180,6 +181,8 @@ def success_rates(table: pa.Table, by: Sequence[str] = GROUP, *, confidence: flo
         row["failures"] = "; ".join(f"{w} ({c})" for w, c in sorted(why.items(), key=lambda item: (-item[1], item[0])))
         for name, values in others.items():
             told = values[members][~np.isnan(values[members])]
+            if name == "self" and not any_estimate(trials[member] for member in members):
+                told = told[:0]
             row |= {f"{name}_successes": int(told.sum()), f"{name}_n": len(told)}
             if len(told):
                 row[f"SR_{name}"] = 100 * float(told.mean())
