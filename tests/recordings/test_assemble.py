@@ -27,6 +27,8 @@ def test_legs_goals_and_indicators_of_a_drive_known_by_hand(score: Score) -> Non
     assert (row["DE"], row["OE"]) == pytest.approx((0.0, 0.0), abs=1e-6)
     assert row["success"] is True
     assert "forth:" in trial.provenance["legs"][0]
+    told = [leg.planner_xy_tolerance for leg in trial.attempt.legs]
+    assert np.isnan(told).all(), "nobody knows what a real robot's planner was told"
 
 
 def test_a_span_corrects_one_leg_and_leaves_the_others(score: Score) -> None:

@@ -43,8 +43,8 @@ def made_up(*systems: tuple[str, str, list[dict[str, Any]]], privileged: tuple[s
     for r in rows:
         found.setdefault(System(r["robot"], r["navigator"], None), []).append(r)
     return SimpleNamespace(
-        rows=rows, systems=list(found), of=found.__getitem__, privileged=frozenset(privileged), title=str.upper, robots={},
-        name=lambda s: f"{s.robot} {s.navigator}",
+        rows=rows, systems=list(found), of=found.__getitem__, privileged=frozenset(privileged), title=str.upper,
+        tolerances={(s, "DE_max"): 0.176 for s in found}, planner_tolerances={}, name=lambda s: f"{s.robot} {s.navigator}",
     )  # fmt: skip
 
 
@@ -156,7 +156,9 @@ def test_causes_are_counted_and_the_typical_trial_is_the_middle_one() -> None:
     assert [c.count for c in found] == [4, 3, 2]
     assert "too long" in found[0].advice
     assert found[1].trial == 2
-    assert "22.0 cm off (median)" in found[1].advice
+    assert found[1].advice.endswith("the worst end is 22.0 cm off (median), 17.6 allowed")
+    f.planner_tolerances = {(f.systems[0], "DE_max"): 0.1}
+    assert causes(f, f.systems[0])[1].advice.endswith("17.6 allowed, 10.0 told to the planner")
     assert found[2].words == "the moving obstacle drove into it while it stood"
     assert failures(f.rows) == 10
     for row in f.rows:  # nobody is blamed

@@ -27,6 +27,7 @@ from synthetic_results import glide
 from clearway.contract import BodyKind
 from clearway.geometry.shapes import Circle
 from clearway.reports import conditions, figure, outcomes, recordings, write_replay, write_report
+from clearway.reports.causes import causes
 from clearway.reports.findings import Findings
 from clearway.reports.replay_encoding import Packer, broken, clearance_over_time
 from clearway.reports.same_tests import same_tests
@@ -151,6 +152,22 @@ def test_conditions_come_from_the_plan(recorded: Results) -> None:
     assert "ended early" not in said, "nobody noted how they ended"
     assert "The legs of 16 of 18 recordings were found by motion" in said
     assert "2 of 18 recordings" in said
+
+
+def test_ends_are_told_by_the_plans_own_tolerances(tmp_path: Path) -> None:
+    def strict(trial: Trial) -> Trial:
+        own = {"xy_tolerance": 0.0017, "yaw_tolerance": 0.25}
+        untold = {"planner_xy_tolerance": np.nan, "planner_yaw_tolerance": np.nan}
+        legs = tuple(replace(leg, **own, **untold) for leg in trial.attempt.legs)
+        return replace(trial, attempt=replace(trial.attempt, legs=legs))
+
+    f = Findings(write_recorded(tmp_path / "out", lacks=(strict,)))
+    [missed] = [c.advice for c in causes(f, f.systems[0]) if "position" in c.words]
+    assert missed.endswith(" cm off (median), 0.2 allowed")
+    about = facts(conditions.vehicle(f, "tiago"))
+    assert about["tolerances at the goal, of the test"] == "0.0017 m, 0.25 rad"
+    assert "tolerances at the goal, of the planner" not in about
+    assert "judged by a heading tolerance of 0.25 rad" in " ".join(conditions.deviations(f))
 
 
 def test_an_overview_of_how_recordings_became_trials(recorded: Results) -> None:

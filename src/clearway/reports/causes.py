@@ -134,7 +134,6 @@ def _advice(f: Findings, system: System, rows: Sequence[Row]) -> str:
 
 def _of_precision(f: Findings, system: System, rows: Sequence[Row], failure: str) -> str:
     """By how much the goal was missed, and what room the planner's tolerance would have to leave."""
-    robot = f.robots.get(system.robot)
     parts = []
     for name, unit, scale, digits in (("DE", "cm", 100.0, 1), ("OE", "rad", 1.0, 3)):
         if name not in failure.split("+"):
@@ -143,12 +142,9 @@ def _of_precision(f: Findings, system: System, rows: Sequence[Row], failure: str
         if not off:
             continue
         said = f"the worst end is {num(scale * median(off), digits)} {unit} off (median)"
-        if robot is not None:
-            allowed, told = (
-                (robot.tolerances.xy, robot.planner_tolerances.xy) if name == "DE"
-                else (robot.tolerances.yaw, robot.planner_tolerances.yaw)
-            )  # fmt: skip
-            said += f", {num(scale * allowed, digits)} allowed, {num(scale * told, digits)} told to the planner"
+        for found, words in ((f.tolerances, "allowed"), (f.planner_tolerances, "told to the planner")):
+            if (tolerance := found.get((system, f"{name}_max"))) is not None:
+                said += f", {num(scale * tolerance, digits)} {words}"
         parts.append(said)
     knew = all(r["success_self"] for r in rows)
     first = (

@@ -25,6 +25,7 @@ from clearway.statistics import (
     success_rates,
     wilcoxon_between_speeds,
 )
+from clearway.trials import Leg
 from clearway.trials.store import Results
 
 BREAKDOWN = ("T_acceleration", "T_cruise", "T_approach", "T_rotation", "T_turn")
@@ -179,19 +180,31 @@ class Findings:
         return {(*(r[c] for c in GROUP), r["indicator"]): r for r in self.described}
 
     @cached_property
-    def tolerances(self) -> dict[tuple[System, str], float]:
-        """How far a system's ends may be off, m and rad, as its tests say; none of a system whose tests differ in it."""
+    def goals(self) -> dict[System, list[Leg]]:
+        """The legs by which a system is judged, of the first trial of each of its suites."""
         found = {}
         for system in self.systems:
             firsts = {r["suite"]: r["trial"] for r in reversed(self.of(system))}
-            legs = [
-                leg for number in firsts.values() for leg in self.results.remains(number).attempt.legs if leg.scored
-            ]
-            for name, allowed in (
-                ("DE_max", {leg.xy_tolerance for leg in legs}),
-                ("OE_max", {leg.yaw_tolerance for leg in legs}),
-            ):
-                if len(allowed) == 1 and (only := allowed.pop()) is not None and math.isfinite(only):
+            legs = (self.results.remains(number).attempt.legs for number in firsts.values())
+            found[system] = [leg for own in legs for leg in own if leg.scored]
+        return found
+
+    @cached_property
+    def tolerances(self) -> dict[tuple[System, str], float]:
+        """How far a system's ends may be off, m and rad, as its tests say; none of a system whose tests differ in it."""
+        return self._alike("xy_tolerance", "yaw_tolerance")
+
+    @cached_property
+    def planner_tolerances(self) -> dict[tuple[System, str], float]:
+        """The same of what its planner was told, which of a real robot nobody knows."""
+        return self._alike("planner_xy_tolerance", "planner_yaw_tolerance")
+
+    def _alike(self, xy: str, yaw: str) -> dict[tuple[System, str], float]:
+        found = {}
+        for system, legs in self.goals.items():
+            for name, tolerance in (("DE_max", xy), ("OE_max", yaw)):
+                values = {getattr(leg, tolerance) for leg in legs}
+                if len(values) == 1 and math.isfinite(only := values.pop()):
                     found[system, name] = only
         return found
 

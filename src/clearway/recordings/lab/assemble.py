@@ -210,7 +210,6 @@ def _legs(lab: Lab, spec: RecordedTrialSpec, sent: Goals | None, *, tied: bool) 
     test, robot = lab.plan.test, lab.robot
     xy = test.xy_tolerance or (robot.tolerances.xy if robot else math.nan)
     yaw = test.yaw_tolerance or (robot.tolerances.yaw if robot else math.nan)
-    told = (robot.planner_tolerances.xy, robot.planner_tolerances.yaw) if robot else (math.nan, math.nan)
     goals = [] if sent is None or not tied else _new_goals(sent)
     legs: list[Leg] = []
     before = np.full(3, np.nan)
@@ -221,7 +220,7 @@ def _legs(lab: Lab, spec: RecordedTrialSpec, sent: Goals | None, *, tied: bool) 
             goal = known if leg.goal is None else goal
         start = lab.pose(leg.start) if leg.start is not None and tied else before
         limit = leg.time_limit or math.inf
-        legs.append(Leg(leg.name, start, goal, xy, yaw, leg.scored, limit, *told))
+        legs.append(Leg(leg.name, start, goal, xy, yaw, leg.scored, limit))
         before = goal
     return tuple(legs)
 
