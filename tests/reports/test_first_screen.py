@@ -12,7 +12,7 @@ from synthetic_results import write_campaign
 from clearway.reports.causes import causes, causes_of_all, failures, of_slack, what_happened
 from clearway.reports.findings import Findings
 from clearway.reports.same_tests import same_tests
-from clearway.reports.selection import System
+from clearway.reports.selection import System, verdict
 from clearway.reports.summary import _who, summary
 from clearway.reports.verdicts import arrived, collision_free, precise, verdicts
 from clearway.scenarios.suites import Selection
@@ -165,6 +165,37 @@ def test_causes_are_counted_and_the_typical_trial_is_the_middle_one() -> None:
         assert "fault" not in what_happened(row)
     both = made_up(("a", "x", trials), ("b", "x", [MISSED] * 3 + [{}] * 8))
     assert next((c.count, c.who) for c in causes_of_all(both)) == (6, "a x: 3 of them")
+
+
+@pytest.mark.parametrize(
+    ("reason", "words", "short", "advice"),
+    [
+        ("emergency stop", "was stopped by the operator", "stopped", "see the note of the trial: “a cart”"),
+        ("aborted by the operator; not recorded", "was stopped by the operator", "stopped", "see the note of the trial: “a cart”"),
+        ("emergency stop; the recording cannot be used: a.csv: is empty", "was stopped by the operator", "stopped", "see the note of the trial: “a cart”"),
+        ("a person had to help", "a person had to help", "helped", "see the note of the trial: “a cart”"),
+        ("attempted; the recording cannot be used: a.csv: is empty", "the recording can't be used: a fault of the data, not of the robot",
+         "recording can't be used", "mend the recording: “a.csv: is empty”"),
+        ("attempted, not recorded", "nothing was recorded, nor noted how it ended", "not recorded", "see the note of the trial: “a cart”"),
+        ("leg back: the recording ends at 3.0 s, while the robot moves", "the recording ends while the robot moves", "recording cut off",
+         "give all of it, or note in the test plan what happened: “leg back: the recording ends at 3.0 s, while the robot moves”"),
+        ("leg back was not finished", "did not finish", "did not finish", "see in the replay where it stayed: “leg back was not finished”"),
+    ],
+)  # fmt: skip
+def test_only_what_a_person_stopped_is_called_stopped(reason: str, words: str, short: str, advice: str) -> None:
+    ended = {
+        "outcome": "aborted",
+        "failure": "aborted",
+        "success": False,
+        "source": "recorded",
+        "reason": reason,
+        "note": "a cart",
+    }
+    there = not any(said in reason for said in ("not recorded", "cannot be used"))
+    f = made_up(("a", "x", [ended | {"duration": 9.0 if there else 0.0}] * 2))
+    assert verdict(f.rows[0]) == short
+    [found] = causes(f, f.systems[0])
+    assert (found.words, found.count, found.advice) == (words, 2, advice)
 
 
 def test_the_localisation_is_named_only_where_the_robot_took_itself_to_be_right() -> None:

@@ -14,8 +14,9 @@ from statistics import median
 from clearway.indicators.avoidable import FORESIGHT, PLANNER, TOO_LATE
 from clearway.reports.findings import Findings
 from clearway.reports.grid import num
-from clearway.reports.selection import Row, System, configuration_of, is_recorded, label, system_of
+from clearway.reports.selection import Row, System, configuration_of, label, system_of, verdict
 from clearway.reports.words import WAYS_OUT, contact
+from clearway.trials.trial import UNUSABLE
 
 MOST = 3
 """Causes that are named."""
@@ -24,6 +25,21 @@ _ADVICE = {
     FORESIGHT: "look further ahead in time: where it would be could be seen coming",
     TOO_LATE: "drive slower where the view is short, or let it see further",
 }
+_NOTE = "see the note of the trial"
+_ENDS = {
+    "timeout": ("ran out of time", "see in the replay where it waits, and what it takes for an obstacle"),
+    "livelock": ("went on moving without getting nearer", "look for two plans between which it changes its mind"),
+    "navigator_failed": ("the navigator raised an error or gave no valid command", "mend the error"),
+    "unfinished": ("did not get to every goal", "look at the replay"),
+    "gave up": ("gave up", "see what its last plan was and what stood in its way"),
+    "stopped": ("was stopped by the operator", _NOTE),
+    "helped": ("a person had to help", _NOTE),
+    "not recorded": ("nothing was recorded, nor noted how it ended", _NOTE),
+    "recording can't be used": ("the recording can't be used: a fault of the data, not of the robot", "mend the recording"),
+    "recording cut off": ("the recording ends while the robot moves", "give all of it, or note in the test plan what happened"),
+    "did not finish": ("did not finish", "see in the replay where it stayed"),
+}  # fmt: skip
+"""By how a trial ended, an aborted one by its `verdict`: in words for people, and what an engineer would try."""
 _MISSED = {"DE": "position", "OE": "heading", "DE+OE": "position and heading"}
 
 
@@ -93,13 +109,11 @@ def what_happened(row: Row) -> str:
         return f"ended with its {which} off by more than is allowed"
     if failure.startswith("collision"):
         return contact(row)
-    return {
-        "timeout": "ran out of time",
-        "livelock": "went on moving without getting nearer",
-        "aborted": "was stopped" if is_recorded(row) else "gave up",
-        "navigator_failed": "the navigator raised an error or gave no valid command",
-        "unfinished": "did not get to every goal",
-    }.get(failure, failure.replace("_", " "))
+    return _ENDS.get(_end(row, failure), (failure.replace("_", " "), ""))[0]
+
+
+def _end(row: Row, failure: str) -> str:
+    return verdict(row) if failure == "aborted" else failure
 
 
 def most_typical(rows: Sequence[Row]) -> Row:
@@ -122,14 +136,12 @@ def _advice(f: Findings, system: System, rows: Sequence[Row]) -> str:
         if failure == "collision at rest" and most == PLANNER:
             return f"don't stop in the way of what moves ({count} of {len(rows)}: {WAYS_OUT[most]})"
         return f"{_ADVICE[most]} ({count} of {len(rows)}: {WAYS_OUT[most]})"
-    said = Counter(_last_line(r["reason"]) for r in rows if r["reason"]).most_common(1)
-    heard = f"; most often: “{said[0][0]}”" if said else ""
-    return {
-        "timeout": "see in the replay where it waits, and what it takes for an obstacle",
-        "livelock": "look for two plans between which it changes its mind",
-        "aborted": "see the note of the trial" if is_recorded(rows[0]) else "see what its last plan was and what stood in its way",
-        "navigator_failed": "mend the error",
-    }.get(failure, "look at the replay") + heard  # fmt: skip
+    advice = _ENDS.get(_end(rows[0], failure), ("", "look at the replay"))[1]
+    said = Counter(filter(None, (_said(r, noted=advice == _NOTE) for r in rows))).most_common(1)
+    for words, n in said:
+        how = "" if n == len(rows) else "; most often" if n > 1 else "; such as"
+        advice += f"{how}: “{words}”"
+    return advice
 
 
 def _of_precision(f: Findings, system: System, rows: Sequence[Row], failure: str) -> str:
@@ -158,5 +170,7 @@ def of_slack(rows: Iterable[Row]) -> int:
     return sum(r["success"] is False and bool(r["success_self"] and r.get("success_slack")) for r in rows)
 
 
-def _last_line(reason: str) -> str:
-    return str(reason).strip().splitlines()[-1]
+def _said(row: Row, *, noted: bool) -> str:
+    """What a person noted of a trial, or the last line of what the world, the navigator or the reader of the recording said."""
+    words = str((row["note"] if noted else row["reason"]) or "").rpartition(f"{UNUSABLE}: ")[2]
+    return words.strip().rpartition("\n")[2]

@@ -10,6 +10,7 @@ from clearway.errors import ClearwayError, unknown
 from clearway.indicators import COLUMNS, shown_digits
 from clearway.reports import paper
 from clearway.trials.store import Results
+from clearway.trials.trial import ASSISTED, BROKEN_OFF, GOING_ON, NOT_RECORDED, UNUSABLE
 
 Row: TypeAlias = Mapping[str, Any]
 SELECTABLE = (*(column.name for column in COLUMNS if column.selectable), "trial")
@@ -211,8 +212,22 @@ def verdict(row: Row) -> str:
         return f"{row['outcome']}, not judged"
     failure = str(row["failure"] or row["outcome"])
     if failure == "aborted":
-        return "stopped" if is_recorded(row) else "gave up"
+        return _broken_off(row) if is_recorded(row) else "gave up"
     return _FAILED.get(failure, failure.replace("_", " "))
+
+
+def _broken_off(row: Row) -> str:
+    """Why a measured attempt came to no end: a person, the robot or the data."""
+    reason = str(row["reason"] or "")
+    if reason.startswith(BROKEN_OFF):
+        return "stopped"
+    if reason.startswith(ASSISTED):
+        return "helped"
+    if UNUSABLE in reason:
+        return "recording can't be used"
+    if not row["duration"]:
+        return NOT_RECORDED
+    return "recording cut off" if reason.endswith(GOING_ON) else "did not finish"
 
 
 _FAILED = {

@@ -24,6 +24,10 @@ UNTIED = "nothing ties the recording to the map, in which the goals are given (f
 NOT_RECORDED = "not recorded"
 UNUSABLE = "the recording cannot be used"
 """Why an attempt counts of which there is no motion: in its reason, behind what a person noted."""
+BROKEN_OFF = ("emergency stop", "aborted by the operator")
+ASSISTED = "a person had to help"
+GOING_ON = "while the robot moves"
+"""In the reason of an aborted recording: with one of these it begins if a person ended the attempt, so it ends if the recording did."""
 OBSERVED = "observed by the operator"
 """What is said of a contact of which nobody said when it was."""
 TOUCHED, HELPED = "touched", "helped"

@@ -12,7 +12,7 @@ from clearway.recordings.lab.legs import FoundLeg
 from clearway.recordings.lab.test_plan import RecordedTrialSpec
 from clearway.recordings.motion.motion import Motion
 from clearway.trials import Event, Leg, Outcome, Span
-from clearway.trials.trial import OBSERVED
+from clearway.trials.trial import ASSISTED, BROKEN_OFF, GOING_ON, OBSERVED
 
 ONE_CONTACT = 2.0
 """s; a contact that was measured and one that the operator noted so near to it are one."""
@@ -44,7 +44,7 @@ def outcome_of(
                 raise ClearwayError(f"{at:g} s is not in the recording, {zero:g} to {zero + end:g} s", field=name)
     events = (
         *events,
-        *(Event(at - zero, EventKind.INTERVENTION, "a person had to help") for at in spec.intervention_at),
+        *(Event(at - zero, EventKind.INTERVENTION, ASSISTED) for at in spec.intervention_at),
     )
     if spec.touched is False:  # somebody stood beside it and saw none; overlap that was measured has to be explained
         events = tuple(_denied(e) for e in events)
@@ -61,9 +61,9 @@ def outcome_of(
     if touched:
         return Outcome.COLLISION, touched[0].detail, events
     for happened, words in (
-        (spec.stopped, "emergency stop"),
-        (spec.helped, "a person had to help"),
-        (spec.aborted, "aborted by the operator"),
+        (spec.stopped, BROKEN_OFF[0]),
+        (spec.helped, ASSISTED),
+        (spec.aborted, BROKEN_OFF[1]),
     ):
         if happened:
             return Outcome.ABORTED, words, events
@@ -76,7 +76,7 @@ def outcome_of(
         if i not in reached:
             if not (spans and going):
                 return Outcome.ABORTED, f"leg {leg.name} was not finished" if spans else "", events
-            reason = f"leg {leg.name}: the recording ends at {end:.1f} s, while the robot moves"
+            reason = f"leg {leg.name}: the recording ends at {end:.1f} s, {GOING_ON}"
             said = f"{reason}; give all of it, or say what happened (aborted, stopped, intervention)"
             return Outcome.ABORTED, reason, (*events, Event(end, EventKind.UNSEEN_ARRIVAL, said))
     return Outcome.REACHED, "", events
