@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Sequence
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +15,14 @@ from command_line import Shell
 
 from clearway.geometry.shapes import Circle
 from clearway.indicators import row_schema, score_row
+from clearway.reports.grid import span
 from clearway.trials import Attempt, Labels, Leg, Outcome, Span, Trial
 from clearway.trials.store import TrialStore, write_partial
 
 
-def straight(source: str, configuration: str, repetition: int, seconds: float, off: float = 0.05) -> Trial:
+def straight(
+    source: str, configuration: str, repetition: int, seconds: float, off: float = 0.05, legs: Sequence[str] = ()
+) -> Trial:
     """5 m in so many seconds, ending `off` metres short."""
     t = np.linspace(0.0, seconds, 51)
     pose = np.stack([(5 - off) * t / seconds, 0 * t, 0 * t], axis=1)
@@ -29,13 +35,15 @@ def straight(source: str, configuration: str, repetition: int, seconds: float, o
     return Trial(
         attempt, t, pose, np.stack([np.full(51, 5 / seconds), 0 * t], axis=1), None, None, np.zeros(51, np.int64), np.empty((51, 0, 3)),
         (Span(0, 0.0, seconds, True),), (), Outcome.REACHED, sigma=np.full((51, 1, 2), 0.001) if real else None,
+        provenance={"legs": list(legs)},
     )  # fmt: skip
 
 
 def write(
-    out: Path, source: str, times: dict[str, list[float]], off: float = 0.05, robots: dict[str, Any] | None = None
-) -> Path:
-    trials = [straight(source, c, k + 1, s, off) for c, every in times.items() for k, s in enumerate(every)]
+    out: Path, source: str, times: dict[str, list[float]], off: float = 0.05, robots: dict[str, Any] | None = None,
+    legs: Sequence[str] = (),
+) -> Path:  # fmt: skip
+    trials = [straight(source, c, k + 1, s, off, legs) for c, every in times.items() for k, s in enumerate(every)]
     with TrialStore(out, {"clearway": "test", "robots": robots or {}}, len(trials), row_schema()) as store:
         for i, trial in enumerate(trials):
             write_partial(store.partial, store.key, i, trial, score_row(trial))
@@ -75,6 +83,36 @@ def test_sim_to_real(clearway: Shell, sim: Path, real: Path) -> None:
     assert rows["CT"]["mean_difference"] == pytest.approx(2.5)
     assert (rows["DE"]["mean_difference"], rows["DE"]["u_b"]) == (pytest.approx(0.07), pytest.approx(0.002))
     assert found["success"]["all"]["successes_b"] == 0
+
+
+def test_the_page_says_how_a_simulation_and_a_recording_were_matched(
+    clearway: Shell, sim: Path, tmp_path: Path
+) -> None:
+    real = write(tmp_path / "real", "recorded", {"line": [11.0, 13.0], "ramp": [14.0, 16.0]}, legs=["forth: departure"])
+    assert clearway("compare", sim, real, "--out", tmp_path / "page").code == 0
+    html = (tmp_path / "page" / "index.html").read_text()
+    page = unescape(re.sub(r"\s+", " ", re.sub(r"<svg.*?</svg>|<style.*?</style>|<[^>]+>", " ", html, flags=re.DOTALL)))
+    for said in (
+        "Clearway comparison Sim-to-real difference Tested.",
+        f"{real} (recorded) against {sim} (simulated), sim-to-real difference over 2 configurations in common",
+        "so few can show no difference in any indicator",
+        "the smallest p that can come out is 0.50, 1.00 after Holm's correction",
+        f"the repetitions of a configuration are averaged first; {sim}: 6 trials, 3 of each configuration",
+        "part of the difference in the times, marked *, is how they were taken",
+        f"* {real}: the legs of 4 trials were found by the robot's motion.",
+        "CT* (s) 2 4 : 6 13.500 11.000 2.500 [",
+        "over repetitions U p (Holm) better",
+    ):
+        assert said in page, said
+    [found] = json.loads(clearway("compare", sim, real, "--json").out)
+    [ct] = [r for r in found["differences"] if r["batch"] is None and r["indicator"] == "CT"]
+    assert span(ct["rep_low"], ct["rep_high"], 3) in page
+    assert "no difference shown" not in page.partition("Indicators")[2]
+    one = write(tmp_path / "one", "recorded", {"line": [11.0]})
+    clearway("compare", sim, one, "--out", tmp_path / "other")
+    other = (tmp_path / "other" / "index.html").read_text()
+    assert "over 1 configuration in common" in other
+    assert "CT (s)" in other
 
 
 def test_before_and_after(clearway: Shell, real: Path, tmp_path: Path) -> None:

@@ -14,13 +14,14 @@ from clearway.errors import ClearwayError
 from clearway.reports import sharing, theme
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, p_value, span, text
 from clearway.reports.page import PAGE, page_of
+from clearway.reports.side_by_side import Found, mark, repetitions, taken_otherwise, uncertainty
 from clearway.reports.summary import Summary
-from clearway.statistics import Comparison, ConfigurationComparison
+from clearway.statistics import FEWEST_RESAMPLED, Comparison, ConfigurationComparison, holm
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Found = Comparison | ConfigurationComparison
+_NOT_SHOWN, _TOO_FEW = "no difference shown", "too few to show any"
 
 
 def write_comparison(found: Sequence[Found], folder: Path) -> Path:
@@ -42,7 +43,7 @@ def write_comparison(found: Sequence[Found], folder: Path) -> Path:
             (folder / f"differences-{number}.svg").write_text(svg, encoding="utf-8")
             figures.append((name, Markup(theme.themed(svg, escape(name)))))
         _csv(found, folder / "differences.csv")
-        page = page_of("comparison.html", title="Side by side", figures=figures, said=summary(found), each=[_said(pair) for pair in found],
+        page = page_of("comparison.html", title=_title(found), figures=figures, said=summary(found), each=[_said(pair) for pair in found],
                        success=success_table(found), indicators=indicator_table(found))  # fmt: skip
         (folder / PAGE).write_text(page, encoding="utf-8", errors="replace")
     except OSError as error:
@@ -50,40 +51,80 @@ def write_comparison(found: Sequence[Found], folder: Path) -> Path:
     return folder / PAGE
 
 
+def _title(found: Sequence[Found]) -> str:
+    kinds = {pair.kind if isinstance(pair, ConfigurationComparison) else "" for pair in found}
+    return kind.capitalize() if len(kinds) == 1 and (kind := kinds.pop()) else "Side by side"
+
+
+def _sides(pair: Found) -> tuple[str, str]:
+    """The names of B and A, with where their trials come from if that is known."""
+    if isinstance(pair, Comparison):
+        return pair.b, pair.a
+    return f"{pair.b} ({pair.source_b})", f"{pair.a} ({pair.source_a})"
+
+
+def _many(n: int, kind: str) -> str:
+    return f"{n} {kind}{'' if n == 1 else 's'}"
+
+
 def summary(found: Sequence[Found]) -> Summary:
     """What the page says first."""
-    systems = list(dict.fromkeys(name for pair in found for name in (pair.b, pair.a)))
+    systems = list(dict.fromkeys(name for pair in found for name in _sides(pair)))
     least = min(pair.pairs if isinstance(pair, Comparison) else pair.configurations for pair in found)
-    kind = "test" if all(isinstance(pair, Comparison) for pair in found) else "configuration"
-
-    def many(n: int) -> str:
-        return f"{n} {kind}{'' if n == 1 else 's'}"
-
-    each = f"{many(least)} in common" if len(found) == 1 else f"{len(found)} pairs with {many(least)} or more in common"
+    matched = [pair for pair in found if isinstance(pair, ConfigurationComparison)]
+    tests = _many(least, "configuration" if matched else "test")
+    each = f"{tests} in common" if len(found) == 1 else f"{len(found)} pairs with {tests} or more in common"
     result = _said(found[0]) if len(found) == 1 else "Of each pair a line below says what is shown."
-    doubts = [
-        f"With {many(least)} small differences stay hidden: where none is shown there may be one",
-        "an indicator is compared on those that both finished, success on all",
-    ]
+    every = [r for pair in found for r in _rows(pair)]
+    doubts = [f"With {tests} small differences stay hidden: where none is shown there may be one"]
+    if every and all(r["least_p"] > 0.05 for r in every):
+        p, after = p_value(_smallest_p(max(r["n"] for r in every))), p_value(min(r["least_p"] for r in every))
+        doubts = [
+            f"With {tests} no difference in any indicator can be shown, however large: the smallest p that can come out is {p}, {after} "
+            "after Holm's correction"
+        ]
+    if len(matched) < len(found):
+        doubts.append("an indicator is compared on those that both finished, success on all")
+    if matched:
+        doubts.append("the repetitions of a configuration are averaged first")
+        doubts += dict.fromkeys(said for pair in matched for said in repetitions(pair))
+    if any(map(taken_otherwise, found)):
+        doubts.append("part of the difference in the times, marked *, is how they were taken")
     if left := sum(pair.only_a + pair.only_b for pair in found):
-        doubts.append(f"{many(left)} that only one side ran {'is' if left == 1 else 'are'} left out")
+        one = "configuration" if matched else "test"
+        doubts.append(f"{_many(left, one)} that only one side ran {'is' if left == 1 else 'are'} left out")
     return Summary(f"{', '.join(systems)}: {each}.", result, f"{'; '.join(doubts)}.{_doubt(found)}")
+
+
+def _smallest_p(n: int) -> float:
+    """Of an exact two-sided test of n pairs, McNemar's or Wilcoxon's: where all of them differ in the same direction."""
+    return 2.0 ** (1 - n)
+
+
+def _rows(pair: Found) -> list[dict[str, Any]]:
+    """The differences over all batches, each with the smallest p after Holm that so many tests of each indicator can give, whatever
+    comes out: `least_p`."""
+    rows = [r for r in pair.differences.to_pylist() if r["batch"] is None and r["n"]]
+    least = holm([_smallest_p(r["n"]) for r in rows]).tolist()
+    return [r | {"least_p": p} for r, p in zip(rows, least, strict=True)]
 
 
 def _said(pair: Found) -> str:
     """What came out of a pair, in a sentence."""
     s: Any = pair.success.get(None)
     parts = []
+    b, a = _sides(pair)
     if isinstance(pair, Comparison):
         on = f"on the same {pair.pairs} tests" if pair.pairs != 1 else "on the same test"
         if s is not None:
-            shown = "" if s.p <= 0.05 else " (no difference shown)"
+            shown = "" if s.p <= 0.05 else f" ({_NOT_SHOWN if _smallest_p(s.n) <= 0.05 else _TOO_FEW})"
             parts.append(f"{s.both + s.only_b} against {s.both + s.only_a} of {s.n} succeeded{shown}")
     else:
-        on = f"over {pair.configurations} configurations in common"
-    if isinstance(pair, ConfigurationComparison) and s is not None:
-        parts.append(f"{s.successes_b} of {s.trials_b} succeeded against {s.successes_a} of {s.trials_a}")
-    rows = [r for r in pair.differences.to_pylist() if r["batch"] is None and r["n"]]
+        on = f"{pair.kind} over {_many(pair.configurations, 'configuration')} in common"
+        if s is not None:
+            shown = f" ({_NOT_SHOWN})" if s.difference.low <= 0.0 <= s.difference.high else ""
+            parts.append(f"{s.successes_b} of {s.trials_b} succeeded against {s.successes_a} of {s.trials_a}{shown}")
+    rows = _rows(pair)
     for r in rows:
         if r["favours"]:
             unit = f" {r['unit']}" if r["unit"] else ""
@@ -91,14 +132,16 @@ def _said(pair: Found) -> str:
             parts.append(
                 f"{pair.a if r['favours'] == 'A' else pair.b} is better in {r['indicator']}, by {by} on average"
             )
-    if not any(r["favours"] for r in rows):
+    if rows and all(r["least_p"] > 0.05 for r in rows):
+        parts.append("so few can show no difference in any indicator")
+    elif not any(r["favours"] for r in rows):
         parts.append("in no indicator a difference is shown")
-    return f"{pair.b} against {pair.a}, {on}: {'; '.join(parts)}."
+    return f"{b} against {a}, {on}: {'; '.join(parts)}."
 
 
 def _doubt(found: Sequence[Found]) -> str:
     """What has to be said where an indicator's interval leaves out 0 and yet no difference is shown; empty if none does."""
-    rows = [r for pair in found for r in pair.differences.to_pylist() if r["batch"] is None and r["n"]]
+    rows = [r for pair in found for r in _rows(pair)]
     if not any(r["boot_low"] is not None and not r["favours"] and r["boot_low"] * r["boot_high"] > 0 for r in rows):
         return ""
     return (
@@ -109,22 +152,26 @@ def _doubt(found: Sequence[Found]) -> str:
 
 def differences(pair: Found) -> Figure:
     """Mean differences with their intervals over all batches, a panel an indicator, each in its own unit and with its zero."""
-    rows = [r for r in pair.differences.to_pylist() if r["batch"] is None and r["n"] > 0]
+    rows = _rows(pair)
     figure = theme.new_figure(7.2, 0.55 * max(len(rows), 1) + 0.5)
     panels = figure.subplots(max(len(rows), 1), 1, squeeze=False)[:, 0]
     for axes, row in zip(panels, rows, strict=False):
         mean, low, high = row["mean_difference"], row["boot_low"], row["boot_high"]
         axes.axvline(0.0, color=theme.INK, linewidth=0.8)
+        if row.get("rep_low") is not None:
+            axes.plot([row["rep_low"], row["rep_high"]], [0.0, 0.0], color=theme.RULE, linewidth=5.0, zorder=0.5)
         if low is not None and high is not None:
             axes.plot([low, high], [0.0, 0.0], color=theme.INK, linewidth=1.4)
         axes.plot([mean], [0.0], "o", color=theme.INK, markersize=4)
         unit = f" [{row['unit']}]" if row["unit"] else ""
-        axes.set_ylabel(f"{row['indicator']}{unit}\nn = {row['n']}", rotation=0, ha="right", va="center", fontsize=8)
+        name = f"{row['indicator']}{mark(pair, row['indicator'])}{unit}\nn = {row['n']}"
+        axes.set_ylabel(name, rotation=0, ha="right", va="center", fontsize=8)
         axes.set_yticks([])
         axes.margins(x=0.15)
         axes.tick_params(labelsize=8)
+    broad = "; broad: over repetitions" if any(row.get("rep_low") is not None for row in rows) else ""
     figure.suptitle(
-        f"{pair.b} minus {pair.a}: mean of the differences, with its interval where there is one", fontsize=9
+        f"{pair.b} minus {pair.a}: mean of the differences, with its interval where there is one{broad}", fontsize=9
     )
     return figure
 
@@ -155,32 +202,42 @@ def success_table(found: Sequence[Found]) -> Grid:
 
 
 def indicator_table(found: Sequence[Found]) -> Grid:
-    """Every indicator over all batches, a row a pair and indicator."""
+    """Every indicator over all batches, a row a pair and indicator; over repetitions and U where trials are no pairs."""
     lines: Rows = []
+    matched = any(isinstance(c, ConfigurationComparison) for c in found)
     for c in found:
-        for r in c.differences.to_pylist():
-            if r["batch"] is not None or not r["n"]:
-                continue
+        for r in _rows(c):
             unit = f" ({r['unit']})" if r["unit"] else ""
             difference = Cell(num(r["mean_difference"], 3), span(r["boot_low"], r["boot_high"], 3))
-            better = {"A": c.a, "B": c.b}.get(r["favours"], "no difference shown")
-            cells: list[Cell | str] = [
-                str(r["n"]),
-                num(r["mean_b"], 3),
-                num(r["mean_a"], 3),
-                difference,
-                p_value(r["p_holm"]),
-                better,
-            ]
-            lines.append([Cell(c.b, strong=True), c.a, f"{r['indicator']}{unit}", *cells])
-    heads: Heads = [text("System"), text("against"), text("indicator"), "n", "mean", "against's mean", "difference",
-                    "p (Holm)", text("better")]  # fmt: skip
-    return grid(
-        "Indicators over the tests that both finished, so that who fails the hard ones is not punished here: read it with the "
-        "success above. Mean of the differences with its bootstrap interval, Wilcoxon's test, Holm's correction."
-        + sharing.of_pairs(found),
-        heads, lines,
-    )  # fmt: skip
+            better = {"A": c.a, "B": c.b}.get(r["favours"], _NOT_SHOWN if r["least_p"] <= 0.05 else _TOO_FEW)
+            trials, more = [], []
+            if matched:
+                u = uncertainty(r)
+                trials = [f"{r['trials_b']} : {r['trials_a']}" if "trials_a" in r else NONE]
+                more = [span(r.get("rep_low"), r.get("rep_high"), 3) or NONE, NONE if u is None else f"{u:.2g}"]
+            lines.append([
+                Cell(c.b, strong=True), c.a, f"{r['indicator']}{mark(c, r['indicator'])}{unit}", str(r["n"]), *trials,
+                num(r["mean_b"], 3), num(r["mean_a"], 3), difference, *more, p_value(r["p_holm"]), better,
+            ])  # fmt: skip
+    counted, spread = (["trials"], ["over repetitions", "U"]) if matched else ([], [])
+    heads: Heads = [text("System"), text("against"), text("indicator"), "n", *counted, "mean", "against's mean", "difference",
+                    *spread, "p (Holm)", text("better")]  # fmt: skip
+    notes = [_OF_PAIRS] if any(isinstance(c, Comparison) for c in found) else []
+    notes += [_OF_CONFIGURATIONS] if matched else []
+    notes += dict.fromkeys(filter(None, map(taken_otherwise, found)))
+    return grid(" ".join(notes) + sharing.of_pairs(found), heads, lines)
+
+
+_OF_PAIRS = (
+    "Indicators over the tests that both finished, so that who fails the hard ones is not punished here: read it with the "
+    "success above. Mean of the differences with its bootstrap interval, Wilcoxon's test, Holm's correction."
+)
+_OF_CONFIGURATIONS = (
+    "Indicators over the configurations of which both sides have a value (n; trials: of each side), the repetitions of each averaged first: read it with the "
+    f"success above. Mean of the differences with its bootstrap interval over configurations (from {FEWEST_RESAMPLED} on), Wilcoxon's test, "
+    "Holm's correction. Over repetitions: the interval of what repeating these very configurations would give, each indicator for "
+    "itself; – where none was repeated on one of the sides. U: how far off the measured means may be together (k = 2); it comes on top of the intervals."
+)
 
 
 def _csv(found: Sequence[Found], file: Path) -> None:

@@ -1,14 +1,21 @@
-"""Which results stand side by side in a comparison: several directories, or the systems of one."""
+"""Which results stand side by side in a comparison: several directories, or the systems of one; and what has to be said of two
+sides that were not measured alike."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from clearway.errors import ClearwayError, unknown
+from clearway.indicators import TIMED
 from clearway.reports.findings import Findings
 from clearway.reports.selection import System
+from clearway.statistics import Comparison, ConfigurationComparison
 from clearway.trials.store import Results
+
+Found = Comparison | ConfigurationComparison
+"""Two sides, B against A."""
 
 
 def tables_of(results: Sequence[Results], between: Iterable[str] = ()) -> dict[str, Any]:
@@ -53,3 +60,37 @@ def _title(system: System, among: Sequence[System]) -> str:
     parts = [("robot", system.robot), ("navigator", system.navigator), ("setup", system.setup)]
     told = [str(value) for name, value in parts if len({getattr(s, name) for s in among}) > 1 and value is not None]
     return ", ".join(told) or system.navigator
+
+
+def repetitions(found: ConfigurationComparison) -> list[str]:
+    """How many trials of each side there are of each configuration."""
+    said = []
+    for name, times in ((found.a, found.repetitions_a), (found.b, found.repetitions_b)):
+        each = f"{times.fewest}" if times.fewest == times.most else f"{times.fewest} to {times.most}"
+        said.append(f"{name}: {times.trials} trials, {each} of each configuration")
+    return said
+
+
+def mark(found: Found, indicator: str) -> str:
+    """`*` at a time that was taken otherwise on one side than on the other: there alone legs were found by the robot's motion."""
+    apart = isinstance(found, ConfigurationComparison) and bool(found.by_motion_a) != bool(found.by_motion_b)
+    return "*" if apart and indicator in TIMED else ""
+
+
+def taken_otherwise(found: Found) -> str:
+    """What has to be said of what has that mark; empty if nothing that was compared has it."""
+    if not any(r["n"] and mark(found, r["indicator"]) for r in found.differences.to_pylist()):
+        return ""
+    assert isinstance(found, ConfigurationComparison)
+    who, count = (found.a, found.by_motion_a) if found.by_motion_a else (found.b, found.by_motion_b)
+    return (
+        f"* {who}: the legs of {count} trial{'' if count == 1 else 's'} were found by the robot's motion. The thinking before it moves off and the "
+        "wait before a goal is called reached are not seen there, a few tenths of a second a leg: part of this difference "
+        "is how the time was taken. Record the goals, or give the legs' spans in the test plan."
+    )
+
+
+def uncertainty(row: Mapping[str, Any]) -> float | None:
+    """How far off both means of a row may be together (k = 2); None where that is unknown or nothing was measured."""
+    a, b = row.get("u_a"), row.get("u_b")
+    return None if a is None or b is None else math.hypot(a, b) or None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -10,12 +9,13 @@ from typing import Any
 import pyarrow as pa
 
 from clearway.foreign import printable
-from clearway.indicators import HEADLINE, INDICATORS, TIMED
+from clearway.indicators import HEADLINE, INDICATORS
 from clearway.reports import ablation, decision_time, head_to_head, outcomes, rescue, sharing, tuning
 from clearway.reports.barn import barn
 from clearway.reports.findings import Findings
 from clearway.reports.grid import Grid
 from clearway.reports.published import published
+from clearway.reports.side_by_side import mark, repetitions, taken_otherwise, uncertainty
 from clearway.statistics import (
     FEWEST,
     FEWEST_RESAMPLED,
@@ -125,29 +125,30 @@ def _matched(found: ConfigurationComparison) -> str:
         f"configurations in common, {found.only_a} + {found.only_b} without a partner",
         f"  matched by {by}; the repetitions of a configuration are averaged first",
     ]
-    for name, times in ((found.a, found.repetitions_a), (found.b, found.repetitions_b)):
-        each = f"{times.fewest}" if times.fewest == times.most else f"{times.fewest} to {times.most}"
-        lines.append(f"  {name}: {times.trials} trials, {each} of each configuration")
+    lines += [f"  {said}" for said in repetitions(found)]
     for batch, s in _shown(found.success):
         d = s.difference
         lines.append(
             f"  success {batch or 'in all'}: {s.successes_b} of {s.trials_b} against {s.successes_a} of {s.trials_a}, "
             f"difference {100 * d.estimate:+.1f} points ({100 * d.low:+.1f} to {100 * d.high:+.1f}; independent trials)"
         )
-    rows, measured, timed, repeated = [], False, False, True
-    apart = bool(found.by_motion_a) != bool(found.by_motion_b)
+    rows, measured, repeated = [], False, True
     for r in _lines(found):
-        u = None if r["u_a"] is None or r["u_b"] is None else math.hypot(r["u_a"], r["u_b"])
-        measured, timed = measured or bool(u), timed or (apart and r["indicator"] in TIMED)
+        u = uncertainty(r)
+        measured |= u is not None
         repeated &= r["rep_low"] is not None
         cells = [
             r["batch"] or "all",
-            f"{r['indicator']} [{r['unit']}]{'*' if apart and r['indicator'] in TIMED else ''}",
+            f"{r['indicator']} [{r['unit']}]{mark(found, r['indicator'])}",
             str(r["n"]),
             f"{r['trials_a']}/{r['trials_b']}",
         ]
         cells += [_number(r["mean_a"]), _number(r["mean_b"]), _delta(r["mean_difference"])]
-        cells += [_to(r["boot_low"], r["boot_high"]), _to(r["rep_low"], r["rep_high"]), "-" if not u else f"{u:.2g}"]
+        cells += [
+            _to(r["boot_low"], r["boot_high"]),
+            _to(r["rep_low"], r["rep_high"]),
+            "-" if u is None else f"{u:.2g}",
+        ]
         rows.append([*cells, _p(r["p"]), _p(r["p_holm"]), _effect(r)])
     heads = ["batch", "indicator", "n", "trials", found.a, found.b, "difference", "over configurations"]
     heads += ["over repetitions", "U", "p", "p Holm", "effect"]
@@ -159,13 +160,8 @@ def _matched(found: ConfigurationComparison) -> str:
         notes.append("over repetitions -: no configuration was repeated on one of the sides")
     if measured:
         notes.append("U: how far off the measured means may be together (k = 2); it comes on top of the intervals")
-    if timed:
-        who, count = (found.a, found.by_motion_a) if found.by_motion_a else (found.b, found.by_motion_b)
-        notes.append(
-            f"* {who}: the legs of {count} trial{'' if count == 1 else 's'} were found by the robot's motion. The thinking before it moves off and the "
-            "wait before a goal is called reached are not seen there, a few tenths of a second a leg: part of this difference "
-            "is how the time was taken. Record the goals, or give the legs' spans in the test plan."
-        )
+    if said := taken_otherwise(found):
+        notes.append(said)
     return "\n".join([*lines, columns(heads, rows), *notes])
 
 
