@@ -11,11 +11,10 @@ from clearway.geometry.shapes import FloatArray
 from clearway.reports.findings import Findings
 from clearway.reports.grid import NONE, Cell, Grid, Heads, Rows, grid, num, text
 from clearway.reports.selection import System
+from clearway.trials import LATE
 from clearway.trials.store import Results
 
 _NAMES = ("decide_count", "decide_p50", "decide_p99", "decide_max", "decide_overrun")
-MOST = 0.01
-"""Share of a robot's control periods that decisions may overrun and still be called keeping up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +47,7 @@ class DecisionTime:
     @property
     def kept_up(self) -> bool:
         """Whether a robot could have driven by them."""
-        return self.overrun <= MOST
+        return self.overrun <= LATE
 
 
 def decision_times(f: Findings) -> dict[System, DecisionTime]:

@@ -2,6 +2,7 @@
 
 from clearway.trials.trial import (
     BROKEN,
+    LATE,
     Attempt,
     Body,
     Errand,
@@ -18,6 +19,7 @@ from clearway.trials.trial import (
 
 __all__ = [
     "BROKEN",
+    "LATE",
     "Attempt",
     "Body",
     "Errand",

@@ -48,6 +48,8 @@ class Outcome(StrEnum):
 
 BROKEN = frozenset({Outcome.NAVIGATOR_FAILED, Outcome.SCENARIO_FAILED})
 """How an attempt ends in which somebody's code failed."""
+LATE = 0.01
+"""Share of a robot's control periods that decisions may overrun and still be called keeping up: on a machine that does other things as well some do."""
 
 
 @dataclass(frozen=True, slots=True)
