@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -18,8 +19,10 @@ from clearway.improving.settings import InRobotFile, InYaml, with_options
 from clearway.improving.task import Search, Task, Variable, read_task
 from clearway.improving.trials import refuse_overlap
 from clearway.improving.tune import tune
+from clearway.improving.tuning import Gain, Tuning, doubts
 from clearway.improving.yaml_text import changed
 from clearway.robots import load_robot
+from clearway.statistics import Comparison
 from clearway.trials.store import open_results
 from clearway.tuning import TunedOn
 
@@ -211,6 +214,43 @@ def test_what_no_trial_can_tell_is_refused(tmp_path: Path, old: str, new: str, f
     task.write_text(example.read_text().replace(old, new))  # no obstacles are there
     with pytest.raises(ClearwayError, match=f"{field}: 'MDO' can be computed of none of the first 1 training trials"):
         tune(task, tmp_path / "out", workers=0)
+
+
+def _told(tmp_path: Path, *verdicts: int, holds: bool = True) -> Tuning:
+    gains = tuple(
+        Gain(name, unit, 1.0, 0.5, -0.5, -0.6, -0.4, verdict)
+        for (name, unit), verdict in zip((("success", ""), ("CT", "s")), verdicts, strict=True)
+    )
+    limits, pairs = (("min MDO >= 0.02", 0.1, 0.0, holds),), cast(Comparison, SimpleNamespace(pairs=20))
+    return Tuning(
+        tmp_path, None, "hosbot", "mine[scale=1.0]", {"scale": 0.5}, {"scale": 1.0}, 130, (), gains, limits, pairs,
+        tuple(doubts(gains, limits, 20)),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "warned"),
+    [
+        ((-1, 1), "it is shown to be worse in success, which counts first; keep what came in"),
+        ((0, -1), "it is shown to be worse in CT, the first in which a difference is shown; keep what came in"),
+        ((1, -1), "it is shown to be worse in CT, which counts less"),
+        ((0, 0), "no gain is shown on the 20 held-out pairs: what was found may be what fitted the training trials by chance"),
+        ((0, 1), ""),
+    ],
+)  # fmt: skip
+def test_a_loss_that_is_shown_is_no_chance_and_nothing_to_use(
+    tmp_path: Path, verdicts: tuple[int, int], warned: str
+) -> None:
+    found = _told(tmp_path, *verdicts)
+    assert found.warnings == ((warned,) if warned else ())
+    worse = "keep what came in" in warned
+    assert ("to use it: clearway run SUITE" in str(found)) is not worse
+    assert found.better is (1 in verdicts and not worse)
+
+
+def test_a_constraint_that_is_broken_is_told_beside(tmp_path: Path) -> None:
+    found = _told(tmp_path, 1, 0, holds=False)
+    assert (found.better, found.warnings) == (False, ("on the held-out trials a constraint is broken; see above",))
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ from clearway.improving.preparing import Prepared, check_ends, prepared
 from clearway.improving.search import Candidate, Record, best
 from clearway.improving.task import Task, read_task
 from clearway.improving.trials import Bench
-from clearway.improving.tuning import Gain, Tuning
+from clearway.improving.tuning import Gain, Tuning, doubts
 from clearway.indicators import INDICATORS
 from clearway.placing import make_folder
 from clearway.reports.comparison_page import write_comparison
@@ -108,12 +108,7 @@ def _result(
     for limit in objective.limits:
         was, now = (_over(results, limit) for results in (first, second))
         limits.append((str(limit), was, now, now >= limit.limit if limit.at_least else now <= limit.limit))
-    if any(gain.verdict < 0 for gain in gains) or not all(holds for *_, holds in limits):
-        warnings.append("on the held-out trials something is shown to be worse, or a constraint is broken; see above")
-    if next((gain.verdict for gain in gains if gain.verdict), 0) <= 0:
-        warnings.append(
-            f"no gain is shown on the {found.pairs} held-out pairs: what was found may be what fitted the training trials by chance"
-        )
+    warnings += doubts(gains, tuple(limits), found.pairs)
     return Tuning(
         out, written.files[0] if written.files else None, written.robot, written.navigator, before, chosen, len(record.answers),
         front, gains, tuple(limits), found, tuple(warnings),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,32 @@ class Gain:
         )
 
 
+Held = tuple[str, float, float, bool]
+"""A constraint on the held-out trials: its words, its value before and after, whether it holds then."""
+
+
+def deciding(gains: Sequence[Gain]) -> Gain | None:
+    """The first of the objective's in which a difference is shown; None: there is none."""
+    return next((gain for gain in gains if gain.verdict), None)
+
+
+def doubts(gains: Sequence[Gain], limits: Sequence[Held], pairs: int) -> list[str]:
+    """What is to be distrusted by what so many held-out pairs show."""
+    shown_first, said = deciding(gains), []
+    if shown_first is None:
+        said.append(
+            f"no gain is shown on the {pairs} held-out pairs: what was found may be what fitted the training trials by chance"
+        )
+    elif shown_first.verdict < 0:
+        why = "which counts first" if shown_first is gains[0] else "the first in which a difference is shown"
+        said.append(f"it is shown to be worse in {shown_first.indicator}, {why}; keep what came in")
+    elif worse := [gain.indicator for gain in gains if gain.verdict < 0]:
+        said.append(f"it is shown to be worse in {' and '.join(worse)}, which counts less")
+    if not all(holds for *_, holds in limits):
+        said.append("on the held-out trials a constraint is broken; see above")
+    return said
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Tuning:
     """What a tuning found.
@@ -74,7 +100,7 @@ class Tuning:
     trials: int
     front: tuple[Candidate, ...]
     gains: tuple[Gain, ...]
-    limits: tuple[tuple[str, float, float, bool], ...]
+    limits: tuple[Held, ...]
     comparison: Comparison | None
     warnings: tuple[str, ...]
 
@@ -82,7 +108,7 @@ class Tuning:
     def better(self) -> bool:
         """Whether the held-out trials show a gain: in the first indicator of the objective in which a difference is shown."""
         kept = all(holds for *_, holds in self.limits)
-        return kept and next((gain.verdict for gain in self.gains if gain.verdict), 0) > 0
+        return kept and (found := deciding(self.gains)) is not None and found.verdict > 0
 
     def __str__(self) -> str:
         """What was found, for people."""
@@ -94,8 +120,11 @@ class Tuning:
             f"  {text}: {before:.4g} -> {after:.4g}, {'holds' if holds else 'BROKEN'}"
             for text, before, after, holds in self.limits
         ]
-        run = f"clearway run SUITE --robot {shlex.quote(self.robot)} --navigator {shlex.quote(self.navigator)}"
-        return "\n".join([*lines, *self._warned(), f"page: {self.path / 'index.html'}", f"to use it: {run}"])
+        lines += [*self._warned(), f"page: {self.path / 'index.html'}"]
+        if (found := deciding(self.gains)) is None or found.verdict > 0:
+            robot, navigator = shlex.quote(self.robot), shlex.quote(self.navigator)
+            lines.append(f"to use it: clearway run SUITE --robot {robot} --navigator {navigator}")
+        return "\n".join(lines)
 
     def _warned(self) -> list[str]:
         return [f"warning: {text}" for text in self.warnings]
